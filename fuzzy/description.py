@@ -1,0 +1,93 @@
+"""A system as text for people and as plain data for JSON."""
+
+from typing import Any
+
+from fuzzy.membership import MembershipFunction
+from fuzzy.system import Constant, Linear, Sugeno, Variable
+
+
+def describe(fis: Sugeno) -> str:
+    """The system in words: its choices, variables with their terms, and rules as sentences; one line each."""
+    lines = [
+        f"{fis.name}: {_count(len(fis.inputs), 'input')}, {_count(len(fis.outputs), 'output')}, "
+        f"{_count(len(fis.rules), 'rule')}",
+        f"and = {fis.and_method}, or = {fis.or_method}, defuzzification = {fis.defuzzification}, "
+        f"no rule fires = {fis.no_rule_fires}, out of range = {fis.out_of_range}",
+    ]
+    for kind, variables in (("input", fis.inputs), ("output", fis.outputs)):
+        for variable in variables:
+            low, high = variable.universe
+            lines += ["", f"{kind} {variable.name} [{low:g} {high:g}] {variable.unit}".rstrip()]
+            width = max((len(name) for name in variable.terms), default=0)
+            lines += [f"  {name:{width}}  {_term(fis, term)}" for name, term in variable.terms.items()]
+    lines += ["", "rules"]
+    digits = len(str(len(fis.rules)))
+    lines += [f"  {number:{digits}}. {rule}" for number, rule in enumerate(fis.rules, 1)]
+    return "\n".join(lines)
+
+
+def as_dict(fis: Sugeno) -> dict[str, Any]:
+    """The system as dictionaries, lists, strings and floats; terms with MATLAB's types and parameters."""
+    return {
+        "name": fis.name,
+        "type": "sugeno",
+        "and_method": fis.and_method,
+        "or_method": fis.or_method,
+        "defuzzification": fis.defuzzification,
+        "no_rule_fires": fis.no_rule_fires,
+        "out_of_range": fis.out_of_range,
+        "inputs": [_variable(v) for v in fis.inputs],
+        "outputs": [_variable(v) for v in fis.outputs],
+        "rules": [_rule(number, rule) for number, rule in enumerate(fis.rules, 1)],
+    }
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def _term(fis: Sugeno, term: Any) -> str:
+    if isinstance(term, MembershipFunction):
+        return f"{term.matlab} [{' '.join(f'{float(p):g}' for p in term.parameters)}]"
+    if isinstance(term, Constant):
+        return f"{float(term.value):g}"
+    # Only the inputs that count: "2 distance - 0.5 bearing + 1".
+    parts = [(float(slope), f" {v.name}") for slope, v in zip(term.parameters[:-1], fis.inputs, strict=True) if slope]
+    constant = float(term.constant)
+    if constant or not parts:
+        parts.append((constant, ""))
+    first, *others = parts
+    text = f"{first[0]:g}{first[1]}"
+    return text + "".join(f" {'-' if value < 0 else '+'} {abs(value):g}{name}" for value, name in others)
+
+
+def _variable(variable: Variable) -> dict[str, Any]:
+    return {
+        "name": variable.name,
+        "unit": variable.unit,
+        "range": list(variable.universe),
+        "terms": [
+            {"name": name, "type": _type(term), "parameters": [float(p) for p in term.parameters]}
+            for name, term in variable.terms.items()
+        ],
+    }
+
+
+def _type(term: Any) -> str:
+    if isinstance(term, MembershipFunction):
+        return term.matlab
+    return "linear" if isinstance(term, Linear) else "constant"
+
+
+def _rule(number: int, rule: Any) -> dict[str, Any]:
+    return {
+        "number": number,
+        "rule": str(rule),
+        "connective": rule.connective,
+        "weight": rule.weight,
+        "when": [
+            {"input": c.variable, "term": c.term, "not": c.negated, "power": c.power}
+            for c in rule.when
+        ],
+        "then": dict(rule.then),
+    }

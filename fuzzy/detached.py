@@ -1,0 +1,25 @@
+"""The same system with plain numbers for parameters, for all that only looks at it."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from fuzzy.membership import MembershipFunction, as_number
+from fuzzy.system import Constant, Linear, Sugeno, Variable
+
+
+def detached(fis: Sugeno) -> Sugeno:
+    """``fis`` with floats in the place of array scalars, so that a system in training can be drawn and explained."""
+    return replace(fis, inputs=[_variable(v) for v in fis.inputs], outputs=[_variable(v) for v in fis.outputs])
+
+
+def _variable(variable: Variable) -> Variable:
+    terms: Mapping[str, Any] = {name: _term(term) for name, term in variable.terms.items()}
+    return replace(variable, terms=terms)
+
+
+def _term(term: Any) -> Any:
+    if isinstance(term, MembershipFunction):
+        return type(term)(*(as_number(p) for p in term.parameters))
+    numbers = [as_number(p) for p in term.parameters]
+    return Constant(numbers[-1]) if isinstance(term, Constant) else Linear(numbers[:-1], numbers[-1])

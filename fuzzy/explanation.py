@@ -1,0 +1,199 @@
+"""Why a system answers what it answers: every rule's part in one result, as data and in words."""
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fuzzy.detached import detached
+from fuzzy.inference import InferenceWarning, infer
+from fuzzy.rule import Clause, Rule
+from fuzzy.system import FuzzySystemError, Sugeno, Variable
+
+
+@dataclass(frozen=True)
+class RuleShare:
+    """What one rule does at the point. Tuples over the outputs hold NaN where the rule leaves an output out."""
+
+    number: int  # the rule's place, from 1
+    rule: Rule
+    degrees: tuple[float, ...]  # of the clauses, in their order, after hedges and "not", in [0, 1]
+    firing: float  # the firing strength, with the rule's weight
+    share: tuple[float, ...]  # (outputs,): the part of the result, w / Σ w over the rules for that output
+    proposed: tuple[float, ...]  # (outputs,): the consequent's value, in the output's unit
+    contribution: tuple[float, ...]  # (outputs,): what the rule adds; they sum to the output where any rule fires
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """One evaluation with all that led to it. ``str()`` tells it in words, ``as_dict()`` in plain data."""
+
+    system: Sugeno
+    x: tuple[float, ...]  # (inputs,): the point as it was given
+    memberships: tuple[Mapping[str, float], ...]  # (inputs,): each term's degree
+    rows: tuple[RuleShare, ...]  # in the order of the rules
+    output: tuple[float, ...]  # (outputs,)
+    fired: tuple[bool, ...]  # (outputs,): did any rule for that output fire?
+    outside: tuple[str, ...]  # the names of the inputs outside their universe
+
+    def as_dict(self) -> dict[str, Any]:
+        """Names, numbers and sentences, ready for JSON (but for NaN)."""
+        outputs = [v.name for v in self.system.outputs]
+        inputs = [v.name for v in self.system.inputs]
+        return {
+            "system": self.system.name,
+            "inputs": dict(zip(inputs, self.x, strict=True)),
+            "outputs": dict(zip(outputs, self.output, strict=True)),
+            "fired": dict(zip(outputs, self.fired, strict=True)),
+            "outside": list(self.outside),
+            "memberships": {name: dict(terms) for name, terms in zip(inputs, self.memberships, strict=True)},
+            "rules": [
+                {
+                    "number": row.number,
+                    "rule": str(row.rule),
+                    "clauses": [
+                        {"clause": str(clause), "degree": degree}
+                        for clause, degree in zip(row.rule.when, row.degrees, strict=True)
+                    ],
+                    "firing": row.firing,
+                    "share": dict(zip(outputs, row.share, strict=True)),
+                    "proposed": dict(zip(outputs, row.proposed, strict=True)),
+                    "contribution": dict(zip(outputs, row.contribution, strict=True)),
+                }
+                for row in self.rows
+            ],
+        }
+
+    def __str__(self) -> str:
+        return "\n".join([*self._inputs(), "", *self._rules(), "", *self._outputs()])
+
+    def _inputs(self) -> list[str]:
+        lines = []
+        for variable, value, degrees in zip(self.system.inputs, self.x, self.memberships, strict=True):
+            line = f"{variable.name} = {_quantity(value, variable)}"
+            if np.isnan(value):
+                lines.append(line + " is not a number, so no result is one")
+                continue
+            terms = sorted(((d, t) for t, d in degrees.items() if d >= 0.005), key=lambda pair: -pair[0])
+            line += " is " + (", ".join(f"{term} ({degree:.2f})" for degree, term in terms) or "none of its terms")
+            if variable.name in self.outside:
+                low, high = variable.universe
+                clipped = " and was moved to its edge" if self.system.out_of_range == "clip" else ""
+                line += f"; it lies outside [{low:.4g} {high:.4g}]{clipped}"
+            lines.append(line)
+        return lines
+
+    def _rules(self) -> list[str]:
+        # What rounds to nothing in every output is counted, not told.
+        fires = [row for row in self.rows if row.firing > 0 or any(share > 0 for share in row.share)]
+        fires.sort(key=lambda row: -max(_known(row.share), default=0.0))
+        told = [row for row in fires if max(_known(row.share), default=0.0) >= 5e-4]
+        if not fires:
+            return [f"None of the {len(self.rows)} rules fires."]
+        lines = [f"{len(fires)} of {len(self.rows)} rules {'fires' if len(fires) == 1 else 'fire'}:"]
+        for row in told:
+            lines.append(f"  rule {row.number} fires {_strength(row.firing)}: {row.rule}")
+            clauses = [f"{clause} {degree:.2f}" for clause, degree in zip(row.rule.when, row.degrees, strict=True)]
+            if len(clauses) > 1 or row.rule.weight != 1:
+                weight = [f"weight {row.rule.weight:g}"] if row.rule.weight != 1 else []
+                lines.append("    because " + ", ".join(clauses + weight))
+            for variable, share, z, part in zip(
+                self.system.outputs, row.share, row.proposed, row.contribution, strict=True
+            ):
+                if not np.isnan(z):
+                    lines.append(
+                        f"    proposes {variable.name} = {_quantity(z, variable)} with a share of {share:.1%}, "
+                        f"which contributes {_quantity(part, variable)}"
+                    )
+        if len(fires) > len(told):
+            rest = len(fires) - len(told)
+            lines.append(f"  and {rest} more with less than 0.05 % of the result each")
+        return lines
+
+    def _outputs(self) -> list[str]:
+        how = "the average of the proposals, weighted by firing strength"
+        if self.system.defuzzification == "wtsum":
+            how = "the sum of the proposals, weighted by firing strength"
+        lines = []
+        for variable, value, fired in zip(self.system.outputs, self.output, self.fired, strict=True):
+            line = f"{variable.name} = {_quantity(value, variable)}"
+            if any(np.isnan(self.x)):
+                line += ", because an input is not a number"
+            elif fired:
+                line += f": {how}"
+            elif self.system.no_rule_fires == "midrange":
+                line += ": no rule for it fires, so the middle of its range stands there"
+            else:
+                line += ": no rule for it fires"
+            lines.append(line)
+        return lines
+
+
+def explain(fis: Sugeno, x: Any) -> Explanation:
+    """Evaluate ``fis`` at one point ``x`` (inputs,) and keep what led to the result.
+
+    Says in the explanation what :func:`fuzzy.inference.infer` would warn of. Raises FuzzySystemError for a point
+    of the wrong shape, and where the system is told to refuse the point.
+    """
+    fis = detached(fis)
+    x = np.asarray(x, dtype=float)
+    if x.shape != (len(fis.inputs),):
+        names = ", ".join(v.name for v in fis.inputs)
+        raise FuzzySystemError(
+            f"{fis.name}: one point of {len(fis.inputs)} inputs ({names}) can be explained, got shape {x.shape}"
+        )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InferenceWarning)
+        result = infer(fis, x)
+    takes_part = fis.structure.consequent.T >= 0  # (rules, outputs)
+    share = np.where(takes_part, result.weights[:, None], 0.0)
+    total = share.sum(axis=0)
+    share = share / np.where(total > 0, total, 1.0)
+    parts = result.firing[:, None] if fis.defuzzification == "wtsum" else share
+    share, proposed, contribution = (
+        np.where(takes_part, values, np.nan) for values in (share, result.rule_outputs, parts * result.rule_outputs)
+    )
+    memberships = tuple(
+        dict(zip(v.terms, degrees.tolist(), strict=True))
+        for v, degrees in zip(fis.inputs, result.memberships, strict=True)
+    )
+    degrees = {v.name: terms for v, terms in zip(fis.inputs, memberships, strict=True)}
+    rows = tuple(
+        RuleShare(
+            r + 1,
+            rule,
+            tuple(_degree(clause, degrees[clause.variable]) for clause in rule.when),
+            float(result.firing[r]),
+            tuple(share[r].tolist()),
+            tuple(proposed[r].tolist()),
+            tuple(contribution[r].tolist()),
+        )
+        for r, rule in enumerate(fis.rules)
+    )
+    outside = tuple(
+        v.name
+        for v, value in zip(fis.inputs, x.tolist(), strict=True)
+        if value < v.universe[0] or value > v.universe[1]
+    )
+    return Explanation(
+        fis, tuple(x.tolist()), memberships, rows, tuple(result.output.tolist()), tuple(result.fired.tolist()), outside
+    )
+
+
+def _degree(clause: Clause, degrees: Mapping[str, float]) -> float:
+    degree = degrees[clause.term] ** clause.power
+    return 1 - degree if clause.negated else degree
+
+
+def _known(values: tuple[float, ...]) -> list[float]:
+    return [value for value in values if not np.isnan(value)]
+
+
+def _strength(firing: float) -> str:
+    return f"{firing:.2f}" if firing >= 0.005 else f"{firing:.1e}"
+
+
+def _quantity(value: float, variable: Variable) -> str:
+    return f"{value:.4g} {variable.unit}".rstrip()

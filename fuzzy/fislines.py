@@ -1,0 +1,155 @@
+"""The lines of a .fis file: sections, keys and rules, before anything is made of them."""
+
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+from fuzzy.naming import expected
+
+_SYSTEM_KEYS = (
+    "Name",
+    "Type",
+    "Version",
+    "NumInputs",
+    "NumOutputs",
+    "NumRules",
+    "AndMethod",
+    "OrMethod",
+    "ImpMethod",
+    "AggMethod",
+    "DefuzzMethod",
+)
+# The last four are fuzzylite's; they and Version change nothing here, and are accepted so that the file can be read.
+_VARIABLE_KEYS = ("Name", "Range", "NumMFs", "Enabled", "Default", "LockPrevious", "LockRange")
+# This program's own, in comments: key, the attribute of the system that it sets, what that may be.
+SYSTEM_NOTES = {
+    "NoRuleFires": ("no_rule_fires", ("midrange", "nan", "error")),
+    "OutOfRange": ("out_of_range", ("warn", "ignore", "clip", "error")),
+}
+_VARIABLE_NOTES = ("Unit",)
+
+LINE_END = re.compile(r"\r\n|\r|\n")  # not splitlines(), which would also split names at rarer characters
+_COMMENT = re.compile(r"%|#|//")
+_NOTE = re.compile(r"%!\s*(\w+)\s*=\s*(.*)")
+_HEADER = re.compile(r"\[\s*(\w+)\s*\]")
+_ENTRY = re.compile(r"(\w+)\s*=\s*(.*)")
+
+
+class FisFileError(ValueError):
+    """Text that is no Sugeno system, or a system that the format cannot hold.
+
+    ``path`` names the file and ``line`` (from 1) the place; it is None where no line is at fault.
+    """
+
+    def __init__(self, path: str, line: int | None, reason: str) -> None:
+        super().__init__(path, line, reason)  # all of them, so that the error can be pickled
+        self.path, self.line, self.reason = path, line, reason
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.reason}" if self.line is None else f"{self.path}:{self.line}: {self.reason}"
+
+
+class FisFileWarning(UserWarning):
+    """Something in a file that this program reads differently from what its author may have meant."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One line of a section."""
+
+    line: int
+    text: str  # the whole line
+    value: str  # what follows "="
+
+
+@dataclass
+class Section:
+    """A section: its lines by what they say."""
+
+    title: str
+    line: int
+    entries: dict[str, Entry] = field(default_factory=dict)  # by key, as this program spells it
+    terms: dict[int, Entry] = field(default_factory=dict)  # by the number in "MF1"
+    rules: list[Entry] = field(default_factory=list)
+
+
+class FisLines:
+    """Sorts the lines of one text into sections. ``warnings`` collects what is to be said about it."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self.warnings: list[str] = []
+
+    def error(self, at: Entry | Section, reason: str) -> FisFileError:
+        """An error that quotes the line ``at``."""
+        text = at.text if isinstance(at, Entry) else at.title
+        return FisFileError(self.path, at.line, f"{reason}\n  {text}")
+
+    def warn(self, at: Entry, message: str) -> None:
+        """Keep a warning that quotes the line ``at``."""
+        self.warnings.append(f"{self.path}:{at.line}: {message}\n  {at.text}")
+
+    def sections(self, text: str) -> dict[str, Section]:
+        """The sections by their titles: "System", "Input1", "Output1", "Rules"."""
+        sections: dict[str, Section] = {}
+        current: Section | None = None
+        for number, raw in enumerate(LINE_END.split(text), start=1):
+            line = raw.strip()
+            note = _NOTE.fullmatch(line)
+            header = _HEADER.fullmatch(line)
+            if header:
+                title = self._title(header[1], Entry(number, line, ""))
+                if title in sections:
+                    first = sections[title].line
+                    raise self.error(Entry(number, line, ""), f"a second [{title}]; the first is in line {first}")
+                current = sections[title] = Section(f"[{title}]", number)
+            elif note and current is not None:
+                self._note(current, note[1], Entry(number, line, note[2]))
+            elif not line or _COMMENT.match(line):
+                continue
+            elif current is None:
+                raise self.error(Entry(number, line, ""), "expected a section, '[System]', before anything else")
+            elif current.title == "[Rules]":
+                current.rules.append(Entry(number, line, line))
+            else:
+                self._entry(current, Entry(number, line, ""))
+        return sections
+
+    def _title(self, word: str, at: Entry) -> str:
+        titles = {"system": "System", "rules": "Rules"}
+        if word.casefold() in titles:
+            return titles[word.casefold()]
+        numbered = re.fullmatch(r"(input|output)0*([1-9]\d{0,8})", word, re.IGNORECASE | re.ASCII)
+        if numbered:
+            return numbered[1].capitalize() + numbered[2]
+        raise self.error(at, expected(word, ("System", "Input1", "Output1", "Rules"), "section"))
+
+    def _note(self, section: Section, word: str, at: Entry) -> None:
+        known = tuple(SYSTEM_NOTES) if section.title == "[System]" else _VARIABLE_NOTES
+        if section.title == "[Rules]" or word not in known:
+            self.warn(at, f"a note that {section.title} does not know is skipped: {word!r}")
+        elif word in section.entries:
+            raise self.error(at, f"a second {word}; the first is in line {section.entries[word].line}")
+        else:
+            section.entries[word] = at
+
+    def _entry(self, section: Section, at: Entry) -> None:
+        pair = _ENTRY.fullmatch(at.text)
+        if pair is None:
+            raise self.error(at, "expected 'key=value', a [section] or a comment that begins with '%'")
+        word, entry = pair[1], Entry(at.line, at.text, pair[2])
+        term = re.fullmatch(r"mf0*([1-9]\d{0,8})", word, re.IGNORECASE | re.ASCII)
+        place: Any
+        if term and section.title != "[System]":
+            group: dict[Any, Entry] = section.terms
+            place = int(term[1])
+        else:
+            keys = _SYSTEM_KEYS if section.title == "[System]" else _VARIABLE_KEYS
+            same = {key.casefold(): key for key in keys}
+            if word.casefold() not in same:
+                known = keys if section.title == "[System]" else (*keys, "MF1, MF2, ...")
+                raise self.error(at, expected(word, known, "key"))
+            group, place = section.entries, same[word.casefold()]
+        if place in group:
+            raise self.error(at, f"a second {word}; the first is in line {group[place].line}")
+        group[place] = entry

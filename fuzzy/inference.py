@@ -1,0 +1,288 @@
+"""The one inference: a Sugeno system at one point or a batch of points, with every layer in between.
+
+The same code serves design, plots, simulation and learning, with numpy or torch arrays.
+"""
+
+import sys
+import warnings
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any, NamedTuple
+
+import numpy as np
+from array_api_compat import array_namespace, device, is_array_api_obj
+
+from fuzzy.membership import Array, as_float, like
+from fuzzy.system import Constant, FuzzySystemError, Linear, Structure, Sugeno, Variable
+
+
+class InferenceWarning(UserWarning):
+    """An input outside its universe of discourse, or a point where no rule fires."""
+
+
+class Inference(NamedTuple):
+    """Every layer from the inputs to the output, in the notation of [Jang 1993]."""
+
+    memberships: tuple[Array, ...]  # 1: per input (..., terms), μ in [0, 1]
+    firing: Array  # 2: (..., rules), w, with the rule's weight
+    weights: Array  # 3: (..., rules), w̄ = w / Σ w, sums to 1; 0 where no rule fires
+    rule_outputs: Array  # 4: (..., rules, outputs), f; 0 where the rule leaves an output out
+    output: Array  # 5: (..., outputs), Σ w̄ f
+    fired: Array  # (..., outputs) bool: does any rule for that output fire?
+
+
+def infer(fis: Sugeno, x: Any) -> Inference:
+    """Evaluate ``fis`` at ``x`` (..., inputs): one point or a batch of any shape, numpy or torch.
+
+    A not-a-number among a point's inputs makes its output not-a-number. Warns (InferenceWarning) once a call for
+    inputs outside their universe and for points where no rule fires, or raises FuzzySystemError if the system says so.
+    """
+    x = as_float(x)
+    if x.ndim == 0 or x.shape[-1] != len(fis.inputs):
+        raise FuzzySystemError(
+            f"{fis.name}: the last axis of the input must hold {len(fis.inputs)} values "
+            f"({', '.join(v.name for v in fis.inputs)}), got shape {tuple(x.shape)}"
+        )
+    x = _within_universe(fis, x)
+    logs = logarithmic(fis)
+    memberships = tuple(_memberships(v, x[..., i], logs) for i, v in enumerate(fis.inputs))
+    if logs:
+        firing, weights = _log_firing(fis, memberships)
+        xp = array_namespace(x)
+        with np.errstate(under="ignore"):
+            memberships = tuple(xp.exp(m) for m in memberships)
+    else:
+        firing = _firing(fis, memberships)
+        weights = _normalised(firing)
+    outputs = rule_outputs(fis, x)
+    output, fired = _defuzzified(fis, x, firing, weights, outputs)
+    return Inference(memberships, firing, weights, outputs, output, fired)
+
+
+def _within_universe(fis: Sugeno, x: Array) -> Array:
+    if fis.out_of_range == "ignore":
+        return x
+    xp = array_namespace(x)
+    low = like(x, [v.universe[0] for v in fis.inputs])
+    high = like(x, [v.universe[1] for v in fis.inputs])
+    if fis.out_of_range == "clip":
+        return xp.clip(x, low, high)
+    outside = (x < low) | (x > high)
+    if bool(xp.any(outside)):
+        say_out_of_range(fis, xp.any(xp.reshape(outside, (-1, len(fis.inputs))), axis=0))
+    return x
+
+
+def say_out_of_range(fis: Sugeno, outside: Any) -> None:
+    """Warn, or raise if the system says so, that the inputs marked in ``outside`` (inputs,) left their universe."""
+    names = [
+        f"{v.name} outside [{v.universe[0]:g} {v.universe[1]:g}]"
+        for v, out in zip(fis.inputs, outside, strict=True)
+        if bool(out)
+    ]
+    if fis.out_of_range == "error":
+        raise FuzzySystemError(f"{fis.name}: input {', '.join(names)}")
+    warnings.warn(
+        f"{fis.name}: input {', '.join(names)}; evaluated without clipping, as in MATLAB "
+        "(out_of_range = 'ignore', 'clip' or 'error' chooses otherwise)",
+        InferenceWarning,
+        stacklevel=_outside_this_package(),
+    )
+
+
+def say_no_rule_fires(fis: Sugeno, missing: Any) -> None:
+    """Warn, or raise if the system says so, that no rule fired for the outputs marked in ``missing`` (outputs,)."""
+    outputs = [v for v, none in zip(fis.outputs, missing, strict=True) if bool(none)]
+    names = ", ".join(v.name for v in outputs)
+    if fis.no_rule_fires == "error":
+        raise FuzzySystemError(f"{fis.name}: no rule fires for output {names}")
+    values = ", ".join(f"{v.midrange:g}" for v in outputs)
+    value = f"the middle of its range, {values}," if fis.no_rule_fires == "midrange" else "not-a-number"
+    warnings.warn(
+        f"{fis.name}: no rule fires for output {names} at some inputs; {value} stands there "
+        "(no_rule_fires = 'nan' or 'error' chooses otherwise; `fuzzy check` shows where)",
+        InferenceWarning,
+        stacklevel=_outside_this_package(),
+    )
+
+
+def _outside_this_package() -> int:
+    """The stack level of the caller's own line, so that Python's once-a-line rule counts by that line."""
+    level, frame = 1, sys._getframe(1)
+    while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "fuzzy":
+        level, frame = level + 1, frame.f_back  # type: ignore[assignment]
+    return level
+
+
+def logarithmic(fis: Sugeno) -> bool:
+    """May firing strengths be sums of logarithms? Where every degree is positive and only multiplied."""
+    s = fis.structure
+    return (
+        fis.and_method == "prod"
+        and len(fis.rules) > 0
+        and not s.is_or.any()
+        and not s.negated.any()
+        and all(f.log_formula is not None for v in fis.inputs for f in v.terms.values())
+    )
+
+
+def _memberships(variable: Variable, x: Array, logs: bool) -> Array:
+    """Layer 1: degrees (..., terms) of one input (...); their logarithms if ``logs``. One call a function type."""
+    xp = array_namespace(x)
+    functions = list(variable.terms.values())
+    if not functions:
+        return xp.zeros((*x.shape, 0), dtype=x.dtype, device=device(x))
+    columns: list[Array] = []
+    places: list[int] = []
+    for kind in dict.fromkeys(type(f) for f in functions):
+        same = [i for i, f in enumerate(functions) if type(f) is kind]
+        parameters = [stacked(x, [getattr(functions[i], f.name) for i in same]) for f in fields(kind)]
+        formula = kind.log_formula if logs else kind.formula
+        assert formula is not None
+        columns.append(formula(x[..., None], *parameters))
+        places += same
+    if len(columns) == 1:
+        return columns[0]
+    order = like_index(x, np.argsort(places))
+    return xp.take(xp.concat(columns, axis=-1), order, axis=-1)
+
+
+def stacked(x: Array, values: Sequence[Any]) -> Array:
+    """Numbers or array scalars as one array (len(values),) of ``x``'s kind; gradients go through."""
+    if any(is_array_api_obj(v) for v in values):
+        return array_namespace(x).stack([like(x, v) for v in values])
+    return like(x, values)
+
+
+def like_index(x: Array, index: np.ndarray) -> Array:
+    """An index array on the device of ``x``."""
+    xp = array_namespace(x)
+    return xp.asarray(index, device=device(x)) if xp is not np else index
+
+
+def _degrees(fis: Sugeno, i: int, membership: Array, neutral: float) -> Array:
+    """Degrees (..., rules) to which input ``i`` meets each rule's clause; ``neutral`` where it has none."""
+    xp = array_namespace(membership)
+    filler = xp.full((*membership.shape[:-1], 1), neutral, dtype=membership.dtype, device=device(membership))
+    # The place -1, "left out", is the last column.
+    padded = xp.concat([membership, filler], axis=-1)
+    places = fis.structure.term[i] % padded.shape[-1]
+    return xp.take(padded, like_index(membership, places), axis=-1)
+
+
+def _log_firing(fis: Sugeno, log_memberships: Sequence[Array]) -> tuple[Array, Array]:
+    """Layers 2 and 3 from logarithms: the weights are a softmax, which does not underflow."""
+    s = fis.structure
+    x = log_memberships[0]
+    xp = array_namespace(x)
+    log_firing = sum(
+        (
+            _degrees(fis, i, m, 0.0) * (like(x, s.power[i]) if (s.power[i] != 1).any() else 1.0)
+            for i, m in enumerate(log_memberships)
+        ),
+        start=xp.zeros_like(x[..., :1]),
+    )
+    weight = like(x, s.weight)
+    with np.errstate(under="ignore"):
+        firing = xp.exp(log_firing) * weight
+        usable = xp.where(weight > 0, log_firing, -xp.inf)
+        top = xp.max(usable, axis=-1, keepdims=True)
+        top = xp.where(xp.isfinite(top), top, xp.zeros_like(top))
+        return firing, _normalised(xp.exp(usable - top) * weight)
+
+
+def _firing(fis: Sugeno, memberships: Sequence[Array]) -> Array:
+    """Layer 2: firing strengths (..., rules)."""
+    s = fis.structure
+    x = memberships[0]
+    xp = array_namespace(x)
+    shape = (*x.shape[:-1], len(fis.rules))
+    all_of = any_of = None
+    for i, membership in enumerate(memberships):
+        for neutral in {1.0} if not s.is_or.any() else {1.0, 0.0}:
+            degree = _hedged(_degrees(fis, i, membership, neutral), s, i, neutral)
+            if neutral == 1.0:
+                if all_of is None:
+                    all_of = degree
+                else:
+                    all_of = all_of * degree if fis.and_method == "prod" else xp.minimum(all_of, degree)
+            elif any_of is None:
+                any_of = degree
+            elif fis.or_method == "probor":
+                any_of = any_of + degree - any_of * degree
+            else:
+                any_of = xp.maximum(any_of, degree)
+    firing = all_of
+    if any_of is not None:
+        firing = xp.where(like_index(x, s.is_or), any_of, firing)
+    with np.errstate(under="ignore"):
+        return xp.broadcast_to(firing * like(x, s.weight), shape)
+
+
+def _hedged(degree: Array, s: Structure, i: int, neutral: float) -> Array:
+    xp = array_namespace(degree)
+    present = s.term[i] >= 0
+    if (s.power[i] != 1).any():
+        # A root has an infinite slope at 0: the degree 0 stays 0 with the gradient 0.
+        positive = degree > 0
+        root = xp.where(positive, degree, xp.ones_like(degree)) ** like(degree, s.power[i])
+        degree = xp.where(like_index(degree, s.power[i] != 1), xp.where(positive, root, degree), degree)
+    if s.negated[i].any():
+        degree = xp.where(like_index(degree, s.negated[i] & present), 1 - degree, degree)
+    return degree
+
+
+def _normalised(firing: Array) -> Array:
+    """Layer 3: w / Σ w; 0 where nothing fires."""
+    xp = array_namespace(firing)
+    total = xp.sum(firing, axis=-1, keepdims=True)
+    return firing / xp.where(total == 0, xp.ones_like(total), total)
+
+
+def rule_outputs(fis: Sugeno, x: Array) -> Array:
+    """Layer 4: each rule's proposal (..., rules, outputs) at ``x`` (..., inputs); 0 for an output left out."""
+    xp = array_namespace(x)
+    columns = []
+    for output, consequent in zip(fis.outputs, fis.structure.consequent, strict=True):
+        terms = list(output.terms.values())
+        if not terms:
+            columns.append(xp.zeros((*x.shape[:-1], len(fis.rules)), dtype=x.dtype, device=device(x)))
+            continue
+        constants = stacked(x, [t.value if isinstance(t, Constant) else t.constant for t in terms])
+        values = xp.broadcast_to(constants, (*x.shape[:-1], len(terms)))
+        if any(isinstance(t, Linear) for t in terms):
+            none = (0.0,) * len(fis.inputs)
+            rows = [t.slopes if isinstance(t, Linear) else none for t in terms]
+            slopes = xp.stack([like(x, row) if is_array_api_obj(row) else stacked(x, row) for row in rows])
+            values = values + x @ slopes.T
+        if (consequent < 0).any():
+            values = xp.concat([values, xp.zeros_like(values[..., :1])], axis=-1)
+            consequent = consequent % values.shape[-1]
+        columns.append(xp.take(values, like_index(x, consequent), axis=-1))
+    return xp.stack(columns, axis=-1)
+
+
+def _defuzzified(fis: Sugeno, x: Array, firing: Array, weights: Array, outputs: Array) -> tuple[Array, Array]:
+    """Layer 5 (..., outputs), and where any rule fired."""
+    xp = array_namespace(x)
+    takes_part = fis.structure.consequent.T >= 0  # (rules, outputs)
+    share = weights[..., None]
+    if not takes_part.all():
+        # A rule without a consequent for an output has no say in it.
+        share = share * like(x, takes_part.astype(float))
+    total = xp.sum(share, axis=-2)  # (..., 1 or outputs)
+    shape = (*x.shape[:-1], len(fis.outputs))
+    fired = xp.broadcast_to(total > 0, shape)
+    known = xp.broadcast_to(xp.all(~xp.isnan(x), axis=-1, keepdims=True), shape)
+    if fis.defuzzification == "wtsum":
+        output = xp.sum(firing[..., None] * outputs, axis=-2)
+    else:
+        output = xp.sum(share * outputs, axis=-2)
+        if not takes_part.all():
+            output = output / xp.where(fired, xp.broadcast_to(total, shape), xp.ones_like(output))
+    missing = known & ~fired
+    if bool(xp.any(missing)):
+        say_no_rule_fires(fis, xp.any(xp.reshape(missing, (-1, len(fis.outputs))), axis=0))
+        default = [v.midrange if fis.no_rule_fires == "midrange" else float("nan") for v in fis.outputs]
+        output = xp.where(missing, like(x, default), output)
+    return xp.where(known, output, xp.nan), fired

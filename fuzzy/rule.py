@@ -1,0 +1,74 @@
+"""A rule: which terms its antecedent joins, which consequents it proposes, and how much it weighs.
+
+``str(rule)`` is an English sentence; :func:`fuzzy.language.parse_rule` reads it back to an equal rule.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+# Words with a meaning in a sentence: a name that is one of them is written in quotes.
+KEYWORDS = frozenset({"if", "then", "and", "or", "is", "not", "with", "weight", "very", "somewhat", "extremely"})
+HEDGES = {"somewhat": 0.5, "very": 2.0, "extremely": 3.0}  # as exponents of the degree of membership
+PLAIN_NAME = re.compile(r"[^\W\d][\w-]*")
+
+
+def quoted(name: str) -> str:
+    """``name`` as a sentence writes it: in single quotes (doubled inside) unless it is a plain word."""
+    if PLAIN_NAME.fullmatch(name) and name.casefold() not in KEYWORDS:
+        return name
+    return "'" + name.replace("'", "''") + "'"
+
+
+def hedge_words(power: float) -> str | None:
+    """The hedges whose powers multiply to ``power`` (the fewest words), or None where no words do.
+
+    >>> hedge_words(4.0), hedge_words(0.5), hedge_words(1.0), hedge_words(1.3)
+    ('very very', 'somewhat', '', None)
+    """
+    words: list[str] = []
+    rest = power
+    for word in ("extremely", "very"):
+        while rest / HEDGES[word] >= 1 and (rest / HEDGES[word]).is_integer():
+            rest /= HEDGES[word]
+            words.append(word)
+    while rest <= 0.5 and len(words) < 8:
+        rest /= 0.5
+        words.append("somewhat")
+    # Beyond a few words the quotients may be rounded, and the sentence is better off with a number.
+    return " ".join(words) if rest == 1.0 and len(words) <= 8 else None
+
+
+@dataclass(frozen=True)
+class Clause:
+    """ "variable is [not] [hedges] term" in an antecedent.
+
+    ``power`` is the hedge as an exponent of the degree of membership: somewhat 1/2, very 2, extremely 3, and
+    products of these. "not" acts on what the hedges leave: not very far = 1 − far².
+    """
+
+    variable: str
+    term: str
+    negated: bool = False
+    power: float = 1.0  # > 0
+
+    def __str__(self) -> str:
+        hedges = hedge_words(self.power)
+        term = f"{quoted(self.term)}^{float(self.power)!r}" if hedges is None else quoted(self.term)
+        words = [quoted(self.variable), "is", "not" if self.negated else "", hedges or "", term]
+        return " ".join(word for word in words if word)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """ "if ... then ...", with every clause of the antecedent joined by the same connective."""
+
+    when: tuple[Clause, ...]  # the antecedent: at least one clause, at most one an input
+    then: tuple[tuple[str, str], ...]  # the consequents: (output, term), at most one an output
+    connective: Literal["and", "or"] = "and"
+    weight: float = 1.0  # in [0, 1]; multiplies the firing strength
+
+    def __str__(self) -> str:
+        when = f" {self.connective} ".join(map(str, self.when))
+        then = " and ".join(f"{quoted(output)} is {quoted(term)}" for output, term in self.then)
+        return f"if {when} then {then}" + (f" with {float(self.weight)!r}" if self.weight != 1.0 else "")

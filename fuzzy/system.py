@@ -1,0 +1,264 @@
+"""The Sugeno system: variables, terms, rules and choices. :mod:`fuzzy.inference` evaluates it.
+
+The structure is Python, the parameters are numbers or arrays, and nothing changes after construction.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Generic, Literal, NamedTuple, TypeVar, get_args
+
+import numpy as np
+from array_api_compat import is_array_api_obj
+
+from fuzzy.language import parse_rule
+from fuzzy.membership import Array, MembershipFunction
+from fuzzy.naming import expected
+from fuzzy.rule import Rule
+
+NoRuleFires = Literal["midrange", "nan", "error"]
+OutOfRange = Literal["warn", "ignore", "clip", "error"]
+T = TypeVar("T")
+
+
+class FuzzySystemError(ValueError):
+    """A description that makes no system, or an input that it was told to refuse."""
+
+
+class Terms(Mapping[str, T], Generic[T]):
+    """An ordered, immutable mapping of term names to membership functions or consequents."""
+
+    __slots__ = ("_items",)
+
+    def __init__(self, items: "Mapping[str, T] | Iterable[tuple[str, T]]" = ()) -> None:
+        self._items: dict[str, T] = dict(items)
+
+    def __getitem__(self, name: str) -> T:
+        return self._items[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Terms) and list(self._items.items()) == list(other._items.items())
+
+    def __hash__(self) -> int:
+        return hash(tuple(self._items.items()))
+
+    def __repr__(self) -> str:
+        return repr(self._items)
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A zero-order consequent: z = value."""
+
+    value: Any  # in the unit of the output
+
+    @property
+    def parameters(self) -> tuple[Any, ...]:
+        """The constant, as MATLAB lists it."""
+        return (self.value,)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A first-order consequent: z = slopes · x + constant, with one slope an input."""
+
+    slopes: Any  # (inputs,): numbers or an array; output unit / input unit
+    constant: Any  # in the unit of the output
+
+    def __post_init__(self) -> None:
+        if not is_array_api_obj(self.slopes):
+            object.__setattr__(self, "slopes", tuple(self.slopes))
+
+    @property
+    def parameters(self) -> tuple[Any, ...]:
+        """[p1 ... pn p0], as MATLAB lists them: the constant last."""
+        return (*(self.slopes[i] for i in range(len(self.slopes))), self.constant)
+
+
+Consequent = Constant | Linear
+
+
+@dataclass(frozen=True)
+class Variable:
+    """An input or an output: its name, universe of discourse and terms.
+
+    The terms of an input are membership functions, those of an output are consequents (:class:`Constant`,
+    :class:`Linear`, or a plain number, which is a constant).
+    """
+
+    name: str
+    universe: tuple[float, float]  # lowest and highest value, in ``unit``
+    terms: Mapping[str, Any] = field(default_factory=Terms)
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        try:
+            low, high = (float(end) for end in self.universe)
+        except (TypeError, ValueError):
+            raise FuzzySystemError(
+                f"{self.name}: the universe of discourse is a pair of numbers (low, high), got {self.universe!r}"
+            ) from None
+        if not (np.isfinite(low) and np.isfinite(high) and low <= high):
+            raise FuzzySystemError(
+                f"{self.name}: the universe of discourse must be finite and ascending, got [{low:g} {high:g}]"
+            )
+        object.__setattr__(self, "universe", (low, high))
+        items = self.terms.items() if isinstance(self.terms, Mapping) else self.terms
+        terms = Terms({name: self._term(name, term) for name, term in items})
+        object.__setattr__(self, "terms", terms)
+
+    def _term(self, name: str, term: Any) -> Any:
+        if isinstance(term, (MembershipFunction, Constant, Linear)):
+            return term
+        if isinstance(term, (int, float, np.number)) and not isinstance(term, bool):
+            return Constant(float(term))
+        raise FuzzySystemError(
+            f"{self.name}: term {name!r} must be a membership function, a consequent or a number, got {term!r}"
+        )
+
+    @property
+    def midrange(self) -> float:
+        """The middle of the universe of discourse."""
+        return (self.universe[0] + self.universe[1]) / 2
+
+    @property
+    def label(self) -> str:
+        """The name with its unit, for an axis."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+
+class Structure(NamedTuple):
+    """The rules as index arrays, derived once from the names."""
+
+    term: np.ndarray  # (inputs, rules) int: the term's place, or -1 where the rule leaves the input out
+    negated: np.ndarray  # (inputs, rules) bool
+    power: np.ndarray  # (inputs, rules) float
+    is_or: np.ndarray  # (rules,) bool
+    weight: np.ndarray  # (rules,) float
+    consequent: np.ndarray  # (outputs, rules) int: the consequent's place, or -1
+
+
+@dataclass(frozen=True)
+class Sugeno:
+    """A zero- or first-order Takagi-Sugeno system; rules may be given as sentences.
+
+    Defaults are MATLAB's for a Sugeno system: product, probabilistic or, weighted average, the middle of the
+    output's universe of discourse where no rule fires, and a warning for an input outside its universe (which
+    is evaluated without clipping).
+
+    Raises FuzzySystemError or RuleError, naming the place, for anything that does not fit together.
+    """
+
+    inputs: Sequence[Variable]
+    outputs: Sequence[Variable]
+    rules: Sequence[Any] = ()  # Rule, or a sentence, which is read on construction: afterwards all are Rule
+    name: str = "fuzzy"
+    and_method: Literal["prod", "min"] = "prod"
+    or_method: Literal["probor", "max"] = "probor"
+    defuzzification: Literal["wtaver", "wtsum"] = "wtaver"
+    no_rule_fires: NoRuleFires = "midrange"
+    out_of_range: OutOfRange = "warn"
+    # What a MATLAB file records of implication and aggregation. A Sugeno system has no choice there: always
+    # the product and the sum, as in MATLAB. Kept so that a file survives reading and writing.
+    implication: str = "prod"
+    aggregation: str = "sum"
+    structure: Structure = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        for name in ("inputs", "outputs", "rules"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        for name, accepted in _CHOICES.items():
+            if getattr(self, name) not in accepted:
+                raise FuzzySystemError(f"{self.name}: " + expected(str(getattr(self, name)), accepted, name))
+        _check_variables(self.inputs, MembershipFunction, "input", "a membership function")
+        _check_variables(self.outputs, (Constant, Linear), "output", "a consequent (a number, Constant or Linear)")
+        for output in self.outputs:
+            for label, term in output.terms.items():
+                if isinstance(term, Linear) and len(term.slopes) != len(self.inputs):
+                    raise FuzzySystemError(
+                        f"{output.name} is {label}: a linear consequent has one slope an input "
+                        f"({len(self.inputs)}) and a constant, got {len(term.slopes)} slopes"
+                    )
+        antecedents = {v.name: tuple(v.terms) for v in self.inputs}
+        consequents = {v.name: tuple(v.terms) for v in self.outputs}
+        rules = tuple(parse_rule(r, antecedents, consequents) if isinstance(r, str) else r for r in self.rules)
+        object.__setattr__(self, "rules", rules)
+        object.__setattr__(self, "structure", _resolve(rules, antecedents, consequents))
+
+    def __call__(self, x: Any) -> Array:
+        """The outputs (..., outputs) at ``x`` (..., inputs); see :func:`fuzzy.inference.infer`."""
+        from fuzzy.inference import infer  # inference is built on this module
+
+        return infer(self, x).output
+
+    def __getitem__(self, name: str) -> Variable:
+        """The input or output of that name."""
+        for variable in (*self.inputs, *self.outputs):
+            if variable.name == name:
+                return variable
+        raise KeyError(expected(name, [v.name for v in (*self.inputs, *self.outputs)], "variable"))
+
+
+_CHOICES: dict[str, tuple[str, ...]] = {
+    "and_method": ("prod", "min"),
+    "or_method": ("probor", "max"),
+    "defuzzification": ("wtaver", "wtsum"),
+    "no_rule_fires": get_args(NoRuleFires),
+    "out_of_range": get_args(OutOfRange),
+}
+
+
+def _check_variables(variables: Sequence[Variable], kind: Any, what: str, term: str) -> None:
+    names = [v.name for v in variables]
+    if not names:
+        raise FuzzySystemError(f"a system needs at least one {what}")
+    for variable in variables:
+        if names.count(variable.name) > 1:
+            raise FuzzySystemError(f"two {what}s are named {variable.name!r}")
+        for label, function in variable.terms.items():
+            if not isinstance(function, kind):
+                raise FuzzySystemError(f"{what} {variable.name!r}: term {label!r} must be {term}, got {function!r}")
+
+
+def _resolve(
+    rules: Sequence[Rule], antecedents: dict[str, tuple[str, ...]], consequents: dict[str, tuple[str, ...]]
+) -> Structure:
+    inputs, outputs = list(antecedents), list(consequents)
+    term = np.full((len(inputs), len(rules)), -1)
+    negated = np.zeros_like(term, dtype=bool)
+    power = np.ones_like(term, dtype=float)
+    consequent = np.full((len(outputs), len(rules)), -1)
+    for r, rule in enumerate(rules):
+        if not rule.when or not rule.then:
+            raise FuzzySystemError(f"rule {r + 1} needs an antecedent and a consequent: {rule!r}")
+        if rule.connective not in ("and", "or"):
+            raise FuzzySystemError(f"rule {r + 1}: " + expected(rule.connective, ("and", "or"), "connective"))
+        if not 0 <= rule.weight <= 1:
+            raise FuzzySystemError(f"rule {r + 1}: the weight must lie in [0, 1], got {rule.weight!r} in {rule}")
+        for clause in rule.when:
+            i = _place(clause.variable, inputs, "input", r)
+            if term[i, r] != -1:
+                raise FuzzySystemError(f"rule {r + 1}: input {clause.variable!r} appears twice in {rule}")
+            if not (clause.power > 0 and np.isfinite(clause.power)):
+                raise FuzzySystemError(f"rule {r + 1}: a hedge's power must be > 0, got {clause.power!r}")
+            term[i, r] = _place(clause.term, antecedents[clause.variable], f"term of {clause.variable!r}", r)
+            negated[i, r], power[i, r] = clause.negated, clause.power
+        for output, label in rule.then:
+            j = _place(output, outputs, "output", r)
+            if consequent[j, r] != -1:
+                raise FuzzySystemError(f"rule {r + 1}: output {output!r} appears twice in {rule}")
+            consequent[j, r] = _place(label, consequents[output], f"term of {output!r}", r)
+    is_or = np.array([rule.connective == "or" for rule in rules], dtype=bool)
+    weight = np.array([rule.weight for rule in rules], dtype=float)
+    return Structure(term, negated, power, is_or, weight, consequent)
+
+
+def _place(name: str, known: Sequence[str], what: str, rule: int) -> int:
+    if name not in known:
+        raise FuzzySystemError(f"rule {rule + 1}: " + expected(name, known, what))
+    return known.index(name)

@@ -1,0 +1,105 @@
+"""Running a command line: one message for an expected error, never a traceback, and the right exit code."""
+
+import contextlib
+import json
+import math
+import os
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import typer
+
+OK, FAILED, USAGE, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
+# typer brings its own copy of click or uses the installed one, by version: this finds the class in either.
+_ClickError = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
+
+
+def run(
+    app: typer.Typer,
+    errors: tuple[type[Exception], ...] = (),
+    prog_name: str = "",
+    arguments: Sequence[str] | None = None,
+) -> int:
+    """Run ``app`` with ``arguments`` (those of the process by default) and return the exit code.
+
+    0 is success, 1 what a command says with ``raise typer.Exit(1)``, 2 an error of usage, one of the expected
+    ``errors`` or an OSError (one message on stderr), 130 an interrupt, 141 a reader that went away. A UserWarning
+    becomes one line on stderr, once. Any other exception is a bug and passes through.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal that cannot show a character gets an escape, not an exception.
+        with contextlib.suppress(AttributeError, ValueError):
+            stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    try:
+        with _warnings_as_lines():
+            result = typer.main.get_command(app).main(
+                args=None if arguments is None else list(arguments), prog_name=prog_name, standalone_mode=False
+            )
+        sys.stdout.flush()
+        return result if isinstance(result, int) else OK
+    except (typer.Abort, KeyboardInterrupt):
+        return INTERRUPTED
+    except BrokenPipeError:
+        return _pipe_broken()
+    except SystemExit as stop:
+        # Commands leave by typer.Exit: this is typer's own answer to a broken pipe.
+        if isinstance(stop.__context__, BrokenPipeError):
+            return _pipe_broken()
+        return stop.code if isinstance(stop.code, int) else USAGE
+    except _ClickError as error:
+        context = getattr(error, "ctx", None)
+        path = context.command_path if context is not None else prog_name
+        return _say(path, f"{error.format_message()}\n(try '{path} --help')")  # type: ignore[attr-defined]
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename is not None else ""
+        return _say(prog_name, place + (error.strerror or str(error)))
+    except errors as error:
+        return _say(prog_name, str(error))
+
+
+def print_json(value: Any) -> None:
+    """Print ``value`` as one JSON document on stdout; not-a-number and infinity, which JSON lacks, are null."""
+    print(json.dumps(plain(value), ensure_ascii=False, indent=2))
+
+
+def plain(value: Any) -> Any:
+    """``value`` in JSON's types: arrays become lists, numbers that are not finite None."""
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _say(name: str, message: str) -> int:
+    print(f"{name}: {message}" if name else message, file=sys.stderr)
+    return USAGE
+
+
+def _pipe_broken() -> int:
+    # What is still buffered goes nowhere, instead of failing once more when Python closes the stream.
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())  # type: ignore[union-attr]
+    return BROKEN_PIPE
+
+
+@contextlib.contextmanager
+def _warnings_as_lines() -> Iterator[None]:
+    said: set[str] = set()
+
+    def show(message: Warning | str, *_: Any, **__: Any) -> None:
+        line = " ".join(str(message).split())
+        if line not in said:
+            said.add(line)
+            print(f"warning: {line}", file=sys.stderr)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", UserWarning)
+        warnings.showwarning = show
+        yield

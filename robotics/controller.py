@@ -1,0 +1,81 @@
+"""What a controller is: its parameters, what it may know, and what it commands.
+
+A controller is a frozen dataclass of gains. What it remembers is passed in and handed back; it never sees the true
+state. Arrays carry (runs, robots) in front, and a law is written for all of them at once.
+"""
+
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+
+from robotics.plant import Level
+from robotics.trajectory import Reference, Trajectory
+
+if TYPE_CHECKING:
+    from robotics.scenario import Scenario
+
+
+class ControllerError(ValueError):
+    """An unknown controller, or a gain that it does not have or cannot take."""
+
+
+class Observation(NamedTuple):
+    """What the robots know at one time."""
+
+    time: float  # s
+    x: np.ndarray  # (runs, robots) m, measured
+    y: np.ndarray  # (runs, robots) m, measured
+    heading: np.ndarray  # (runs, robots) rad, measured, not wrapped
+    v: np.ndarray  # (runs, robots) m/s, from the encoders over the last period
+    w: np.ndarray  # (runs, robots) rad/s, from the encoders over the last period
+    reference: Reference  # (robots,) each field: the target at this time
+    trajectory: Trajectory  # each robot's own path and timing, for looking ahead
+
+
+class Command(NamedTuple):
+    """What the robots shall do until the next period."""
+
+    first: np.ndarray  # (runs, robots): v [m/s], or the right wheel's torque [N m]
+    second: np.ndarray  # (runs, robots): ω [rad/s], or the left wheel's torque [N m]
+    v: np.ndarray  # (runs, robots) m/s: the speed that the law tries to reach; v_d of (2.13), (2.26)
+    w: np.ndarray  # (runs, robots) rad/s
+
+
+class Controller(Protocol):
+    """A control law with its gains."""
+
+    @property
+    def level(self) -> Level:
+        """Whether it commands velocities or wheel torques."""
+        ...
+
+    def init(self, scenario: "Scenario", runs: int) -> Any:
+        """What it remembers at the start of ``runs`` runs of ``scenario``."""
+        ...
+
+    def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
+        """Its command, and what it remembers, ``dt`` seconds after the last."""
+        ...
+
+
+class PostureError(NamedTuple):
+    """Where a target lies as a robot sees it; each field is (runs, robots)."""
+
+    x: np.ndarray  # m, ahead
+    y: np.ndarray  # m, to the left
+    heading: np.ndarray  # rad in [-π, π)
+
+
+def wrapped(angle: np.ndarray) -> np.ndarray:
+    """``angle`` [rad] brought into [-π, π)."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+def posture_error(x: Any, y: Any, heading: Any, target: Reference) -> PostureError:
+    """The target minus the pose, in the robot's frame: thesis (5.9), desired − actual.
+
+    (2.28) prints actual − desired; with it (2.30) is positive feedback. Every law here uses (5.9).
+    """
+    dx, dy = target.x - x, target.y - y
+    cos, sin = np.cos(heading), np.sin(heading)
+    return PostureError(cos * dx + sin * dy, cos * dy - sin * dx, wrapped(target.heading - heading))

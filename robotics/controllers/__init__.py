@@ -1,0 +1,91 @@
+"""The controllers by name: presets of the laws, with the thesis's gains or the tuned ones."""
+
+from dataclasses import MISSING, dataclass, fields
+from typing import Any, Literal, get_args, get_origin
+
+from fuzzy.naming import expected
+from robotics.controller import Controller, ControllerError
+from robotics.controllers.fuzzy_tracking import FuzzyTracking
+from robotics.controllers.lyapunov import Lyapunov
+from robotics.controllers.sliding_mode import SlidingMode
+from robotics.quantity import accepted
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A law with some of its gains set."""
+
+    law: Any
+    gains: dict[str, Any]
+    title: str
+    note: str  # where the gains come from
+
+
+CATALOGUE: dict[str, Preset] = {
+    "fuzzy": Preset(
+        FuzzyTracking, {}, "Fuzzy", "Table 5.6 with rule 11 repaired; look-ahead 0.4 s by design rule, not by search"
+    ),
+    "fuzzy-literal": Preset(
+        FuzzyTracking,
+        {"rule_base": "tracking-literal", "look_ahead": 0.05},
+        "Fuzzy, literal",
+        "Table 5.6 as printed, the target being the next sample",
+    ),
+    "lyapunov": Preset(Lyapunov, {}, "Lyapunov", "(2.30), (2.32) with 1, 10, 5: damping 0.79 by formula"),
+    "lyapunov-thesis": Preset(
+        Lyapunov, {"ky": 1.0, "kpsi": 1.0}, "Lyapunov, thesis gains", "(2.30), (2.32) with the thesis's 1, 1, 1"
+    ),
+    "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
+    "assm": Preset(
+        SlidingMode, {"mode": "assm", "k": 0.8}, "Arbitrary 2nd-order SM", "K = 0.8, λ = 10 (thesis 2.1.3.2)"
+    ),
+    "qssm": Preset(SlidingMode, {"mode": "qssm", "k": 0.8}, "Quasi-continuous SM", "K = 0.8, λ = 10 (thesis 2.1.3.2)"),
+    "esm": Preset(SlidingMode, {"mode": "esm"}, "Exponential SM", "K = 0.2, λ = 10, μ0 = 0.1, α = 3 (thesis 2.1.3.2)"),
+}
+
+
+def controller(specification: str) -> Controller:
+    """The controller of a specification ``name`` or ``name:gain=value,gain=value``.
+
+    Raises ControllerError for an unknown name or gain, or a value that the gain cannot take.
+    """
+    name, _, gains = specification.partition(":")
+    preset = CATALOGUE.get(name.strip())
+    if preset is None:
+        raise ControllerError(expected(name.strip(), CATALOGUE, "controller"))
+    values = dict(preset.gains)
+    known = {f.name: f for f in fields(preset.law) if f.init and f.name not in ("level", "mode")}
+    for item in filter(None, (part.strip() for part in gains.split(","))):
+        gain, equals, text = (part.strip() for part in item.partition("="))
+        if gain not in known:
+            raise ControllerError(f"controller {name!r}: " + expected(gain, known, "gain"))
+        if not equals or not text:
+            raise ControllerError(f"controller {name!r}: gain {gain!r} needs a value: {gain}=...")
+        values[gain] = _value(name, known[gain], text)
+    try:
+        return preset.law(**values)
+    except ControllerError as error:
+        raise ControllerError(f"controller {name!r}: {error}") from None
+
+
+def _value(name: str, field: Any, text: str) -> Any:
+    if "unit" in field.metadata:
+        try:
+            return float(text)
+        except ValueError:
+            raise ControllerError(
+                f"controller {name!r}: {field.name} must be {accepted(field.metadata)}; got {text!r}"
+            ) from None
+    if get_origin(field.type) is Literal and text not in get_args(field.type):
+        choices = ", ".join(map(repr, get_args(field.type)))
+        raise ControllerError(f"controller {name!r}: {field.name} must be one of {choices}; got {text!r}")
+    return text
+
+
+def gains_of(law: Controller) -> dict[str, Any]:
+    """Every gain of a controller, by name: what a comparison records beside its numbers."""
+    return {
+        f.name: getattr(law, f.name)
+        for f in fields(law)  # type: ignore[arg-type]
+        if f.init and (f.default is not MISSING)
+    }

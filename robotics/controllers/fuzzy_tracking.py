@@ -1,0 +1,100 @@
+"""Fuzzy trajectory tracking, thesis 2.3 and 5.3.1: the eleven rules of Table 5.6, and λ(y_err) of (2.36).
+
+The target is the trajectory's point ``look_ahead`` seconds from now (the thesis's next sample, some samples on).
+
+    d_RP = distance to the target,   α = its bearing from the heading,   x_err as in (5.9)
+    (v, ω) = tracking rule base(d_RP, α, x_err [, heading error])        (2.35)
+    α(new) = λ(y_err) + α, with the second rule base                     (2.36), optional
+
+With the bearing as α the rule base is pure pursuit: both lateral poles are those of s² + (2/T) s + 2/T² for a
+look-ahead of T (damping 0.71, √2/T rad/s), at any speed. That is a local certificate; convergence from afar is
+shown by sampling, not proved. With the path's heading as α the lateral error is unseen: λ is then needed, with
+y_err in the path's frame (the thesis's global y works on paths along +x only; errata A22, A23).
+"""
+
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from fuzzy.compiled import CompiledSugeno, compile_sugeno
+from fuzzy.fisfile import parse_fis, read_fis
+from fuzzy.naming import expected
+from fuzzy.system import Sugeno
+from robotics.controller import Command, ControllerError, Observation, wrapped
+from robotics.plant import Level
+from robotics.quantity import check_quantities, quantity
+
+INPUTS = ("distance", "alpha", "x_err", "heading_err")  # what a tracking rule base may ask for, by name
+
+
+@dataclass(frozen=True, kw_only=True)
+class FuzzyTracking:
+    """A tracking rule base and how it is used."""
+
+    rule_base: str = "tracking"  # a name of robotics/rulebases, or the path of a .fis file
+    look_ahead: float = quantity(0.4, "s", least=0, most=10)
+    deadband: float = quantity(0.03, "m", least=0)  # closer than this the bearing is noise: α := 0
+    steering: Literal["bearing", "heading"] = "bearing"  # what α is: to the target point, or to the path's heading
+    lateral: Literal["none", "path", "world"] = "none"  # the frame of y_err for λ; "world" is the thesis's
+    lateral_rule_base: str = "lateral"
+    level: Level = "velocity"
+    tracking: CompiledSugeno = field(init=False, repr=False, compare=False)
+    turn: CompiledSugeno = field(init=False, repr=False, compare=False)
+    inputs: tuple[int, ...] = field(init=False, repr=False)  # which of INPUTS the rule base takes, in its order
+
+    def __post_init__(self) -> None:
+        check_quantities(self, ControllerError)
+        fis = load_rule_base(self.rule_base)
+        for variable in fis.inputs:
+            if variable.name not in INPUTS:
+                raise ControllerError(f"{self.rule_base}: " + expected(variable.name, INPUTS, "tracking input"))
+        if len(fis.outputs) != 2:
+            raise ControllerError(f"{self.rule_base}: a tracking rule base has the outputs v and w, in this order")
+        object.__setattr__(self, "inputs", tuple(INPUTS.index(v.name) for v in fis.inputs))
+        object.__setattr__(self, "tracking", compile_sugeno(fis))
+        turn = load_rule_base(self.lateral_rule_base)
+        if len(turn.inputs) != 1 or len(turn.outputs) != 1:
+            raise ControllerError(f"{self.lateral_rule_base}: λ has one input, y_err, and one output")
+        object.__setattr__(self, "turn", compile_sugeno(turn))
+
+    def init(self, scenario: Any, runs: int) -> None:
+        """It remembers nothing."""
+
+    def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
+        """(2.35), (2.36)."""
+        target = seen.trajectory.at(seen.time + self.look_ahead)
+        dx, dy = target.x - seen.x, target.y - seen.y
+        distance = np.hypot(dx, dy)  # d_RP
+        heading_error = wrapped(target.heading - seen.heading)
+        bearing = wrapped(np.arctan2(dy, dx) - seen.heading)
+        alpha = np.where(distance < self.deadband, 0.0, bearing) if self.steering == "bearing" else heading_error
+        if self.lateral != "none":
+            if self.lateral == "path":
+                y_err = np.cos(target.heading) * dy - np.sin(target.heading) * dx
+            else:
+                y_err = dy
+            alpha = alpha + self.turn(y_err[..., None])[..., 0]  # (2.36)
+        x_err = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy  # (5.9)
+        known = (distance, alpha, x_err, heading_error)
+        command = self.tracking(np.stack([known[i] for i in self.inputs], axis=-1))
+        v, w = command[..., 0], command[..., 1]
+        return Command(v, w, v, w), None
+
+
+def rule_base_names() -> list[str]:
+    """The rule bases that come with the package."""
+    folder = resources.files("robotics") / "rulebases"
+    return sorted(f.name.removesuffix(".fis") for f in folder.iterdir() if f.name.endswith(".fis"))
+
+
+def load_rule_base(name: str) -> Sugeno:
+    """The rule base of that name, or in that ``.fis`` file. Raises ControllerError or FisFileError."""
+    if name in rule_base_names():
+        file = resources.files("robotics") / "rulebases" / f"{name}.fis"
+        return parse_fis(file.read_text(encoding="utf-8"), f"{name}.fis")
+    if Path(name).suffix != ".fis":
+        raise ControllerError(expected(name, rule_base_names(), "rule base") + "; or the path of a .fis file")
+    return read_fis(name)

@@ -1,0 +1,295 @@
+"""Paths: sine, circle, straight line, quintic and way-points, all compiled to one arc-length table.
+
+A shape is a curve p(u), u in [0, 1], with its first two derivatives. :func:`compile_path` measures its length
+(Gauss-Legendre quadrature, to 1e-9 m or better) and tabulates position, heading and curvature at equal steps of
+the abscissa s; :meth:`Path.at` evaluates arrays of abscissae at once by cubic Hermite interpolation.
+"""
+
+from dataclasses import dataclass, field
+from math import hypot, isfinite, pi
+from typing import Literal, NamedTuple, Protocol
+
+import numpy as np
+from numba import njit
+
+from robotics.quantity import check_quantities, quantity
+
+
+class PathError(ValueError):
+    """A path that cannot be driven. The message names the parameter, its value and what is accepted."""
+
+
+class Shape(Protocol):
+    """A plane curve p(u), u in [0, 1], twice continuously differentiable, with p' ≠ 0."""
+
+    def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """p, dp/du and d²p/du², each (2, ...) in m, at ``u`` (...)."""
+        ...
+
+
+def _require(condition: bool, what: str) -> None:
+    if not condition:
+        raise PathError(what)
+
+
+def _finite(shape: object, **values: object) -> None:
+    for name, value in values.items():
+        if not np.all(np.isfinite(np.asarray(value, dtype=float))):
+            raise PathError(f"{type(shape).__name__.lower()} path: {name} must be finite, got {value!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sine:
+    """y = offset + amplitude · sin(wavenumber · x + phase), from x_start to x_end; phase π/2 makes it a cosine."""
+
+    amplitude: float = quantity(1.0, "m")
+    wavenumber: float = quantity(1.0, "rad/m")
+    phase: float = quantity(0.0, "rad", least=-2 * pi, most=2 * pi)
+    offset: float = quantity(0.0, "m")
+    x_start: float = quantity(0.0, "m")
+    x_end: float = quantity(2 * pi, "m")
+
+    def __post_init__(self) -> None:
+        check_quantities(self, PathError)
+        _require(self.x_end != self.x_start, f"sine path: x_end must differ from x_start, got {self.x_end!r} for both")
+
+    def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """See :class:`Shape`."""
+        span = self.x_end - self.x_start
+        x = self.x_start + span * u
+        a, k, angle = self.amplitude, self.wavenumber, self.wavenumber * x + self.phase
+        one = np.ones_like(x)
+        return (
+            np.stack([x, self.offset + a * np.sin(angle)]),
+            np.stack([span * one, a * k * span * np.cos(angle)]),
+            np.stack([0 * one, -a * (k * span) ** 2 * np.sin(angle)]),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Circle:
+    """A circle, or as much of it as ``turns`` says, from ``start_angle`` on."""
+
+    center: tuple[float, float] = (0.0, 0.0)  # m
+    radius: float = quantity(1.0, "m", above=0)
+    start_angle: float = quantity(0.0, "rad", least=-2 * pi, most=2 * pi)  # where on the circle it begins
+    direction: Literal["counter-clockwise", "clockwise"] = "counter-clockwise"
+    turns: float = quantity(1.0, "turns", above=0)
+
+    def __post_init__(self) -> None:
+        check_quantities(self, PathError)
+        _finite(self, center=self.center)
+        _require(
+            self.direction in ("counter-clockwise", "clockwise"),
+            f"circle path: direction must be 'counter-clockwise' or 'clockwise', got {self.direction!r}",
+        )
+
+    def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """See :class:`Shape`."""
+        sweep = 2 * pi * self.turns * (1 if self.direction == "counter-clockwise" else -1)
+        angle = self.start_angle + sweep * u
+        radial = self.radius * np.stack([np.cos(angle), np.sin(angle)])
+        normal = self.radius * np.stack([-np.sin(angle), np.cos(angle)])
+        center = np.reshape(self.center, (2,) + (1,) * np.ndim(u))
+        return center + radial, sweep * normal, -(sweep**2) * radial
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line:
+    """The straight line from ``start`` to ``end``."""
+
+    start: tuple[float, float]  # m
+    end: tuple[float, float]  # m
+
+    def __post_init__(self) -> None:
+        _finite(self, start=self.start, end=self.end)
+        _require(self.start != self.end, f"line path: start and end are the same point {self.start}: its length is 0")
+
+    def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """See :class:`Shape`."""
+        shape = (2,) + (1,) * np.ndim(u)
+        start, end = np.reshape(self.start, shape), np.reshape(self.end, shape)
+        one = np.ones_like(u)
+        return start + (end - start) * u, (end - start) * one, 0.0 * (end - start) * one
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quintic:
+    """The fifth-order polynomial p(u) through given ends and end tangents, with p'' = 0 at both ends.
+
+    A tangent is dp/du [m]. A slope dy/dx stands for the tangent (X, slope · X), X being the extent in x: then y is
+    a quintic polynomial of x, the thesis's trajectory (2.3, 5.3).
+    """
+
+    start: tuple[float, float]  # m
+    end: tuple[float, float]  # m
+    start_slope: float = quantity(0.0, "1")  # dy/dx
+    end_slope: float = quantity(0.0, "1")  # dy/dx
+    start_tangent: tuple[float, float] | None = None  # m; instead of start_slope
+    end_tangent: tuple[float, float] | None = None  # m; instead of end_slope
+
+    def __post_init__(self) -> None:
+        check_quantities(self, PathError)
+        _finite(self, start=self.start, end=self.end)
+        _require(
+            self.start != self.end, f"quintic path: start and end are the same point {self.start}: its length is 0"
+        )
+        for name in ("start_tangent", "end_tangent"):
+            tangent = getattr(self, name)
+            if tangent is not None:
+                _finite(self, **{name: tangent})
+                _require(hypot(*tangent) > 0, f"quintic path: {name} must not be zero")
+            else:
+                _require(
+                    self.start[0] != self.end[0],
+                    "quintic path: a slope dy/dx needs ends with different x; give start_tangent and end_tangent",
+                )
+
+    def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """See :class:`Shape`."""
+        shape = (2,) + (1,) * np.ndim(u)
+        run = self.end[0] - self.start[0]
+        p0, p1 = np.reshape(self.start, shape), np.reshape(self.end, shape)
+        t0 = np.reshape(self.start_tangent or (run, run * self.start_slope), shape)
+        t1 = np.reshape(self.end_tangent or (run, run * self.end_slope), shape)
+        gap = p1 - p0
+        c3, c4, c5 = 10 * gap - 6 * t0 - 4 * t1, -15 * gap + 8 * t0 + 7 * t1, 6 * gap - 3 * t0 - 3 * t1
+        return (
+            p0 + u * (t0 + u**2 * (c3 + u * (c4 + u * c5))),
+            t0 + u**2 * (3 * c3 + u * (4 * c4 + u * 5 * c5)),
+            u * (6 * c3 + u * (12 * c4 + u * 20 * c5)),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Waypoints:
+    """A natural cubic spline through points, its parameter the chord length; closed if the ends coincide."""
+
+    points: tuple[tuple[float, float], ...]  # m, at least two
+
+    def __post_init__(self) -> None:
+        _require(len(self.points) >= 2, f"waypoints path: at least two points are needed, got {len(self.points)}")
+        _finite(self, points=self.points)
+        for i, (a, b) in enumerate(zip(self.points, self.points[1:], strict=False)):
+            _require(a != b, f"waypoints path: points {i + 1} and {i + 2} are the same, {a}: its length is 0 there")
+
+    def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """See :class:`Shape`."""
+        from scipy.interpolate import CubicSpline
+
+        points = np.asarray(self.points, dtype=float)
+        chord = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+        closed = len(points) > 3 and self.points[0] == self.points[-1]
+        spline = CubicSpline(chord / chord[-1], points, bc_type="periodic" if closed else "natural")
+        return (
+            np.moveaxis(spline(u), -1, 0),
+            np.moveaxis(spline(u, 1), -1, 0),
+            np.moveaxis(spline(u, 2), -1, 0),
+        )
+
+
+SHAPES: dict[str, type] = {"sine": Sine, "circle": Circle, "line": Line, "quintic": Quintic, "waypoints": Waypoints}
+
+
+class PathPoint(NamedTuple):
+    """Where a path is at given abscissae; every field has their shape."""
+
+    x: np.ndarray  # m
+    y: np.ndarray  # m
+    heading: np.ndarray  # rad, continuous along the path (not wrapped)
+    curvature: np.ndarray  # 1/m, > 0 to the left
+
+
+# Rows of the table
+X, Y, HEADING, CURVATURE, U = range(5)
+
+
+@dataclass(frozen=True)
+class Path:
+    """A path as a table over its abscissa s in [0, length]."""
+
+    length: float  # m
+    table: np.ndarray = field(repr=False)  # (5, nodes): x, y, heading, curvature, u at equal steps of s
+
+    @property
+    def spacing(self) -> float:
+        """The step of the abscissa between nodes [m]."""
+        return self.length / (self.table.shape[1] - 1)
+
+    def at(self, s: np.ndarray | float) -> PathPoint:
+        """The path at abscissae ``s`` [m] of any shape; beyond an end it stays there."""
+        s = np.asarray(s, dtype=float)
+        rows = lookup(self.table, self.length, np.atleast_1d(s).ravel())
+        return PathPoint(*(row.reshape(s.shape) for row in rows))
+
+    def abscissa(self, u: np.ndarray) -> np.ndarray:
+        """The abscissae [m] of parameters ``u`` in [0, 1] of the shape, to the table's accuracy (about 1e-9 m)."""
+        nodes = np.linspace(0.0, self.length, self.table.shape[1])
+        return np.interp(u, self.table[U], nodes)
+
+
+def compile_path(shape: Shape, spacing: float = 0.005) -> Path:
+    """The arc-length table of ``shape`` with nodes ``spacing`` metres apart or closer.
+
+    Raises PathError where the curve has no length, stands still or turns on the spot.
+    """
+    cells = 4096
+    edges = np.linspace(0.0, 1.0, cells + 1)
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    u = edges[:-1, None] + (nodes + 1) / (2 * cells)
+    _, slope, _ = shape.curve(u)
+    pieces = np.hypot(slope[0], slope[1]) @ weights / (2 * cells)
+    measured = np.concatenate([[0.0], np.cumsum(pieces)])
+    length = float(measured[-1])
+    name = type(shape).__name__.lower()
+    if not (isfinite(length) and length > 1e-9):
+        raise PathError(f"{name} path: its length is {length:g} m; a path needs a length > 0")
+    count = max(257, int(np.ceil(length / spacing)) + 1)
+    s = np.linspace(0.0, length, count)
+    parameter = _parameter_at(shape, edges, measured, s)
+    position, slope, bend = shape.curve(parameter)
+    speed = np.hypot(slope[0], slope[1])
+    if not np.min(speed) > 1e-9 * length:
+        where = position[:, np.argmin(speed)]
+        raise PathError(f"{name} path: it stands still at ({where[0]:g}, {where[1]:g}) m (a cusp); no heading there")
+    heading = np.unwrap(np.arctan2(slope[1], slope[0]))
+    curvature = (slope[0] * bend[1] - slope[1] * bend[0]) / speed**3  # thesis (5.6), regular at x' = 0
+    return Path(length, np.stack([position[0], position[1], heading, curvature, parameter]))
+
+
+def _parameter_at(shape: Shape, edges: np.ndarray, measured: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Invert the arc length: u with s(u) = ``s``, by Newton's method inside the cell of the quadrature."""
+    cell = np.clip(np.searchsorted(measured, s, side="right") - 1, 0, len(edges) - 2)
+    start, base = edges[cell], measured[cell]
+    u = start + (s - base) / (measured[cell + 1] - base) * (edges[cell + 1] - start)
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    for _ in range(4):
+        inner = start[:, None] + (u - start)[:, None] * (nodes + 1) / 2
+        _, slope, _ = shape.curve(inner)
+        travelled = (np.hypot(slope[0], slope[1]) @ weights) * (u - start) / 2
+        _, slope, _ = shape.curve(u)
+        u = u + (s - base - travelled) / np.hypot(slope[0], slope[1])
+    return np.clip(u, 0.0, 1.0)
+
+
+@njit(cache=True, error_model="numpy")
+def lookup(table, length, s):  # type: ignore[no-untyped-def]
+    """Cubic Hermite interpolation: positions with the tangent (cos, sin) of the heading, headings with κ."""
+    out = np.empty((4, s.shape[0]))
+    cells = table.shape[1] - 1
+    h = length / cells
+    for i in range(s.shape[0]):
+        place = min(max(s[i], 0.0), length) / h
+        k = min(int(place), cells - 1)
+        t = place - k
+        # The basis functions for values (left, right) and for slopes (left, right)
+        right = t * t * (3 - 2 * t)
+        left = 1 - right
+        slope_left = t * (1 - t) * (1 - t) * h
+        slope_right = -t * t * (1 - t) * h
+        a, b = table[2, k], table[2, k + 1]
+        out[0, i] = left * table[0, k] + right * table[0, k + 1] + slope_left * np.cos(a) + slope_right * np.cos(b)
+        out[1, i] = left * table[1, k] + right * table[1, k + 1] + slope_left * np.sin(a) + slope_right * np.sin(b)
+        out[2, i] = left * a + right * b + slope_left * table[3, k] + slope_right * table[3, k + 1]
+        out[3, i] = (1 - t) * table[3, k] + t * table[3, k + 1]
+    return out

@@ -1,0 +1,49 @@
+"""Quantities: numbers with a unit and a range of plausible values, declared beside the field that holds them.
+
+A plausible range catches the commonest mistake in a file of numbers: the right figure in the wrong unit
+(degrees for radians, millimetres for metres). The message names the field, its unit and what is accepted.
+"""
+
+from dataclasses import field, fields
+from math import inf, isfinite
+from typing import Any
+
+
+def quantity(
+    default: Any, unit: str, *, above: float = -inf, least: float = -inf, most: float = inf, doc: str = ""
+) -> Any:
+    """A dataclass field: a number in ``unit``, > ``above``, >= ``least`` and <= ``most``."""
+    return field(default=default, metadata={"unit": unit, "above": above, "least": least, "most": most, "doc": doc})
+
+
+def accepted(metadata: Any) -> str:
+    """The unit and the range of a quantity, in words: "a number in m, > 0 and <= 1"."""
+    bounds = []
+    if metadata["above"] > -inf:
+        bounds.append(f"> {metadata['above']:g}")
+    if metadata["least"] > -inf:
+        bounds.append(f">= {metadata['least']:g}")
+    if metadata["most"] < inf:
+        bounds.append(f"<= {metadata['most']:.6g}")
+    unit = f" in {metadata['unit']}" if metadata["unit"] != "1" else ""
+    return f"a finite number{unit}" + (", " + " and ".join(bounds) if bounds else "")
+
+
+def check_quantities(instance: Any, error: type[ValueError]) -> None:
+    """Make every quantity of a frozen dataclass a float within its range; raise ``error`` where one is not.
+
+    The exception's ``field`` attribute is the name of the offending field.
+    """
+    for f in fields(instance):
+        if "unit" not in f.metadata:
+            continue
+        value = getattr(instance, f.name)
+        if value is None and f.default is None:
+            continue
+        m = f.metadata
+        number = isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
+        if not (number and value > m["above"] and value >= m["least"] and value <= m["most"]):
+            problem = error(f"{f.name} must be {accepted(m)}; got {value!r}")
+            problem.field = f.name  # type: ignore[attr-defined]
+            raise problem
+        object.__setattr__(instance, f.name, float(value))

@@ -1,0 +1,127 @@
+"""A run: what happened, sample by sample, for every seed and robot; a table, a file, and back."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fuzzy.atomic import replacing
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+# The channels of a run, in the order of ``Run.samples``, with their units
+CHANNELS: dict[str, str] = {
+    "x": "m",  # true pose
+    "y": "m",
+    "heading": "rad",
+    "v": "m/s",  # true velocity
+    "w": "rad/s",
+    "x_measured": "m",  # what the controller saw
+    "y_measured": "m",
+    "heading_measured": "rad",
+    "command_1": "m/s or N m",  # v, or the right wheel's torque
+    "command_2": "rad/s or N m",  # ω, or the left wheel's torque
+    "v_demand": "m/s",  # the speed that the law tries to reach
+    "w_demand": "rad/s",
+    "effort": "N² m² s",  # ∫ τr² + τl² dt so far
+    "torque_variation": "N m",  # Σ |Δτr| + |Δτl| so far, at the wheel loops' 100 Hz
+}
+REFERENCE: dict[str, str] = {"x": "m", "y": "m", "heading": "rad", "v": "m/s", "w": "rad/s", "s": "m"}
+
+
+class RunError(ValueError):
+    """A file that holds no run, or a place where none can be written."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """All samples of all seeds and robots. ``run["x"]`` is (runs, robots, samples)."""
+
+    scenario: str
+    controller: str
+    level: str  # "velocity" or "torque": what the command is
+    seeds: tuple[int, ...]
+    time: np.ndarray  # (samples,) s
+    samples: np.ndarray = field(repr=False)  # (samples, channels, runs, robots); NaN after a robot was stopped
+    reference: np.ndarray = field(repr=False)  # (6, samples, robots): REFERENCE
+    paths: tuple[np.ndarray, ...] = field(repr=False)  # per robot (2, nodes) m: the path's nodes
+    stopped: np.ndarray = field(repr=False)  # (runs, robots) int: the sample at which it diverged, or -1
+
+    def __getitem__(self, channel: str) -> np.ndarray:
+        """One channel (runs, robots, samples)."""
+        return np.moveaxis(self.samples[:, list(CHANNELS).index(channel)], 0, -1)
+
+    def target(self, name: str) -> np.ndarray:
+        """One field of the reference (robots, samples): x, y, heading, v, w or s."""
+        return self.reference[list(REFERENCE).index(name)].T
+
+    @property
+    def diverged(self) -> np.ndarray:
+        """(runs, robots) bool: was the robot stopped?"""
+        return self.stopped >= 0
+
+    def divergences(self) -> list[str]:
+        """A sentence for every robot that was stopped."""
+        return [
+            f"controller {self.controller!r} diverged on {self.scenario!r}: robot {robot + 1}, seed {self.seeds[run]}, "
+            f"stopped at t = {self.time[self.stopped[run, robot]]:.2f} s"
+            for run, robot in np.argwhere(self.diverged)
+        ]
+
+    def frame(self) -> "pd.DataFrame":
+        """A pandas table: one row a seed, robot and sample; the reference beside the channels."""
+        import pandas as pd
+
+        runs, robots, n = len(self.seeds), self.samples.shape[3], len(self.time)
+        columns: dict[str, Any] = {
+            "seed": np.repeat(self.seeds, robots * n),
+            "robot": np.tile(np.repeat(np.arange(1, robots + 1), n), runs),
+            "time": np.tile(self.time, runs * robots),
+        }
+        columns |= {name: self[name].ravel() for name in CHANNELS}
+        columns |= {f"{name}_reference": np.tile(self.target(name).ravel(), runs) for name in REFERENCE}
+        return pd.DataFrame(columns)
+
+    def save(self, path: str | Path) -> None:
+        """Write the run to ``path`` (.npz), whole or not at all; :func:`load_run` reads it back without loss."""
+        about = {k: getattr(self, k) for k in ("scenario", "controller", "level")} | {"format": 1}
+        arrays: dict[str, Any] = {f"path_{i}": nodes for i, nodes in enumerate(self.paths)}
+        try:
+            with replacing(path) as temporary, temporary.open("wb") as file:
+                np.savez_compressed(
+                    file,
+                    about=np.array(json.dumps(about)),
+                    seeds=np.array(self.seeds),
+                    time=self.time,
+                    samples=self.samples,
+                    reference=self.reference,
+                    stopped=self.stopped,
+                    **arrays,
+                )
+        except OSError as error:
+            raise RunError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def load_run(path: str | Path) -> Run:
+    """The run in a file that :meth:`Run.save` wrote. Raises RunError."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            about = json.loads(str(file["about"]))
+            return Run(
+                about["scenario"],
+                about["controller"],
+                about["level"],
+                tuple(int(s) for s in file["seeds"]),
+                file["time"],
+                file["samples"],
+                file["reference"],
+                tuple(file[f"path_{i}"] for i in range(file["reference"].shape[2])),
+                file["stopped"],
+            )
+    except OSError as error:
+        raise RunError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except (KeyError, ValueError, EOFError) as error:
+        raise RunError(f"{path}: this file holds no run: {error}") from None

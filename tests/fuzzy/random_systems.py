@@ -1,0 +1,129 @@
+"""Random Sugeno systems and points for Hypothesis: every function, method, hedge and kind of rule.
+
+Numbers are sixteenths, so that points fall on feet, centers and edges often.
+"""
+
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+
+from fuzzy import membership as mf
+from fuzzy.rule import Clause, Rule
+from fuzzy.system import Constant, Linear, Sugeno, Variable
+
+UNIVERSE = (-3.0, 4.0)
+
+
+def sixteenths(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.integers(int(low * 16), int(high * 16)).map(lambda k: k / 16)
+
+
+POSITION = sixteenths(*UNIVERSE)
+WIDTH = sixteenths(0.25, 3) | sixteenths(-3, -0.25)
+SLOPE = sixteenths(-6, 6)
+
+
+def ascending(n: int) -> st.SearchStrategy[tuple[float, ...]]:
+    return st.lists(POSITION, min_size=n, max_size=n).map(lambda values: tuple(sorted(values)))
+
+
+PAIR = ascending(2)
+PARAMETERS: dict[type[mf.MembershipFunction], st.SearchStrategy[tuple[float, ...]]] = {
+    mf.Triangle: ascending(3),
+    # Two ordered pairs: shoulders may cross.
+    mf.Trapezoid: st.tuples(PAIR, PAIR).map(lambda p: (*p[0], *p[1])),
+    mf.LinearS: PAIR,
+    mf.LinearZ: PAIR,
+    mf.Gaussian: st.tuples(WIDTH, POSITION),
+    mf.TwoSidedGaussian: st.tuples(WIDTH, POSITION, WIDTH, POSITION),
+    mf.Bell: st.tuples(WIDTH, sixteenths(-2, 4), POSITION),
+    mf.Sigmoid: st.tuples(SLOPE, POSITION),
+    mf.SigmoidDifference: st.tuples(SLOPE, POSITION, SLOPE, POSITION),
+    mf.SigmoidProduct: st.tuples(SLOPE, POSITION, SLOPE, POSITION),
+    mf.SShape: st.tuples(POSITION, POSITION),
+    mf.ZShape: st.tuples(POSITION, POSITION),
+    mf.PiShape: st.tuples(POSITION, POSITION, POSITION, POSITION),
+}
+POSITIVE = tuple(f for f in mf.FUNCTIONS if f.log_formula is not None)
+
+
+@st.composite
+def functions(draw: st.DrawFn, kinds: tuple[type[mf.MembershipFunction], ...] = mf.FUNCTIONS) -> mf.MembershipFunction:
+    kind = draw(st.sampled_from(kinds))
+    return kind(*draw(PARAMETERS[kind]))
+
+
+@st.composite
+def systems(
+    draw: st.DrawFn,
+    *,
+    kinds: tuple[type[mf.MembershipFunction], ...] = mf.FUNCTIONS,
+    order: int = 1,
+    plain: bool = False,
+    defuzzification: str | None = None,
+) -> Sugeno:
+    """A system of 1 to 3 inputs. ``plain``: only "and" of terms, multiplied; ``order`` 0: only constants."""
+    count = draw(st.integers(1, 3))
+    terms = st.lists(functions(kinds), min_size=1, max_size=3)
+    inputs = [
+        Variable(f"x{i}", UNIVERSE, {f"t{k}": f for k, f in enumerate(draw(terms))}) for i in range(count)
+    ]
+    value = sixteenths(-5, 5)
+    linear = st.builds(Linear, st.lists(value, min_size=count, max_size=count), value)
+    consequent = st.builds(Constant, value) | (linear if order else st.nothing())
+    proposals = st.lists(consequent, min_size=1, max_size=3)
+    outputs = [
+        Variable(f"y{o}", (-5.0, 6.0), {f"c{k}": c for k, c in enumerate(draw(proposals))})
+        for o in range(draw(st.integers(1, 2)))
+    ]
+
+    def part(variables: list[Variable]) -> list[Variable]:
+        return draw(st.lists(st.sampled_from(variables), min_size=1, unique_by=lambda v: v.name))
+
+    def clause(variable: Variable) -> Clause:
+        negated = not plain and draw(st.booleans())
+        power = draw(st.sampled_from([1.0, 1.0, 0.5, 2.0, 3.0, 1.3]))
+        return Clause(variable.name, draw(st.sampled_from(list(variable.terms))), negated, power)
+
+    rules = [
+        Rule(
+            tuple(clause(v) for v in part(inputs)),
+            tuple((v.name, draw(st.sampled_from(list(v.terms)))) for v in part(outputs)),
+            "and" if plain else draw(st.sampled_from(["and", "or"])),
+            draw(st.sampled_from([1.0, 1.0, 0.5, 0.125, 0.0])),
+        )
+        for _ in range(draw(st.integers(1, 5)))
+    ]
+    return Sugeno(
+        inputs,
+        outputs,
+        rules,
+        and_method="prod" if plain else draw(st.sampled_from(["prod", "min"])),
+        or_method=draw(st.sampled_from(["probor", "max"])),
+        defuzzification=defuzzification or draw(st.sampled_from(["wtaver", "wtsum"])),
+        no_rule_fires=draw(st.sampled_from(["midrange", "nan"])),
+        out_of_range=draw(st.sampled_from(["ignore", "clip"])),
+    )
+
+
+def points(inputs: int, shape: tuple[int, ...] | None = None) -> st.SearchStrategy[np.ndarray]:
+    """Points (..., inputs), some of them outside the universe of discourse."""
+    shapes = array_shapes(max_dims=3, max_side=4) if shape is None else st.just(shape)
+    return shapes.flatmap(lambda s: arrays(np.float64, (*s, inputs), elements=sixteenths(-3.5, 4.5)))
+
+
+@st.composite
+def systems_with_points(draw: st.DrawFn, shape: tuple[int, ...] | None = None, **choices) -> tuple[Sugeno, np.ndarray]:
+    fis = draw(systems(**choices))
+    return fis, draw(points(len(fis.inputs), shape))
+
+
+def conditioning(fis: Sugeno, firing: np.ndarray) -> np.ndarray:
+    """By how much an average over rules (..., outputs) magnifies a rounding error in the degrees.
+
+    A degree is rounded at 1e-16, also where it is a small difference of large ones (1 − μ): an average over
+    weakly firing rules then has fewer true digits. Infinite where nothing fires to speak of.
+    """
+    takes_part = (fis.structure.consequent >= 0).astype(float)
+    strength = firing @ takes_part.T
+    return np.where(strength > 1e-9, 1 / np.clip(strength, 1e-300, 1), np.inf)
