@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -16,7 +16,7 @@ from fuzzy.terminal import FAILED, plain, print_json, run
 if TYPE_CHECKING:
     import numpy as np
 
-    from fuzzy.system import Sugeno, Variable
+    from fuzzy.system import Sugeno
 
 app = typer.Typer(
     help="Look at, check, draw and evaluate Sugeno fuzzy systems in MATLAB's .fis files.",
@@ -127,7 +127,7 @@ def plot(
 
     Without -o the picture is FILE's name with the kind, a .png in this folder.
 
-    Example: fuzzy plot tipper.fis --kind rules --at service=3 --at food=8 -o rules.pdf
+    Example: fuzzy plot tipper.fis --kind rules --at service=3 -o a.pdf
     """
     fis = _read(file)
     path = _picture(output_file, file, kind.value)
@@ -141,7 +141,7 @@ def plot(
     if kind is PlotKind.memberships:
         figure = plot_memberships(fis, variable)
     elif kind is PlotKind.rules:
-        figure = plot_rules(fis, point_of(fis, dict(_values(fis, at or []))), only_fired)
+        figure = plot_rules(fis, point_of(fis, _values(fis, at or [])), only_fired)
     else:
         figure = plot_structure(fis)
     save_figure(figure, path)
@@ -165,14 +165,14 @@ def surface(
 
     With --json the grid, the output and where a rule fires are printed, and a picture is written only with -o.
 
-    Example: fuzzy surface tipper.fis --inputs service,food --output tip -o tip.pdf
+    Example: fuzzy surface tipper.fis --inputs service,food -o tip.pdf
     """
     fis = _read(file)
     axes = _axes(fis, inputs)
-    fixed: dict[str | int, float] = dict(_values(fis, at or []))
+    fixed = _values(fis, at or [])
     which: str | int = 0 if output is None else output
     if json:
-        from fuzzy.surfacedata import surface as surface_data
+        from fuzzy.surfacegrid import surface as surface_data
 
         data = surface_data(fis, axes, which, fixed, points)
     path = None

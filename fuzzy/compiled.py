@@ -110,4 +110,3 @@ def compile_sugeno(fis: Sugeno) -> CompiledSugeno:
         default=np.array([v.midrange if fis.no_rule_fires == "midrange" else np.nan for v in fis.outputs]),
     )
     return CompiledSugeno(fis, tables)
-

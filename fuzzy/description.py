@@ -85,9 +85,6 @@ def _rule(number: int, rule: Any) -> dict[str, Any]:
         "rule": str(rule),
         "connective": rule.connective,
         "weight": rule.weight,
-        "when": [
-            {"input": c.variable, "term": c.term, "not": c.negated, "power": c.power}
-            for c in rule.when
-        ],
+        "when": [{"input": c.variable, "term": c.term, "not": c.negated, "power": c.power} for c in rule.when],
         "then": dict(rule.then),
     }

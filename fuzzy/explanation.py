@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -125,8 +125,10 @@ class Explanation:
                 line += f": {how}"
             elif self.system.no_rule_fires == "midrange":
                 line += ": no rule for it fires, so the middle of its range stands there"
-            else:
+            elif self.system.no_rule_fires == "nan":
                 line += ": no rule for it fires"
+            else:
+                line += ": no rule for it fires, and the system is told to refuse such inputs"
             lines.append(line)
         return lines
 
@@ -135,7 +137,7 @@ def explain(fis: Sugeno, x: Any) -> Explanation:
     """Evaluate ``fis`` at one point ``x`` (inputs,) and keep what led to the result.
 
     Says in the explanation what :func:`fuzzy.inference.infer` would warn of. Raises FuzzySystemError for a point
-    of the wrong shape, and where the system is told to refuse the point.
+    of the wrong shape, and for one outside the universe if the system is told to refuse it.
     """
     fis = detached(fis)
     x = np.asarray(x, dtype=float)
@@ -146,7 +148,7 @@ def explain(fis: Sugeno, x: Any) -> Explanation:
         )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InferenceWarning)
-        result = infer(fis, x)
+        result = infer(replace(fis, no_rule_fires="nan") if fis.no_rule_fires == "error" else fis, x)
     takes_part = fis.structure.consequent.T >= 0  # (rules, outputs)
     share = np.where(takes_part, result.weights[:, None], 0.0)
     total = share.sum(axis=0)

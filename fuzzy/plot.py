@@ -4,17 +4,14 @@ Every function returns a matplotlib figure (``figure.savefig("a.pdf")``, :func:`
 and without touching pyplot's. MATLAB's names are aliases: plotmf, gensurf, ruleview, plotfis.
 """
 
-import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from fuzzy.detached import detached
 from fuzzy.drawing import (
     COLORS,
     COLUMN,
@@ -26,10 +23,10 @@ from fuzzy.drawing import (
     save_figure,
     style,
 )
-from fuzzy.inference import InferenceWarning, infer
 from fuzzy.membershipplot import plot_memberships
 from fuzzy.network import plot_structure
 from fuzzy.ruleviewer import plot_rules
+from fuzzy.surfacegrid import Surface, surface, surface_axes
 from fuzzy.system import FuzzySystemError, Sugeno
 from fuzzy.universe import place_of, point_of
 
@@ -48,70 +45,11 @@ __all__ = [
 ]
 
 
-class Surface(NamedTuple):
-    """An output over two inputs, or over one (then ``y`` is None and the rest is one-dimensional)."""
-
-    x: np.ndarray  # (points, points): the first input, along the last axis
-    y: np.ndarray | None  # (points, points): the second input, along the first axis
-    z: np.ndarray  # (points, points): the output
-    fired: np.ndarray  # (points, points) bool: does any rule fire there?
-
-
-def surface(
-    fis: Sugeno,
-    inputs: Sequence[str | int] | str | int | None = None,
-    output: str | int = 0,
-    fixed: Mapping[str | int, float] | None = None,
-    points: int | Sequence[int] = 61,
-) -> Surface:
-    """An output on a grid over one or two inputs, the others held at ``fixed`` or the middle of their universe.
-
-    Inputs and output are given by name or by place; the default is the first two inputs, or the only one.
-    ``points`` is the number of grid points, or one number an input. Where no rule fires, ``z`` is what the system
-    says there (not-a-number if it would raise an error) and ``fired`` is False.
-
-    Raises FuzzySystemError for inputs and outputs that do not exist or stand in ``inputs`` and ``fixed`` both.
-    """
-    fis = detached(fis)
-    places = _places(fis, inputs)
-    j = place_of(output, fis.outputs, "output")
-    point = point_of(fis, fixed)
-    for which in fixed or {}:
-        i = place_of(which, fis.inputs, "input")
-        if i in places:
-            raise FuzzySystemError(f"input {fis.inputs[i].name!r} cannot both be held and be an axis")
-    counts = [points] * len(places) if isinstance(points, int) else list(points)
-    if len(counts) != len(places) or any(count < 2 for count in counts):
-        raise FuzzySystemError(f"points must be at least 2, one number or one an input, got {points!r}")
-    axes = [np.linspace(*fis.inputs[i].universe, count) for i, count in zip(places, counts, strict=True)]
-    grids = np.meshgrid(*axes)
-    x = np.broadcast_to(point, (*grids[0].shape, len(point))).copy()
-    for i, grid in zip(places, grids, strict=True):
-        x[..., i] = grid
-    if fis.no_rule_fires == "error":
-        fis = replace(fis, no_rule_fires="nan")
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", ".*no rule fires", InferenceWarning)
-        result = infer(fis, x)
-    return Surface(grids[0], grids[1] if len(grids) > 1 else None, result.output[..., j], result.fired[..., j])
-
-
-def _places(fis: Sugeno, inputs: Sequence[str | int] | str | int | None) -> list[int]:
-    if inputs is None:
-        inputs = range(min(2, len(fis.inputs)))
-    elif isinstance(inputs, (str, int)):
-        inputs = [inputs]
-    places = [place_of(which, fis.inputs, "input") for which in inputs]
-    if len(places) not in (1, 2) or len(set(places)) != len(places):
-        raise FuzzySystemError(f"a surface has one or two different inputs for axes, got {list(inputs)}")
-    return places
-
-
 def plot_surface(
     fis: Sugeno,
     inputs: Sequence[str | int] | str | int | None = None,
     output: str | int = 0,
-    fixed: Mapping[str | int, float] | None = None,
+    fixed: Mapping[Any, float] | None = None,
     points: int | Sequence[int] | None = None,
     kind: Literal["contour", "3d", "both"] = "contour",
     ax: Any = None,
@@ -125,7 +63,7 @@ def plot_surface(
         raise FuzzySystemError(f"kind must be 'contour', '3d' or 'both', got {kind!r}")
     if kind == "both" and ax is not None:
         raise FuzzySystemError("kind 'both' draws two pictures and takes no axes")
-    places = _places(fis, inputs)
+    places = surface_axes(fis, inputs)
     data = surface(fis, places, output, fixed, points or (61 if len(places) == 2 else 401))
     j = place_of(output, fis.outputs, "output")
     held = _held(fis, places, fixed)
@@ -153,7 +91,7 @@ def plot_surface(
         return figure
 
 
-def _held(fis: Sugeno, places: Sequence[int], fixed: Mapping[str | int, float] | None) -> str:
+def _held(fis: Sugeno, places: Sequence[int], fixed: Mapping[Any, float] | None) -> str:
     point = point_of(fis, fixed)
     return ", ".join(
         f"{v.name} = {quantity(value, v)}"

@@ -1,6 +1,8 @@
 """The rule viewer: what every rule does at one point."""
 
+import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,7 @@ from fuzzy.drawing import (
     style,
     text_width,
 )
-from fuzzy.inference import Inference, infer
+from fuzzy.inference import Inference, InferenceWarning, infer
 from fuzzy.rule import Clause, hedge_words
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
 from fuzzy.universe import universe_grid
@@ -47,7 +49,12 @@ def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False) -> Figure:
         )
     if not fis.rules:
         raise FuzzySystemError(f"{fis.name} has no rules to show")
-    result = infer(fis, x)
+    if fis.no_rule_fires == "error":
+        fis = replace(fis, no_rule_fires="nan")
+    with warnings.catch_warnings():
+        # The picture says both that an input is out of range and that no rule fires.
+        warnings.simplefilter("ignore", InferenceWarning)
+        result = infer(fis, x)
     shown = [r for r in range(len(fis.rules)) if not only_fired or result.weights[r] >= 1e-3]
     row = min(0.5, max(0.26, 6.5 / max(len(shown), 1)))  # inches
     body, head, foot, axis = row * max(len(shown), 1), 0.42, 0.62, 0.25

@@ -13,7 +13,7 @@ import typer
 
 OK, FAILED, USAGE, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 # typer brings its own copy of click or uses the installed one, by version: this finds the class in either.
-_ClickError = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
+_ClickError: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
 
 
 def run(
@@ -61,7 +61,7 @@ def run(
 
 def print_json(value: Any) -> None:
     """Print ``value`` as one JSON document on stdout; not-a-number and infinity, which JSON lacks, are null."""
-    print(json.dumps(plain(value), ensure_ascii=False, indent=2))
+    print(json.dumps(plain(value), ensure_ascii=False))
 
 
 def plain(value: Any) -> Any:

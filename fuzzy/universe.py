@@ -31,7 +31,7 @@ def place_of(which: str | int, variables: Sequence[Variable], what: str) -> int:
     return which % len(names)
 
 
-def point_of(fis: Sugeno, fixed: Mapping[str | int, float] | None) -> np.ndarray:
+def point_of(fis: Sugeno, fixed: Mapping[Any, float] | None) -> np.ndarray:
     """The middle of every input's universe (inputs,), with the values of ``fixed`` (by name or place) in it."""
     point = np.array([v.midrange for v in fis.inputs])
     for which, value in (fixed or {}).items():

@@ -65,9 +65,7 @@ def systems(
     """A system of 1 to 3 inputs. ``plain``: only "and" of terms, multiplied; ``order`` 0: only constants."""
     count = draw(st.integers(1, 3))
     terms = st.lists(functions(kinds), min_size=1, max_size=3)
-    inputs = [
-        Variable(f"x{i}", UNIVERSE, {f"t{k}": f for k, f in enumerate(draw(terms))}) for i in range(count)
-    ]
+    inputs = [Variable(f"x{i}", UNIVERSE, {f"t{k}": f for k, f in enumerate(draw(terms))}) for i in range(count)]
     value = sixteenths(-5, 5)
     linear = st.builds(Linear, st.lists(value, min_size=count, max_size=count), value)
     consequent = st.builds(Constant, value) | (linear if order else st.nothing())
