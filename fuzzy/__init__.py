@@ -1,1 +1,166 @@
-"""Fuzzy inference: Sugeno systems, membership functions, rules in English, MATLAB's files, pictures."""
+"""Fuzzy inference: Sugeno systems, membership functions, rules in English, MATLAB's files, pictures.
+
+>>> import fuzzy
+>>> speed = fuzzy.Sugeno(
+...     inputs=[fuzzy.Variable("distance", (0, 2), {"near": fuzzy.LinearZ(0, 1), "far": fuzzy.LinearS(0, 1)}, "m")],
+...     outputs=[fuzzy.Variable("v", (0, 1), {"stop": 0.0, "cruise": 0.5}, "m/s")],
+...     rules=["if distance is near then v is stop", "if distance is far then v is cruise"],
+... )
+>>> float(speed([0.5])[0])
+0.25
+
+What needs matplotlib or Numba (pictures, the compiled evaluator) is imported when it is first used.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from fuzzy.diagnosis import Finding, check
+from fuzzy.errors import InputError
+from fuzzy.explanation import Explanation, explain
+from fuzzy.fisfile import FisFileError, FisFileWarning, format_fis, parse_fis, read_fis, write_fis
+from fuzzy.inference import Inference, InferenceWarning, infer
+from fuzzy.language import RuleError, parse_rule
+from fuzzy.membership import (
+    Bell,
+    Gaussian,
+    LinearS,
+    LinearZ,
+    MembershipError,
+    MembershipFunction,
+    PiShape,
+    Sigmoid,
+    SigmoidDifference,
+    SigmoidProduct,
+    SShape,
+    Trapezoid,
+    Triangle,
+    TwoSidedGaussian,
+    ZShape,
+    dsigmf,
+    gauss2mf,
+    gaussmf,
+    gbellmf,
+    linsmf,
+    linzmf,
+    membership_function,
+    pimf,
+    psigmf,
+    sigmf,
+    smf,
+    trapmf,
+    trimf,
+    zmf,
+)
+from fuzzy.rule import Clause, Rule
+from fuzzy.surfacegrid import Surface, surface
+from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
+from fuzzy.table import DataError
+
+if TYPE_CHECKING:
+    from fuzzy.compiled import CompiledSugeno, compile_sugeno
+    from fuzzy.plot import (
+        gensurf,
+        plot_memberships,
+        plot_rules,
+        plot_structure,
+        plot_surface,
+        plotfis,
+        plotmf,
+        ruleview,
+        save_figure,
+    )
+
+_ON_FIRST_USE = {
+    **dict.fromkeys(("CompiledSugeno", "compile_sugeno"), "fuzzy.compiled"),
+    **dict.fromkeys(
+        (
+            "gensurf",
+            "plot_memberships",
+            "plot_rules",
+            "plot_structure",
+            "plot_surface",
+            "plotfis",
+            "plotmf",
+            "ruleview",
+            "save_figure",
+        ),
+        "fuzzy.plot",
+    ),
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _ON_FIRST_USE:
+        return getattr(import_module(_ON_FIRST_USE[name]), name)
+    raise AttributeError(f"module 'fuzzy' has no attribute {name!r}")
+
+
+__all__ = [
+    "Bell",
+    "Clause",
+    "CompiledSugeno",
+    "Constant",
+    "DataError",
+    "Explanation",
+    "Finding",
+    "FisFileError",
+    "FisFileWarning",
+    "FuzzySystemError",
+    "Gaussian",
+    "Inference",
+    "InferenceWarning",
+    "InputError",
+    "Linear",
+    "LinearS",
+    "LinearZ",
+    "MembershipError",
+    "MembershipFunction",
+    "PiShape",
+    "Rule",
+    "RuleError",
+    "SShape",
+    "Sigmoid",
+    "SigmoidDifference",
+    "SigmoidProduct",
+    "Sugeno",
+    "Surface",
+    "Trapezoid",
+    "Triangle",
+    "TwoSidedGaussian",
+    "Variable",
+    "ZShape",
+    "check",
+    "compile_sugeno",
+    "dsigmf",
+    "explain",
+    "format_fis",
+    "gauss2mf",
+    "gaussmf",
+    "gbellmf",
+    "gensurf",
+    "infer",
+    "linsmf",
+    "linzmf",
+    "membership_function",
+    "parse_fis",
+    "parse_rule",
+    "pimf",
+    "plot_memberships",
+    "plot_rules",
+    "plot_structure",
+    "plot_surface",
+    "plotfis",
+    "plotmf",
+    "psigmf",
+    "read_fis",
+    "ruleview",
+    "save_figure",
+    "sigmf",
+    "smf",
+    "surface",
+    "trapmf",
+    "trimf",
+    "write_fis",
+    "zmf",
+]

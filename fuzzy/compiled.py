@@ -8,25 +8,26 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy import kernel, membership
+from fuzzy import layout, membership
 from fuzzy.inference import logarithmic, say_no_rule_fires, say_out_of_range
-from fuzzy.kernel import Tables, evaluate_batch
+from fuzzy.kernel import evaluate_batch
+from fuzzy.layout import Tables
 from fuzzy.system import FuzzySystemError, Linear, Sugeno
 
 _KINDS: dict[type[membership.MembershipFunction], int] = {
-    membership.Triangle: kernel.TRIANGLE,
-    membership.Trapezoid: kernel.TRAPEZOID,
-    membership.LinearS: kernel.LINEAR_S,
-    membership.LinearZ: kernel.LINEAR_Z,
-    membership.Gaussian: kernel.GAUSSIAN,
-    membership.TwoSidedGaussian: kernel.TWO_SIDED_GAUSSIAN,
-    membership.Bell: kernel.BELL,
-    membership.Sigmoid: kernel.SIGMOID,
-    membership.SigmoidDifference: kernel.SIGMOID_DIFFERENCE,
-    membership.SigmoidProduct: kernel.SIGMOID_PRODUCT,
-    membership.SShape: kernel.S_SHAPE,
-    membership.ZShape: kernel.Z_SHAPE,
-    membership.PiShape: kernel.PI_SHAPE,
+    membership.Triangle: layout.TRIANGLE,
+    membership.Trapezoid: layout.TRAPEZOID,
+    membership.LinearS: layout.LINEAR_S,
+    membership.LinearZ: layout.LINEAR_Z,
+    membership.Gaussian: layout.GAUSSIAN,
+    membership.TwoSidedGaussian: layout.TWO_SIDED_GAUSSIAN,
+    membership.Bell: layout.BELL,
+    membership.Sigmoid: layout.SIGMOID,
+    membership.SigmoidDifference: layout.SIGMOID_DIFFERENCE,
+    membership.SigmoidProduct: layout.SIGMOID_PRODUCT,
+    membership.SShape: layout.S_SHAPE,
+    membership.ZShape: layout.Z_SHAPE,
+    membership.PiShape: layout.PI_SHAPE,
 }
 
 
@@ -87,7 +88,7 @@ def compile_sugeno(fis: Sugeno) -> CompiledSugeno:
         for r in np.flatnonzero(s.consequent[o] >= 0):
             *slope, constant[o, r] = consequents[s.consequent[o, r]]
             slopes[o, r, : len(slope)] = slope
-    tables = Tables(
+    arrays = Tables(
         low=np.array([v.universe[0] for v in fis.inputs]),
         high=np.array([v.universe[1] for v in fis.inputs]),
         clip=fis.out_of_range == "clip",
@@ -109,4 +110,4 @@ def compile_sugeno(fis: Sugeno) -> CompiledSugeno:
         weighted_sum=fis.defuzzification == "wtsum",
         default=np.array([v.midrange if fis.no_rule_fires == "midrange" else np.nan for v in fis.outputs]),
     )
-    return CompiledSugeno(fis, tables)
+    return CompiledSugeno(fis, arrays)

@@ -78,12 +78,8 @@ def _coverage(fis: Sugeno, points: int, seed: int) -> Iterator[Finding]:
             for v, (low, high) in zip(fis.inputs, box, strict=True)
         )
         part = f"about {share:.2g} %" if share >= 0.01 else "less than 0.01 %"
-        yield Finding(
-            "warning",
-            "no rule fires",
-            f"no rule for {output} fires in {part} of the input space, for example where {example}",
-            (output,),
-        )
+        where = f"in {part} of the input space, for example where {example}" if share < 100 else "anywhere"
+        yield Finding("warning", "no rule fires", f"no rule for {output} fires {where}", (output,))
     for variable in fis.inputs:
         for low, high, harmless in gaps_of_variable(fis, variable):
             place = f"at {low:.6g}" if low == high else f"from {low:.6g} to {high:.6g}"
@@ -126,36 +122,50 @@ def _same_antecedents(fis: Sugeno) -> Iterator[Finding]:
     for r, rule in enumerate(fis.rules):
         groups.setdefault(_antecedent(rule), []).append(r)
     for group in groups.values():
-        for first, second in combinations(group, 2):
-            one, other = fis.rules[first], fis.rules[second]
-            pair = (first + 1, second + 1)
-            numbers = f"rules {pair[0]} and {pair[1]}"
-            then, also = dict(one.then), dict(other.then)
-            different = [v for v in then if v in also and then[v] != also[v]]
-            if then == also and one.weight == other.weight:
-                yield Finding("warning", "duplicate rules", f"{numbers} are the same: {one}", pair)
-            elif then == also:
+        same: dict[tuple[object, ...], list[int]] = {}
+        for r in group:
+            same.setdefault((frozenset(fis.rules[r].then), fis.rules[r].weight), []).append(r)
+        for equal in same.values():
+            if len(equal) > 1:
                 yield Finding(
                     "warning",
                     "duplicate rules",
-                    f"{numbers} differ only in their weights, {one.weight:g} and {other.weight:g}: {one}",
-                    pair,
+                    f"{_numbers(equal)} are the same: {fis.rules[equal[0]]}",
+                    tuple(r + 1 for r in equal),
                 )
-            elif different and one.weight > 0 and other.weight > 0:
-                values = " and ".join(f"{v} both {then[v]} and {also[v]}" for v in different)
-                yield Finding(
-                    "warning",
-                    "contradictory rules",
-                    f"{numbers} have the same antecedent but make {values}: {_when(one)}",
-                    pair,
-                )
-            elif not different:
-                yield Finding(
-                    "note",
-                    "same antecedent",
-                    f"{numbers} have the same antecedent and could be one: {_when(one)}",
-                    pair,
-                )
+        for first, second in combinations([equal[0] for equal in same.values()], 2):
+            yield from _compared(fis, first, second)
+
+
+def _compared(fis: Sugeno, first: int, second: int) -> Iterator[Finding]:
+    """What to say of two rules with the same antecedent that are not equal."""
+    one, other = fis.rules[first], fis.rules[second]
+    then, also = dict(one.then), dict(other.then)
+    different = [v for v in then if v in also and then[v] != also[v]]
+    numbers, pair = _numbers([first, second]), (first + 1, second + 1)
+    if then == also:
+        yield Finding(
+            "warning",
+            "duplicate rules",
+            f"{numbers} differ only in their weights, {one.weight:g} and {other.weight:g}: {one}",
+            pair,
+        )
+    elif different and one.weight > 0 and other.weight > 0:
+        values = " and ".join(f"{v} both {then[v]} and {also[v]}" for v in different)
+        yield Finding(
+            "warning",
+            "contradictory rules",
+            f"{numbers} have the same antecedent but make {values}: {_when(one)}",
+            pair,
+        )
+    elif not different:
+        yield Finding(
+            "note", "same antecedent", f"{numbers} have the same antecedent and could be one: {_when(one)}", pair
+        )
+
+
+def _numbers(rules: Sequence[int]) -> str:
+    return f"rules {_listed([str(r + 1) for r in rules])}"
 
 
 def _when(rule: Rule) -> str:

@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass, field
 from typing import Any
 
+from fuzzy.errors import InputError
 from fuzzy.naming import expected
 
 _SYSTEM_KEYS = (
@@ -35,7 +36,7 @@ _HEADER = re.compile(r"\[\s*(\w+)\s*\]")
 _ENTRY = re.compile(r"(\w+)\s*=\s*(.*)")
 
 
-class FisFileError(ValueError):
+class FisFileError(InputError):
     """Text that is no Sugeno system, or a system that the format cannot hold.
 
     ``path`` names the file and ``line`` (from 1) the place; it is None where no line is at fault.

@@ -12,62 +12,33 @@ touched when this file changes.)
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-# The membership functions by number. Their parameters are those of fuzzy.membership, in the same order.
-TRIANGLE, TRAPEZOID, LINEAR_S, LINEAR_Z, S_SHAPE, Z_SHAPE, PI_SHAPE, SIGMOID_DIFFERENCE = range(8)
-GAUSSIAN, TWO_SIDED_GAUSSIAN, BELL, SIGMOID, SIGMOID_PRODUCT = range(8, 13)  # these have logarithms
+from fuzzy.layout import (
+    BELL,
+    GAUSSIAN,
+    LINEAR_S,
+    LINEAR_Z,
+    S_SHAPE,
+    SIGMOID_DIFFERENCE,
+    SIGMOID_PRODUCT,
+    TRAPEZOID,
+    TRIANGLE,
+    TWO_SIDED_GAUSSIAN,
+    Z_SHAPE,
+    Tables,
+    Workspace,
+)
 
-LANES = 256  # points a block: the rows of some ten rules with three inputs fit in 32 KiB
+LANES = 256  # points a block: enough to outweigh the calls, few enough for the rows to stay in the second cache
 
-_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
-
-
-class Tables(NamedTuple):
-    """A system as arrays; the terms of all inputs are numbered in one sequence."""
-
-    low: np.ndarray  # (inputs,) float: ends of the universe of discourse
-    high: np.ndarray  # (inputs,) float
-    clip: bool  # are inputs clipped to their universe?
-    kind: np.ndarray  # (terms,) int: the membership function's number
-    parameters: np.ndarray  # (terms, 4) float, filled up with 0
-    place: np.ndarray  # (terms,) int: the term's input
-    logarithmic: bool  # are firing strengths sums of logarithms?
-    clause: np.ndarray  # (rules, inputs) int: the term's number, or -1 where the rule leaves the input out
-    negated: np.ndarray  # (rules, inputs) bool
-    power: np.ndarray  # (rules, inputs) float
-    is_or: np.ndarray  # (rules,) bool
-    weight: np.ndarray  # (rules,) float
-    and_min: bool  # "and" is the minimum, otherwise the product
-    or_max: bool  # "or" is the maximum, otherwise the probabilistic or
-    takes_part: np.ndarray  # (outputs, rules) bool: has the rule a consequent for the output?
-    constant: np.ndarray  # (outputs, rules) float: the consequents, 0 where there is none
-    slopes: np.ndarray  # (outputs, rules, inputs) float
-    linear: np.ndarray  # (outputs,) bool: has the output any first-order consequent?
-    weighted_sum: bool  # wtsum, otherwise wtaver
-    default: np.ndarray  # (outputs,) float: the value where no rule fires
+kernel = njit(cache=True, error_model="numpy", nogil=True)
+inlined = njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
 
 
-class Workspace(NamedTuple):
-    """The rows of one block; what they hold from the last block does not matter."""
-
-    x: np.ndarray  # (inputs, lanes)
-    degree: np.ndarray  # (terms, lanes): degrees of membership, or their logarithms
-    firing: np.ndarray  # (rules, lanes): firing strengths w, or their logarithms
-    weights: np.ndarray  # (rules, lanes): w / Σ w
-    firing_flat: np.ndarray  # the same memory as one row
-    weights_flat: np.ndarray
-    scale: np.ndarray  # (max(rules, 1) * lanes,)
-    bits: np.ndarray  # the same memory as int64
-    row: np.ndarray  # (2, lanes)
-    output: np.ndarray  # (outputs, lanes)
-    missing: np.ndarray  # (outputs, lanes) bool: does no rule fire, although the inputs are known?
-
-
-@njit(**_OPTIONS)
+@kernel
 def workspace(tables: Tables, lanes: int) -> Workspace:
     """Rows for blocks of ``lanes`` points of a system: 1 for :func:`evaluate_point`. To be reused."""
     rules, inputs = tables.clause.shape
@@ -102,7 +73,7 @@ _E2, _E3, _E4, _E5, _E6, _E7 = (1 / math.factorial(n) for n in range(2, 8))
 _E8, _E9, _E10, _E11, _E12, _E13 = (1 / math.factorial(n) for n in range(8, 14))
 
 
-@njit(**_OPTIONS)
+@inlined
 def exp_nonpositive(values: np.ndarray, scale: np.ndarray, bits: np.ndarray) -> None:
     """``values`` (n,) ← exp(values), in place, for values ≤ 0; within one unit in the last place.
 
@@ -129,7 +100,7 @@ def exp_nonpositive(values: np.ndarray, scale: np.ndarray, bits: np.ndarray) -> 
         values[p] = (1.0 + (r + r * r * e)) * scale[p] * 2.0**-_HALF_RANGE
 
 
-@njit(**_OPTIONS)
+@kernel
 def log1p_unit(u: float) -> float:
     """log(1 + u) for 0 ≤ u ≤ 1, as 2 artanh(s) with s = u / (2 + u) ≤ 1/3, by its Taylor series."""
     s = u / (2.0 + u)
@@ -143,24 +114,24 @@ def log1p_unit(u: float) -> float:
 # Layer 1: degrees of membership -------------------------------------------------------------------------------
 
 
-@njit(**_OPTIONS)
+@kernel
 def _unit(z: float) -> float:
     return 0.0 if z < 0.0 else (1.0 if z > 1.0 else z)
 
 
-@njit(**_OPTIONS)
+@kernel
 def _rise(x: float, a: float, b: float) -> float:
     slope = _unit((x - a) / (b - a if b > a else 1.0))
     edge = 1.0 if x >= b else 0.0
     return slope if b > a else edge
 
 
-@njit(**_OPTIONS)
+@kernel
 def _fall(x: float, c: float, d: float) -> float:
     return _rise(-x, -d, -c)
 
 
-@njit(**_OPTIONS)
+@kernel
 def _s(x: float, a: float, b: float) -> float:
     z = _unit((x - a) / (b - a if b > a else 1.0))
     spline = 2.0 * (z * z) if z < 0.5 else 1.0 - 2.0 * ((1.0 - z) * (1.0 - z))
@@ -168,12 +139,12 @@ def _s(x: float, a: float, b: float) -> float:
     return spline if b > a else step
 
 
-@njit(**_OPTIONS)
+@kernel
 def _minimum(a: float, b: float) -> float:
     return b if b < a else a
 
 
-@njit(**_OPTIONS)
+@kernel
 def _piecewise(kind: int, parameters: np.ndarray, t: int, x: np.ndarray, i: int, degree: np.ndarray) -> None:
     """Row ``t`` of degrees, from row ``i`` of x, of a function made of straight lines and parabolas."""
     a, b, c, d = parameters[t, 0], parameters[t, 1], parameters[t, 2], parameters[t, 3]
@@ -201,7 +172,7 @@ def _piecewise(kind: int, parameters: np.ndarray, t: int, x: np.ndarray, i: int,
             degree[t, p] = _s(x[i, p], a, b) * _s(-x[i, p], -d, -c)
 
 
-@njit(**_OPTIONS)
+@kernel
 def _log_sigmoid(x: np.ndarray, a: float, c: float, result: np.ndarray, scale: np.ndarray, bits: np.ndarray) -> None:
     """A row of −log(1 + e^-z), z = a (x − c), as −(max(0, −z) + log(1 + e^-|z|)), which does not overflow."""
     for p in range(len(x)):
@@ -212,7 +183,7 @@ def _log_sigmoid(x: np.ndarray, a: float, c: float, result: np.ndarray, scale: n
         result[p] = -((-z if z < 0.0 else 0.0) + log1p_unit(result[p]))
 
 
-@njit(**_OPTIONS)
+@kernel
 def _log_bell(
     x: np.ndarray,
     a: float,
@@ -222,6 +193,7 @@ def _log_bell(
     row: np.ndarray,
     scale: np.ndarray,
     bits: np.ndarray,
+    lanes: int,
 ) -> None:
     """A row of −log(1 + |z|^2b), z = (x − c)/a, with |z|^2b = exp(2b log |z|) set apart at the center."""
     center = -math.inf if b > 0.0 else (math.inf if b < 0.0 else 0.0)
@@ -234,7 +206,7 @@ def _log_bell(
         result[p] = -((row[p] if row[p] > 0.0 else 0.0) + log1p_unit(result[p]))
 
 
-@njit(**_OPTIONS)
+@kernel
 def _log_degree(
     kind: int,
     parameters: np.ndarray,
@@ -244,6 +216,7 @@ def _log_degree(
     row: np.ndarray,
     scale: np.ndarray,
     bits: np.ndarray,
+    lanes: int,
 ) -> None:
     """A row of logarithms of the degrees of a function that is positive everywhere but no Gaussian."""
     a, b, c, d = parameters[t, 0], parameters[t, 1], parameters[t, 2], parameters[t, 3]
@@ -263,7 +236,7 @@ def _log_degree(
                 degree[p] += row[p]
 
 
-@njit(**_OPTIONS)
+@kernel
 def _difference(
     x: np.ndarray, parameters: np.ndarray, degree: np.ndarray, row: np.ndarray, scale: np.ndarray, bits: np.ndarray
 ) -> None:
@@ -276,7 +249,7 @@ def _difference(
         degree[p] = _unit(degree[p] - row[p])
 
 
-@njit(**_OPTIONS)
+@inlined
 def _memberships(
     kinds: np.ndarray,
     parameters: np.ndarray,
@@ -287,12 +260,13 @@ def _memberships(
     row: np.ndarray,
     scale: np.ndarray,
     bits: np.ndarray,
+    lanes: int,
 ) -> None:
     for t in range(len(kinds)):
         kind, i = kinds[t], place[t]
         if kind == GAUSSIAN:  # by far the most usual in systems that learn
             sigma, center = parameters[t, 0], parameters[t, 1]
-            for p in range(x.shape[1]):
+            for p in range(lanes):
                 z = (x[i, p] - center) / sigma
                 degree[t, p] = -0.5 * (z * z)
         elif kind < SIGMOID_DIFFERENCE:
@@ -308,10 +282,9 @@ def _memberships(
 # Layers 2 and 3: firing strengths and weights -----------------------------------------------------------------
 
 
-@njit(**_OPTIONS)
-def _clause(degree: np.ndarray, t: int, power: float, negated: bool, result: np.ndarray) -> None:
+@inlined
+def _clause(degree: np.ndarray, t: int, power: float, negated: bool, result: np.ndarray, lanes: int) -> None:
     """Row 0 of ``result`` ← row ``t`` of degrees after hedge and "not"."""
-    lanes = degree.shape[1]
     if power == 1.0:
         for p in range(lanes):
             result[0, p] = degree[t, p]
@@ -329,11 +302,12 @@ def _clause(degree: np.ndarray, t: int, power: float, negated: bool, result: np.
             result[0, p] = 1.0 - result[0, p]
 
 
-@njit(**_OPTIONS)
-def _firing(tables: Tables, degree: np.ndarray, firing: np.ndarray, weights: np.ndarray, row: np.ndarray) -> None:
+@inlined
+def _firing(
+    tables: Tables, degree: np.ndarray, firing: np.ndarray, weights: np.ndarray, row: np.ndarray, lanes: int
+) -> None:
     """Layer 2 from degrees."""
     rules, inputs = tables.clause.shape
-    lanes = row.shape[1]
     for r in range(rules):
         is_or, weight = tables.is_or[r], tables.weight[r]
         for p in range(lanes):
@@ -342,7 +316,7 @@ def _firing(tables: Tables, degree: np.ndarray, firing: np.ndarray, weights: np.
             t = tables.clause[r, i]
             if t < 0:
                 continue
-            _clause(degree, t, tables.power[r, i], tables.negated[r, i], row)
+            _clause(degree, t, tables.power[r, i], tables.negated[r, i], row, lanes)
             if is_or and tables.or_max:
                 for p in range(lanes):
                     firing[r, p] = row[0, p] if row[0, p] > firing[r, p] else firing[r, p]
@@ -360,7 +334,7 @@ def _firing(tables: Tables, degree: np.ndarray, firing: np.ndarray, weights: np.
             weights[r, p] = firing[r, p]
 
 
-@njit(**_OPTIONS)
+@inlined
 def _log_firing(
     clause: np.ndarray,
     power: np.ndarray,
@@ -374,10 +348,10 @@ def _log_firing(
     row: np.ndarray,
     scale: np.ndarray,
     bits: np.ndarray,
+    lanes: int,
 ) -> None:
     """Layer 2 from logarithms; ``weights`` ← the strengths over the greatest one, as a softmax has them."""
     rules, inputs = clause.shape
-    lanes = row.shape[1]
     for p in range(lanes):
         row[0, p] = -math.inf
     for r in range(rules):
@@ -412,10 +386,10 @@ def _log_firing(
 # Layers 4 and 5: consequents and their weighted average or sum ------------------------------------------------
 
 
-@njit(**_OPTIONS)
-def _normalise(weights: np.ndarray, row: np.ndarray) -> None:
+@inlined
+def _normalise(weights: np.ndarray, row: np.ndarray, lanes: int) -> None:
     """Layer 3: w / Σ w; 0 where nothing fires."""
-    rules, lanes = weights.shape
+    rules = len(weights)
     for p in range(lanes):
         row[0, p] = 0.0
     for r in range(rules):
@@ -428,7 +402,7 @@ def _normalise(weights: np.ndarray, row: np.ndarray) -> None:
             weights[r, p] /= row[0, p]
 
 
-@njit(**_OPTIONS)
+@inlined
 def _defuzzify(
     constant: np.ndarray,
     slopes: np.ndarray,
@@ -437,11 +411,12 @@ def _defuzzify(
     weighted_sum: bool,
     o: int,
     work: Workspace,
+    lanes: int,
 ) -> None:
     """Layers 4 and 5 of output ``o``; ``work.row[0]`` ← the sum of the weights that have a say in it."""
     x, weights, output, row = work.x, work.weights, work.output, work.row
     share = work.firing if weighted_sum else weights
-    inputs, lanes = x.shape
+    inputs = len(x)
     everyone = True
     for p in range(lanes):
         row[0, p] = 0.0
@@ -465,14 +440,26 @@ def _defuzzify(
             output[o, p] /= row[0, p] if row[0, p] > 0.0 else 1.0
 
 
-@njit(**_OPTIONS)
-def evaluate_block(tables: Tables, work: Workspace) -> None:
-    """``work.output`` and ``work.missing`` from ``work.x``."""
+@inlined
+def _evaluate(tables: Tables, work: Workspace, lanes: int) -> None:
+    """``work.output`` and ``work.missing`` from ``work.x``, which has ``lanes`` lanes.
+
+    The number is an argument for the sake of :func:`evaluate_point`: inlined with a 1, its loops vanish.
+    """
     x, output, missing, row = work.x, work.output, work.missing, work.row
-    inputs, lanes = x.shape
+    inputs = len(x)
     outputs = len(output)
     _memberships(
-        tables.kind, tables.parameters, tables.place, tables.logarithmic, x, work.degree, row, work.scale, work.bits
+        tables.kind,
+        tables.parameters,
+        tables.place,
+        tables.logarithmic,
+        x,
+        work.degree,
+        row,
+        work.scale,
+        work.bits,
+        lanes,
     )
     if tables.logarithmic:
         _log_firing(
@@ -488,12 +475,15 @@ def evaluate_block(tables: Tables, work: Workspace) -> None:
             row,
             work.scale,
             work.bits,
+            lanes,
         )
     else:
-        _firing(tables, work.degree, work.firing, work.weights, row)
-    _normalise(work.weights, row)
+        _firing(tables, work.degree, work.firing, work.weights, row, lanes)
+    _normalise(work.weights, row, lanes)
     for o in range(outputs):
-        _defuzzify(tables.constant, tables.slopes, tables.linear[o], tables.takes_part, tables.weighted_sum, o, work)
+        _defuzzify(
+            tables.constant, tables.slopes, tables.linear[o], tables.takes_part, tables.weighted_sum, o, work, lanes
+        )
         default = tables.default[o]
         for p in range(lanes):
             missing[o, p] = not row[0, p] > 0.0
@@ -506,7 +496,7 @@ def evaluate_block(tables: Tables, work: Workspace) -> None:
                     missing[o, p] = False
 
 
-@njit(**_OPTIONS)
+@kernel
 def evaluate_point(tables: Tables, x: np.ndarray, output: np.ndarray, work: Workspace) -> None:
     """``output`` (outputs,) ← the outputs at ``x`` (inputs,), for calls from other compiled functions.
 
@@ -519,12 +509,12 @@ def evaluate_point(tables: Tables, x: np.ndarray, output: np.ndarray, work: Work
             value = tables.low[i] if value < tables.low[i] else value
             value = tables.high[i] if value > tables.high[i] else value
         work.x[i, 0] = value
-    evaluate_block(tables, work)
+    _evaluate(tables, work, 1)
     for o in range(len(output)):
         output[o] = work.output[o, 0]
 
 
-@njit(**_OPTIONS)
+@kernel
 def evaluate_batch(tables: Tables, x: np.ndarray, output: np.ndarray, outside: np.ndarray, missing: np.ndarray) -> None:
     """``output`` (n, outputs) ← the outputs at ``x`` (n, inputs).
 
@@ -549,7 +539,7 @@ def evaluate_batch(tables: Tables, x: np.ndarray, output: np.ndarray, outside: n
                 for p in range(lanes):
                     row[p] = low if row[p] < low else (high if row[p] > high else row[p])
             outside[i] |= beyond != 0
-        evaluate_block(tables, work)
+        _evaluate(tables, work, lanes)
         for o in range(output.shape[1]):
             row = work.output[o]
             for p in range(count):

@@ -13,6 +13,7 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
+from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.rule import HEDGES, KEYWORDS, PLAIN_NAME, Clause, Rule
 
@@ -32,7 +33,7 @@ _UNKNOWN = re.compile(
 )
 
 
-class RuleError(ValueError):
+class RuleError(InputError):
     """A sentence that is no rule of the system. The message says why and marks the place in the sentence.
 
     ``sentence`` is the whole text, ``sentence[start:end]`` the word at fault (empty where a word is missing) and

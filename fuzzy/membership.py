@@ -23,12 +23,13 @@ from typing import Any, ClassVar
 import numpy as np
 from array_api_compat import array_namespace, device, is_array_api_obj
 
+from fuzzy.errors import InputError
 from fuzzy.naming import expected
 
 Array = Any  # any array of the array-API standard: numpy.ndarray, torch.Tensor, ...
 
 
-class MembershipError(ValueError):
+class MembershipError(InputError):
     """Parameters that make no membership function. The message names the function and the parameter."""
 
 

@@ -25,6 +25,7 @@ from fuzzy.universe import consequent_range, place_of, universe_grid
 
 _SIZE = 7.0  # of the labels, in points
 _LINE = 0.135  # the height of a line of labels, in inches
+_PANEL = 2.6  # the width of a panel's axes, about, in inches
 _ROWS = 3  # of labels above the curves, at most; beyond that a legend is easier to read
 
 
@@ -52,22 +53,23 @@ def plot_memberships(fis: Sugeno, variable: str | int | None = None, ax: Axes | 
         if ax is not None:
             _draw(ax, fis, chosen[0])
             return figure_of(ax)
-        upright = [k for k in chosen if k < len(fis.inputs) or not _as_bars(fis, everything[k])]
-        bars = [k for k in chosen if k not in upright]
-        # Rows of bars may be tall: they share no row with the others.
-        rows = [kind[k : k + 2] for kind in (upright, bars) for k in range(0, len(kind), 2)]
-        columns = max(len(row) for row in rows)
+        bars = [k for k in chosen if k >= len(fis.inputs) and _as_bars(fis, everything[k])]
+        legends = [k for k in chosen if k < len(fis.inputs) and not _labels_fit(everything[k])]
+        plain = [k for k in chosen if k not in bars and k not in legends]
+        # Rows of bars may be tall and share no row with the others; a legend takes half a row itself.
+        rows = [plain[n : n + 2] for n in range(0, len(plain), 2)]
+        rows += [[k] for k in legends] + [bars[n : n + 2] for n in range(0, len(bars), 2)]
+        columns = 2 if legends else max(len(row) for row in rows)
         heights = [max(_height(fis, k) for k in row) for row in rows]
         figure = new_figure(DOUBLE if columns == 2 else COLUMN, sum(heights))
         grid = figure.add_gridspec(len(rows), columns, height_ratios=heights)
         panels = [
-            # A lone panel of bars gets the whole row.
-            (figure.add_subplot(grid[r, :] if len(row) == 1 and k in bars else grid[r, c]), k)
+            (figure.add_subplot(grid[r, :] if len(row) == 1 and k not in plain else grid[r, c]), k)
             for r, row in enumerate(rows)
             for c, k in enumerate(row)
         ]
         for axes, k in panels:
-            _label_axes(axes, everything[k], k in upright)
+            _label_axes(axes, everything[k], k not in bars)
         # The labels are placed by the size that the panels get.
         figure.draw_without_rendering()
         for axes, k in panels:
@@ -96,9 +98,11 @@ def _as_bars(fis: Sugeno, output: Variable) -> bool:
     """Is the output drawn as rows of bars? With linear consequents, or too many names to stand over stems."""
     if any(_slopes(term) for term in output.terms.values()):
         return True
-    width = 2.6
-    low, high = _span(fis, output)
-    return _rows(_stem_labels(output), low, high, width) is None
+    return _rows(_stem_labels(output), *_span(fis, output), _PANEL) is None
+
+
+def _labels_fit(variable: Variable) -> bool:
+    return _rows(_curve_labels(variable, universe_grid(variable)), *variable.universe, _PANEL) is not None
 
 
 def _slopes(term: Any) -> bool:
@@ -115,21 +119,27 @@ def _label_axes(ax: Axes, variable: Variable, upright: bool) -> None:
 
 def _curves(ax: Axes, variable: Variable) -> None:
     x = universe_grid(variable)
-    labels: list[_Label] = []
     for n, (name, function) in enumerate(variable.terms.items()):
-        color, line = COLORS[n % len(COLORS)], LINES[n % len(LINES)]
         degree = np.asarray(function(x))
         # The zeros of all terms lie on one line, where they would only hide each other.
         zero = np.pad(degree == 0, 1, constant_values=True)
         shown = np.where(zero[:-2] & zero[1:-1] & zero[2:], np.nan, degree)
+        color, line = COLORS[n % len(COLORS)], LINES[n % len(LINES)]
         ax.plot(x, shown, color=color, linestyle=line, label=name, clip_on=False, zorder=2.5)
+    _finish(ax, variable, _curve_labels(variable, x), *variable.universe)
+
+
+def _curve_labels(variable: Variable, x: np.ndarray) -> list[_Label]:
+    labels = []
+    for n, (name, function) in enumerate(variable.terms.items()):
+        degree = np.asarray(function(x))
         top = degree.max()
         # The middle of the first plateau, if it is not a single peak.
         highest = np.flatnonzero(degree >= top - 1e-6)
         plateau = highest[: 1 + int(np.argmax(np.append(np.diff(highest) > 1, True)))]
         text = name if top > 0 else f"{name}: 0 everywhere"
-        labels.append(_Label(float(x[plateau].mean()), text, color))
-    _finish(ax, variable, labels, *variable.universe)
+        labels.append(_Label(float(x[plateau].mean()), text, COLORS[n % len(COLORS)]))
+    return labels
 
 
 def _stem_labels(output: Variable) -> list[_Label]:

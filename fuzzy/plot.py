@@ -129,7 +129,7 @@ def _curve(ax: Axes, fis: Sugeno, data: Surface, i: int, j: int) -> None:
             linewidth=0,
             label=_nothing_fires(fis, j),
         )
-        ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), borderaxespad=0.2)
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), borderaxespad=0)
     ax.margins(x=0)
     ax.set_xlabel(fis.inputs[i].label, parse_math=False)
     ax.set_ylabel(fis.outputs[j].label, parse_math=False)

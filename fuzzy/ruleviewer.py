@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -82,7 +83,7 @@ def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False) -> Figure:
         _numbers(columns[0], fis, shown)
         for i, variable in enumerate(fis.inputs):
             _input_column(columns[1 + i], fis, i, float(x[i]), shown, inches * widths[1 + i])
-            title = f"{shortened(variable.label, inches * widths[1 + i], 8)}\n= {number(float(x[i]))}"
+            title = f"{_label(variable, inches * widths[1 + i])}\n= {number(float(x[i]))}"
             columns[1 + i].set_title(title, parse_math=False)
         middle = 1 + len(fis.inputs)
         _firing_column(columns[middle], result.firing, shown)
@@ -90,13 +91,20 @@ def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False) -> Figure:
             c = middle + 1 + j
             bottom = figure.add_subplot(grid[1, c])
             _output_column(columns[c], bottom, fis, j, result, shown, inches * widths[c])
-            columns[c].set_title(f"{shortened(variable.label, inches * widths[c], 8)}\nproposed", parse_math=False)
+            columns[c].set_title(f"{_label(variable, inches * widths[c])}\nproposed", parse_math=False)
         rule = "average" if fis.defuzzification == "wtaver" else "sum"
         below = (foot / 2 + axis) / height
         right = columns[middle].get_position().x1
-        text = f"result: the weighted {rule} of the proposals;\na bar is as high as the rule's share"
+        text = f"result: the weighted {rule} of the proposals; a bar is as high as the rule's share"
+        text = fill(text, max(14, min(48, int((right * total - 0.1) / 0.052))))  # 0.052 in a letter at this size
         figure.text(right, below - 0.12 / height, text, ha="right", va="center", fontsize=_SMALL, color="0.3")
         return figure
+
+
+def _label(variable: Variable, width: float) -> str:
+    """The name with the unit on one line; only the name is shortened."""
+    unit = f" [{variable.unit}]" if variable.unit else ""
+    return shortened(variable.name, width - text_width(unit, 8), 8) + unit
 
 
 def _prepare(ax: Axes, rows: int) -> None:
@@ -183,7 +191,7 @@ def _label_where_free(
     for side, start in (("left", 0.0), ("right", 1.0 - part), ("center", 0.5 - part / 2)):
         covered = curve[(position >= start) & (position <= start + part)]
         crossed = 0.3 if start <= line <= start + part else 0.0
-        for edge, height in (("top", covered.max()), ("bottom", 1.05 - covered.min())):
+        for edge, height in (("top", covered.max(initial=0)), ("bottom", 1.05 - covered.min(initial=1))):
             if height + crossed < cost - 1e-9:
                 best, cost = (side, edge), height + crossed
     side, edge = best
@@ -256,11 +264,11 @@ def _output_column(
         ax.plot([z, z], [base, base - _FILL * shares[r]], color=COLORS[0], linestyle="-", linewidth=2.2)
         left = z > (low + high) / 2
         room = max(z - low, high - z) / (high - low) - 0.04
-        term = dict(fis.rules[r].then)[output.name]
+        term, said = dict(fis.rules[r].then)[output.name], f" = {number(z)}"
         ax.text(
             z + (-0.02 if left else 0.02) * (high - low),
             row + 0.5,
-            shortened(f"{term} = {number(z)}", room * inches, _SMALL),
+            shortened(term, room * inches - text_width(said, _SMALL), _SMALL) + said,
             fontsize=_SMALL,
             ha="right" if left else "left",
             va="center",
@@ -281,10 +289,10 @@ def _output_column(
     _ends_only(bottom, low + margin, high - margin)
     if np.isfinite(value):
         bottom.plot([value] * 2, [0, 1.15], color=HIGHLIGHT, linestyle="-", linewidth=1.2)
-    said = quantity(value, output) if np.isfinite(value) else "not a number"
+    said = f"= {quantity(value, output)}" if np.isfinite(value) else "not a number"
     if not result.fired[j]:
-        said = f"no rule fires: {said}"
+        said = f"no rule fires: {quantity(value, output)}" if np.isfinite(value) else "no rule fires"
     bottom.text(
-        0.5, 0.92, shortened(f"= {said}", inches, 8), transform=bottom.transAxes, ha="center", va="top",
+        0.5, 0.92, shortened(said, inches, 8), transform=bottom.transAxes, ha="center", va="top",
         color=HIGHLIGHT, fontsize=8, parse_math=False,
     )  # fmt: skip

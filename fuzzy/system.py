@@ -10,6 +10,7 @@ from typing import Any, Generic, Literal, NamedTuple, TypeVar, get_args
 import numpy as np
 from array_api_compat import is_array_api_obj
 
+from fuzzy.errors import InputError
 from fuzzy.language import parse_rule
 from fuzzy.membership import Array, MembershipFunction
 from fuzzy.naming import expected
@@ -20,7 +21,7 @@ OutOfRange = Literal["warn", "ignore", "clip", "error"]
 T = TypeVar("T")
 
 
-class FuzzySystemError(ValueError):
+class FuzzySystemError(InputError):
     """A description that makes no system, or an input that it was told to refuse."""
 
 

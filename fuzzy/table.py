@@ -10,11 +10,12 @@ from typing import NoReturn
 import numpy as np
 
 from fuzzy.atomic import replacing
+from fuzzy.errors import InputError
 
 _SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
 
 
-class DataError(ValueError):
+class DataError(InputError):
     """A file that holds no table of finite numbers. The message names the file, the line, the column and the text."""
 
 
@@ -58,7 +59,8 @@ def read_table(path: str | Path) -> tuple[tuple[str, ...] | None, np.ndarray]:
         values = np.array([[float(field) for field in row] for row in rows])
     except ValueError:
         _complain(path, numbers, rows, names, separator)
-    if not np.isfinite(values).all():
+    # float reads 1_000, by which a table means something else.
+    if not np.isfinite(values).all() or any("_" in field for row in rows for field in row):
         _complain(path, numbers, rows, names, separator)
     return names, values
 
@@ -119,7 +121,7 @@ def _is_number(text: str) -> bool:
         float(text)
     except ValueError:
         return False
-    return "_" not in text  # float reads 1_000; a table means something else by it
+    return "_" not in text
 
 
 def _header(path: Path, line: int, names: Sequence[str]) -> tuple[str, ...]:

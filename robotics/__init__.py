@@ -1,1 +1,140 @@
-"""Robots."""
+"""Mobile robots on one simulator: plant, sensors, paths, controllers, and their comparison.
+
+>>> import robotics
+>>> run = robotics.simulate(robotics.load_scenario("lyapunov-circle"), robotics.make_controller("lyapunov"), seeds=[3])
+>>> bool(run["x"].shape == (1, 1, 501))
+True
+
+Each name is imported from its module when it is first used, so that the command line starts quickly.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from robotics.comparison import Comparison, compare, summarise
+    from robotics.controller import Command, Controller, ControllerError, Observation
+    from robotics.controllers import CATALOGUE, make_controller
+    from robotics.metrics import METRICS, cross_track_error, measure, tracking_error
+    from robotics.path import Circle, Line, Path, PathError, Quintic, Sine, Waypoints, compile_path
+    from robotics.robot import Robot, RobotError
+    from robotics.run import Run, RunError, load_run
+    from robotics.scenario import (
+        Member,
+        Scenario,
+        ScenarioError,
+        Sensing,
+        load_scenario,
+        parse_scenario,
+        scenario_names,
+    )
+    from robotics.simulation import SimulationError, simulate
+    from robotics.trajectory import Timing, Trajectory
+
+_MODULES = {
+    "robotics.comparison": (
+        "Comparison",
+        "compare",
+        "summarise",
+    ),
+    "robotics.controller": (
+        "Command",
+        "Controller",
+        "ControllerError",
+        "Observation",
+    ),
+    "robotics.controllers": (
+        "CATALOGUE",
+        "make_controller",
+    ),
+    "robotics.metrics": (
+        "METRICS",
+        "cross_track_error",
+        "measure",
+        "tracking_error",
+    ),
+    "robotics.path": (
+        "Circle",
+        "Line",
+        "Path",
+        "PathError",
+        "Quintic",
+        "Sine",
+        "Waypoints",
+        "compile_path",
+    ),
+    "robotics.robot": (
+        "Robot",
+        "RobotError",
+    ),
+    "robotics.run": (
+        "Run",
+        "RunError",
+        "load_run",
+    ),
+    "robotics.scenario": (
+        "Member",
+        "Scenario",
+        "ScenarioError",
+        "Sensing",
+        "load_scenario",
+        "parse_scenario",
+        "scenario_names",
+    ),
+    "robotics.simulation": (
+        "SimulationError",
+        "simulate",
+    ),
+    "robotics.trajectory": (
+        "Timing",
+        "Trajectory",
+    ),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        return getattr(import_module(_HOME[name]), name)
+    raise AttributeError(f"module 'robotics' has no attribute {name!r}")
+
+
+__all__ = [
+    "CATALOGUE",
+    "METRICS",
+    "Circle",
+    "Command",
+    "Comparison",
+    "Controller",
+    "ControllerError",
+    "Line",
+    "Member",
+    "Observation",
+    "Path",
+    "PathError",
+    "Quintic",
+    "Robot",
+    "RobotError",
+    "Run",
+    "RunError",
+    "Scenario",
+    "ScenarioError",
+    "Sensing",
+    "SimulationError",
+    "Sine",
+    "Timing",
+    "Trajectory",
+    "Waypoints",
+    "compare",
+    "compile_path",
+    "cross_track_error",
+    "load_run",
+    "load_scenario",
+    "make_controller",
+    "measure",
+    "parse_scenario",
+    "scenario_names",
+    "simulate",
+    "summarise",
+    "tracking_error",
+]

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from robotics.controller import Controller
-from robotics.controllers import CATALOGUE, controller, gains_of
+from robotics.controllers import CATALOGUE, gains_of, make_controller
 from robotics.metrics import METRICS, measure
 from robotics.run import Run
 from robotics.scenario import Scenario
@@ -47,7 +47,7 @@ def compare(
     ``advance`` is called after every simulated period; ``finished`` gets the table so far after every scenario and
     controller, so that nothing done is lost if a long comparison is interrupted.
     """
-    laws = {specification: controller(specification) for specification in specifications}
+    laws = {specification: make_controller(specification) for specification in specifications}
     runs: dict[tuple[str, str], Run] = {}
     rows: list[pd.DataFrame] = []
     for scenario in scenarios:
@@ -105,7 +105,7 @@ def terms(comparison: Comparison) -> pd.DataFrame:
     """On what terms each controller entered: command level, gains and where they come from."""
     rows = []
     for specification, law in comparison.controllers.items():
-        gains = {k: v for k, v in gains_of(law).items() if k not in ("level", "mode")}
+        gains = {k: v for k, v in gains_of(law).items() if k != "mode"}
         rows.append(
             {
                 "controller": specification,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
+from fuzzy.errors import InputError
 from robotics.plant import Level
 from robotics.trajectory import Reference, Trajectory
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from robotics.scenario import Scenario
 
 
-class ControllerError(ValueError):
+class ControllerError(InputError):
     """An unknown controller, or a gain that it does not have or cannot take."""
 
 

@@ -12,10 +12,11 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 from numba import njit
 
+from fuzzy.errors import InputError
 from robotics.quantity import check_quantities, quantity
 
 
-class PathError(ValueError):
+class PathError(InputError):
     """A path that cannot be driven. The message names the parameter, its value and what is accepted."""
 
 
@@ -223,7 +224,7 @@ class Path:
         return PathPoint(*(row.reshape(s.shape) for row in rows))
 
     def abscissa(self, u: np.ndarray) -> np.ndarray:
-        """The abscissae [m] of parameters ``u`` in [0, 1] of the shape, to the table's accuracy (about 1e-9 m)."""
+        """The abscissae [m] of parameters ``u`` in [0, 1] of the shape, linear between nodes (to about 1e-5 m)."""
         nodes = np.linspace(0.0, self.length, self.table.shape[1])
         return np.interp(u, self.table[U], nodes)
 
@@ -246,13 +247,19 @@ def compile_path(shape: Shape, spacing: float = 0.005) -> Path:
         raise PathError(f"{name} path: its length is {length:g} m; a path needs a length > 0")
     count = max(257, int(np.ceil(length / spacing)) + 1)
     s = np.linspace(0.0, length, count)
-    parameter = _parameter_at(shape, edges, measured, s)
+    with np.errstate(divide="ignore", invalid="ignore"):  # a cusp is refused below
+        parameter = _parameter_at(shape, edges, measured, s)
     position, slope, bend = shape.curve(parameter)
     speed = np.hypot(slope[0], slope[1])
-    if not np.min(speed) > 1e-9 * length:
-        where = position[:, np.argmin(speed)]
-        raise PathError(f"{name} path: it stands still at ({where[0]:g}, {where[1]:g}) m (a cusp); no heading there")
     heading = np.unwrap(np.arctan2(slope[1], slope[0]))
+    good = speed > 1e-9 * length
+    good[1:] &= np.abs(np.diff(heading)) < pi / 2  # or it turns on the spot between two nodes
+    if not good.all():
+        where = shape.curve(np.interp(s[np.argmin(good)], measured, edges))[0]
+        raise PathError(
+            f"{name} path: it stands still or turns on the spot near ({where[0]:.3g}, {where[1]:.3g}) m (a cusp); "
+            "a robot needs a heading everywhere"
+        )
     curvature = (slope[0] * bend[1] - slope[1] * bend[0]) / speed**3  # thesis (5.6), regular at x' = 0
     return Path(length, np.stack([position[0], position[1], heading, curvature, parameter]))
 

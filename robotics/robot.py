@@ -8,10 +8,11 @@ the motor is fitted to its 7.5 V and 175 rpm. Where two figures contradict each 
 from dataclasses import dataclass
 from math import pi
 
+from fuzzy.errors import InputError
 from robotics.quantity import check_quantities, quantity
 
 
-class RobotError(ValueError):
+class RobotError(InputError):
     """A robot that cannot be built. The message names the parameter, its value and what is accepted."""
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fuzzy.atomic import replacing
+from fuzzy.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,7 +33,7 @@ CHANNELS: dict[str, str] = {
 REFERENCE: dict[str, str] = {"x": "m", "y": "m", "heading": "rad", "v": "m/s", "w": "rad/s", "s": "m"}
 
 
-class RunError(ValueError):
+class RunError(InputError):
     """A file that holds no run, or a place where none can be written."""
 
 

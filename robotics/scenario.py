@@ -17,6 +17,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.path import SHAPES, PathError, Shape, compile_path
 from robotics.quantity import accepted, check_quantities, quantity
@@ -26,7 +27,7 @@ from robotics.trajectory import Timing, Trajectory, compile_trajectory
 Pose = tuple[float, float, float]
 
 
-class ScenarioError(ValueError):
+class ScenarioError(InputError):
     """A scenario that cannot be run. The message names the file, line, field and accepted values."""
 
 
@@ -113,7 +114,8 @@ class Scenario:
 
     def _check_feasible(self, trajectory: Trajectory) -> None:
         """Refuse a reference that no command can follow: |v| + L |ω| beyond what the wheels can turn."""
-        times = self.times
+        # Every 10 ms, not every period: a sharp corner lasts no longer.
+        times = np.arange(round(min(self.duration, trajectory.ends.max()) / STEP) + 1) * STEP
         reference = trajectory.sampled(times)
         for i, member in enumerate(self.robots):
             robot = member.robot

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from fuzzy.errors import InputError
 from robotics import plant as p
 from robotics.controller import Controller, Observation
 from robotics.run import CHANNELS, REFERENCE, Run
@@ -16,7 +17,7 @@ from robotics.scenario import STEP, Scenario
 _NOISE_BLOCK = 256  # periods of noise drawn at a time: bounds memory without a call a period and run
 
 
-class SimulationError(ValueError):
+class SimulationError(InputError):
     """A simulation that cannot start: no seeds, or a seed that is no whole number >= 0."""
 
 

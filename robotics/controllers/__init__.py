@@ -1,6 +1,6 @@
 """The controllers by name: presets of the laws, with the thesis's gains or the tuned ones."""
 
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass, fields
 from typing import Any, Literal, get_args, get_origin
 
 from fuzzy.naming import expected
@@ -44,7 +44,7 @@ CATALOGUE: dict[str, Preset] = {
 }
 
 
-def controller(specification: str) -> Controller:
+def make_controller(specification: str) -> Controller:
     """The controller of a specification ``name`` or ``name:gain=value,gain=value``.
 
     Raises ControllerError for an unknown name or gain, or a value that the gain cannot take.
@@ -87,5 +87,8 @@ def gains_of(law: Controller) -> dict[str, Any]:
     return {
         f.name: getattr(law, f.name)
         for f in fields(law)  # type: ignore[arg-type]
-        if f.init and (f.default is not MISSING)
+        if f.init and f.name != "level"
     }
+
+
+controller = make_controller

@@ -1,0 +1,8 @@
+"""Every benchmark, one after the other."""
+
+from benchmarks import inference, simulation
+
+if __name__ == "__main__":
+    inference.main()
+    print()
+    simulation.main()

@@ -1,0 +1,369 @@
+"""The command line ``robotics``: list, run and compare.
+
+Data goes to stdout, progress and messages to stderr. What a command needs is imported when it runs, so that
+``--help`` is quick.
+"""
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fuzzy.errors import InputError
+from fuzzy.terminal import INTERRUPTED, USAGE, print_json, run
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from robotics.claims import Claim
+    from robotics.comparison import Comparison
+
+app = typer.Typer(
+    help="Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.",
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return the exit code: 0 fine, 2 an error or a diverged controller, 130 Ctrl-C."""
+    return run(app, (InputError,), "robotics", arguments)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(" ".join(f"{name} {version}" for name, version in versions().items()))
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the versions and stop.")
+    ] = False,
+) -> None:
+    """Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.
+
+    Example: robotics compare --seeds 20 --out out
+    """
+
+
+def versions() -> dict[str, str]:
+    """The versions that a result depends on."""
+    from importlib.metadata import version
+
+    names = ("fuzzyfleet", "numpy", "numba", "scipy", "pandas", "matplotlib")
+    return {name: version(name) for name in names} | {"python": ".".join(map(str, sys.version_info[:3]))}
+
+
+@app.command("list")
+def list_(json: Json = False) -> None:
+    """The scenarios and controllers that come with the package.
+
+    Example: robotics list
+    """
+    from robotics.controllers import CATALOGUE, gains_of, make_controller
+    from robotics.scenario import load_scenario, scenario_names
+
+    scenarios = [load_scenario(name) for name in scenario_names()]
+    gains = {name: gains_of(make_controller(name)) for name in CATALOGUE}
+    if json:
+        print_json(
+            {
+                "scenarios": [{"name": s.name, "title": s.title, "source": s.source} for s in scenarios],
+                "controllers": [
+                    {"name": name, "title": preset.title, "note": preset.note, "gains": gains[name]}
+                    for name, preset in CATALOGUE.items()
+                ],
+            }
+        )
+        return
+    print("Scenarios (a name, or the path of a .toml file)")
+    for s in scenarios:
+        print(f"  {s.name:16} {s.title}")
+    print("\nControllers (a name, or name:gain=value,gain=value)")
+    for name, preset in CATALOGUE.items():
+        print(f"  {name:16} {preset.title}: {preset.note}")
+        print(
+            " " * 19 + ", ".join(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in gains[name].items())
+        )
+
+
+@app.command("run")
+def run_(
+    scenario: Annotated[str, typer.Argument(help="A scenario's name, or a .toml file.", show_default=False)],
+    controller: Annotated[str, typer.Option("--controller", "-c", help="name or name:gain=value,...")] = "fuzzy",
+    seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
+    seeds: Annotated[int, typer.Option(min=1, help="How many seeds, from --seed on.")] = 1,
+    plot: Annotated[Path | None, typer.Option(metavar="PICTURE", help="Draw the first seed: .png, .pdf, .svg.")] = None,
+    save: Annotated[Path | None, typer.Option(metavar="FILE.npz", help="Save the run without loss.")] = None,
+    table: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Save every sample as CSV.")] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """One scenario under one controller: its figures of merit, and a picture if asked.
+
+    Example: robotics run lyapunov-sine --controller lyapunov:ky=10,kpsi=5 --seed 3 --plot out.png
+    """
+    from robotics.controllers import make_controller
+    from robotics.metrics import METRICS, measure
+    from robotics.scenario import load_scenario
+    from robotics.simulation import simulate
+
+    setting, law = load_scenario(scenario), make_controller(controller)
+    if plot is not None:
+        _expect_picture(plot)
+    for path, suffix in ((save, ".npz"), (table, ".csv")):
+        if path is not None and path.suffix != suffix:
+            raise InputError(f"{path}: the file's name must end in {suffix}")
+    with _progress(quiet) as begin:
+        advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
+        result = simulate(setting, law, range(seed, seed + seeds), name=controller, progress=advance)
+    if save is not None:
+        result.save(save)
+    if table is not None:
+        _write_csv(result.frame(), table)
+    if plot is not None:
+        from fuzzy.atomic import replacing
+        from robotics.figures import plot_run
+
+        with replacing(plot) as temporary:
+            plot_run(result).savefig(temporary)
+    values = measure(result)
+    if json:
+        print_json(
+            {
+                "scenario": setting.name,
+                "controller": controller,
+                "level": law.level,
+                "seeds": list(result.seeds),
+                "metrics": {name: v[:, 0] if v.shape[1] == 1 else v for name, v in values.items()},
+                "diverged": result.diverged,
+                "versions": versions(),
+            }
+        )
+    else:
+        robots = len(setting.robots)
+        for name, metric in METRICS.items():
+            shown = values[name].mean(axis=0)
+            print(f"{name:28} {'  '.join(f'{v:10.4g}' for v in shown)}  {metric.unit:8} {metric.title}")
+        if seeds > 1 or robots > 1:
+            print(f"(mean over {seeds} seeds{'; one column a robot' if robots > 1 else ''})")
+    _report_divergences(result.divergences())
+
+
+@app.command()
+def compare(
+    scenarios: Annotated[
+        list[str] | None, typer.Argument(help="Names or .toml files; all that come with it by default.")
+    ] = None,
+    controllers: Annotated[
+        str | None, typer.Option(help="Comma-separated: fuzzy,csm:k=0.3,esm. Default: fuzzy,lyapunov,csm,assm,qssm,esm")
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="How many seeds, from --seed on.")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Where tables and report.html go.")] = Path("out"),
+    claims: Annotated[
+        bool | None, typer.Option("--claims/--no-claims", help="Judge the thesis's claims too. Default: without names.")
+    ] = None,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Draw figures, write report.html.")] = True,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Every controller on every scenario with the same seeds: tables, figures and a report.
+
+    Writes results.csv (one row a seed), summary.csv (mean and 95 % interval), claims.csv, configuration.json,
+    figures/ and report.html. Example: robotics compare lyapunov-sine --controllers fuzzy,esm:k=0.5 --seeds 5 --out out
+    """
+    from robotics.comparison import DEFAULT_CONTROLLERS, summarise
+    from robotics.comparison import compare as compare_all
+    from robotics.controllers import make_controller
+    from robotics.scenario import load_scenario, scenario_names
+
+    settings = [load_scenario(name) for name in scenarios or scenario_names()]
+    _expect_distinct([s.name for s in settings], "scenario")
+    laws = split_controllers(controllers) if controllers is not None else list(DEFAULT_CONTROLLERS)
+    _expect_distinct(laws, "controller")
+    for law in laws:
+        make_controller(law)
+    judged = claims if claims is not None else not scenarios and controllers is None
+    out.mkdir(parents=True, exist_ok=True)
+    results = out / "results.csv"
+    _write_configuration(out, [s.name for s in settings], laws, seeds, seed)
+    wanted, done = sum(len(s.robots) for s in settings) * len(laws) * seeds, 0
+
+    def keep(rows: "pd.DataFrame") -> None:
+        nonlocal done
+        _write_csv(rows, results)
+        done = len(rows)
+
+    verdicts: list[Claim] = []
+    try:
+        with _progress(quiet) as begin:
+            advance = begin("simulating", sum(s.ticks + 1 for s in settings) * len(laws))
+            comparison = compare_all(settings, laws, range(seed, seed + seeds), advance=advance, finished=keep)
+            summary = summarise(comparison.table)
+            _write_csv(summary, out / "summary.csv")
+            if judged:
+                verdicts = _judge(begin, out)
+            if report:
+                from robotics.report import FIGURES, write_report
+
+                write_report(comparison, verdicts, out, advance=begin("drawing", FIGURES(comparison)))
+    except KeyboardInterrupt:
+        print(f"robotics: interrupted; {done} of {wanted} rows are in {results}", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
+    if json:
+        print_json(
+            {
+                "summary": summary.to_dict(orient="records"),
+                "claims": [vars(c) for c in verdicts],
+                "diverged": comparison.divergences,
+                "files": sorted(str(p.relative_to(out)) for p in out.rglob("*") if p.is_file()),
+                "versions": versions(),
+            }
+        )
+    else:
+        _print_summary(comparison, summary, verdicts)
+        print(f"\n{out / 'report.html' if report else results}")
+    _report_divergences(comparison.divergences)
+
+
+def split_controllers(text: str) -> list[str]:
+    """The specifications in a comma-separated list; a part with "=" alone is one more gain of the one before.
+
+    >>> split_controllers("fuzzy,csm:k=0.3,realisation=velocity,esm")
+    ['fuzzy', 'csm:k=0.3,realisation=velocity', 'esm']
+    """
+    result: list[str] = []
+    for part in (p.strip() for p in text.split(",")):
+        if "=" in part and ":" not in part and result:
+            result[-1] += f",{part}"
+        elif part:
+            result.append(part)
+    if not result:
+        raise InputError("--controllers: at least one name is needed; `robotics list` shows them")
+    return result
+
+
+def _expect_distinct(names: Sequence[str], what: str) -> None:
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{what} {name!r} is given twice")
+
+
+def _expect_picture(path: Path) -> None:
+    if path.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise InputError(f"{path}: a picture's name must end in .png, .pdf or .svg")
+
+
+def _judge(begin: Callable[[str, int], Callable[[], None]], out: Path) -> "list[Claim]":
+    import pandas as pd
+
+    from robotics.claims import EXPERIMENTS, judge_claims
+
+    verdicts = judge_claims(begin("judging the thesis's claims", EXPERIMENTS))
+    _write_csv(pd.DataFrame([vars(c) for c in verdicts]), out / "claims.csv")
+    return verdicts
+
+
+def _write_csv(frame: "pd.DataFrame", path: Path) -> None:
+    """The table as CSV with every digit, whole or not at all."""
+    from fuzzy.atomic import replacing
+
+    with replacing(path) as temporary:
+        frame.to_csv(temporary, index=False, lineterminator="\n")
+
+
+def _write_configuration(out: Path, scenarios: list[str], laws: list[str], seeds: int, seed: int) -> None:
+    import json
+
+    from fuzzy.atomic import replacing
+    from robotics.controllers import gains_of, make_controller
+
+    configuration: dict[str, Any] = {
+        "scenarios": scenarios,
+        "controllers": {law: gains_of(make_controller(law)) for law in laws},
+        "seeds": list(range(seed, seed + seeds)),
+        "versions": versions(),
+    }
+    with replacing(out / "configuration.json") as temporary:
+        temporary.write_text(json.dumps(configuration, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def _print_summary(comparison: "Comparison", summary: "pd.DataFrame", verdicts: "list[Claim]") -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from robotics.comparison import label
+    from robotics.metrics import METRICS
+
+    shown = {
+        "mean_error_norm": "error norm",
+        "mean_speed_error_mps": "speed error",
+        "rms_cross_track_m": "RMS cross-track",
+        "settling_time_s": "settling",
+        "control_effort": "effort",
+        "torque_variation_nmps": "torque variation",
+    }
+    # A pipe has no width of its own: wide enough that no number is cut.
+    console = Console() if sys.stdout.isatty() else Console(width=120)
+    for scenario in comparison.scenarios:
+        table = Table(title=f"{scenario.name}: {scenario.title}", title_justify="left", caption_justify="left")
+        table.add_column("controller")
+        for metric, title in shown.items():
+            table.add_column(f"{title}\n[{METRICS[metric].unit}]".replace("[", "\\["), justify="right")
+        mine = summary[summary["scenario"] == scenario.name]
+        for law in comparison.controllers:
+            rows = {row["metric"]: row for row in mine[mine["controller"] == law].to_dict(orient="records")}
+            cells = []
+            for metric in shown:
+                mean = rows[metric]["mean"]
+                half = rows[metric]["high"] - mean
+                cells.append("never" if mean == float("inf") else f"{mean:.4f}" + (f" ±{half:.4f}" if half > 0 else ""))
+            table.add_row(label(law), *cells)
+        console.print(table)
+    print(f"mean over {len(comparison.seeds)} seeds ± half the 95 % confidence interval")
+    for claim in verdicts:
+        print(f"\n{claim.name} ({claim.source}): {claim.verdict.upper()}\n  {claim.measured}")
+
+
+def _report_divergences(lines: list[str]) -> None:
+    if lines:
+        more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
+        print(f"robotics: {lines[0]}{more}; what it did until then is kept", file=sys.stderr)
+        raise typer.Exit(USAGE)
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator[Callable[[str, int], Callable[[], None]]]:
+    """A progress bar on stderr: gives a function that begins a task and returns what advances it by one."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description:32}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
+    console = Console(stderr=True)
+    with Progress(*columns, TimeRemainingColumn(), console=console, disable=quiet) as progress:
+
+        def begin(description: str, total: int) -> Callable[[], None]:
+            task = progress.add_task(description, total=total)
+            every = max(1, total // 200)  # a bar has no use for more
+            count = 0
+
+            def advance() -> None:
+                nonlocal count
+                count += 1
+                if count % every == 0 or count == total:
+                    progress.update(task, completed=count)
+
+            return advance
+
+        yield begin

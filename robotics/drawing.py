@@ -1,0 +1,109 @@
+"""What every picture of a run shares: a look for each controller, lines thinned to what pixels show, seeds as text."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from fuzzy.drawing import COLORS, LINES
+from robotics.run import Run
+
+TARGET = {"color": "0.45", "linestyle": (0, (4, 2)), "linewidth": 1.0}  # how every reference is drawn
+POINTS = 2000  # of a line, at most about: a double column printed at 300 dpi is that wide
+_MARKERS = "os^DvPX*"
+# A preset's place among the colours; the palest, orange, stays for what users add.
+_PLACES = {"fuzzy": 0, "lyapunov": 1, "csm": 2, "assm": 3, "qssm": 4, "esm": 6}
+
+
+class Look(NamedTuple):
+    """How a controller is drawn: in the same way in every figure."""
+
+    color: str
+    line: Any  # a matplotlib line style
+    marker: str
+
+
+def looks(specifications: Iterable[str]) -> dict[str, Look]:
+    """A look for every controller. The six presets always have their own; others take what is left, then begin anew."""
+    wanted = list(dict.fromkeys(specifications))
+    places = {name: _PLACES[name] for name in wanted if name in _PLACES}
+    free = iter([n for n in range(len(COLORS)) if n not in places.values()] + list(range(len(COLORS), 1000)))
+    for name in wanted:
+        if name not in places:
+            places[name] = next(free)
+    count = len(COLORS)
+    return {
+        name: Look(COLORS[n % count], LINES[(n + n // count) % len(LINES)], _MARKERS[n % len(_MARKERS)])
+        for name, n in places.items()
+    }
+
+
+def looks_of(specifications: Iterable[str], given: Mapping[str, Look] | None) -> Mapping[str, Look]:
+    """The looks given, or those of the controllers."""
+    return looks(specifications) if given is None else given
+
+
+def only(run: Run, seed: int | None) -> Run:
+    """The run of that one seed; None: of the first. Raises ValueError for a seed that was not run."""
+    seed = run.seeds[0] if seed is None else seed
+    if seed not in run.seeds:
+        raise ValueError(f"seed {seed} is not among those of the run: {seeds_as_text(run.seeds)}")
+    place = run.seeds.index(seed)
+    part = slice(place, place + 1)
+    return replace(run, seeds=(seed,), samples=run.samples[:, :, part], stopped=run.stopped[part])
+
+
+def seeds_as_text(seeds: Sequence[int]) -> str:
+    """Seeds in few words: "0–19, 42"."""
+    parts: list[list[int]] = []
+    for seed in seeds:
+        if parts and seed == parts[-1][-1] + 1:
+            parts[-1].append(seed)
+        else:
+            parts.append([seed])
+    return ", ".join(f"{p[0]}–{p[-1]}" if len(p) > 2 else ", ".join(map(str, p)) for p in parts)
+
+
+def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A line (n,) over time that looks the same with fewer points: the least and greatest of every stretch are kept."""
+    n = len(time)
+    if n <= POINTS:
+        return time, values
+    edges = np.linspace(0, n, POINTS // 2 + 1).astype(int)
+    keep = {0, n - 1}
+    for start, end in pairwise(edges):
+        part = values[start:end]
+        keep.add(int(start))
+        if np.isfinite(part).any():
+            keep.update((int(start + np.nanargmin(part)), int(start + np.nanargmax(part))))
+    chosen = np.array(sorted(keep))
+    return time[chosen], values[chosen]
+
+
+def strided(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A curve in the plane, (n,) each, with fewer points, both ends kept."""
+    step = max(1, len(x) // POINTS)
+    if step == 1:
+        return x, y
+    chosen = np.append(np.arange(0, len(x) - 1, step), len(x) - 1)
+    return x[chosen], y[chosen]
+
+
+def draw_line(ax: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -> Line2D:
+    """One channel (n,) over time."""
+    return ax.plot(*thinned(time, values), **style)[0]
+
+
+def mark_stop(ax: Axes, x: float, y: float, color: Any) -> None:
+    """A cross: here the robot was stopped."""
+    ax.plot([x], [y], marker="X", color=color, markersize=7, markeredgecolor="white", linestyle="none", zorder=4)
+
+
+def last_known(values: np.ndarray) -> int:
+    """The place of the last finite sample of (n,), or -1."""
+    known = np.flatnonzero(np.isfinite(values))
+    return int(known[-1]) if known.size else -1

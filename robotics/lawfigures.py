@@ -1,0 +1,103 @@
+"""Pictures of the control laws: the reaching law's push, and the fuzzy rule bases.
+
+They show the laws themselves, not what came of them: the thesis's Figs 2.3, 2.19, 2.20, 2.23 and 2.24.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fuzzy.drawing import COLORS, DOUBLE, LINES, new_figure, number, style
+from fuzzy.plot import plot_memberships, plot_surface
+from robotics.controllers.fuzzy_tracking import load_rule_base
+from robotics.controllers.sliding_mode import Exponential
+
+# (K, μ0) of each panel: the same K with the law ever steeper, and the thesis's μ0 with other K beside its CSM
+SETTINGS = (((0.2, 1.0), (0.2, 0.5), (0.2, 0.2), (0.2, 0.1)), ((0.4, 0.1), (0.2, 0.1), (0.1, 0.1), (1.0, 1.0)))
+
+
+def plot_switching(
+    settings: Sequence[Sequence[tuple[float, float]]] = SETTINGS, alpha: float = 3.0, reach: float = 2.0
+) -> Figure:
+    """The push K/Q(S) sign S of (2.22) over S, one panel a group of (K, μ0); μ0 = 1 is the conventional law.
+
+    ``reach`` is the largest |S| [m/s]. Thesis Fig 2.3.
+    """
+    # Both sides of 0 are on the grid, so that the jump is drawn upright.
+    half = np.concatenate([[1e-9], np.linspace(0, reach, 201)[1:]])
+    s = np.concatenate([-half[::-1], half])
+    zero = np.zeros_like(s)
+    steep = list(dict.fromkeys(pair for group in settings for pair in group if pair[1] < 1))
+    with style():
+        figure = new_figure(DOUBLE, 2.6)
+        for n, group in enumerate(settings):
+            ax = figure.add_subplot(1, len(settings), n + 1)
+            for k, mu0 in sorted(group, key=lambda pair: -pair[0] / pair[1]):  # as the curves end, from above
+                push = Exponential(k=k, mu0=mu0, alpha=alpha).push(s, zero, zero, 0.0)
+                i = steep.index((k, mu0)) if mu0 < 1 else -1
+                color, line = (COLORS[i % 6], LINES[i % 6]) if mu0 < 1 else ("black", "-")
+                name = f"K = {number(k)}, μ₀ = {number(mu0)}" + ("" if mu0 < 1 else ": conventional")
+                ax.plot(s, push, color=color, linestyle=line, label=name)
+            ax.set_xlabel("S [m/s]")
+            ax.set_ylabel("push K/Q(S) sign S [m/s²]")
+            ax.set_xlim(-reach, reach)
+            ax.legend(loc="upper left", handlelength=2.8, borderaxespad=0.2)  # a push never opposes S: nothing is there
+        return figure
+
+
+def plot_tracking_memberships(rule_base: str = "tracking") -> Figure:
+    """The membership functions of distance and α. Thesis Fig 2.19."""
+    fis = load_rule_base(rule_base)
+    with style():
+        figure = new_figure(DOUBLE, 2.0)
+        axes = figure.subplots(1, 2)
+        figure.draw_without_rendering()
+        for ax, name in zip(axes, ("distance", "alpha"), strict=True):
+            plot_memberships(fis, name, ax=ax)
+        axes[1].set_xlabel("α [rad]")
+        return figure
+
+
+def plot_tracking_velocities(rule_base: str = "tracking") -> Figure:
+    """v over the distance and ω over α with the target ahead; below, both over x_err: rule 11. Thesis Fig 2.20."""
+    fis = load_rule_base(rule_base)
+    ahead = {"x_err": 0.1, "alpha": 0.0, "distance": 0.15, "heading_err": 0.0}
+    ahead = {name: value for name, value in ahead.items() if name in {v.name for v in fis.inputs}}
+    with style():
+        figure = new_figure(DOUBLE, 4.6)
+        axes = figure.subplots(2, 2)
+        pictures = (
+            ("distance", "v"),
+            ("alpha", "w"),
+            (("distance", "x_err"), "v"),
+            (("alpha", "x_err"), "w"),
+        )
+        for ax, (inputs, output) in zip(axes.flat, pictures, strict=True):
+            fixed = {name: value for name, value in ahead.items() if name not in inputs}
+            plot_surface(fis, inputs, output, fixed, ax=ax)
+            ax.set_title(_held(fixed), fontsize=7)
+        for ax in axes[:, 1]:
+            ax.set_xlabel("α [rad]")
+        axes[0, 1].set_ylabel("ω [rad/s]")
+        figure.axes[-1].set_ylabel("ω [rad/s]")  # the colour bar
+        return figure
+
+
+def _held(fixed: dict[str, float]) -> str:
+    names = {"x_err": "x_err", "alpha": "α", "distance": "distance", "heading_err": "heading_err"}
+    units = {"x_err": "m", "alpha": "rad", "distance": "m", "heading_err": "rad"}
+    return "at " + ", ".join(f"{names[name]} = {number(value)} {units[name]}" for name, value in fixed.items())
+
+
+def plot_lateral(rule_base: str = "lateral") -> Figure:
+    """The membership functions of y_err, and the turn λ over y_err. Thesis Figs 2.23 and 2.24."""
+    fis = load_rule_base(rule_base)
+    with style():
+        figure = new_figure(DOUBLE, 2.0)
+        left, right = figure.subplots(1, 2)
+        figure.draw_without_rendering()
+        plot_memberships(fis, 0, ax=left)
+        plot_surface(fis, 0, 0, ax=right)
+        right.set_ylabel("λ [rad]")
+        return figure

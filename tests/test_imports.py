@@ -1,0 +1,54 @@
+"""The import directions of the house, and what an import may not bring along."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+FLOORS = {"fuzzy": {"fuzzy"}, "robotics": {"fuzzy", "robotics"}}
+OURS = {"fuzzy", "anfis", "robotics", "datasets", "tests", "benchmarks"}
+
+
+@pytest.mark.parametrize("package", FLOORS)
+def test_imports_point_down_only(package):
+    files = list((ROOT / package).rglob("*.py"))
+    assert files
+    for file in files:
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            names = []
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom):
+                assert node.level == 0, f"{file}: relative import"
+                names = [node.module or ""]
+            for name in names:
+                top = name.partition(".")[0]
+                assert top not in OURS or top in FLOORS[package], f"{file}:{node.lineno} imports {name}"
+
+
+@pytest.mark.parametrize(
+    ("statement", "heavy"),
+    [
+        ("import fuzzy", {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy"}),
+        ("import fuzzy.command", {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy"}),
+        ("import robotics.command", {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy"}),
+        ("import robotics; robotics.simulate", {"torch", "matplotlib", "skfuzzy", "jinja2"}),
+    ],
+)
+def test_an_import_stays_light(statement, heavy):
+    code = f"{statement}; import sys; print(*sorted(set({heavy!r}) & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout.strip() == ""
+
+
+def test_public_names_exist():
+    import fuzzy
+    import robotics
+
+    for package in (fuzzy, robotics):
+        for name in package.__all__:
+            assert getattr(package, name) is not None
+            assert not isinstance(getattr(package, name), type(sys)), f"{package.__name__}.{name} is a module"

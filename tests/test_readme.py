@@ -1,0 +1,75 @@
+"""Every snippet of the README, and the examples in docstrings, run as written."""
+
+import doctest
+import importlib
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+SNIPPETS = [(m[1], m[2]) for m in re.finditer(r"```(\w+)\n(.*?)```", README, re.DOTALL)]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("readme")
+
+
+def _run(command, folder):
+    # The console scripts of this very environment, whether it is activated or not
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    done = subprocess.run(
+        command, cwd=folder, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=240, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    return done.stdout
+
+
+def test_the_readme_has_what_a_newcomer_needs():
+    kinds = [kind for kind, _ in SNIPPETS]
+    assert kinds.count("python") == 2
+    assert kinds.count("sh") == 3
+
+
+def test_snippets_run_in_order(folder):
+    """One after the other in one folder: later ones use the files of earlier ones."""
+    output = ""
+    for kind, text in SNIPPETS:
+        if kind == "python":
+            output += _run([sys.executable, "-c", text], folder)
+        elif "make " not in text:
+            output += _run(["sh", "-e", "-c", text], folder)
+    for name in ("surface.png", "go.fis", "memberships.png", "run.png", "comparison/report.html"):
+        assert (folder / name).stat().st_size > 200, name
+    assert "within 5 cm of the path after" in output
+    import fuzzy
+
+    go = fuzzy.read_fis(folder / "go.fis")
+    # near and far are 0 and 1 at 1 m; ahead is exp(-0.02); by hand
+    ahead, left = 0.9801986733067553, (2 * (0.1 / 1.5) ** 2) ** 2
+    expected = (ahead * 0.6 + (1 - ahead) * 0.1) / (ahead + 1 - ahead + 0.5 * left)
+    assert float(go([1.0, 0.1])[0]) == pytest.approx(expected, rel=1e-12)
+
+
+def test_make_targets_named_in_the_readme_exist():
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for target in re.findall(r"make (\w+)", README):
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+
+
+@pytest.mark.parametrize("link", re.findall(r"\]\(([\w./]+)\)", README))
+def test_links_lead_somewhere(link):
+    assert (ROOT / link).exists()
+
+
+@pytest.mark.parametrize("module", ["fuzzy", "fuzzy.naming", "fuzzy.rule", "robotics", "robotics.command"])
+def test_docstring_examples(module):
+    result = doctest.testmod(importlib.import_module(module))
+    assert result.attempted > 0
+    assert result.failed == 0

@@ -1,0 +1,69 @@
+"""A wheel built from the tree, in a bare virtual environment, runs the comparison from any folder."""
+
+import os
+import subprocess
+import sys
+import sysconfig
+import venv
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.fixture(scope="module")
+def python(tmp_path_factory):
+    """The interpreter of a virtual environment that holds the wheel, and this environment's third-party packages."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder), str(ROOT)]
+    subprocess.run(build, check=True, capture_output=True, timeout=120)
+    (wheel,) = folder.glob("fuzzyfleet-*.whl")
+    venv.create(folder / "venv", with_pip=False)
+    python = folder / "venv" / "bin" / "python"
+    subprocess.run(
+        [sys.executable, "-m", "pip", "--python", str(python), "install", "-q", "--no-deps", "--no-index", str(wheel)],
+        check=True,
+        capture_output=True,
+        timeout=120,
+    )
+    # A path in a .pth file is searched, but its own .pth files (our editable install) are not read.
+    site = subprocess.run(
+        [python, "-c", "import sysconfig; print(sysconfig.get_paths()['purelib'])"],
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout.strip()
+    (Path(site) / "borrowed.pth").write_text(sysconfig.get_paths()["purelib"] + "\n", encoding="utf-8")
+    return python
+
+
+def test_the_installed_package_compares_from_any_folder(python, tmp_path):
+    script = python.parent / "robotics"
+    command = [script, "compare", "fuzzy-off-path", "--controllers", "fuzzy,esm", "--seeds", "2", "--out", "here", "-q"]
+    clean = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+    done = subprocess.run(command, cwd=tmp_path, env=clean, capture_output=True, text=True, timeout=240, check=False)
+    assert done.returncode == 0, done.stderr
+    lines = (tmp_path / "here" / "results.csv").read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 1 + 2 * 2
+    assert "<html" in (tmp_path / "here" / "report.html").read_text(encoding="utf-8")
+    where = subprocess.run(
+        [python, "-c", "import robotics, fuzzy; print(robotics.__file__, fuzzy.__file__)"],
+        cwd=tmp_path,
+        env=clean,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    assert where.count(str(python.parent.parent)) == 2, where
+
+
+def test_the_wheel_carries_data_and_types(python):
+    code = (
+        "from importlib.resources import files;"
+        "print(*(p.is_file() for p in (files('fuzzy') / 'py.typed', files('robotics') / 'py.typed',"
+        "files('robotics') / 'rulebases' / 'tracking.fis', files('robotics') / 'scenarios' / 'reference.toml',"
+        "files('robotics') / 'report.html.j2')))"
+    )
+    done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["True"] * 5
