@@ -2,16 +2,17 @@
 
 Work goes row by row: a row holds one quantity (an input, a term's degree, a rule's strength) of every point of
 a block, its lanes. The loops over lanes have no branches and call no library function, so that the compiler
-makes vector instructions of them and a block stays in the nearest cache. No operation mixes lanes and none is
-reordered (no fast-math): the result of a point has the same bits in any batch and without Numba
-(``NUMBA_DISABLE_JIT=1``, slowly).
+makes vector instructions of them and a block stays in the cache. No operation mixes lanes and none is
+reordered (no fast-math): the result of a point has the same bits in any batch. Without Numba
+(``NUMBA_DISABLE_JIT=1``) the same code runs as Python, slowly.
 
 Everything compiled lives in this one file, because Numba's cache notices a change only in the file of the
-function that is called. (A kernel elsewhere that calls :func:`evaluate_point` and is cached on disk has to be
-touched when this file changes.)
+function that is called: a kernel elsewhere that calls :func:`evaluate_point` and is cached on disk has to be
+touched when this file changes.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -34,11 +35,15 @@ from fuzzy.layout import (
 
 LANES = 256  # points a block: enough to outweigh the calls, few enough for the rows to stay in the second cache
 
-kernel = njit(cache=True, error_model="numpy", nogil=True)
-inlined = njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
+_OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True}
+allocating = njit(**_OPTIONS)
+# Without Numba's reference counts (NRT): nothing here makes an array, and counting the users of some fifty arrays
+# takes five times as long as inference at one point.
+kernel = njit(**_OPTIONS, _nrt=False)
+inlined = njit(**_OPTIONS, _nrt=False, forceinline=True)
 
 
-@kernel
+@allocating
 def workspace(tables: Tables, lanes: int) -> Workspace:
     """Rows for blocks of ``lanes`` points of a system: 1 for :func:`evaluate_point`. To be reused."""
     rules, inputs = tables.clause.shape
@@ -78,8 +83,8 @@ def exp_nonpositive(values: np.ndarray, scale: np.ndarray, bits: np.ndarray) -> 
     """``values`` (n,) ← exp(values), in place, for values ≤ 0; within one unit in the last place.
 
     e^v = 2^k e^r with r = v − k ln 2, |r| ≤ ln(2)/2, and e^r by its Taylor series, whose remainder is below
-    4e-18. -inf gives 0, not-a-number stays. ``scale`` is scratch,
-    (n,) or longer, and ``bits`` the same memory as int64.
+    4e-18. -inf gives 0, not-a-number stays. ``scale`` (n,) or longer is
+    scratch, and ``bits`` the same memory as int64.
     """
     n = len(values)
     for p in range(n):
@@ -144,11 +149,12 @@ def _minimum(a: float, b: float) -> float:
     return b if b < a else a
 
 
-@kernel
-def _piecewise(kind: int, parameters: np.ndarray, t: int, x: np.ndarray, i: int, degree: np.ndarray) -> None:
+@inlined
+def _piecewise(
+    kind: int, parameters: np.ndarray, t: int, x: np.ndarray, i: int, degree: np.ndarray, lanes: int
+) -> None:
     """Row ``t`` of degrees, from row ``i`` of x, of a function made of straight lines and parabolas."""
     a, b, c, d = parameters[t, 0], parameters[t, 1], parameters[t, 2], parameters[t, 3]
-    lanes = x.shape[1]
     if kind == TRIANGLE:
         for p in range(lanes):
             degree[t, p] = _minimum(_rise(x[i, p], a, b), _fall(x[i, p], b, c))
@@ -193,7 +199,6 @@ def _log_bell(
     row: np.ndarray,
     scale: np.ndarray,
     bits: np.ndarray,
-    lanes: int,
 ) -> None:
     """A row of −log(1 + |z|^2b), z = (x − c)/a, with |z|^2b = exp(2b log |z|) set apart at the center."""
     center = -math.inf if b > 0.0 else (math.inf if b < 0.0 else 0.0)
@@ -216,7 +221,6 @@ def _log_degree(
     row: np.ndarray,
     scale: np.ndarray,
     bits: np.ndarray,
-    lanes: int,
 ) -> None:
     """A row of logarithms of the degrees of a function that is positive everywhere but no Gaussian."""
     a, b, c, d = parameters[t, 0], parameters[t, 1], parameters[t, 2], parameters[t, 3]
@@ -270,7 +274,7 @@ def _memberships(
                 z = (x[i, p] - center) / sigma
                 degree[t, p] = -0.5 * (z * z)
         elif kind < SIGMOID_DIFFERENCE:
-            _piecewise(kind, parameters, t, x, i, degree)
+            _piecewise(kind, parameters, t, x, i, degree, lanes)
         elif kind == SIGMOID_DIFFERENCE:
             _difference(x[i], parameters[t], degree[t], row[0], scale, bits)
         else:
@@ -514,7 +518,7 @@ def evaluate_point(tables: Tables, x: np.ndarray, output: np.ndarray, work: Work
         output[o] = work.output[o, 0]
 
 
-@kernel
+@allocating
 def evaluate_batch(tables: Tables, x: np.ndarray, output: np.ndarray, outside: np.ndarray, missing: np.ndarray) -> None:
     """``output`` (n, outputs) ← the outputs at ``x`` (n, inputs).
 

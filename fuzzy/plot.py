@@ -151,9 +151,12 @@ def _contour(ax: Axes, fis: Sugeno, data: Surface, places: Sequence[int], j: int
     assert data.y is not None
     z = np.ma.masked_where(~data.fired | ~np.isfinite(data.z), data.z)
     levels = _levels(z.compressed())
+    # A plateau's rounding errors must not draw contours of their own, nor fall out of the highest level.
+    digits = 10 - int(np.floor(np.log10(levels[-1] - levels[0])))
+    z = np.ma.clip(np.ma.round(z, digits), levels[0], levels[-1])
     filled = ax.contourf(data.x, data.y, z, levels=levels, cmap="viridis")
     filled.set_edgecolor("face")  # no white hairlines between the levels in a PDF
-    ax.contour(data.x, data.y, z, levels=levels, colors="white", linewidths=0.3, alpha=0.5, linestyles="-")
+    ax.contour(data.x, data.y, z, levels=levels[1:-1], colors="white", linewidths=0.3, alpha=0.5, linestyles="-")
     figure = ax.figure
     bar = figure.colorbar(filled, ax=ax)
     bar.set_label(fis.outputs[j].label, parse_math=False)

@@ -8,6 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from fuzzy.drawing import DOUBLE, new_figure, style
 from robotics.comparison import Comparison, label, summarise
@@ -76,6 +77,9 @@ def _draw_metric(
     logarithmic = known.size > 0 and known.min() > 0 and known.max() > 10 * known.min()
     if logarithmic:
         ax.set_xscale("log")
+        ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        ax.xaxis.set_minor_formatter(NullFormatter())
     for row, name in enumerate(names):
         look, finite = chosen[name], values[name][np.isfinite(values[name])]
         # Spread over the row's height, the same way every time, so that equal values stay countable.
@@ -103,7 +107,7 @@ def _draw_metric(
                 bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
             )
     if known.size and known.max() == known.min():
-        ax.set_xlim(known.min() - 0.5, known.max() + 0.5)
+        ax.set_xlim(0.5 * known.min() - 0.02, 1.5 * known.max() or 1.0)
     name = f"{about.title.partition(':')[0]} [{about.unit}]" + (", logarithmic" if logarithmic else "")
     ax.set_xlabel(
         textwrap.fill(name, 32, break_long_words=False).replace(" [", "\N{NO-BREAK SPACE}["), parse_math=False

@@ -242,7 +242,7 @@ def plot_velocities(
         _place_rows(figure, len(drawn))
         for ax, name in zip(grid[0], ("linear speed v [m/s]", "angular speed ω [rad/s]"), strict=True):
             box, top = ax.get_position(), grid[-1, 0].get_position()
-            place = (box.x0 - 0.42 / DOUBLE, (box.y1 + top.y0) / 2)
+            place = (box.x0 - 0.41 / DOUBLE, (box.y1 + top.y0) / 2)
             figure.text(*place, name, rotation=90, ha="right", va="center")
         pairs: dict[str, Any] = {}
         for ax in grid[0]:
@@ -274,10 +274,10 @@ def _place_rows(figure: Figure, rows: int) -> None:
     width, height = figure.get_size_inches()
     panel = (height - 0.62) / rows
     figure.subplots_adjust(
-        left=0.55 / width,
+        left=0.58 / width,
         right=1 - 0.08 / width,
         bottom=0.4 / height,
         top=1 - 0.22 / height - 0.08 / height,
-        wspace=0.18,
+        wspace=0.25,
         hspace=0.36 * 0.78 / max(panel - 0.2, 0.1) * 0.8,
     )

@@ -6,7 +6,7 @@ the abscissa s; :meth:`Path.at` evaluates arrays of abscissae at once by cubic H
 """
 
 from dataclasses import dataclass, field
-from math import hypot, isfinite, pi
+from math import hypot, pi
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -14,6 +14,8 @@ from numba import njit
 
 from fuzzy.errors import InputError
 from robotics.quantity import check_quantities, quantity
+
+LONGEST = 1e4  # m: the table of a path this long takes 80 MB
 
 
 class PathError(InputError):
@@ -238,13 +240,14 @@ def compile_path(shape: Shape, spacing: float = 0.005) -> Path:
     edges = np.linspace(0.0, 1.0, cells + 1)
     nodes, weights = np.polynomial.legendre.leggauss(5)
     u = edges[:-1, None] + (nodes + 1) / (2 * cells)
-    _, slope, _ = shape.curve(u)
-    pieces = np.hypot(slope[0], slope[1]) @ weights / (2 * cells)
-    measured = np.concatenate([[0.0], np.cumsum(pieces)])
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is too long, and refused below
+        _, slope, _ = shape.curve(u)
+        pieces = np.hypot(slope[0], slope[1]) @ weights / (2 * cells)
+        measured = np.concatenate([[0.0], np.cumsum(pieces)])
     length = float(measured[-1])
     name = type(shape).__name__.lower()
-    if not (isfinite(length) and length > 1e-9):
-        raise PathError(f"{name} path: its length is {length:g} m; a path needs a length > 0")
+    if not 1e-9 < length <= LONGEST:
+        raise PathError(f"{name} path: its length is {length:g} m; a path needs a length > 0 and <= {LONGEST:g} m")
     count = max(257, int(np.ceil(length / spacing)) + 1)
     s = np.linspace(0.0, length, count)
     with np.errstate(divide="ignore", invalid="ignore"):  # a cusp is refused below

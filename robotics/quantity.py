@@ -29,6 +29,14 @@ def accepted(metadata: Any) -> str:
     return f"a finite number{unit}" + (", " + " and ".join(bounds) if bounds else "")
 
 
+def is_number(value: Any) -> bool:
+    """Is ``value`` a finite real number that a float can hold?"""
+    try:
+        return isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
+    except OverflowError:
+        return False
+
+
 def check_quantities(instance: Any, error: type[ValueError]) -> None:
     """Make every quantity of a frozen dataclass a float within its range; raise ``error`` where one is not.
 
@@ -41,8 +49,7 @@ def check_quantities(instance: Any, error: type[ValueError]) -> None:
         if value is None and f.default is None:
             continue
         m = f.metadata
-        number = isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
-        if not (number and value > m["above"] and value >= m["least"] and value <= m["most"]):
+        if not (is_number(value) and value > m["above"] and value >= m["least"] and value <= m["most"]):
             problem = error(f"{f.name} must be {accepted(m)}; got {value!r}")
             problem.field = f.name  # type: ignore[attr-defined]
             raise problem

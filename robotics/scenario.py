@@ -20,7 +20,7 @@ import numpy as np
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.path import SHAPES, PathError, Shape, compile_path
-from robotics.quantity import accepted, check_quantities, quantity
+from robotics.quantity import accepted, check_quantities, is_number, quantity
 from robotics.robot import Robot, RobotError
 from robotics.trajectory import Timing, Trajectory, compile_trajectory
 
@@ -65,10 +65,12 @@ class Member:
         if not all(isfinite(v) for v in self.start):
             raise ScenarioError(f"start must be finite, got {self.start!r}")
         if abs(self.start[2]) > 2 * pi:
-            raise ScenarioError(
+            problem = ScenarioError(
                 f"start: the heading is in radians, between -2π and 2π; got {self.start[2]!r}"
                 + (" (degrees?)" if abs(self.start[2]) <= 360 else "")
             )
+            problem.field = "start"  # type: ignore[attr-defined]
+            raise problem
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,8 +99,12 @@ class Scenario:
                 raise _about(
                     ScenarioError(f"{name} must be a multiple of {STEP:g} s, got {getattr(self, name)!r}"), name
                 )
-        paths = tuple(compile_path(member.path) for member in self.robots)
-        trajectory = compile_trajectory(paths, tuple(member.timing for member in self.robots))
+        if self.ticks < 1:
+            raise _about(
+                ScenarioError(f"duration must be at least a period, {self.period:g} s; got {self.duration!r}"),
+                "duration",
+            )
+        trajectory = _compiled(self.robots)
         object.__setattr__(self, "trajectory", trajectory)
         self._check_feasible(trajectory)
 
@@ -115,7 +121,8 @@ class Scenario:
     def _check_feasible(self, trajectory: Trajectory) -> None:
         """Refuse a reference that no command can follow: |v| + L |ω| beyond what the wheels can turn."""
         # Every 10 ms, not every period: a sharp corner lasts no longer.
-        times = np.arange(round(min(self.duration, trajectory.ends.max()) / STEP) + 1) * STEP
+        span = min(self.duration, trajectory.ends.max())
+        times = np.linspace(0.0, span, min(round(span / STEP), 100_000) + 1)
         reference = trajectory.sampled(times)
         for i, member in enumerate(self.robots):
             robot = member.robot
@@ -134,6 +141,25 @@ class Scenario:
                         f"({100 * (need[k] / limit - 1):.1f} %); slow the timing down or smooth the path"
                     )
                     raise _about(problem, "robots", i, "timing")
+
+
+def _compiled(robots: tuple[Member, ...]) -> Trajectory:
+    """The robots' trajectory. An error is about the robot's path or about its timing."""
+    parts = []
+    for i, member in enumerate(robots):
+        try:
+            path = compile_path(member.path)
+        except PathError as error:
+            raise _about(error, "robots", i, "path") from None
+        try:
+            parts.append(compile_trajectory((path,), (member.timing,)))
+        except PathError as error:
+            raise _about(error, "robots", i, "timing") from None
+    return Trajectory(
+        tuple(part.paths[0] for part in parts),
+        np.concatenate([part.tables for part in parts]),
+        np.concatenate([part.ends for part in parts]),
+    )
 
 
 STEP = 0.01  # s, the wheel loops' period (thesis 2.1.3.1)
@@ -164,8 +190,9 @@ def load_scenario(name: str | FilePath) -> Scenario:
         raise ScenarioError(f"{expected(str(name), scenario_names(), 'scenario')}; or the path of a .toml file")
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+    except (OSError, ValueError) as error:
+        reason = "it is not UTF-8 text" if isinstance(error, UnicodeDecodeError) else str(error)
+        reason = (error.strerror or reason) if isinstance(error, OSError) else reason
         raise ScenarioError(f"{path}: cannot be read: {reason}") from None
     return parse_scenario(text, path.stem, str(path))
 
@@ -174,9 +201,10 @@ def parse_scenario(text: str, name: str, file: str = "<text>") -> Scenario:
     """The scenario that ``text`` (TOML) describes; ``file`` is what messages call it. Raises ScenarioError."""
     try:
         table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # besides TOMLDecodeError: an endless number, an endless nesting
         line = re.search(r"at line (\d+)", str(error))
-        where = f":{line[1]}" if line else f":{text.count(chr(10)) + 1}"
+        end = f":{text.count(chr(10)) + 1}" if isinstance(error, tomllib.TOMLDecodeError) else ""
+        where = f":{line[1]}" if line else end
         raise ScenarioError(f"{file}{where}: this is not TOML: {error}") from None
     try:
         common = table.pop("robot", {})
@@ -205,9 +233,11 @@ def _member(table: Any, common: dict[str, Any], keys: tuple[str | int, ...]) -> 
     shape = table.pop("path")
     _expect_table(shape, (*keys, "path"))
     shape = dict(shape)
-    kind = shape.pop("shape", None)
-    if kind not in SHAPES:
-        raise _about(ScenarioError(expected(str(kind), SHAPES, "path shape")), *keys, "path")
+    if "shape" not in shape:
+        raise _about(ScenarioError(f"path lacks shape, one of {', '.join(SHAPES)}"), *keys, "path")
+    kind = shape.pop("shape")
+    if not isinstance(kind, str) or kind not in SHAPES:
+        raise _about(ScenarioError(expected(str(kind), SHAPES, "path shape")), *keys, "path", "shape")
     path = _build(SHAPES[kind], shape, (*keys, "path"))
     return _build(Member, table, keys, path=path, robot=robot)
 
@@ -255,7 +285,7 @@ def _convert(value: Any, hint: Any, f: Any, keys: tuple[str | int, ...]) -> Any:
             raise refuse("one of " + ", ".join(map(repr, get_args(hint))))
         return value
     if hint is float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
+        if not is_number(value):
             raise refuse(accepted(f.metadata) if "unit" in f.metadata else "a finite number")
         return float(value)
     if hint is str:
@@ -275,7 +305,7 @@ def _convert(value: Any, hint: Any, f: Any, keys: tuple[str | int, ...]) -> Any:
 def _numbers(value: Any, count: int, refuse: Any) -> tuple[float, ...]:
     shape = {2: "[x, y] in m", 3: "[x, y, heading] in m, m, rad"}[count]
     good = isinstance(value, Sequence) and not isinstance(value, str) and len(value) == count
-    if not (good and all(isinstance(v, (int, float)) and not isinstance(v, bool) and isfinite(v) for v in value)):
+    if not (good and all(is_number(v) for v in value)):
         raise refuse(f"{count} finite numbers {shape}")
     return tuple(float(v) for v in value)
 

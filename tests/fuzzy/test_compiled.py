@@ -187,6 +187,17 @@ def test_thirty_dimensions_do_not_underflow():
     assert compile_sugeno(only_a)(np.full(30, -9.0)).tolist() == [2]
 
 
+def test_a_rule_without_weight_near_the_point_does_not_drown_the_others():
+    # Its strength is e^0 to e^1000 times the other's: beyond every number if it were asked for.
+    terms = {"here": Gaussian(1, 0), "there": Gaussian(1, -100)}
+    y = Variable("y", (0, 9), {"a": 2.0, "b": 5.0})
+    rules = (Rule((Clause("x", "here"),), (("y", "a"),), weight=0.0), Rule((Clause("x", "there"),), (("y", "b"),)))
+    fis = Sugeno((Variable("x", (-100, 100), terms),), (y,), rules)
+    x = np.linspace(-50, -40, 4001)[:, None]
+    assert (compile_sugeno(fis)(x) == 5).all()
+    assert (infer(fis, x).output == 5).all()
+
+
 GAP = Sugeno(
     (Variable("a", (0, 10), {"left": Triangle(0, 1, 2), "right": Triangle(6, 7, 8)}), Variable("b", (0, 1))),
     (Variable("y", (-10, 30), {"none": 0, "ten": 10}), Variable("z", (0, 1), {"one": 1})),

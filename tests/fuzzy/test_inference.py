@@ -261,7 +261,7 @@ def test_not_a_number_stays_in_its_point():
         output = infer(fis, x).output
         assert np.isnan(output[:, 0]).tolist() == [False, True, True, False]
         np.testing.assert_array_equal(output[[0, 3]], infer(fis, x[[0, 3]]).output)
-    only_a = Sugeno((A, B), (Y,), (LOW,))
+    only_a = Sugeno((A, B), (FLAT,), (LOW,))
     assert np.isnan(infer(only_a, (3.0, np.nan)).output).all()  # also of an input that no rule reads
 
 

@@ -1,0 +1,117 @@
+"""The numbers of one scenario as a table to read: one row a figure of merit, one column a controller."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import t
+
+from robotics.comparison import Comparison, label, summarise
+from robotics.metrics import METRICS
+
+_PREFIXED = ("m", "rad", "m/s")  # units that may take the prefix milli
+
+
+class Cell(NamedTuple):
+    """One figure of merit of one controller."""
+
+    mean: str
+    half: str  # half the width of the 95 % interval; "" where there is none
+    mark: str  # "lowest", "≈ lowest" or ""
+
+
+class Row(NamedTuple):
+    """One figure of merit of every controller."""
+
+    title: str
+    unit: str
+    cells: list[Cell]
+
+
+class SummaryTable(NamedTuple):
+    """The table, and how many robots of each controller were stopped."""
+
+    controllers: list[str]  # as titles
+    rows: list[Row]
+    diverged: list[tuple[int, int]]  # stopped, of so many
+
+
+def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
+    """The table of the scenario with that name, from :func:`robotics.comparison.summarise`."""
+    table = comparison.table[comparison.table["scenario"] == scenario]
+    summary = summarise(table).set_index(["metric", "controller"])
+    names = list(comparison.controllers)
+    rows = []
+    for metric, about in METRICS.items():
+        numbers = summary.loc[metric].loc[names, ["mean", "low", "high"]].to_numpy(dtype=float)
+        by_seed = {n: table.loc[table["controller"] == n].groupby("seed")[metric].mean().to_numpy() for n in names}
+        factor, unit = scale(about.unit, numbers[:, 0])
+        marks = _marks(list(by_seed.values()), numbers[:, 0])
+        cells = [
+            _cell(factor * row, int(np.isposinf(by_seed[name]).sum()), len(by_seed[name]), mark)
+            for name, row, mark in zip(names, numbers, marks, strict=True)
+        ]
+        rows.append(Row(about.title, unit, cells))
+    stopped = [table.loc[table["controller"] == n, "diverged"] for n in names]
+    return SummaryTable([label(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped])
+
+
+def scale(unit: str, means: np.ndarray) -> tuple[float, str]:
+    """The factor and unit in which a row reads best: thousandths where every mean is below 1."""
+    known = means[np.isfinite(means)]
+    if unit in _PREFIXED and known.size and 0 < np.abs(known).max() < 1:
+        return 1000.0, f"m{unit}"
+    return 1.0, unit
+
+
+def _cell(numbers: np.ndarray, never: int, seeds: int, mark: str) -> Cell:
+    mean, low, high = (float(v) for v in numbers)
+    if never:
+        return Cell("never" if never == seeds else f"never in {never} of {seeds}", "", mark)
+    if not np.isfinite(mean):
+        return Cell("no sample", "", mark)
+    half = (high - low) / 2
+    if not np.isfinite(half):
+        return Cell(_rounded(mean, _places(mean, 3)), "", mark)
+    # So many places that the interval's half width has two digits, and the mean two at least.
+    places = max(_places(half, 2), _places(mean, 2)) if half > 1e-6 * abs(mean) else _places(mean, 3)
+    return Cell(_rounded(mean, places), _rounded(half, places), mark)
+
+
+def _places(value: float, digits: int) -> int:
+    """Decimal places that show so many significant digits of ``value``, from 0 to 6."""
+    if value == 0:
+        return 0
+    return int(np.clip(digits - 1 - np.floor(np.log10(abs(value))), 0, 6))
+
+
+def _rounded(value: float, places: int) -> str:
+    text = f"{value:.{places}f}"
+    return text.replace("-", "−") if float(text) else text.lstrip("-")
+
+
+def _marks(values: list[np.ndarray], means: np.ndarray) -> list[str]:
+    """Which controller has the lowest mean, and which the seeds, paired, cannot tell apart from it."""
+    known = np.where(np.isfinite(means), means, np.inf)
+    if len(values) < 2 or not np.isfinite(known).any() or np.ptp(means) == 0:
+        return [""] * len(values)
+    best = int(np.argmin(known))
+    marks = []
+    for n, other in enumerate(values):
+        if known[n] == known[best]:
+            marks.append("lowest")
+        elif not np.isfinite(known[n]):
+            marks.append("")
+        else:
+            low, high = paired_interval(other - values[best])
+            marks.append("≈ lowest" if low <= 0 <= high else "")
+    return marks
+
+
+def paired_interval(differences: np.ndarray) -> tuple[float, float]:
+    """Student's 95 % interval of the mean of differences (seeds,); not-a-number for fewer than two."""
+    n = len(differences)
+    if n < 2:
+        return float("nan"), float("nan")
+    mean = float(np.mean(differences))
+    half = float(t.ppf(0.975, n - 1) * np.std(differences, ddof=1) / np.sqrt(n))
+    return mean - half, mean + half
