@@ -36,11 +36,12 @@ from fuzzy.layout import (
 LANES = 256  # points a block: enough to outweigh the calls, few enough for the rows to stay in the second cache
 
 _OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True}
+# Without Numba's reference counts (NRT): these functions make no arrays, and counting the users of some thirty
+# arrays takes five times as long as the inference of a point.
+_UNCOUNTED: dict[str, Any] = {**_OPTIONS, "_nrt": False}
 allocating = njit(**_OPTIONS)
-# Without Numba's reference counts (NRT): nothing here makes an array, and counting the users of some fifty arrays
-# takes five times as long as inference at one point.
-kernel = njit(**_OPTIONS, _nrt=False)
-inlined = njit(**_OPTIONS, _nrt=False, forceinline=True)
+kernel = njit(**_UNCOUNTED)
+inlined = njit(**_UNCOUNTED, forceinline=True)
 
 
 @allocating
@@ -179,51 +180,34 @@ def _piecewise(
 
 
 @kernel
-def _log_sigmoid(x: np.ndarray, a: float, c: float, result: np.ndarray, scale: np.ndarray, bits: np.ndarray) -> None:
+def _log_sigmoid(x: np.ndarray, a: float, c: float, result: np.ndarray, work: Workspace) -> None:
     """A row of −log(1 + e^-z), z = a (x − c), as −(max(0, −z) + log(1 + e^-|z|)), which does not overflow."""
     for p in range(len(x)):
         result[p] = -abs(a * (x[p] - c))
-    exp_nonpositive(result, scale, bits)
+    exp_nonpositive(result, work.scale, work.bits)
     for p in range(len(x)):
         z = a * (x[p] - c)
         result[p] = -((-z if z < 0.0 else 0.0) + log1p_unit(result[p]))
 
 
 @kernel
-def _log_bell(
-    x: np.ndarray,
-    a: float,
-    b: float,
-    c: float,
-    result: np.ndarray,
-    row: np.ndarray,
-    scale: np.ndarray,
-    bits: np.ndarray,
-) -> None:
+def _log_bell(x: np.ndarray, a: float, b: float, c: float, result: np.ndarray, work: Workspace) -> None:
     """A row of −log(1 + |z|^2b), z = (x − c)/a, with |z|^2b = exp(2b log |z|) set apart at the center."""
+    row = work.row[0]
     center = -math.inf if b > 0.0 else (math.inf if b < 0.0 else 0.0)
     for p in range(len(x)):
         z = abs((x[p] - c) / a)
         row[p] = 2.0 * b * math.log(z) if z > 0.0 else center
         result[p] = -abs(row[p])
-    exp_nonpositive(result, scale, bits)
+    exp_nonpositive(result, work.scale, work.bits)
     for p in range(len(x)):
         result[p] = -((row[p] if row[p] > 0.0 else 0.0) + log1p_unit(result[p]))
 
 
 @kernel
-def _log_degree(
-    kind: int,
-    parameters: np.ndarray,
-    t: int,
-    x: np.ndarray,
-    degree: np.ndarray,
-    row: np.ndarray,
-    scale: np.ndarray,
-    bits: np.ndarray,
-) -> None:
+def _log_degree(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work: Workspace) -> None:
     """A row of logarithms of the degrees of a function that is positive everywhere but no Gaussian."""
-    a, b, c, d = parameters[t, 0], parameters[t, 1], parameters[t, 2], parameters[t, 3]
+    a, b, c, d = parameters[0], parameters[1], parameters[2], parameters[3]
     if kind == TWO_SIDED_GAUSSIAN:
         for p in range(len(x)):
             left, right = x[p] - b, x[p] - d
@@ -231,43 +215,33 @@ def _log_degree(
             right = (0.0 if right < 0.0 else right) / c
             degree[p] = -0.5 * (left * left) + -0.5 * (right * right)
     elif kind == BELL:
-        _log_bell(x, a, b, c, degree, row, scale, bits)
+        _log_bell(x, a, b, c, degree, work)
     else:
-        _log_sigmoid(x, a, b, degree, scale, bits)
+        _log_sigmoid(x, a, b, degree, work)
         if kind == SIGMOID_PRODUCT:
-            _log_sigmoid(x, c, d, row, scale, bits)
+            row = work.row[0]
+            _log_sigmoid(x, c, d, row, work)
             for p in range(len(x)):
                 degree[p] += row[p]
 
 
 @kernel
-def _difference(
-    x: np.ndarray, parameters: np.ndarray, degree: np.ndarray, row: np.ndarray, scale: np.ndarray, bits: np.ndarray
-) -> None:
+def _difference(parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work: Workspace) -> None:
     """A row of differences of two sigmoids."""
-    _log_sigmoid(x, parameters[0], parameters[1], degree, scale, bits)
-    _log_sigmoid(x, parameters[2], parameters[3], row, scale, bits)
-    exp_nonpositive(degree, scale, bits)
-    exp_nonpositive(row, scale, bits)
+    row = work.row[0]
+    _log_sigmoid(x, parameters[0], parameters[1], degree, work)
+    _log_sigmoid(x, parameters[2], parameters[3], row, work)
+    exp_nonpositive(degree, work.scale, work.bits)
+    exp_nonpositive(row, work.scale, work.bits)
     for p in range(len(x)):
         degree[p] = _unit(degree[p] - row[p])
 
 
 @inlined
-def _memberships(
-    kinds: np.ndarray,
-    parameters: np.ndarray,
-    place: np.ndarray,
-    logarithmic: bool,
-    x: np.ndarray,
-    degree: np.ndarray,
-    row: np.ndarray,
-    scale: np.ndarray,
-    bits: np.ndarray,
-    lanes: int,
-) -> None:
-    for t in range(len(kinds)):
-        kind, i = kinds[t], place[t]
+def _memberships(tables: Tables, work: Workspace, lanes: int) -> None:
+    parameters, x, degree = tables.parameters, work.x, work.degree
+    for t in range(len(tables.kind)):
+        kind, i = tables.kind[t], tables.place[t]
         if kind == GAUSSIAN:  # by far the most usual in systems that learn
             sigma, center = parameters[t, 0], parameters[t, 1]
             for p in range(lanes):
@@ -276,11 +250,11 @@ def _memberships(
         elif kind < SIGMOID_DIFFERENCE:
             _piecewise(kind, parameters, t, x, i, degree, lanes)
         elif kind == SIGMOID_DIFFERENCE:
-            _difference(x[i], parameters[t], degree[t], row[0], scale, bits)
+            _difference(parameters[t], x[i], degree[t], work)
         else:
-            _log_degree(kind, parameters, t, x[i], degree[t], row[0], scale, bits)
-        if kind >= GAUSSIAN and not logarithmic:
-            exp_nonpositive(degree[t], scale, bits)
+            _log_degree(kind, parameters[t], x[i], degree[t], work)
+        if kind >= GAUSSIAN and not tables.logarithmic:
+            exp_nonpositive(degree[t], work.scale, work.bits)
 
 
 # Layers 2 and 3: firing strengths and weights -----------------------------------------------------------------
@@ -307,10 +281,9 @@ def _clause(degree: np.ndarray, t: int, power: float, negated: bool, result: np.
 
 
 @inlined
-def _firing(
-    tables: Tables, degree: np.ndarray, firing: np.ndarray, weights: np.ndarray, row: np.ndarray, lanes: int
-) -> None:
+def _firing(tables: Tables, work: Workspace, lanes: int) -> None:
     """Layer 2 from degrees."""
+    degree, firing, weights, row = work.degree, work.firing, work.weights, work.row
     rules, inputs = tables.clause.shape
     for r in range(rules):
         is_or, weight = tables.is_or[r], tables.weight[r]
@@ -339,22 +312,10 @@ def _firing(
 
 
 @inlined
-def _log_firing(
-    clause: np.ndarray,
-    power: np.ndarray,
-    weight: np.ndarray,
-    weighted_sum: bool,
-    degree: np.ndarray,
-    firing: np.ndarray,
-    weights: np.ndarray,
-    firing_flat: np.ndarray,
-    weights_flat: np.ndarray,
-    row: np.ndarray,
-    scale: np.ndarray,
-    bits: np.ndarray,
-    lanes: int,
-) -> None:
+def _log_firing(tables: Tables, work: Workspace, lanes: int) -> None:
     """Layer 2 from logarithms; ``weights`` ← the strengths over the greatest one, as a softmax has them."""
+    clause, power, weight = tables.clause, tables.power, tables.weight
+    degree, firing, weights, row = work.degree, work.firing, work.weights, work.row
     rules, inputs = clause.shape
     for p in range(lanes):
         row[0, p] = -math.inf
@@ -376,12 +337,12 @@ def _log_firing(
         reach = 0.0 if weight[r] > 0.0 else -math.inf
         for p in range(lanes):
             weights[r, p] = firing[r, p] - row[0, p] + reach
-    exp_nonpositive(weights_flat, scale, bits)
+    exp_nonpositive(work.weights_flat, work.scale, work.bits)
     for r in range(rules):
         for p in range(lanes):
             weights[r, p] *= weight[r]
-    if weighted_sum:
-        exp_nonpositive(firing_flat, scale, bits)
+    if tables.weighted_sum:
+        exp_nonpositive(work.firing_flat, work.scale, work.bits)
         for r in range(rules):
             for p in range(lanes):
                 firing[r, p] *= weight[r]
@@ -391,8 +352,9 @@ def _log_firing(
 
 
 @inlined
-def _normalise(weights: np.ndarray, row: np.ndarray, lanes: int) -> None:
+def _normalise(work: Workspace, lanes: int) -> None:
     """Layer 3: w / Σ w; 0 where nothing fires."""
+    weights, row = work.weights, work.row
     rules = len(weights)
     for p in range(lanes):
         row[0, p] = 0.0
@@ -407,19 +369,11 @@ def _normalise(weights: np.ndarray, row: np.ndarray, lanes: int) -> None:
 
 
 @inlined
-def _defuzzify(
-    constant: np.ndarray,
-    slopes: np.ndarray,
-    linear: bool,
-    takes_part: np.ndarray,
-    weighted_sum: bool,
-    o: int,
-    work: Workspace,
-    lanes: int,
-) -> None:
+def _defuzzify(tables: Tables, work: Workspace, o: int, lanes: int) -> None:
     """Layers 4 and 5 of output ``o``; ``work.row[0]`` ← the sum of the weights that have a say in it."""
+    slopes, constant, takes_part = tables.slopes, tables.constant, tables.takes_part
     x, weights, output, row = work.x, work.weights, work.output, work.row
-    share = work.firing if weighted_sum else weights
+    share = work.firing if tables.weighted_sum else weights
     inputs = len(x)
     everyone = True
     for p in range(lanes):
@@ -432,14 +386,14 @@ def _defuzzify(
         for p in range(lanes):
             row[0, p] += weights[r, p]
             row[1, p] = constant[o, r]
-        if linear:
+        if tables.linear[o]:
             for i in range(inputs):
                 slope = slopes[o, r, i]
                 for p in range(lanes):
                     row[1, p] += slope * x[i, p]
         for p in range(lanes):
             output[o, p] += share[r, p] * row[1, p]
-    if not weighted_sum and not everyone:
+    if not tables.weighted_sum and not everyone:
         for p in range(lanes):
             output[o, p] /= row[0, p] if row[0, p] > 0.0 else 1.0
 
@@ -453,41 +407,14 @@ def _evaluate(tables: Tables, work: Workspace, lanes: int) -> None:
     x, output, missing, row = work.x, work.output, work.missing, work.row
     inputs = len(x)
     outputs = len(output)
-    _memberships(
-        tables.kind,
-        tables.parameters,
-        tables.place,
-        tables.logarithmic,
-        x,
-        work.degree,
-        row,
-        work.scale,
-        work.bits,
-        lanes,
-    )
+    _memberships(tables, work, lanes)
     if tables.logarithmic:
-        _log_firing(
-            tables.clause,
-            tables.power,
-            tables.weight,
-            tables.weighted_sum,
-            work.degree,
-            work.firing,
-            work.weights,
-            work.firing_flat,
-            work.weights_flat,
-            row,
-            work.scale,
-            work.bits,
-            lanes,
-        )
+        _log_firing(tables, work, lanes)
     else:
-        _firing(tables, work.degree, work.firing, work.weights, row, lanes)
-    _normalise(work.weights, row, lanes)
+        _firing(tables, work, lanes)
+    _normalise(work, lanes)
     for o in range(outputs):
-        _defuzzify(
-            tables.constant, tables.slopes, tables.linear[o], tables.takes_part, tables.weighted_sum, o, work, lanes
-        )
+        _defuzzify(tables, work, o, lanes)
         default = tables.default[o]
         for p in range(lanes):
             missing[o, p] = not row[0, p] > 0.0

@@ -40,6 +40,7 @@ def run(
         sys.stdout.flush()
         return result if isinstance(result, int) else OK
     except (typer.Abort, KeyboardInterrupt):
+        _say(prog_name, "interrupted")
         return INTERRUPTED
     except BrokenPipeError:
         return _pipe_broken()

@@ -4,6 +4,7 @@ Data goes to stdout, progress and messages to stderr. What a command needs is im
 ``--help`` is quick.
 """
 
+import shlex
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -215,9 +216,13 @@ def compare(
             if judged:
                 verdicts = _judge(begin, out)
             if report:
-                from robotics.report import FIGURES, write_report
+                from robotics.report import figure_count, write_report
 
-                write_report(comparison, verdicts, out, advance=begin("drawing", FIGURES(comparison)))
+                command = ["robotics", "compare", *(scenarios or []), f"--seeds={seeds}", f"--seed={seed}"]
+                if controllers is not None:
+                    command.append(f"--controllers={','.join(laws)}")
+                advance = begin("drawing", figure_count(comparison))
+                write_report(comparison, verdicts, out, command=shlex.join(command), advance=advance)
     except KeyboardInterrupt:
         print(f"robotics: interrupted; {done} of {wanted} rows are in {results}", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None

@@ -52,7 +52,8 @@ def plot_comparison(
             _draw_metric(ax, table, summary[summary["metric"] == metric], metric, names, chosen)
         for ax in grid.flat[len(metrics) :]:
             ax.remove()
-        grid[0, 0].set_yticks(range(len(names)), [label(name) for name in names])
+        titles = [textwrap.fill(label(name).replace(",", ", "), 24) for name in names]
+        grid[0, 0].set_yticks(range(len(names)), titles)
         grid[0, 0].set_ylim(len(names) - 0.4, -0.6)
         for tick in (t for row in grid for t in row[0].get_yticklabels()):
             tick.set_parse_math(False)
@@ -80,6 +81,8 @@ def _draw_metric(
         ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         ax.xaxis.set_minor_formatter(NullFormatter())
+    else:
+        ax.locator_params(axis="x", nbins=5)
     for row, name in enumerate(names):
         look, finite = chosen[name], values[name][np.isfinite(values[name])]
         # Spread over the row's height, the same way every time, so that equal values stay countable.

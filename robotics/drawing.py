@@ -35,11 +35,14 @@ def looks(specifications: Iterable[str]) -> dict[str, Look]:
     for name in wanted:
         if name not in places:
             places[name] = next(free)
+    return {name: _look(n) for name, n in places.items()}
+
+
+def _look(n: int) -> Look:
+    """The n-th look: the style's own pairs of colour and line; then the colours again with other lines, 21 in all."""
     count = len(COLORS)
-    return {
-        name: Look(COLORS[n % count], LINES[(n + n // count) % len(LINES)], _MARKERS[n % len(_MARKERS)])
-        for name, n in places.items()
-    }
+    line = LINES[n] if n < count else LINES[:6][(n + n // count) % 6]  # the seventh line is the first again
+    return Look(COLORS[n % count], line, _MARKERS[n % len(_MARKERS)])
 
 
 def looks_of(specifications: Iterable[str], given: Mapping[str, Look] | None) -> Mapping[str, Look]:

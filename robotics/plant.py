@@ -8,6 +8,7 @@ State is an array (channels, lanes): a lane is one robot of one run, and no lane
 blocks of a constant size, which the compiler turns into vector instructions without changing a bit of the result.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi, tan
 from typing import Literal
@@ -120,15 +121,20 @@ class Plant:
         return _tick(state, self.parameters, earlier, command, late_steps, self.steps, self.step, self.substeps, code)
 
 
-def saturate(robot: Robot, v: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The velocities [m/s, rad/s] that the plant makes of a command: clamped, then scaled onto the wheels' diamond.
+def velocity_limits(robots: Sequence[Robot]) -> np.ndarray:
+    """What bounds each robot's velocity (4, robots): v_max, ω_max, half axle L, r ω_wheel."""
+    return np.array([(r.v_max, r.w_max, r.half_axle, r.wheel_speed_limit) for r in robots]).T
 
-    Scaling both wheels by one factor keeps the curvature.
+
+def saturate(limits: np.ndarray, v: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The velocities [m/s, rad/s] that the plant makes of a command (..., robots).
+
+    Each is clamped, then both are scaled onto the wheels' diamond |v| + L |ω| <= r ω_wheel, which keeps the curvature.
     """
-    v = np.clip(v, -robot.v_max, robot.v_max)
-    w = np.clip(w, -robot.w_max, robot.w_max)
-    fastest = (np.abs(v) + robot.half_axle * np.abs(w)) / robot.wheel_radius
-    scale = np.minimum(1.0, robot.wheel_speed_max / np.maximum(fastest, 1e-12))
+    v_max, w_max, half_axle, wheel = limits
+    v = np.minimum(np.maximum(v, -v_max), v_max)
+    w = np.minimum(np.maximum(w, -w_max), w_max)
+    scale = np.minimum(1.0, wheel / np.maximum(np.abs(v) + half_axle * np.abs(w), 1e-12))
     return v * scale, w * scale
 
 

@@ -6,6 +6,7 @@ The file is the same, byte for byte, whenever the same comparison is reported by
 import base64
 import io
 import platform
+import re
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import fields
@@ -46,6 +47,7 @@ class _Section(NamedTuple):
     """One scenario's part of the report."""
 
     scenario: Scenario
+    place: str  # its name as an anchor and in file names
     facts: list[tuple[str, str]]
     table: SummaryTable
     divergences: list[str]
@@ -123,6 +125,7 @@ def _section(comparison: Comparison, scenario: Scenario) -> _Section:
     runs = [comparison.runs[scenario.name, name] for name in comparison.controllers]
     return _Section(
         scenario,
+        _slug(comparison, scenario),
         _facts(scenario),
         summary_table(comparison, scenario.name),
         [line for run in runs for line in run.divergences()],
@@ -130,22 +133,29 @@ def _section(comparison: Comparison, scenario: Scenario) -> _Section:
     )
 
 
+def _slug(comparison: Comparison, scenario: Scenario) -> str:
+    """A scenario's name with nothing in it that a file name or an anchor cannot have; no two are the same."""
+    slugs = [re.sub(r"[^A-Za-z0-9_-]+", "-", s.name).strip("-").lower() for s in comparison.scenarios]
+    place = [s.name for s in comparison.scenarios].index(scenario.name)
+    return slugs[place] if slugs[place] and slugs.count(slugs[place]) == 1 else f"{slugs[place]}-{place + 1}".strip("-")
+
+
 def _pictures(comparison: Comparison, scenario: Scenario) -> list[_Picture]:
-    name, seed = scenario.name, comparison.seeds[0]
+    name, slug, seed = scenario.name, _slug(comparison, scenario), comparison.seeds[0]
     looked = looks(comparison.controllers)
     runs = [comparison.runs[name, specification] for specification in comparison.controllers]
     who = ", ".join(label(specification) for specification in comparison.controllers)
     several = len(scenario.robots) > 1
     pictures = [
         _Picture(
-            f"{name}-metrics",
+            f"{slug}-metrics",
             f"Figures of merit on {name}: a dot for each of the {len(comparison.seeds)} seeds, and the mean with its "
             "95 % interval. Smaller is better everywhere.",
             f"Strip charts of six figures of merit on {name} for {who}; the table above has the same numbers.",
             lambda: plot_comparison(comparison, name, looks=looked),
         ),
         _Picture(
-            f"{name}-paths",
+            f"{slug}-paths",
             f"Driven paths on {name}, seed {seed}, and where they lie furthest apart in the second half, magnified.",
             f"Top view of the reference and of the paths that {who} drove on {name}, with a magnified detail.",
             lambda: plot_paths(runs, looks=looked),
@@ -155,14 +165,14 @@ def _pictures(comparison: Comparison, scenario: Scenario) -> list[_Picture]:
         suffix, of = (f"-robot-{i + 1}", f", robot {i + 1}") if several else ("", "")
         pictures += [
             _Picture(
-                f"{name}-errors{suffix}",
+                f"{slug}-errors{suffix}",
                 f"Tracking errors on {name}{of}, seed {seed}: the true posture against the reference at the same time, "
                 "in the robot's frame (5.9).",
                 f"Errors in x, y and heading over time of {who} on {name}{of}.",
                 lambda i=i: plot_errors(runs, robot=i, looks=looked),  # type: ignore[misc]
             ),
             _Picture(
-                f"{name}-speeds{suffix}",
+                f"{slug}-speeds{suffix}",
                 f"Speeds on {name}{of}, seed {seed}, with the reference's.",
                 f"Linear and angular speed over time of {who} on {name}{of}, one row a controller.",
                 lambda i=i, m=member: plot_velocities(runs, robot=i, machine=m.robot, looks=looked),  # type: ignore[misc]
@@ -211,20 +221,15 @@ def _law_pictures() -> list[_Picture]:
 def _facts(scenario: Scenario) -> list[tuple[str, str]]:
     """A scenario's conditions, in words."""
     sensing = scenario.sensing
-    if sensing.posture == "odometry":
-        seen = "wheel encoders alone"
-        if sensing.start_position or sensing.start_heading:
-            seen += (
-                f"; true start off by {1000 * sensing.start_position:g} mm in x and y and "
-                f"{1000 * sensing.start_heading:g} mrad (standard deviations over the seeds)"
-            )
-    else:
-        seen = (
-            f"true posture with white noise of {1000 * sensing.position_noise:g} mm in x and y and "
-            f"{1000 * sensing.heading_noise:g} mrad (standard deviations)"
-        )
-    facts = [
-        ("posture", seen),
+    noise = _spread(sensing.position_noise, sensing.heading_noise)
+    start = _spread(sensing.start_position, sensing.start_heading)
+    measured = "the true one" if sensing.posture == "pose" else "from the wheel encoders alone"
+    facts = [("posture", measured + (f" with white noise, standard deviations {noise}" if noise else ""))]
+    if start:
+        facts.append(("true start", f"off by standard deviations {start} over the seeds"))
+    if not noise and not start:
+        facts.append(("noise", "none: every seed gives the same run"))
+    facts += [
         ("time", f"{scenario.duration:g} s; a command every {1000 * scenario.period:g} ms"),
         ("latency", f"{1000 * scenario.latency:g} ms from decision to effect"),
         ("plant", scenario.plant),
@@ -233,6 +238,11 @@ def _facts(scenario: Scenario) -> list[tuple[str, str]]:
     for i, member in enumerate(scenario.robots, start=1):
         facts.append((f"robot {i}" if len(scenario.robots) > 1 else "robot", _member(member)))
     return facts
+
+
+def _spread(position: float, heading: float) -> str:
+    """Standard deviations [m], [rad] in words; "" if both are 0."""
+    return f"{1000 * position:g} mm in x and y, {1000 * heading:g} mrad" if position or heading else ""
 
 
 def _member(member: Member) -> str:

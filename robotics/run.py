@@ -1,9 +1,11 @@
 """A run: what happened, sample by sample, for every seed and robot; a table, a file, and back."""
 
 import json
+import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -25,7 +27,7 @@ CHANNELS: dict[str, str] = {
     "heading_measured": "rad",
     "command_1": "m/s or N m",  # v, or the right wheel's torque
     "command_2": "rad/s or N m",  # ω, or the left wheel's torque
-    "v_demand": "m/s",  # the speed that the law tries to reach
+    "v_demand": "m/s",  # the speed that the law tries to reach, within the robot's limits
     "w_demand": "rad/s",
     "effort": "N² m² s",  # ∫ τr² + τl² dt so far
     "torque_variation": "N m",  # Σ |Δτr| + |Δτl| so far, at the wheel loops' 100 Hz
@@ -109,7 +111,7 @@ class Run:
 def load_run(path: str | Path) -> Run:
     """The run in a file that :meth:`Run.save` wrote. Raises RunError."""
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with Path(path).open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             about = json.loads(str(file["about"]))
             return Run(
                 about["scenario"],
@@ -124,5 +126,5 @@ def load_run(path: str | Path) -> Run:
             )
     except OSError as error:
         raise RunError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except (KeyError, ValueError, EOFError) as error:
+    except (KeyError, ValueError, EOFError, IndexError, TypeError, BadZipFile, zlib.error) as error:
         raise RunError(f"{path}: this file holds no run: {error}") from None

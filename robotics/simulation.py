@@ -44,6 +44,7 @@ def simulate(
         step=STEP,
         kinematic=scenario.plant == "kinematic",
     )
+    limits = p.velocity_limits([m.robot for m in scenario.robots])
     late_periods, late_steps = divmod(round(scenario.latency / STEP), machine.steps)
     generators = [np.random.default_rng(seed) for seed in seeds]
     state = _start(scenario, generators)
@@ -72,7 +73,8 @@ def simulate(
         row = samples[k]
         row[:5] = now[: p.W + 1]
         row[5:8] = posture
-        row[8], row[9], row[10], row[11] = command
+        row[8], row[9] = command.first, command.second
+        row[10:12] = p.saturate(limits, command.v, command.w)
         row[12], row[13] = now[p.EFFORT], now[p.VARIATION]
         # stop what is lost
         offset = (now[p.X] - target.x) ** 2 + (now[p.Y] - target.y) ** 2

@@ -72,8 +72,10 @@ def _cell(numbers: np.ndarray, never: int, seeds: int, mark: str) -> Cell:
     half = (high - low) / 2
     if not np.isfinite(half):
         return Cell(_rounded(mean, _places(mean, 3)), "", mark)
+    if half <= 1e-6 * abs(mean):  # all seeds gave the same
+        return Cell(_rounded(mean, _places(mean, 3)), "0", mark)
     # So many places that the interval's half width has two digits, and the mean two at least.
-    places = max(_places(half, 2), _places(mean, 2)) if half > 1e-6 * abs(mean) else _places(mean, 3)
+    places = max(_places(half, 2), _places(mean, 2))
     return Cell(_rounded(mean, places), _rounded(half, places), mark)
 
 

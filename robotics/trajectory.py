@@ -64,8 +64,7 @@ class Trajectory:
         """The references at ``times`` (n,) [s]; each field is (n, robots)."""
         rows = np.empty((6, len(times), len(self.paths)))
         for i, path in enumerate(self.paths):
-            for k, time in enumerate(times):
-                _refer(path.table, path.length, self.tables[i], self.ends[i], time, rows[:, k, i])
+            _refer_each(path.table, path.length, self.tables[i], self.ends[i], times, rows[:, :, i])
         return Reference(*rows)
 
 
@@ -126,3 +125,9 @@ def _refer(table, length, law, end, time, out):  # type: ignore[no-untyped-def]
     out[3] = rate
     out[4] = rate * point[3, 0]
     out[5] = s
+
+
+@njit(cache=True, error_model="numpy")
+def _refer_each(table, length, law, end, times, out):  # type: ignore[no-untyped-def]
+    for k in range(times.shape[0]):
+        _refer(table, length, law, end, times[k], out[:, k])

@@ -29,7 +29,7 @@ import numpy as np
 
 from robotics.controller import Command, ControllerError, Observation
 from robotics.controllers.lyapunov import Lyapunov
-from robotics.plant import Level
+from robotics.plant import Level, saturate, velocity_limits
 from robotics.quantity import check_quantities, quantity
 
 Array = np.ndarray
@@ -124,6 +124,7 @@ class _Memory(NamedTuple):
     inertia: Array  # (robots,) kg m², nominal
     radius: Array  # (robots,) m
     half_axle: Array  # (robots,) m
+    limits: Array  # of the velocities
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,15 +183,19 @@ class SlidingMode:
             ),
             radius=np.array([r.wheel_radius for r in robots]),
             half_axle=np.array([r.half_axle for r in robots]),
+            limits=velocity_limits(robots),
         )
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """(2.13)-(2.19) with the mode's reaching law."""
         wish, _ = self.outer.control(seen, None, dt)
-        desired = np.stack([wish.v, wish.w])
+        desired = np.stack(saturate(memory.limits, wish.v, wish.w))
         u = np.stack([seen.v, seen.w])
         e = desired - u  # (2.13)
-        integral = memory.integral + dt * e
+        # Anti-windup (a choice; the thesis has none): no integration while the demand is beyond what the wheels can
+        # do, as it is far from the path. Without it the integral of the missing speed is paid back for many seconds.
+        feasible = (desired[0] == wish.v) & (desired[1] == wish.w)
+        integral = memory.integral + dt * np.where(feasible, e, 0.0)
         s = e + self.lam * integral  # (2.14)
         s_dot = (s - memory.s) / dt if memory.s is not None else np.zeros_like(s)
         push = self.law.push(s, s_dot, memory.push, dt)
@@ -206,4 +211,4 @@ class SlidingMode:
             before = memory.command if memory.command is not None else u
             command = np.clip(before + dt * acceleration, u - lead, u + lead)
         after = memory._replace(integral=integral, s=s, push=push, desired=desired, command=command)
-        return Command(command[0], command[1], wish.v, wish.w), after
+        return Command(command[0], command[1], desired[0], desired[1]), after

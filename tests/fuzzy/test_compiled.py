@@ -23,7 +23,7 @@ from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
 
 quiet = pytest.mark.filterwarnings("ignore::fuzzy.inference.InferenceWarning")
-law = settings(deadline=None, max_examples=300)
+law = settings(deadline=None, max_examples=150)
 
 
 def exponential(values: np.ndarray) -> np.ndarray:
@@ -316,7 +316,7 @@ pickle.dump([compile_sugeno(fis)(x) for fis, x in systems], sys.stdout.buffer)
 
 
 @quiet
-def test_without_numba_the_same_code_gives_the_same_bits():
+def test_without_numba_the_same_code_gives_the_same_numbers():
     systems = []
 
     @settings(deadline=None, max_examples=60, database=None, derandomize=True)

@@ -236,7 +236,8 @@ TOO_FAST = [(1.12, 5.74), (3.0, 0.0), (0.0, 50.0), (-1.0, 3.0), (0.8, -5.0)]
 
 @pytest.mark.parametrize("command", TOO_FAST)
 def test_saturation_keeps_the_curvature_and_the_diamond(command):
-    v, w = p.saturate(ROBOT, *np.array(command))
+    limits = p.velocity_limits([ROBOT])
+    v, w = (limited.item() for limited in p.saturate(limits, *np.array(command)))
     clamped = np.clip(command, (-1.12, -5.74), (1.12, 5.74))
     assert v * clamped[1] == pytest.approx(w * clamped[0], abs=1e-12)
     assert abs(v) + 0.1 * abs(w) <= ROBOT.wheel_speed_limit * (1 + 1e-12)
@@ -244,7 +245,7 @@ def test_saturation_keeps_the_curvature_and_the_diamond(command):
     assert at_limit or abs(w) == pytest.approx(5.74)
     assert v * command[0] >= 0
     assert w * command[1] >= 0
-    assert p.saturate(ROBOT, np.array(0.3), np.array(1.0)) == (0.3, 1.0)
+    assert p.saturate(limits, np.array(0.3), np.array(1.0)) == (0.3, 1.0)
     # The kinematic plant does the same at once, the dynamic one settles inside the diamond.
     glide = driven(ROBOT, [command], kinematic=True)[-1]
     assert glide[[p.V, p.W]] == pytest.approx([v, w], abs=1e-14)

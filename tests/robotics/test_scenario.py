@@ -266,14 +266,10 @@ def test_infeasible_reference_is_named_with_its_place_and_excess():
         Scenario(name="turn", robots=(member, replace(member, path=Circle(radius=0.02), timing=Timing(speed=0.12))))
     with pytest.raises(ScenarioError, match=r"\|v\| = 0.5 m/s exceeds v_max = 0.4 by 0.1 \(25.0 %\)"):
         Scenario(name="v", robots=(replace(member, timing=Timing(speed=0.5), robot=Robot(v_max=0.4)),))
-    # The sine's steepest place: x = 0.6 t, y = sin x, at x = 0 [D]
-    with pytest.raises(
-        ScenarioError, match=r"at t = 0.00 s, \(0.000, 0.000\) m, abscissa 0.000 m.*slow the timing down"
-    ):
-        Scenario(
-            name="sine",
-            robots=(Member(start=(0.0, 0.0, 0.0), path=Sine(), timing=Timing(x_rate=0.6)),),
-        )
+    # [D]: x = 0.6 t, y = sin x is infeasible; 0.6 (√(1 + cos² x) + 0.1 sin x / (1 + cos² x)) peaks near x = 0.07
+    match = r"at t = 0.12 s, \(0.072, 0.072\) m, abscissa 0.102 m, .* = 0.8496 m/s exceeds .*; slow the timing down"
+    with pytest.raises(ScenarioError, match=match):
+        Scenario(name="sine", robots=(Member(start=(0.0, 0.0, 0.0), path=Sine(), timing=Timing(x_rate=0.6)),))
 
 
 def test_a_corner_shorter_than_a_period_is_not_overlooked():
