@@ -243,15 +243,21 @@ def measure() -> dict[str, Any]:
     differences = {e.name: check(e) for e in engines if e.comparable}
     point = X[0].tolist()
     counts = {e.name: repetitions(e, point) for e in engines if e.one is not None}
+    # After the numpy inference of a large array, whatever runs next takes twice its time (measured on Zen 5: the C
+    # loop, Python itself) until a function compiled by Numba has run; presumably numpy leaves the upper halves of
+    # the vector registers in use. Without this the engine whose turn is next would pay for it.
+    clear = compile_sugeno(system())
     one: dict[str, list[float]] = {e.name: [] for e in engines}
     many: dict[str, list[float]] = {e.name: [] for e in engines}
     for _ in range(ROUNDS):
         for e in engines:
+            clear(X[:1000])
             many[e.name].append(seconds(lambda e=e: e.many(X[: e.points])) * POINTS / e.points)  # type: ignore[misc]
             if e.one is None:  # called from compiled code: the time of a point in its loop
                 one[e.name].append(many[e.name][-1] / POINTS)
             else:
                 count = counts[e.name]
+                clear(X[:1000])
                 one[e.name].append(seconds(lambda e=e, n=count: [e.one(point) for _ in range(n)]) / count)  # type: ignore[misc]
     for e in engines:
         if e.points < POINTS:

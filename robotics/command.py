@@ -133,11 +133,10 @@ def run_(
     if table is not None:
         _write_csv(result.frame(), table)
     if plot is not None:
-        from fuzzy.atomic import replacing
+        from fuzzy.drawing import save_figure
         from robotics.figures import plot_run
 
-        with replacing(plot) as temporary:
-            plot_run(result).savefig(temporary)
+        save_figure(plot_run(result), plot)
     values = measure(result)
     if json:
         print_json(

@@ -257,7 +257,7 @@ def _limits(machine: Robot | None) -> tuple[float | None, float | None]:
     if machine is None:
         return None, None
     wheels = machine.wheel_speed_limit
-    return machine.v_max, min(machine.w_max, wheels / machine.half_axle)
+    return min(machine.v_max, wheels), min(machine.w_max, wheels / machine.half_axle)
 
 
 def _draw_speed(ax: Axes, run: Run, robot: int, channel: str, look: Look) -> None:

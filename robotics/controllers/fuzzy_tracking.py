@@ -60,6 +60,11 @@ class FuzzyTracking:
             raise ControllerError(f"{self.lateral_rule_base}: λ has one input, y_err, and one output")
         object.__setattr__(self, "turn", compile_sugeno(turn))
 
+    @property
+    def idle(self) -> set[str]:
+        """The parameters that have no effect as it is used."""
+        return {"lateral_rule_base"} if self.lateral == "none" else set()
+
     def init(self, scenario: Any, runs: int) -> None:
         """It remembers nothing."""
 

@@ -166,6 +166,13 @@ class SlidingMode:
         """Wheel torques (2.19), or velocities for the wheel loops."""
         return self.realisation
 
+    @property
+    def idle(self) -> set[str]:
+        """The gains that have no effect in this mode and realisation."""
+        gains = {"mu0", "alpha"} if self.mode != "esm" else set()
+        gains |= {"discretisation"} if self.mode in ("csm", "esm") else set()
+        return gains | ({"lead"} if self.realisation == "torque" else set())
+
     def init(self, scenario: Any, runs: int) -> _Memory:
         """Integrals at 0, and the nominal dynamics of every robot with d = 0, as in (2.10)."""
         zero = np.zeros((2, runs, len(scenario.robots)))

@@ -138,6 +138,8 @@ def test_velocities_have_one_row_a_controller(comparison: Comparison, runs: list
     # The wheels end at 0.825 m/s, before the 1.12 m/s that the robot's field says; one run comes near it.
     limits = [line.get_ydata()[0] for line in figure.axes[0].lines if line.get_label() == "limit"]
     assert limits == [pytest.approx(robot.wheel_speed_limit)]
+    # The diverging law turns right at nearly the 5.74 rad/s that the command may have.
+    assert [line.get_ydata()[0] for line in figure.axes[1].lines if line.get_label() == "limit"] == [-5.74]
     assert not [line for line in lines(plot_velocities(runs)) if line.get_label() == "limit"]
 
 

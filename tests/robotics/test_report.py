@@ -189,6 +189,13 @@ def test_numbers_are_those_of_summarise(comparison: Comparison, html: str) -> No
     assert checked > 30
 
 
+def test_rows_below_one_are_in_thousandths() -> None:
+    assert scale("m", np.array([0.5, np.inf])) == (1000.0, "mm")
+    assert scale("m/s", np.array([0.01, 1.2])) == (1.0, "m/s")
+    assert scale("N m/s", np.array([0.01])) == (1.0, "N m/s")
+    assert scale("rad", np.array([0.0, np.nan])) == (1.0, "rad")
+
+
 def test_marks_follow_the_paired_differences(comparison: Comparison) -> None:
     table = summary_table(comparison, "there")
     of = comparison.table[comparison.table["scenario"] == "there"]
