@@ -121,7 +121,9 @@ def run_(
 
     setting, law = load_scenario(scenario), make_controller(controller)
     if plot is not None:
-        _expect_picture(plot)
+        from fuzzy.drawing import check_picture
+
+        check_picture(plot)
     for path, suffix in ((save, ".npz"), (table, ".csv")):
         if path is not None and path.suffix != suffix:
             raise InputError(f"{path}: the file's name must end in {suffix}")
@@ -262,11 +264,6 @@ def _expect_distinct(names: Sequence[str], what: str) -> None:
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"{what} {name!r} is given twice")
-
-
-def _expect_picture(path: Path) -> None:
-    if path.suffix.lower() not in (".png", ".pdf", ".svg"):
-        raise InputError(f"{path}: a picture's name must end in .png, .pdf or .svg")
 
 
 def _judge(begin: Callable[[str, int], Callable[[], None]], out: Path) -> "list[Claim]":

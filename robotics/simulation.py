@@ -132,9 +132,13 @@ def _posture_noise(scenario: Scenario, generators: Sequence[np.random.Generator]
     robots = len(scenario.robots)
 
     def draw() -> Iterator[np.ndarray]:
+        periods = min(_NOISE_BLOCK, scenario.ticks + 1)
+        draws = np.empty((len(generators), periods, 3, robots))
         while True:
-            draws = [g.standard_normal((_NOISE_BLOCK, 3, robots)) for g in generators]
-            yield from np.stack(draws, axis=2) * scale[:, None, None]
+            for generator, rows in zip(generators, draws, strict=True):
+                generator.standard_normal(out=rows)
+            draws *= scale[:, None]
+            yield from draws.transpose(1, 2, 0, 3)  # a view: the sum of truth and noise is a new array
 
     def none() -> Iterator[np.ndarray]:
         while True:

@@ -84,7 +84,7 @@ def _value(name: str, field: Any, text: str) -> Any:
 
 def gains_of(law: Controller) -> dict[str, Any]:
     """Every gain of a controller that has an effect, by name: what a comparison records beside its numbers."""
-    idle = getattr(law, "idle", set())
+    idle: set[str] = getattr(law, "idle", set())
     return {
         f.name: getattr(law, f.name)
         for f in fields(law)  # type: ignore[arg-type]
