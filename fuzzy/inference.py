@@ -13,7 +13,7 @@ import numpy as np
 from array_api_compat import array_namespace, device, is_array_api_obj
 
 from fuzzy.membership import Array, as_float, like
-from fuzzy.system import Constant, FuzzySystemError, Linear, Structure, Sugeno, Variable
+from fuzzy.system import Constant, FuzzySystemError, Linear, Structure, Sugeno
 
 
 class InferenceWarning(UserWarning):
@@ -45,15 +45,12 @@ def infer(fis: Sugeno, x: Any) -> Inference:
         )
     x = _within_universe(fis, x)
     logs = logarithmic(fis)
-    memberships = tuple(_memberships(v, x[..., i], logs) for i, v in enumerate(fis.inputs))
+    degrees = _memberships(fis, x, premise_parameters(fis, x), logs)
+    firing, weights = _log_firing(fis, degrees) if logs else _linear_firing(fis, degrees)
     if logs:
-        firing, weights = _log_firing(fis, memberships)
-        xp = array_namespace(x)
         with np.errstate(under="ignore"):
-            memberships = tuple(xp.exp(m) for m in memberships)
-    else:
-        firing = _firing(fis, memberships)
-        weights = _normalised(firing)
+            degrees = array_namespace(x).exp(degrees)
+    memberships = tuple(degrees[..., a:b] for a, b in _columns(fis))
     outputs = rule_outputs(fis, x)
     output, fired = _defuzzified(fis, x, firing, weights, outputs)
     return Inference(memberships, firing, weights, outputs, output, fired)
@@ -126,25 +123,51 @@ def logarithmic(fis: Sugeno) -> bool:
     )
 
 
-def _memberships(variable: Variable, x: Array, logs: bool) -> Array:
-    """Layer 1: degrees (..., terms) of one input (...); their logarithms if ``logs``. One call a function type."""
+def premise_parameters(fis: Sugeno, x: Array) -> tuple[Array, ...]:
+    """The membership functions' parameters, one array (terms, parameters) a kind, in ``fis.structure.kinds``' order.
+
+    Of the library, type and device of ``x``; gradients go through to the parameters of ``fis``.
+    """
     xp = array_namespace(x)
-    functions = list(variable.terms.values())
-    if not functions:
-        return xp.zeros((*x.shape, 0), dtype=x.dtype, device=device(x))
-    columns: list[Array] = []
-    places: list[int] = []
-    for kind in dict.fromkeys(type(f) for f in functions):
-        same = [i for i, f in enumerate(functions) if type(f) is kind]
-        parameters = [stacked(x, [getattr(functions[i], f.name) for i in same]) for f in fields(kind)]
-        formula = kind.log_formula if logs else kind.formula
+    functions = [f for v in fis.inputs for f in v.terms.values()]
+    return tuple(
+        xp.stack(
+            [stacked(x, [getattr(functions[t], f.name) for t in kind.terms]) for f in fields(kind.function)], axis=1
+        )
+        for kind in fis.structure.kinds
+    )
+
+
+def _memberships(fis: Sugeno, x: Array, premises: Sequence[Array], logs: bool) -> Array:
+    """Layer 1: degrees (..., terms) of all inputs' terms; their logarithms if ``logs``. One call a function type."""
+    xp = array_namespace(x)
+    columns = []
+    for kind, parameters in zip(fis.structure.kinds, premises, strict=True):
+        formula = kind.function.log_formula if logs else kind.function.formula
         assert formula is not None
-        columns.append(formula(x[..., None], *parameters))
-        places += same
+        columns.append(
+            formula(
+                xp.take(x, like_index(x, kind.inputs), axis=-1),
+                *(parameters[..., k] for k in range(parameters.shape[-1])),
+            )
+        )
+    if not columns:
+        return xp.zeros((*x.shape[:-1], 0), dtype=x.dtype, device=device(x))
     if len(columns) == 1:
         return columns[0]
-    order = like_index(x, np.argsort(places))
-    return xp.take(xp.concat(columns, axis=-1), order, axis=-1)
+    order = np.argsort(np.concatenate([kind.terms for kind in fis.structure.kinds]))
+    return xp.take(xp.concat(columns, axis=-1), like_index(x, order), axis=-1)
+
+
+def rule_weights(fis: Sugeno, x: Array, premises: Sequence[Array]) -> tuple[Array, Array]:
+    """Firing strengths and weights, each (..., rules), with ``premises`` in the place of the system's parameters.
+
+    What learning differentiates: ``premises`` are those of :func:`premise_parameters`, or arrays
+    (..., terms, parameters) that broadcast over the samples. Nothing is checked, clipped or said.
+    """
+    logs = logarithmic(fis)
+    memberships = _memberships(fis, x, premises, logs)
+    return _log_firing(fis, memberships) if logs else _linear_firing(fis, memberships)
 
 
 def stacked(x: Array, values: Sequence[Any]) -> Array:
@@ -170,25 +193,34 @@ def _degrees(fis: Sugeno, i: int, membership: Array, neutral: float) -> Array:
     return xp.take(padded, like_index(membership, places), axis=-1)
 
 
-def _log_firing(fis: Sugeno, log_memberships: Sequence[Array]) -> tuple[Array, Array]:
-    """Layers 2 and 3 from logarithms: the weights are a softmax, which does not underflow."""
+_NEVER = -1e300  # stands for the logarithm of 0 where infinity would make 0 · ∞
+
+
+def _log_firing(fis: Sugeno, logs: Array) -> tuple[Array, Array]:
+    """Layers 2 and 3 from logarithms (..., terms): the weights are a softmax, which does not underflow."""
     s = fis.structure
-    x = log_memberships[0]
-    xp = array_namespace(x)
-    log_firing = sum(
-        (
-            _degrees(fis, i, m, 0.0) * (like(x, s.power[i]) if (s.power[i] != 1).any() else 1.0)
-            for i, m in enumerate(log_memberships)
-        ),
-        start=xp.zeros_like(x[..., :1]),
-    )
-    weight = like(x, s.weight)
+    xp = array_namespace(logs)
+    # A rule's logarithm is the sum over its clauses of power · log μ.
+    log_firing = xp.clip(logs, _NEVER, 0.0) @ like(logs, s.incidence)
+    weight = like(logs, s.weight)
     with np.errstate(under="ignore"):
         firing = xp.exp(log_firing) * weight
         usable = xp.where(weight > 0, log_firing, -xp.inf)
         top = xp.max(usable, axis=-1, keepdims=True)
-        top = xp.where(xp.isfinite(top), top, xp.zeros_like(top))
+        top = xp.where(top > _NEVER / 1e6, top, xp.zeros_like(top))
         return firing, _normalised(xp.exp(usable - top) * weight)
+
+
+def _linear_firing(fis: Sugeno, degrees: Array) -> tuple[Array, Array]:
+    """Layers 2 and 3 from degrees (..., terms)."""
+    firing = _firing(fis, [degrees[..., a:b] for a, b in _columns(fis)])
+    return firing, _normalised(firing)
+
+
+def _columns(fis: Sugeno) -> list[tuple[int, int]]:
+    """Where each input's terms stand among all terms."""
+    ends = np.cumsum([len(v.terms) for v in fis.inputs]).tolist()
+    return list(zip([0, *ends[:-1]], ends, strict=True))
 
 
 def _firing(fis: Sugeno, memberships: Sequence[Array]) -> Array:

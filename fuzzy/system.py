@@ -133,6 +133,14 @@ class Variable:
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
 
+class Kind(NamedTuple):
+    """All terms of one type of membership function; terms are numbered through all inputs."""
+
+    function: type[MembershipFunction]
+    terms: np.ndarray  # (n,) int
+    inputs: np.ndarray  # (n,) int: the input that each belongs to
+
+
 class Structure(NamedTuple):
     """The rules as index arrays, derived once from the names."""
 
@@ -142,6 +150,8 @@ class Structure(NamedTuple):
     is_or: np.ndarray  # (rules,) bool
     weight: np.ndarray  # (rules,) float
     consequent: np.ndarray  # (outputs, rules) int: the consequent's place, or -1
+    kinds: tuple["Kind", ...]  # the membership functions, by type
+    incidence: np.ndarray  # (terms, rules) float: the power with which a rule asks for a term; 0 where it does not
 
 
 @dataclass(frozen=True)
@@ -189,7 +199,7 @@ class Sugeno:
         consequents = {v.name: tuple(v.terms) for v in self.outputs}
         rules = tuple(parse_rule(r, antecedents, consequents) if isinstance(r, str) else r for r in self.rules)
         object.__setattr__(self, "rules", rules)
-        object.__setattr__(self, "structure", _resolve(rules, antecedents, consequents))
+        object.__setattr__(self, "structure", _resolve(rules, self.inputs, antecedents, consequents))
 
     def __call__(self, x: Any) -> Array:
         """The outputs (..., outputs) at ``x`` (..., inputs); see :func:`fuzzy.inference.infer`."""
@@ -227,7 +237,10 @@ def _check_variables(variables: Sequence[Variable], kind: Any, what: str, term: 
 
 
 def _resolve(
-    rules: Sequence[Rule], antecedents: dict[str, tuple[str, ...]], consequents: dict[str, tuple[str, ...]]
+    rules: Sequence[Rule],
+    variables: Sequence[Variable],
+    antecedents: dict[str, tuple[str, ...]],
+    consequents: dict[str, tuple[str, ...]],
 ) -> Structure:
     inputs, outputs = list(antecedents), list(consequents)
     term = np.full((len(inputs), len(rules)), -1)
@@ -256,7 +269,16 @@ def _resolve(
             consequent[j, r] = _place(label, consequents[output], f"term of {output!r}", r)
     is_or = np.array([rule.connective == "or" for rule in rules], dtype=bool)
     weight = np.array([rule.weight for rule in rules], dtype=float)
-    return Structure(term, negated, power, is_or, weight, consequent)
+    functions = [(type(f), i) for i, variable in enumerate(variables) for f in variable.terms.values()]
+    kinds = []
+    for function in dict.fromkeys(kind for kind, _ in functions):
+        terms = np.array([t for t, (kind, _) in enumerate(functions) if kind is function])
+        kinds.append(Kind(function, terms, np.array([functions[t][1] for t in terms])))
+    first = np.cumsum([0, *(len(v.terms) for v in variables)])
+    incidence = np.zeros((len(functions), len(rules)))
+    place, rule_number = np.nonzero(term >= 0)
+    incidence[first[place] + term[place, rule_number], rule_number] = power[place, rule_number]
+    return Structure(term, negated, power, is_or, weight, consequent, tuple(kinds), incidence)
 
 
 def _place(name: str, known: Sequence[str], what: str, rule: int) -> int:
