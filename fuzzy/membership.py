@@ -18,7 +18,7 @@ Sources: [MATLAB fismf] for names, order and the degenerate cases; [Jang 1993] f
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from array_api_compat import array_namespace, device, is_array_api_obj
@@ -26,6 +26,7 @@ from array_api_compat import array_namespace, device, is_array_api_obj
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 
+Role = Literal["location", "width", "slope", "shape"]
 Array = Any  # any array of the array-API standard: numpy.ndarray, torch.Tensor, ...
 
 
@@ -57,6 +58,7 @@ class MembershipFunction:
     """What every membership function is: its parameters, which are numbers or arrays (scalars) of one library."""
 
     matlab: ClassVar[str]  # MATLAB's name
+    roles: ClassVar[tuple[Role, ...]]  # what each parameter is: how it changes when x is measured in other units
     log_formula: ClassVar[Callable[..., Array] | None] = None  # only where the degree is positive everywhere
 
     def __post_init__(self) -> None:
@@ -168,6 +170,7 @@ class Triangle(MembershipFunction):
     b: Any  # peak
     c: Any  # right foot
     matlab: ClassVar[str] = "trimf"
+    roles: ClassVar[tuple[Role, ...]] = ("location",) * 3
 
     def _validate(self, *parameters: float) -> None:
         a, b, c = parameters
@@ -192,6 +195,7 @@ class Trapezoid(MembershipFunction):
     c: Any  # right shoulder
     d: Any  # right foot
     matlab: ClassVar[str] = "trapmf"
+    roles: ClassVar[tuple[Role, ...]] = ("location",) * 4
 
     def _validate(self, *parameters: float) -> None:
         a, b, c, d = parameters
@@ -211,6 +215,7 @@ class LinearS(MembershipFunction):
     a: Any  # foot, in the unit of x
     b: Any  # shoulder
     matlab: ClassVar[str] = "linsmf"
+    roles: ClassVar[tuple[Role, ...]] = ("location",) * 2
 
     def _validate(self, *parameters: float) -> None:
         a, b = parameters
@@ -228,6 +233,7 @@ class LinearZ(MembershipFunction):
     a: Any  # shoulder, in the unit of x
     b: Any  # foot
     matlab: ClassVar[str] = "linzmf"
+    roles: ClassVar[tuple[Role, ...]] = ("location",) * 2
 
     def _validate(self, *parameters: float) -> None:
         a, b = parameters
@@ -245,6 +251,7 @@ class Gaussian(MembershipFunction):
     sigma: Any  # standard deviation, in the unit of x
     c: Any  # center
     matlab: ClassVar[str] = "gaussmf"
+    roles: ClassVar[tuple[Role, ...]] = ("width", "location")
     log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_gauss)
 
     def _validate(self, *parameters: float) -> None:
@@ -270,6 +277,7 @@ class TwoSidedGaussian(MembershipFunction):
     s2: Any  # standard deviation of the right shoulder
     c2: Any  # where the right shoulder begins
     matlab: ClassVar[str] = "gauss2mf"
+    roles: ClassVar[tuple[Role, ...]] = ("width", "location") * 2
     log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_two_sided_gauss)
 
     def _validate(self, *parameters: float) -> None:
@@ -301,6 +309,7 @@ class Bell(MembershipFunction):
     b: Any  # steepness
     c: Any  # center, in the unit of x
     matlab: ClassVar[str] = "gbellmf"
+    roles: ClassVar[tuple[Role, ...]] = ("width", "shape", "location")
     log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_bell)
 
     def _validate(self, *parameters: float) -> None:
@@ -314,6 +323,7 @@ class Sigmoid(MembershipFunction):
     a: Any  # slope, in 1 / the unit of x
     c: Any  # where the degree is 0.5
     matlab: ClassVar[str] = "sigmf"
+    roles: ClassVar[tuple[Role, ...]] = ("slope", "location")
     log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_sigmoid)
 
 
@@ -326,6 +336,7 @@ class SigmoidDifference(MembershipFunction):
     a2: Any  # slope of the second sigmoid
     c2: Any  # its crossover
     matlab: ClassVar[str] = "dsigmf"
+    roles: ClassVar[tuple[Role, ...]] = ("slope", "location") * 2
 
     @classmethod
     def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
@@ -347,6 +358,7 @@ class SigmoidProduct(MembershipFunction):
     a2: Any  # slope of the second sigmoid
     c2: Any  # its crossover
     matlab: ClassVar[str] = "psigmf"
+    roles: ClassVar[tuple[Role, ...]] = ("slope", "location") * 2
     log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_sigmoid_product)
 
 
@@ -357,6 +369,7 @@ class SShape(MembershipFunction):
     a: Any  # foot, in the unit of x
     b: Any  # shoulder
     matlab: ClassVar[str] = "smf"
+    roles: ClassVar[tuple[Role, ...]] = ("location",) * 2
 
     @classmethod
     def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
@@ -370,6 +383,7 @@ class ZShape(MembershipFunction):
     a: Any  # shoulder, in the unit of x
     b: Any  # foot
     matlab: ClassVar[str] = "zmf"
+    roles: ClassVar[tuple[Role, ...]] = ("location",) * 2
 
     @classmethod
     def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
@@ -386,6 +400,7 @@ class PiShape(MembershipFunction):
     c: Any  # right shoulder
     d: Any  # right foot
     matlab: ClassVar[str] = "pimf"
+    roles: ClassVar[tuple[Role, ...]] = ("location",) * 4
 
     @classmethod
     def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102

@@ -139,30 +139,39 @@ def saturate(limits: np.ndarray, v: np.ndarray, w: np.ndarray) -> tuple[np.ndarr
 
 
 @njit(cache=True, error_model="numpy")
-def _wheel_torque(voltage, speed, kt, ke, limit):  # type: ignore[no-untyped-def]
-    return min(max(kt * (voltage - ke * speed), -limit), limit)
+def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[no-untyped-def]
+    """A motor's torque at a wheel speed. ``hold`` 1: the voltage is held; 0: the drive holds the torque kt · voltage.
+
+    Either way the supply reaches only so far against the back-EMF, and the tyre slips at the limit.
+    """
+    back = ke * speed
+    torque = kt * min(max(voltage - hold * back, -supply - back), supply - back)
+    return min(max(torque, -limit), limit)
 
 
 @njit(cache=True, error_model="numpy")
-def _accelerations(v, w, ur, ul, mass, inertia, coupling, r, half, kt, ke, limit, friction, slow):  # type: ignore[no-untyped-def]
-    """v' and ω' at the axle midpoint, the motors' power and the friction's, all from the wheel voltages.
+def _accelerations(  # type: ignore[no-untyped-def]
+    v, w, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
+):
+    """v' and ω' at the axle midpoint, the motors' power and the friction's, from the wheels' drives.
 
     (m + 2 J_w/r²) v'     = (τr + τl)/r + m_c d ω²
     (I0 + 2 J_w L²/r²) ω' = L (τr − τl)/r − m_c d v ω
 
-    the reduced form of thesis (2.1)-(2.9) with d ≠ 0 at the axle midpoint; d = 0 gives (2.10).
+    the reduced form of thesis (2.1)-(2.9) with d ≠ 0 at the axle midpoint; d = 0 gives (2.10). Radius, mass and
+    inertia come as their reciprocals: this is the innermost loop.
     """
-    speed_r = (v + half * w) / r
-    speed_l = (v - half * w) / r
-    motor_r = _wheel_torque(ur, speed_r, kt, ke, limit)
-    motor_l = _wheel_torque(ul, speed_l, kt, ke, limit)
+    speed_r = (v + half * w) * per_r
+    speed_l = (v - half * w) * per_r
+    motor_r = _wheel_torque(ur, speed_r, kt, ke, hold, supply, limit)
+    motor_l = _wheel_torque(ul, speed_l, kt, ke, hold, supply, limit)
     # Coulomb friction, smooth through standstill
     drag_r = friction * speed_r / np.sqrt(speed_r * speed_r + slow * slow)
     drag_l = friction * speed_l / np.sqrt(speed_l * speed_l + slow * slow)
     tr = motor_r - drag_r
     tl = motor_l - drag_l
-    a = ((tr + tl) / r + coupling * w * w) / mass
-    b = (half * (tr - tl) / r - coupling * v * w) / inertia
+    a = ((tr + tl) * per_r + coupling * w * w) * per_mass
+    b = (half * (tr - tl) * per_r - coupling * v * w) * per_inertia
     return a, b, motor_r * speed_r + motor_l * speed_l, drag_r * speed_r + drag_l * speed_l
 
 
@@ -196,7 +205,7 @@ def _tick(state, parameters, earlier, command, late_steps, steps, step, substeps
                 _glide(z, step)
             else:
                 for _ in range(substeps):
-                    _move(z, step / substeps)
+                    _move(z, step / substeps, 0.0 if code == 1 else 1.0)
             _odometry(z, step)
         for i in range(count):
             for c in range(CHANNELS):
@@ -218,10 +227,12 @@ def _loops(z, step, code):  # type: ignore[no-untyped-def]
         second = z[_VOLT_L * _BLOCK + i]
         true_r = (z[V * _BLOCK + i] + half * z[W * _BLOCK + i]) / r
         true_l = (z[V * _BLOCK + i] - half * z[W * _BLOCK + i]) / r
+        hold = 1.0
         if code == 1:
-            # The drive makes the commanded torque as far as its supply reaches against the back-EMF.
-            ur = first / kt + ke * true_r
-            ul = second / kt + ke * true_l
+            # The drive holds the commanded torque: what a current loop faster than 10 ms does.
+            hold = 0.0
+            ur = first / kt
+            ul = second / kt
         else:
             top_v = z[(CHANNELS + P_V_MAX) * _BLOCK + i]
             top_w = z[(CHANNELS + P_W_MAX) * _BLOCK + i]
@@ -252,12 +263,10 @@ def _loops(z, step, code):  # type: ignore[no-untyped-def]
             back = ki / max(kp, 1e-12)
             z[INTEGRAL_R * _BLOCK + i] += step * (ki * (ref_r - speed_r) + back * (ur - wish_r))
             z[INTEGRAL_L * _BLOCK + i] += step * (ki * (ref_l - speed_l) + back * (ul - wish_l))
-        ur = min(max(ur, -volts), volts)
-        ul = min(max(ul, -volts), volts)
         z[_VOLT_R * _BLOCK + i] = ur
         z[_VOLT_L * _BLOCK + i] = ul
-        torque_r = _wheel_torque(ur, true_r, kt, ke, limit)
-        torque_l = _wheel_torque(ul, true_l, kt, ke, limit)
+        torque_r = _wheel_torque(ur, true_r, kt, ke, hold, volts, limit)
+        torque_l = _wheel_torque(ul, true_l, kt, ke, hold, volts, limit)
         if code == 2:
             torque_r = 0.0
             torque_l = 0.0
@@ -269,16 +278,17 @@ def _loops(z, step, code):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _move(z, h):  # type: ignore[no-untyped-def]
+def _move(z, h, hold):  # type: ignore[no-untyped-def]
     """One Runge-Kutta step of the velocities over ``h`` seconds, and the arc that the pose follows meanwhile."""
     for i in range(_BLOCK):
-        mass = z[(CHANNELS + P_MASS) * _BLOCK + i]
-        inertia = z[(CHANNELS + P_INERTIA) * _BLOCK + i]
+        per_mass = 1 / z[(CHANNELS + P_MASS) * _BLOCK + i]
+        per_inertia = 1 / z[(CHANNELS + P_INERTIA) * _BLOCK + i]
         coupling = z[(CHANNELS + P_COUPLING) * _BLOCK + i]
-        r = z[(CHANNELS + P_RADIUS) * _BLOCK + i]
+        per_r = 1 / z[(CHANNELS + P_RADIUS) * _BLOCK + i]
         half = z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i]
         kt = z[(CHANNELS + P_KT) * _BLOCK + i]
         ke = z[(CHANNELS + P_KE) * _BLOCK + i]
+        supply = z[(CHANNELS + P_VOLTAGE) * _BLOCK + i]
         limit = z[(CHANNELS + P_TORQUE_LIMIT) * _BLOCK + i]
         friction = z[(CHANNELS + P_FRICTION) * _BLOCK + i]
         slow = z[(CHANNELS + P_FRICTION_SPEED) * _BLOCK + i]
@@ -286,16 +296,24 @@ def _move(z, h):  # type: ignore[no-untyped-def]
         ul = z[_VOLT_L * _BLOCK + i]
         v1 = z[V * _BLOCK + i]
         w1 = z[W * _BLOCK + i]
-        a1, b1, p1, q1 = _accelerations(v1, w1, ur, ul, mass, inertia, coupling, r, half, kt, ke, limit, friction, slow)
+        a1, b1, p1, q1 = _accelerations(
+            v1, w1, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
+        )
         v2 = v1 + 0.5 * h * a1
         w2 = w1 + 0.5 * h * b1
-        a2, b2, p2, q2 = _accelerations(v2, w2, ur, ul, mass, inertia, coupling, r, half, kt, ke, limit, friction, slow)
+        a2, b2, p2, q2 = _accelerations(
+            v2, w2, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
+        )
         v3 = v1 + 0.5 * h * a2
         w3 = w1 + 0.5 * h * b2
-        a3, b3, p3, q3 = _accelerations(v3, w3, ur, ul, mass, inertia, coupling, r, half, kt, ke, limit, friction, slow)
+        a3, b3, p3, q3 = _accelerations(
+            v3, w3, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
+        )
         v4 = v1 + h * a3
         w4 = w1 + h * b3
-        a4, b4, p4, q4 = _accelerations(v4, w4, ur, ul, mass, inertia, coupling, r, half, kt, ke, limit, friction, slow)
+        a4, b4, p4, q4 = _accelerations(
+            v4, w4, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
+        )
         v5 = v1 + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
         w5 = w1 + h / 6 * (b1 + 2 * b2 + 2 * b3 + b4)
         z[V * _BLOCK + i] = v5
@@ -306,8 +324,8 @@ def _move(z, h):  # type: ignore[no-untyped-def]
         turn = h / 6 * (w1 + 2 * w2 + 2 * w3 + w4)
         # v and ω changing together leave the arc a little sideways (Magnus expansion, second term).
         sideways = h * h / 12 * (v5 * w1 - v1 * w5)
-        z[ANGLE_R * _BLOCK + i] += (forward + half * turn) / r
-        z[ANGLE_L * _BLOCK + i] += (forward - half * turn) / r
+        z[ANGLE_R * _BLOCK + i] += (forward + half * turn) * per_r
+        z[ANGLE_L * _BLOCK + i] += (forward - half * turn) * per_r
         _arc(z, i, X, Y, HEADING, _COS, _SIN, forward, sideways, turn)
 
 

@@ -271,3 +271,22 @@ def test_velocity_realisation_integrates_the_same_acceleration_and_keeps_its_lea
     assert abs(command.second.item() + 0.3) == pytest.approx(0.3 / 0.1)
     assert law.level == "velocity"
     assert replace(law, realisation="torque").level == "torque"
+
+
+def test_second_period_adds_the_rate_of_the_desired_velocities_and_the_integral():
+    """(2.18) asks for u' = u_d' + λ e + push, u_d' being the backward difference."""
+    member, period = replace(REFERENCE.robots[0], start=(0.1, 0.9, 0.3)), 0.05
+    law = SlidingMode(mode="esm", lam=4.0, realisation="velocity", lead=100.0)
+    first, memory = first_command(law, member, 0.2, -0.3, period)
+    scenario = Scenario(name="one", robots=(member,), duration=1.0, sensing=Sensing())
+    pose = (np.full((1, 1), value) for value in (0.13, 0.91, 0.25))
+    zero = np.zeros((1, 1))
+    seen = Observation(period, *pose, zero + 0.25, zero - 0.2, scenario.trajectory.at(period), scenario.trajectory)
+    second, _ = law.control(seen, memory, period)
+    desired = np.array([[c.v.item(), c.w.item()] for c in (first, second)])
+    e = desired - np.array([[0.2, -0.3], [0.25, -0.2]])
+    s = e[1] + 4.0 * period * e.sum(axis=0)
+    q = 0.1 + 0.9 * np.exp(-3 * np.abs(s))
+    asked = (desired[1] - desired[0]) / period + 4.0 * e[1] + 0.2 / q * np.sign(s)
+    before = np.array([first.first.item(), first.second.item()])
+    np.testing.assert_allclose([second.first.item(), second.second.item()], before + period * asked, rtol=1e-12)
