@@ -15,6 +15,7 @@ import typer
 
 from fuzzy.errors import InputError
 from fuzzy.terminal import INTERRUPTED, USAGE, print_json, run
+from robotics.datasetcommand import dataset
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,6 +30,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+app.add_typer(dataset, name="dataset")
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
@@ -79,7 +82,9 @@ def list_(json: Json = False) -> None:
     if json:
         print_json(
             {
-                "scenarios": [{"name": s.name, "title": s.title, "source": s.source} for s in scenarios],
+                "scenarios": [
+                    {"name": s.name, "kind": s.kind, "title": s.title, "source": s.source} for s in scenarios
+                ],
                 "controllers": [
                     {"name": name, "title": preset.title, "note": preset.note, "gains": gains[name]}
                     for name, preset in CATALOGUE.items()
@@ -139,7 +144,11 @@ def run_(
         from robotics.figures import plot_run
 
         save_figure(plot_run(result), plot)
-    values = measure(result)
+    values, meanings = measure(result), dict(METRICS)
+    if setting.kind == "formation":
+        from robotics.formation import FORMATION_METRICS, measure_formation
+
+        values, meanings = values | measure_formation(result), meanings | FORMATION_METRICS
     if json:
         print_json(
             {
@@ -154,7 +163,7 @@ def run_(
         )
     else:
         robots = len(setting.robots)
-        for name, metric in METRICS.items():
+        for name, metric in meanings.items():
             shown = values[name].mean(axis=0)
             print(f"{name:28} {'  '.join(f'{v:10.4g}' for v in shown)}  {metric.unit:8} {metric.title}")
         if seeds > 1 or robots > 1:
@@ -165,7 +174,7 @@ def run_(
 @app.command()
 def compare(
     scenarios: Annotated[
-        list[str] | None, typer.Argument(help="Names or .toml files; all that come with it by default.")
+        list[str] | None, typer.Argument(help="Names or .toml files; by default all tracking ones.")
     ] = None,
     controllers: Annotated[
         str | None, typer.Option(help="Comma-separated: fuzzy,csm:k=0.3,esm. Default: fuzzy,lyapunov,csm,assm,qssm,esm")
@@ -190,7 +199,7 @@ def compare(
     from robotics.controllers import make_controller
     from robotics.scenario import load_scenario, scenario_names
 
-    settings = [load_scenario(name) for name in scenarios or scenario_names()]
+    settings = [load_scenario(name) for name in scenarios or scenario_names("tracking")]
     _expect_distinct([s.name for s in settings], "scenario")
     laws = split_controllers(controllers) if controllers is not None else list(DEFAULT_CONTROLLERS)
     _expect_distinct(laws, "controller")

@@ -43,7 +43,11 @@ def _finite(shape: object, **values: object) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Sine:
-    """y = offset + amplitude · sin(wavenumber · x + phase), from x_start to x_end; phase π/2 makes it a cosine."""
+    """y = offset + amplitude · sin(wavenumber · x + phase), from x_start to x_end; phase π/2 makes it a cosine.
+
+    ``lead_in`` puts a straight line of that extent in x before x_start, along the tangent there. The curvature jumps
+    where the two meet, unless it is 0 there.
+    """
 
     amplitude: float = quantity(1.0, "m")
     wavenumber: float = quantity(1.0, "rad/m")
@@ -51,6 +55,7 @@ class Sine:
     offset: float = quantity(0.0, "m")
     x_start: float = quantity(0.0, "m")
     x_end: float = quantity(2 * pi, "m")
+    lead_in: float = quantity(0.0, "m", least=0)
 
     def __post_init__(self) -> None:
         check_quantities(self, PathError)
@@ -58,14 +63,17 @@ class Sine:
 
     def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """See :class:`Shape`."""
-        span = self.x_end - self.x_start
-        x = self.x_start + span * u
-        a, k, angle = self.amplitude, self.wavenumber, self.wavenumber * x + self.phase
-        one = np.ones_like(x)
+        forward = 1.0 if self.x_end > self.x_start else -1.0
+        begin = self.x_start - forward * self.lead_in
+        span = self.x_end - begin
+        x = begin + span * u
+        before = np.minimum((x - self.x_start) * forward, 0.0) * forward  # into the lead-in, 0 on the sine
+        a, k, angle = self.amplitude, self.wavenumber, self.wavenumber * (x - before) + self.phase
+        slope, one = a * k * np.cos(angle), np.ones_like(x)
         return (
-            np.stack([x, self.offset + a * np.sin(angle)]),
-            np.stack([span * one, a * k * span * np.cos(angle)]),
-            np.stack([0 * one, -a * (k * span) ** 2 * np.sin(angle)]),
+            np.stack([x, self.offset + a * np.sin(angle) + slope * before]),
+            np.stack([span * one, slope * span]),
+            np.stack([0 * one, np.where(before == 0, -a * (k * span) ** 2 * np.sin(angle), 0.0)]),
         )
 
 
@@ -222,7 +230,7 @@ class Path:
     def at(self, s: np.ndarray | float) -> PathPoint:
         """The path at abscissae ``s`` [m] of any shape; beyond an end it stays there."""
         s = np.asarray(s, dtype=float)
-        rows = lookup(self.table, self.length, np.atleast_1d(s).ravel())
+        rows = _points(self.table, self.length, np.atleast_1d(s).ravel())
         return PathPoint(*(row.reshape(s.shape) for row in rows))
 
     def abscissa(self, u: np.ndarray) -> np.ndarray:
@@ -303,3 +311,10 @@ def lookup(table, length, s):  # type: ignore[no-untyped-def]
         out[2, i] = left * a + right * b + slope_left * table[3, k] + slope_right * table[3, k + 1]
         out[3, i] = (1 - t) * table[3, k] + t * table[3, k + 1]
     return out
+
+
+@njit(cache=True, error_model="numpy")
+def _points(table, length, s):  # type: ignore[no-untyped-def]
+    # Python calls this, compiled code calls lookup: Numba 0.68 cannot hand an array to Python from a function that it
+    # had loaded from its cache as a part of another ("'descr' is NULL").
+    return lookup(table, length, s)

@@ -85,6 +85,7 @@ class Scenario:
     plant: Literal["dynamic", "kinematic"] = "dynamic"
     divergence: float = quantity(10.0, "m", above=0)  # a robot this far from its reference is stopped
     sensing: Sensing = field(default_factory=Sensing)
+    kind: Literal["tracking", "formation"] = "tracking"  # each robot its own reference, or a leader and followers
     title: str = ""
     source: str = ""  # thesis section or paper, and what was chosen here
     trajectory: Trajectory = field(init=False, repr=False, compare=False)
@@ -174,10 +175,11 @@ def _about(error: ValueError, *keys: str | int) -> ValueError:
 # Reading --------------------------------------------------------------------------------------------------------
 
 
-def scenario_names() -> list[str]:
-    """The scenarios that come with the package."""
+def scenario_names(kind: str | None = None) -> list[str]:
+    """The scenarios that come with the package; with ``kind`` those of one kind, "tracking" or "formation"."""
     folder = resources.files("robotics") / "scenarios"
-    return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+    names = sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+    return names if kind is None else [name for name in names if load_scenario(name).kind == kind]
 
 
 def load_scenario(name: str | FilePath) -> Scenario:

@@ -6,6 +6,7 @@ from typing import Any, Literal, get_args, get_origin
 from fuzzy.naming import expected
 from robotics.controller import Controller, ControllerError
 from robotics.controllers.fuzzy_tracking import FuzzyTracking
+from robotics.controllers.leader_follower import FormationTeacher, LeaderFollower
 from robotics.controllers.lyapunov import Lyapunov
 from robotics.controllers.sliding_mode import SlidingMode
 from robotics.quantity import accepted
@@ -19,6 +20,7 @@ class Preset:
     gains: dict[str, Any]
     title: str
     note: str  # where the gains come from
+    kind: str = "tracking"  # the kind of scenario that it drives
 
 
 CATALOGUE: dict[str, Preset] = {
@@ -41,6 +43,20 @@ CATALOGUE: dict[str, Preset] = {
     ),
     "qssm": Preset(SlidingMode, {"mode": "qssm", "k": 0.8}, "Quasi-continuous SM", "K = 0.8, λ = 10 (thesis 2.1.3.2)"),
     "esm": Preset(SlidingMode, {"mode": "esm"}, "Exponential SM", "K = 0.2, λ = 10, μ0 = 0.1, α = 3 (thesis 2.1.3.2)"),
+    "formation": Preset(
+        LeaderFollower,
+        {},
+        "Leader-follower networks",
+        "thesis 5.2 with followers corrected by their own posture; correction=none is the thesis's",
+        "formation",
+    ),
+    "formation-teacher": Preset(
+        FormationTeacher,
+        {},
+        "Leader-follower law",
+        "the law that the well-posed formation data sample; a choice, thesis 5.2.1 gives it in words only",
+        "formation",
+    ),
 }
 
 

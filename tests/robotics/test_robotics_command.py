@@ -183,7 +183,7 @@ def test_interrupted_comparison_keeps_its_rows(tmp_path):
     assert process.returncode == 130, error
     assert "Traceback" not in error
     rows = len(pd.read_csv(results))
-    assert f"{rows} of {300 * 6 * len(scenario_names("tracking"))} rows are in {results}" in error
+    assert f"{rows} of {300 * 6 * len(scenario_names('tracking'))} rows are in {results}" in error
     assert rows % 300 == 0
 
 
