@@ -1,8 +1,10 @@
 """Every benchmark, one after the other."""
 
-from benchmarks import inference, simulation
+from benchmarks import inference, learning, simulation
 
 if __name__ == "__main__":
     inference.main()
     print()
     simulation.main()
+    print()
+    learning.main()

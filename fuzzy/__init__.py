@@ -1,4 +1,4 @@
-"""Fuzzy inference: Sugeno systems, membership functions, rules in English, MATLAB's files, pictures.
+"""Fuzzy inference: Sugeno systems, membership functions, rules in English, MATLAB's files, data, pictures.
 
 >>> import fuzzy
 >>> speed = fuzzy.Sugeno(
@@ -15,10 +15,13 @@ What needs matplotlib or Numba (pictures, the compiled evaluator) is imported wh
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from fuzzy.clustering import ClusteringError, DataWarning, subtractive_clusters
+from fuzzy.consequents import IdentificationError, fit_consequents
 from fuzzy.diagnosis import Finding, check
 from fuzzy.errors import InputError
 from fuzzy.explanation import Explanation, explain
 from fuzzy.fisfile import FisFileError, FisFileWarning, format_fis, parse_fis, read_fis, write_fis
+from fuzzy.identification import identify
 from fuzzy.inference import Inference, InferenceWarning, infer
 from fuzzy.language import RuleError, parse_rule
 from fuzzy.membership import (
@@ -53,6 +56,7 @@ from fuzzy.membership import (
     zmf,
 )
 from fuzzy.rule import Clause, Rule
+from fuzzy.search import SearchResult, search_clusters, search_table
 from fuzzy.surfacegrid import Surface, surface
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
 from fuzzy.table import DataError
@@ -70,6 +74,7 @@ if TYPE_CHECKING:
         ruleview,
         save_figure,
     )
+    from fuzzy.searchplot import plot_rules_error
 
 _ON_FIRST_USE = {
     **dict.fromkeys(("CompiledSugeno", "compile_sugeno"), "fuzzy.compiled"),
@@ -87,6 +92,7 @@ _ON_FIRST_USE = {
         ),
         "fuzzy.plot",
     ),
+    "plot_rules_error": "fuzzy.searchplot",
 }
 
 
@@ -99,15 +105,18 @@ def __getattr__(name: str) -> Any:
 __all__ = [
     "Bell",
     "Clause",
+    "ClusteringError",
     "CompiledSugeno",
     "Constant",
     "DataError",
+    "DataWarning",
     "Explanation",
     "Finding",
     "FisFileError",
     "FisFileWarning",
     "FuzzySystemError",
     "Gaussian",
+    "IdentificationError",
     "Inference",
     "InferenceWarning",
     "InputError",
@@ -120,6 +129,7 @@ __all__ = [
     "Rule",
     "RuleError",
     "SShape",
+    "SearchResult",
     "Sigmoid",
     "SigmoidDifference",
     "SigmoidProduct",
@@ -134,11 +144,13 @@ __all__ = [
     "compile_sugeno",
     "dsigmf",
     "explain",
+    "fit_consequents",
     "format_fis",
     "gauss2mf",
     "gaussmf",
     "gbellmf",
     "gensurf",
+    "identify",
     "infer",
     "linsmf",
     "linzmf",
@@ -148,6 +160,7 @@ __all__ = [
     "pimf",
     "plot_memberships",
     "plot_rules",
+    "plot_rules_error",
     "plot_structure",
     "plot_surface",
     "plotfis",
@@ -156,8 +169,11 @@ __all__ = [
     "read_fis",
     "ruleview",
     "save_figure",
+    "search_clusters",
+    "search_table",
     "sigmf",
     "smf",
+    "subtractive_clusters",
     "surface",
     "trapmf",
     "trimf",

@@ -1,4 +1,4 @@
-"""The command line ``fuzzy``: look at a rule base, check it, draw it, evaluate it.
+"""The command line ``fuzzy``: look at a rule base, check it, draw it, evaluate it, identify one from data.
 
 Data goes to stdout, messages to stderr. What a command needs is imported when it runs, so that ``--help`` is quick.
 """
@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from fuzzy import datacommand
+from fuzzy.errors import InputError
 from fuzzy.terminal import FAILED, plain, print_json, run
 
 if TYPE_CHECKING:
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
     from fuzzy.system import Sugeno
 
 app = typer.Typer(
-    help="Look at, check, draw and evaluate Sugeno fuzzy systems in MATLAB's .fis files.",
+    help="Look at, check, draw, evaluate and identify Sugeno fuzzy systems in MATLAB's .fis files.",
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -56,14 +58,7 @@ class SurfaceKind(StrEnum):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code: 0 fine, 1 a check found something, 2 an error, 130 Ctrl-C."""
-    from fuzzy.fisfile import FisFileError
-    from fuzzy.language import RuleError
-    from fuzzy.membership import MembershipError
-    from fuzzy.system import FuzzySystemError
-    from fuzzy.table import DataError
-
-    expected = (FisFileError, RuleError, MembershipError, FuzzySystemError, DataError)
-    return run(app, expected, "fuzzy", arguments)
+    return run(app, (InputError,), "fuzzy", arguments)
 
 
 def _version(wanted: bool) -> None:
@@ -306,6 +301,10 @@ def convert(
         text = dumps(as_dict(fis), ensure_ascii=False, indent=2) + "\n"
     with replacing(target) as path:
         path.write_text(text, encoding="utf-8")
+
+
+app.command()(datacommand.identify)
+app.command()(datacommand.search)
 
 
 def _read(path: Path) -> "Sugeno":

@@ -193,21 +193,20 @@ def _degrees(fis: Sugeno, i: int, membership: Array, neutral: float) -> Array:
     return xp.take(padded, like_index(membership, places), axis=-1)
 
 
-_NEVER = -1e300  # stands for the logarithm of 0 where infinity would make 0 · ∞
-
-
 def _log_firing(fis: Sugeno, logs: Array) -> tuple[Array, Array]:
     """Layers 2 and 3 from logarithms (..., terms): the weights are a softmax, which does not underflow."""
     s = fis.structure
     xp = array_namespace(logs)
-    # A rule's logarithm is the sum over its clauses of power · log μ.
-    log_firing = xp.clip(logs, _NEVER, 0.0) @ like(logs, s.incidence)
+    # A rule's logarithm is the sum over its clauses of power · log μ. ``never`` stands for the logarithm of 0, where
+    # infinity would make 0 · ∞: so large that no sum of others comes near it, so small that sums of it do not overflow.
+    never = -float(xp.finfo(logs.dtype).max) / 1e8
+    log_firing = xp.clip(logs, never, 0.0) @ like(logs, s.incidence)
     weight = like(logs, s.weight)
     with np.errstate(under="ignore"):
         firing = xp.exp(log_firing) * weight
         usable = xp.where(weight > 0, log_firing, -xp.inf)
         top = xp.max(usable, axis=-1, keepdims=True)
-        top = xp.where(top > _NEVER / 1e6, top, xp.zeros_like(top))
+        top = xp.where(top > never / 1e6, top, xp.zeros_like(top))
         return firing, _normalised(xp.exp(usable - top) * weight)
 
 

@@ -6,8 +6,7 @@ Data goes to stdout, progress and messages to stderr. What a command needs is im
 
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,10 +15,13 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.terminal import INTERRUPTED, USAGE, print_json, run
 from robotics.datasetcommand import dataset
+from robotics.learncommand import learn
+from robotics.progress import Begin, progress_bar
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from robotics.chapter import Chapter
     from robotics.claims import Claim
     from robotics.comparison import Comparison
 
@@ -32,6 +34,7 @@ app = typer.Typer(
 )
 
 app.add_typer(dataset, name="dataset")
+app.command()(learn)
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
@@ -132,7 +135,7 @@ def run_(
     for path, suffix in ((save, ".npz"), (table, ".csv")):
         if path is not None and path.suffix != suffix:
             raise InputError(f"{path}: the file's name must end in {suffix}")
-    with _progress(quiet) as begin:
+    with progress_bar(quiet) as begin:
         advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
         result = simulate(setting, law, range(seed, seed + seeds), name=controller, progress=advance)
     if save is not None:
@@ -217,37 +220,39 @@ def compare(
         done = len(rows)
 
     verdicts: list[Claim] = []
+    chapters: list[Chapter] = []
     try:
-        with _progress(quiet) as begin:
+        with progress_bar(quiet) as begin:
             advance = begin("simulating", sum(s.ticks + 1 for s in settings) * len(laws))
             comparison = compare_all(settings, laws, range(seed, seed + seeds), advance=advance, finished=keep)
             summary = summarise(comparison.table)
             _write_csv(summary, out / "summary.csv")
             if judged:
-                verdicts = _judge(begin, out)
+                verdicts, chapters = _judge(begin, out, seed)
             if report:
                 from robotics.report import figure_count, write_report
 
                 command = ["robotics", "compare", *(scenarios or []), f"--seeds={seeds}", f"--seed={seed}"]
                 if controllers is not None:
                     command.append(f"--controllers={','.join(laws)}")
-                advance = begin("drawing", figure_count(comparison))
-                write_report(comparison, verdicts, out, command=shlex.join(command), advance=advance)
+                advance = begin("drawing", figure_count(comparison, chapters))
+                write_report(comparison, verdicts, out, chapters=chapters, command=shlex.join(command), advance=advance)
     except KeyboardInterrupt:
         print(f"robotics: interrupted; {done} of {wanted} rows are in {results}", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
+    judgements = [*verdicts, *(claim for chapter in chapters for claim in chapter.claims)]
     if json:
         print_json(
             {
                 "summary": summary.to_dict(orient="records"),
-                "claims": [vars(c) for c in verdicts],
+                "claims": [vars(c) for c in judgements],
                 "diverged": comparison.divergences,
                 "files": sorted(str(p.relative_to(out)) for p in out.rglob("*") if p.is_file()),
                 "versions": versions(),
             }
         )
     else:
-        _print_summary(comparison, summary, verdicts)
+        _print_summary(comparison, summary, judgements)
         print(f"\n{out / 'report.html' if report else results}")
     _report_divergences(comparison.divergences)
 
@@ -275,14 +280,16 @@ def _expect_distinct(names: Sequence[str], what: str) -> None:
             raise InputError(f"{what} {name!r} is given twice")
 
 
-def _judge(begin: Callable[[str, int], Callable[[], None]], out: Path) -> "list[Claim]":
+def _judge(begin: Begin, out: Path, seed: int) -> "tuple[list[Claim], list[Chapter]]":
     import pandas as pd
 
     from robotics.claims import EXPERIMENTS, judge_claims
+    from robotics.formationchapter import STEPS, formation_chapter
 
     verdicts = judge_claims(begin("judging the thesis's claims", EXPERIMENTS))
-    _write_csv(pd.DataFrame([vars(c) for c in verdicts]), out / "claims.csv")
-    return verdicts
+    chapter = formation_chapter(out, seed, begin("learning formations", STEPS))
+    _write_csv(pd.DataFrame([vars(c) for c in (*verdicts, *chapter.claims)]), out / "claims.csv")
+    return verdicts, [chapter]
 
 
 def _write_csv(frame: "pd.DataFrame", path: Path) -> None:
@@ -351,29 +358,3 @@ def _report_divergences(lines: list[str]) -> None:
         more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
         print(f"robotics: {lines[0]}{more}; what it did until then is kept", file=sys.stderr)
         raise typer.Exit(USAGE)
-
-
-@contextmanager
-def _progress(quiet: bool) -> Iterator[Callable[[str, int], Callable[[], None]]]:
-    """A progress bar on stderr: gives a function that begins a task and returns what advances it by one."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description:32}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
-    console = Console(stderr=True)
-    with Progress(*columns, TimeRemainingColumn(), console=console, disable=quiet) as progress:
-
-        def begin(description: str, total: int) -> Callable[[], None]:
-            task = progress.add_task(description, total=total)
-            every = max(1, total // 200)  # a bar has no use for more
-            count = 0
-
-            def advance() -> None:
-                nonlocal count
-                count += 1
-                if count % every == 0 or count == total:
-                    progress.update(task, completed=count)
-
-            return advance
-
-        yield begin

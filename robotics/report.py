@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 
 from fuzzy.atomic import replacing
 from fuzzy.drawing import style
+from robotics.chapter import Chapter, Picture
 from robotics.claims import Claim, Verdict
 from robotics.comparison import Comparison, label, terms
 from robotics.drawing import looks, seeds_as_text
@@ -34,15 +35,6 @@ _DPI = 200
 _PER_ROBOT = 4  # robots of a scenario that get their own pictures of errors and speeds
 
 
-class _Picture(NamedTuple):
-    """A figure of the report; ``draw`` makes it when its turn comes."""
-
-    name: str  # of its file, without the suffix
-    caption: str
-    alt: str
-    draw: Callable[[], Figure]
-
-
 class _Section(NamedTuple):
     """One scenario's part of the report."""
 
@@ -51,7 +43,7 @@ class _Section(NamedTuple):
     facts: list[tuple[str, str]]
     table: SummaryTable
     divergences: list[str]
-    pictures: list[_Picture]
+    pictures: list[Picture]
 
 
 def write_report(
@@ -59,12 +51,14 @@ def write_report(
     claims: Sequence[Claim],
     folder: str | Path,
     *,
+    chapters: Sequence[Chapter] = (),
     command: str | None = None,
     advance: Callable[[], None] | None = None,
 ) -> Path:
     """Write ``folder``/report.html and ``folder``/figures/*.png; the path of the former comes back.
 
-    Without claims their section is left out. ``command`` is the command line that made the comparison; ``advance``
+    Without claims their section is left out; the claims of ``chapters`` join them. ``command`` is the command line
+    that made the comparison; ``advance``
     is called after every figure, :func:`figure_count` times. Every file appears whole or not at all. Raises OSError.
     """
     folder = Path(folder)
@@ -72,7 +66,9 @@ def write_report(
     sections = [_section(comparison, scenario) for scenario in comparison.scenarios]
     laws = _law_pictures()
     images: dict[str, str] = {}
-    for picture in [p for section in sections for p in section.pictures] + laws:
+    claims = [*claims, *(claim for chapter in chapters for claim in chapter.claims)]
+    own = [picture for section in sections for picture in section.pictures]
+    for picture in [*own, *(picture for chapter in chapters for picture in chapter.pictures), *laws]:
         data = _png(picture.draw())
         with replacing(folder / "figures" / f"{picture.name}.png") as path:
             path.write_bytes(data)
@@ -93,6 +89,7 @@ def write_report(
         seeds=seeds_as_text(comparison.seeds),
         first_seed=comparison.seeds[0],
         sections=sections,
+        chapters=chapters,
         laws=laws,
         images=images,
         command=command,
@@ -104,9 +101,10 @@ def write_report(
     return folder / "report.html"
 
 
-def figure_count(comparison: Comparison) -> int:
+def figure_count(comparison: Comparison, chapters: Sequence[Chapter] = ()) -> int:
     """How many figures :func:`write_report` draws."""
-    return sum(len(_pictures(comparison, s)) for s in comparison.scenarios) + len(_law_pictures())
+    drawn = sum(len(_pictures(comparison, s)) for s in comparison.scenarios) + len(_law_pictures())
+    return drawn + sum(len(chapter.pictures) for chapter in chapters)
 
 
 def _png(figure: Figure) -> bytes:
@@ -140,21 +138,21 @@ def _slug(comparison: Comparison, scenario: Scenario) -> str:
     return slugs[place] if slugs[place] and slugs.count(slugs[place]) == 1 else f"{slugs[place]}-{place + 1}".strip("-")
 
 
-def _pictures(comparison: Comparison, scenario: Scenario) -> list[_Picture]:
+def _pictures(comparison: Comparison, scenario: Scenario) -> list[Picture]:
     name, slug, seed = scenario.name, _slug(comparison, scenario), comparison.seeds[0]
     looked = looks(comparison.controllers)
     runs = [comparison.runs[name, specification] for specification in comparison.controllers]
     who = ", ".join(label(specification) for specification in comparison.controllers)
     several = len(scenario.robots) > 1
     pictures = [
-        _Picture(
+        Picture(
             f"{slug}-metrics",
             f"Figures of merit on {name}: a dot for each of the {len(comparison.seeds)} seeds, and the mean with its "
             "95 % interval. Smaller is better everywhere.",
             f"Strip charts of six figures of merit on {name} for {who}; the table above has the same numbers.",
             lambda: plot_comparison(comparison, name, looks=looked),
         ),
-        _Picture(
+        Picture(
             f"{slug}-paths",
             f"Driven paths on {name}, seed {seed}, and where they lie furthest apart in the second half, magnified.",
             f"Top view of the reference and of the paths that {who} drove on {name}, with a magnified detail.",
@@ -164,14 +162,14 @@ def _pictures(comparison: Comparison, scenario: Scenario) -> list[_Picture]:
     for i, member in enumerate(scenario.robots[:_PER_ROBOT]):
         suffix, of = (f"-robot-{i + 1}", f", robot {i + 1}") if several else ("", "")
         pictures += [
-            _Picture(
+            Picture(
                 f"{slug}-errors{suffix}",
                 f"Tracking errors on {name}{of}, seed {seed}: the true posture against the reference at the same time, "
                 "in the robot's frame (5.9).",
                 f"Errors in x, y and heading over time of {who} on {name}{of}.",
                 lambda i=i: plot_errors(runs, robot=i, looks=looked),  # type: ignore[misc]
             ),
-            _Picture(
+            Picture(
                 f"{slug}-speeds{suffix}",
                 f"Speeds on {name}{of}, seed {seed}, with the reference's.",
                 f"Linear and angular speed over time of {who} on {name}{of}, one row a controller.",
@@ -181,9 +179,9 @@ def _pictures(comparison: Comparison, scenario: Scenario) -> list[_Picture]:
     return pictures
 
 
-def _law_pictures() -> list[_Picture]:
+def _law_pictures() -> list[Picture]:
     return [
-        _Picture(
+        Picture(
             "law-switching",
             "The push K/Q(S) sign S of the sliding modes over S, with α = 3 s/m (thesis Fig 2.3). Left: the same K; "
             "right: other K beside the conventional law with the thesis's K = 1. At equal K the exponential law "
@@ -191,21 +189,21 @@ def _law_pictures() -> list[_Picture]:
             "Curves of the exponential reaching law for several K and μ₀, with steps for the conventional law.",
             plot_switching,
         ),
-        _Picture(
+        Picture(
             "law-memberships",
             "Membership functions of the distance to the target and of its bearing α (thesis Fig 2.19). The thesis's "
             "figure is missing: the shapes are choices.",
             "Five overlapping membership functions each of distance and of α.",
             plot_tracking_memberships,
         ),
-        _Picture(
+        Picture(
             "law-velocities",
             "Above: v over the distance and ω over α (thesis Fig 2.20). Below: what x_err does to them; where the "
             "target lies behind (x_err < 0) rule 11 stops a robot that faces along its path.",
             "Two curves of the fuzzy controller's speeds, and two contour pictures over x_err.",
             plot_tracking_velocities,
         ),
-        _Picture(
+        Picture(
             "law-lateral",
             "Membership functions of y_err and the turn λ over y_err (thesis Figs 2.23 and 2.24). The presets steer "
             "by the bearing and do not use λ.",

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-FLOORS = {"fuzzy": {"fuzzy"}, "robotics": {"fuzzy", "robotics"}}
+FLOORS = {"fuzzy": {"fuzzy"}, "anfis": {"fuzzy", "anfis"}, "robotics": {"fuzzy", "anfis", "robotics"}}
 OURS = {"fuzzy", "anfis", "robotics", "datasets", "tests", "benchmarks"}
 
 

@@ -33,8 +33,8 @@ def _run(command, folder):
 
 def test_the_readme_has_what_a_newcomer_needs():
     kinds = [kind for kind, _ in SNIPPETS]
-    assert kinds.count("python") == 2
-    assert kinds.count("sh") == 3
+    assert kinds.count("python") == 3
+    assert kinds.count("sh") == 4
 
 
 def test_snippets_run_in_order(folder):
@@ -45,7 +45,15 @@ def test_snippets_run_in_order(folder):
             output += _run([sys.executable, "-c", text], folder)
         elif "make " not in text:
             output += _run(["sh", "-e", "-c", text], folder)
-    for name in ("surface.png", "go.fis", "memberships.png", "run.png", "comparison/report.html"):
+    for name in (
+        "surface.png",
+        "go.fis",
+        "memberships.png",
+        "run.png",
+        "comparison/report.html",
+        "formation.png",
+        "sinc.fis",
+    ):
         assert (folder / name).stat().st_size > 200, name
     assert "within 5 cm of the path after" in output
     import fuzzy

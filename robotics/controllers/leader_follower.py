@@ -23,6 +23,7 @@ stand between; here there is none.
 """
 
 from dataclasses import dataclass, field, replace
+from importlib import resources
 from pathlib import Path as FilePath
 from typing import Any, Literal, NamedTuple
 
@@ -187,6 +188,9 @@ def load_networks(name: str) -> tuple[Sugeno, ...]:
     A system that would warn of an input outside its universe does not: it is evaluated there, as MATLAB does it.
     """
     folder = FilePath(name)
+    packaged = resources.files("robotics") / "rulebases" / name if name.isidentifier() else None
+    if packaged is not None and packaged.is_dir():
+        folder = FilePath(str(packaged))
     systems = [read_fis(folder / f"{o}.fis") for o in OUTPUTS] if folder.is_dir() else [load_rule_base(name)]
     for fis in systems:
         for variable in fis.inputs:

@@ -1,0 +1,68 @@
+"""How to train: every choice, checked when it is made."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import torch
+
+from fuzzy.errors import InputError
+from fuzzy.naming import expected
+
+Method = Literal["hybrid", "backprop", "least-squares", "second-order"]
+METHODS: tuple[Method, ...] = ("hybrid", "backprop", "least-squares", "second-order")
+# These want more than a gradient: a closure, or sparse gradients.
+_UNUSABLE = (torch.optim.Optimizer, torch.optim.LBFGS, torch.optim.SparseAdam)
+
+
+class TrainingError(InputError):
+    """Options or a checkpoint that training cannot use. The message names the option and what is accepted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """How to train. Defaults are MATLAB's where it has the option."""
+
+    method: Method = "hybrid"
+    epochs: int = 10
+    step: float = 0.01  # hybrid: the length of the first premise step, in units of the universes
+    increase: float = 1.1  # hybrid: factor after four decreases of the error in a row   [Jang 1993]
+    decrease: float = 0.9  # hybrid: factor after up, down, up, down
+    goal: float = 0.0  # stop when the training RMSE (over all outputs, in their unit) is this low
+    patience: int = 0  # stop after so many epochs without a new least error (checking, if there is any); 0: never
+    ridge: float = 0.0  # of the least squares, relative to the mean diagonal of its normal equations
+    optimiser: str = "Adam"  # backprop: a class of torch.optim
+    rate: float = 0.01  # backprop: its learning rate
+    batch: int = 0  # backprop: samples a step; others: samples held at a time. 0: all (backprop), 65,536 (others)
+    keep_order: bool = False  # memberships of an input stay ordered and covering
+    seed: int = 0  # of the order of mini-batches
+    dtype: Literal["float64", "float32"] = "float64"
+    device: str = "cpu"
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise TrainingError(expected(str(self.method), METHODS, "method"))
+        for name, least in (("epochs", 0), ("patience", 0), ("batch", 0), ("seed", 0)):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+                raise TrainingError(f"{name} must be a whole number >= {least}, got {value!r}")
+        for name, least in (("step", 0), ("increase", 1), ("decrease", 0), ("goal", 0), ("ridge", 0), ("rate", 0)):
+            value = getattr(self, name)
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not np.isfinite(value)
+                or value < least
+            ):
+                raise TrainingError(f"{name} must be a finite number >= {least}, got {value!r}")
+        if self.decrease > 1:
+            raise TrainingError(f"decrease must be <= 1, got {self.decrease!r}")
+        if self.dtype not in ("float64", "float32"):
+            raise TrainingError(expected(str(self.dtype), ("float64", "float32"), "dtype"))
+        kind = getattr(torch.optim, self.optimiser, None) if isinstance(self.optimiser, str) else None
+        if not (isinstance(kind, type) and issubclass(kind, torch.optim.Optimizer)) or kind in _UNUSABLE:
+            raise TrainingError(f"optimiser must be a class of torch.optim, such as 'Adam'; got {self.optimiser!r}")
+        try:
+            torch.empty(0, device=self.device)
+        except (RuntimeError, AssertionError) as error:
+            raise TrainingError(f"device {self.device!r} cannot be used: {str(error).splitlines()[0]}") from None

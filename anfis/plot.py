@@ -1,0 +1,124 @@
+"""Pictures of learning: error curves, membership functions before and after, output against data.
+
+Every function returns a matplotlib figure in the project's style (``figure.savefig("a.pdf")``).
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatterSciNotation, MaxNLocator
+
+from anfis.data import samples
+from anfis.state import Epoch
+from fuzzy.detached import detached
+from fuzzy.drawing import COLORS, COLUMN, DOUBLE, new_figure, style
+from fuzzy.errors import InputError
+from fuzzy.system import Sugeno, Variable
+from fuzzy.universe import universe_grid
+
+
+class TrainingPlotError(InputError):
+    """What has no picture: an empty history, or systems with different terms."""
+
+
+def plot_training(history: Sequence[Epoch]) -> Figure:
+    """Training and checking error over the epochs, logarithmic, with the least one marked; below, the step size.
+
+    The step size is the hybrid method's step length (in ranges), the second-order method's damping or the learning
+    rate. The axis is linear where an error is 0. Raises TrainingPlotError for an empty history.
+    """
+    if not history:
+        raise TrainingPlotError("the history holds no epoch: there is nothing to draw")
+    epochs = [row.epoch for row in history]
+    with style():
+        figure = new_figure(COLUMN, 3.8)
+        errors, steps = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+        errors.plot(epochs, [row.train for row in history], color=COLORS[0], label="training")
+        marked, label = [row.train for row in history], "training"
+        if np.isfinite([row.check for row in history]).any():
+            marked, label = [row.check for row in history], "checking"
+            errors.plot(epochs, marked, color=COLORS[1], linestyle="--", label="checking")
+        best = int(np.nanargmin(marked))
+        said = f"least {label} error: {marked[best]:.3g}, epoch {epochs[best]}"
+        errors.plot(epochs[best], marked[best], "o", color="black", label=said, clip_on=False, zorder=3)
+        if min(row.train for row in history) > 0 and not min(marked) <= 0:
+            errors.set_yscale("log")
+            # Less than a decade has no powers of ten to label: then those between are.
+            errors.yaxis.set_minor_formatter(LogFormatterSciNotation(labelOnlyBase=False, minor_thresholds=(1, 0.5)))
+        errors.set_ylabel("RMSE [unit of the output]")
+        figure.legend(loc="outside upper left")
+        steps.plot(epochs, [row.step for row in history], color="0.3", drawstyle="steps-mid")
+        steps.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+        steps.set_ylabel("step")
+        steps.set_xlabel("epoch")
+        return figure
+
+
+def plot_premises(before: Sugeno, after: Sugeno) -> Figure:
+    """Each input's membership functions before learning (dashed grey) and after (solid)   [thesis, Fig 5.10].
+
+    Raises TrainingPlotError unless both systems have the same inputs and terms.
+    """
+    before, after = detached(before), detached(after)
+    names = [[(v.name, tuple(v.terms)) for v in fis.inputs] for fis in (before, after)]
+    if names[0] != names[1]:
+        raise TrainingPlotError(f"{before.name} and {after.name} do not have the same inputs and terms")
+    with style():
+        rows = (len(before.inputs) + 1) // 2
+        columns = min(2, len(before.inputs))
+        figure = new_figure(DOUBLE if columns == 2 else COLUMN, 0.25 + 1.75 * rows)
+        axes = np.atleast_1d(figure.subplots(rows, columns)).ravel()
+        for ax, old, new in zip(axes, before.inputs, after.inputs, strict=False):
+            _draw_terms(ax, old, new)
+        for ax in axes[len(before.inputs) :]:
+            ax.set_visible(False)
+        lines = axes[0].get_lines()[:2]
+        figure.legend(lines, ["before", "after"], loc="outside upper left", ncols=2)
+        return figure
+
+
+def _draw_terms(ax: Any, old: Variable, new: Variable) -> None:
+    x = np.union1d(universe_grid(old), universe_grid(new))
+    for k, (name, function) in enumerate(new.terms.items()):
+        ax.plot(x, old.terms[name](x), color="0.6", linestyle="--", linewidth=0.8, zorder=2)
+        ax.plot(x, function(x), color=COLORS[k % len(COLORS)], linestyle="-", zorder=3)
+    ax.set_xlabel(old.label, parse_math=False)
+    ax.set_ylabel("degree")
+    ax.set_ylim(0, 1.05)
+    ax.margins(x=0)
+
+
+def plot_fit(fis: Sugeno, x: Any, y: Any) -> Figure:
+    """A system's outputs against data: over the samples, against the targets, and the residuals' histogram.
+
+    ``x`` (samples, inputs), ``y`` (samples,) or (samples, outputs); one row of axes an output   [thesis, Figs 5.8, 5.9,
+    5.12]. Data outside the universes are drawn without a warning. Raises DataError for data that do not fit ``fis``.
+    """
+    fis = detached(fis)
+    data = samples(fis, x, y, "given")
+    quiet = replace(fis, out_of_range="ignore") if fis.out_of_range == "warn" else fis
+    y, z = data.y, np.asarray(quiet(data.x))
+    with style():
+        figure = new_figure(DOUBLE, 0.25 + 1.9 * y.shape[1])
+        axes = np.atleast_2d(figure.subplots(y.shape[1], 3, width_ratios=(2, 1, 1)))
+        for row, output, target, found in zip(axes, fis.outputs, y.T, z.T, strict=True):
+            over, against, residuals = row
+            over.plot(target, color=COLORS[0], label="data")
+            over.plot(found, color=COLORS[1], linestyle="--", linewidth=0.9, label="system")
+            over.set_xlabel("sample")
+            over.set_ylabel(output.label, parse_math=False)
+            ends = [np.nanmin([target, found]), np.nanmax([target, found])]
+            against.plot(ends, ends, color="0.6", linewidth=0.8)
+            against.plot(target, found, ".", markersize=2, color=COLORS[0])
+            against.set_xlabel(f"target {output.label}", parse_math=False)
+            against.set_ylabel("system")
+            residual = found - target
+            residuals.hist(residual[np.isfinite(residual)], bins="auto", color=COLORS[0])
+            residuals.set_xlabel(f"system − data, {output.label}", parse_math=False)
+            residuals.set_ylabel("samples")
+            residuals.xaxis.set_major_locator(MaxNLocator(4))
+        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+        return figure

@@ -1,0 +1,39 @@
+"""What a report is made of: pictures, tables, chapters."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from matplotlib.figure import Figure
+
+from robotics.claims import Claim
+
+
+class Picture(NamedTuple):
+    """A figure of the report; ``draw`` makes it when its turn comes."""
+
+    name: str  # of its file, without the suffix
+    caption: str
+    alt: str
+    draw: Callable[[], Figure]
+
+
+class Grid(NamedTuple):
+    """A table of a chapter, as text."""
+
+    caption: str
+    head: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class Chapter:
+    """A part of the report beside the comparison: its text, tables and pictures, and the claims it judges."""
+
+    name: str  # of its anchor
+    title: str
+    text: tuple[str, ...]  # paragraphs
+    tables: Sequence[Grid]
+    details: Sequence[Grid]  # tables that are folded away
+    pictures: Sequence[Picture]
+    claims: Sequence[Claim]

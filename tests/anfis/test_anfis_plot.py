@@ -1,0 +1,72 @@
+"""The pictures of learning: what is on the axes, and that nothing is drawn of what has no picture."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+import anfis
+import fuzzy
+from anfis.plot import TrainingPlotError
+
+torch.set_num_threads(1)
+X = np.random.default_rng(4).uniform(-1, 1, (60, 3))
+Y = np.sin(3 * X[:, 0]) + X[:, 1] * X[:, 2]
+START = fuzzy.identify(X, Y, "grid", kind="gaussmf", fit=False)
+RESULT = anfis.train(START, X, Y, anfis.Options(epochs=8), check=(X[:20] + 0.01, Y[:20] + 0.05))
+
+
+def test_training_marks_the_least_checking_error(tmp_path):
+    figure = anfis.plot_training(RESULT.history)
+    errors, steps = figure.axes
+    best = min(RESULT.history, key=lambda row: row.check)
+    train, check, mark = errors.get_lines()
+    assert errors.get_yscale() == "log"
+    np.testing.assert_array_equal(train.get_ydata(), [row.train for row in RESULT.history])
+    np.testing.assert_array_equal(check.get_ydata(), [row.check for row in RESULT.history])
+    assert (mark.get_xdata()[0], mark.get_ydata()[0]) == (best.epoch, best.check)
+    np.testing.assert_array_equal(steps.get_lines()[0].get_ydata(), [row.step for row in RESULT.history])
+    fuzzy.save_figure(figure, tmp_path / "a.pdf")
+
+
+def test_training_without_checking_data_and_with_a_perfect_fit():
+    history = [anfis.Epoch(0, 1.0, float("nan"), 0.1, 3), anfis.Epoch(1, 0.0, float("nan"), 0.1, 3)]
+    errors = anfis.plot_training(history).axes[0]
+    assert errors.get_yscale() == "linear"
+    assert [line.get_label() for line in errors.get_lines()] == ["training", "least training error: 0, epoch 1"]
+    assert anfis.plot_training(history[:1]).axes[0].get_yscale() == "log"
+    with pytest.raises(TrainingPlotError, match="no epoch"):
+        anfis.plot_training([])
+
+
+def test_premises_before_and_after(tmp_path):
+    figure = anfis.plot_premises(START, RESULT.system)
+    shown = [ax for ax in figure.axes if ax.get_visible()]
+    assert [ax.get_xlabel() for ax in shown] == ["input1", "input2", "input3"]
+    for ax, old, new in zip(shown, START.inputs, RESULT.system.inputs, strict=True):
+        lines = ax.get_lines()
+        assert len(lines) == 4
+        for k, name in enumerate(old.terms):
+            before, after = lines[2 * k : 2 * k + 2]
+            assert before.get_linestyle() == "--"
+            np.testing.assert_allclose(before.get_ydata(), old.terms[name](before.get_xdata()))
+            np.testing.assert_allclose(after.get_ydata(), new.terms[name](after.get_xdata()))
+    fuzzy.save_figure(figure, tmp_path / "a.png")
+    other = replace(START, inputs=[replace(START.inputs[0], name="else"), *START.inputs[1:]], rules=())
+    with pytest.raises(TrainingPlotError, match="same inputs and terms"):
+        anfis.plot_premises(START, other)
+
+
+def test_fit_shows_data_output_and_residuals(tmp_path):
+    figure = anfis.plot_fit(RESULT.system, X + 0.5, Y)  # outside the universes too, without a warning
+    over, against, residuals = figure.axes
+    data, found = over.get_lines()
+    np.testing.assert_array_equal(data.get_ydata(), Y)
+    expected = replace(RESULT.system, out_of_range="ignore")(X + 0.5)[:, 0]
+    np.testing.assert_array_equal(found.get_ydata(), expected)
+    np.testing.assert_array_equal(against.get_lines()[1].get_xdata(), Y)
+    assert sum(bar.get_height() for bar in residuals.patches) == len(Y)
+    fuzzy.save_figure(figure, tmp_path / "a.svg")
+    with pytest.raises(anfis.DataError, match=r"given inputs must be \(samples, 3\)"):
+        anfis.plot_fit(RESULT.system, X[:, :2], Y)

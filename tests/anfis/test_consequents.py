@@ -1,0 +1,202 @@
+"""Least squares against numpy's, against itself in blocks, and sample by sample."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+import fuzzy
+from anfis.consequents import (
+    NormalEquations,
+    consequent_terms,
+    empty_equations,
+    groups,
+    present_values,
+    recursive_start,
+    recursive_step,
+    solve,
+)
+from anfis.data import DataError, samples
+from anfis.network import Network, Point
+from anfis.premises import premises
+from fuzzy.inference import infer
+from fuzzy.system import Constant, Linear
+
+torch.set_num_threads(1)
+RNG = np.random.default_rng(5)
+FIS = fuzzy.Sugeno(
+    [
+        fuzzy.Variable("p", (-1, 3), {"low": fuzzy.Gaussian(1.2, -0.5), "high": fuzzy.Gaussian(1.0, 2.5)}),
+        fuzzy.Variable("q", (10, 30), {"low": fuzzy.Bell(6, 2, 12), "high": fuzzy.Bell(7, 3, 27)}),
+    ],
+    [
+        fuzzy.Variable(
+            "v", (0, 4), {"a": Linear((1.0, -0.1), 0.5), "b": Linear((0.3, 0.2), -1), "idle": Linear((7, 8), 9)}
+        ),
+        fuzzy.Variable("w", (-2, 6), {"c": Constant(1.5), "d": Linear((-0.5, 0.05), 0.25)}),
+    ],
+    [
+        "if p is low and q is low then v is a, w is c",
+        "if p is low and q is high then v is b",
+        "if p is high and q is low then v is a, w is d with 0.5",
+        "if p is high and q is high then v is b, w is d",
+    ],
+    name="shared",
+)
+X = RNG.uniform([-1, 10], [3, 30], (60, 2))
+
+
+def network_of(fis: fuzzy.Sugeno, ridge: float = 0.0, block: int = 1000) -> Network:
+    return Network(
+        premises(fis, dtype=torch.float64, device="cpu"), groups(fis, torch.float64, "cpu"), ridge=ridge, block=block
+    )
+
+
+def sums(a: np.ndarray, y: np.ndarray) -> NormalEquations:
+    a, y = torch.tensor(a), torch.tensor(y)
+    return empty_equations(a, y).plus(a, y)
+
+
+def test_full_rank_is_numpys_answer():
+    a, y = RNG.normal(size=(50, 7)), RNG.normal(size=(50, 2))
+    values, rank = solve(sums(a, y))
+    assert rank == 7
+    np.testing.assert_allclose(values, np.linalg.lstsq(a, y, rcond=None)[0], atol=1e-12)
+
+
+@pytest.mark.parametrize("samples_", [50, 5])
+def test_a_low_rank_gives_the_minimum_norm_and_says_so(samples_):
+    a = RNG.normal(size=(samples_, 4)) @ RNG.normal(size=(4, 9))
+    y = RNG.normal(size=(samples_, 1))
+    values, rank = solve(sums(a, y))
+    expected, _, expected_rank, _ = np.linalg.lstsq(a, y, rcond=1e-10)
+    assert rank == expected_rank == 4
+    np.testing.assert_allclose(values, expected, atol=1e-9)
+
+
+def test_more_parameters_than_samples_pass_through_them():
+    a, y = RNG.normal(size=(4, 9)), RNG.normal(size=(4, 1))
+    values, rank = solve(sums(a, y))
+    assert rank == 4
+    np.testing.assert_allclose(a @ values.numpy(), y, atol=1e-9)
+    np.testing.assert_allclose(values, np.linalg.lstsq(a, y, rcond=None)[0], atol=1e-9)
+
+
+def test_ridge_is_relative_to_the_mean_diagonal():
+    a, y = RNG.normal(size=(20, 5)), RNG.normal(size=(20, 1))
+    gram = a.T @ a
+    expected = np.linalg.solve(gram + 0.3 * np.diag(gram).mean() * np.eye(5), a.T @ y)
+    np.testing.assert_allclose(solve(sums(a, y), 0.3).values, expected, atol=1e-13)
+
+
+def test_nothing_to_solve_and_too_much():
+    assert solve(sums(np.zeros((3, 0)), np.ones((3, 2)))).values.shape == (0, 2)
+    values, rank = solve(sums(np.zeros((3, 2)), np.ones((3, 1))))
+    assert rank == 0
+    assert not values.any()
+    with pytest.raises(DataError, match="overflow"):
+        solve(sums(np.full((3, 2), 1e200), np.ones((3, 1))))
+
+
+@pytest.mark.parametrize("defuzzification", ["wtaver", "wtsum"])
+def test_the_network_is_the_system(defuzzification):
+    fis = replace(FIS, defuzzification=defuzzification)
+    network = network_of(fis)
+    start = network.start()
+    output = network.output(start.free, start.values, network.premises.scale(torch.tensor(X)))
+    np.testing.assert_allclose(output, fis(X), rtol=1e-12, atol=1e-12)
+
+
+def test_consequents_survive_the_scaling():
+    network = network_of(FIS)
+    p = network.premises
+    back = consequent_terms(FIS, network.groups, present_values(FIS, network.groups, p.low, p.span), p.low, p.span)
+    for output, terms in zip(FIS.outputs, back, strict=True):
+        for before, after in zip(output.terms.values(), terms, strict=True):
+            assert type(before) is type(after)
+            np.testing.assert_allclose(before.parameters, after.parameters, rtol=1e-12)
+
+
+@pytest.mark.parametrize("defuzzification", ["wtaver", "wtsum"])
+def test_shared_terms_and_rules_that_leave_an_output_out(defuzzification):
+    """Against a design matrix built from the inference, in the inputs' own units."""
+    fis = replace(FIS, defuzzification=defuzzification)
+    y = np.stack([np.sin(X[:, 0]) + 0.1 * X[:, 1], X[:, 0] * X[:, 1] / 20], axis=1)
+    network = network_of(fis)
+    data = samples(fis, X, y, "training").to(torch.float64, "cpu")
+    start = network.start()
+    fit = network.fit(start.free, data)
+    answer = network.system(Point(start.free, [s.values for s in fit.solutions]))(X)
+    layers = infer(fis, X)
+    x1 = np.column_stack([X, np.ones(len(X))])
+    for j, output in enumerate(fis.outputs):
+        consequent = fis.structure.consequent[j]
+        share = layers.firing if defuzzification == "wtsum" else layers.weights
+        share = share * (consequent >= 0)
+        if defuzzification == "wtaver":
+            share = share / share.sum(axis=1, keepdims=True)
+        columns = []
+        for t, term in enumerate(output.terms.values()):
+            w = share[:, consequent == t].sum(axis=1)[:, None]
+            columns.append(w * (x1 if isinstance(term, Linear) else x1[:, -1:]))
+        design = np.concatenate(columns, axis=1)
+        np.testing.assert_allclose(
+            answer[:, j], design @ np.linalg.lstsq(design, y[:, j], rcond=None)[0], rtol=1e-8, atol=1e-8
+        )
+
+
+def test_a_term_that_no_rule_proposes_stays_as_it_is():
+    network = network_of(FIS)
+    data = samples(FIS, X, X, "training").to(torch.float64, "cpu")
+    start = network.start()
+    fit = network.fit(start.free, data)
+    assert [s.rank for s in fit.solutions] == [6, 4]
+    assert network.count == 10 + 6 + 4
+    system = network.system(Point(start.free, [s.values for s in fit.solutions]))
+    assert system["v"].terms["idle"] == FIS["v"].terms["idle"]
+
+
+def test_an_output_without_any_rule_stays_as_it_is():
+    rules = [replace(rule, then=(("v", dict(rule.then)["v"]),)) for rule in FIS.rules]
+    fis = replace(FIS, rules=rules)
+    network = network_of(fis)
+    data = samples(fis, X, X, "training").to(torch.float64, "cpu")
+    start = network.start()
+    fit = network.fit(start.free, data, gradient=True)
+    system = network.system(Point(start.free, [s.values for s in fit.solutions]))
+    assert system["w"] == fis["w"]
+    assert np.isfinite(fit.rmse)
+
+
+def test_blocks_are_one_block():
+    y = np.stack([np.sin(X[:, 0]), X[:, 1] / 10], axis=1)
+    data = samples(FIS, X, y, "training").to(torch.float64, "cpu")
+    whole, parts = network_of(FIS), network_of(FIS, block=7)
+    a = whole.fit(whole.start().free, data, gradient=True)
+    b = parts.fit(parts.start().free, data, gradient=True)
+    assert a.rmse == pytest.approx(b.rmse, rel=1e-10)
+    ours, theirs = ([*f.gradient, *(s.values for s in f.solutions)] for f in (a, b))
+    for p, q in zip(ours, theirs, strict=True):
+        torch.testing.assert_close(p, q, rtol=1e-8, atol=1e-8)
+    point = Point(whole.start().free, [s.values for s in a.solutions])
+    for p, q in zip(whole.reduced(point, data), parts.reduced(point, data), strict=True):
+        torch.testing.assert_close(p, q, rtol=1e-8, atol=1e-8)
+
+
+def test_recursive_least_squares_is_the_batch():
+    a, y = RNG.normal(size=(80, 6)), RNG.normal(size=(80, 2))
+    state = recursive_start(torch.zeros(6, 2, dtype=torch.float64), confidence=1e-8)
+    for row, target in zip(torch.tensor(a), torch.tensor(y), strict=True):
+        state = recursive_step(state, row, target)
+    np.testing.assert_allclose(state.values, np.linalg.lstsq(a, y, rcond=None)[0], atol=1e-7)
+
+
+def test_recursive_least_squares_forgets():
+    """With forgetting λ the answer is the batch with weights λ^age."""
+    a, y, forgetting = RNG.normal(size=(60, 3)), RNG.normal(size=(60, 1)), 0.9
+    state = recursive_start(torch.zeros(3, 1, dtype=torch.float64), confidence=1e-8)
+    for row, target in zip(torch.tensor(a), torch.tensor(y), strict=True):
+        state = recursive_step(state, row, target, forgetting)
+    root = forgetting ** (np.arange(59, -1, -1)[:, None] / 2)
+    np.testing.assert_allclose(state.values, np.linalg.lstsq(root * a, root * y, rcond=None)[0], atol=1e-8)

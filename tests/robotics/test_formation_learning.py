@@ -1,0 +1,138 @@
+"""From formation data to robots that drive: clustering, learning, the closed loop, and the report's chapter."""
+
+import json
+import warnings
+
+import numpy as np
+import pytest
+
+import anfis
+import fuzzy
+from robotics.command import main
+from robotics.controllers import make_controller
+from robotics.controllers.leader_follower import OUTPUTS, load_networks
+from robotics.formation import measure_formation
+from robotics.formationdata import Recipe, checking, formation_data
+from robotics.formationlearning import FormationLearningError, learn_networks, write_networks
+from robotics.scenario import load_scenario
+from robotics.simulation import simulate
+
+SEEDS = range(10)
+
+
+def learnt(seed, method="hybrid"):
+    recipe = Recipe(kind="well-posed", seed=seed)
+    table, check = formation_data(recipe), formation_data(checking(recipe))
+    return learn_networks(table.names, table.values, check.values, options=anfis.Options(method=method, epochs=60))
+
+
+def driven(folder, experiment, correction="own-pose"):
+    law = make_controller(f"formation:networks={folder},correction={correction}")
+    return measure_formation(simulate(load_scenario(experiment), law, [0]))
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """Networks learnt from the well-posed set of each seed."""
+    return {seed: write_networks(learnt(seed), tmp_path_factory.mktemp(f"networks-{seed}")) for seed in SEEDS}
+
+
+@pytest.mark.parametrize(("experiment", "aligned_by"), [("formation-behind", 32.0), ("formation-ahead", 50.0)])
+def test_learnt_networks_drive_leader_and_followers(folders, experiment, aligned_by):
+    """Chapters 5-6, I: with own-pose correction, at least 9 of 10 training seeds."""
+    good = 0
+    for folder in folders.values():
+        m = driven(folder, experiment)
+        lateral = m["max_lateral_error_m"][0]
+        good += bool(
+            m["alignment_time_s"][0, 0] <= aligned_by
+            and m["final_spread_m"][0, 0] <= 0.03
+            and lateral[0] <= 0.08
+            and lateral[1:].max() <= 0.02
+        )
+    assert good >= 9
+
+
+def test_the_thesis_open_loop_followers_align_too_but_drift(folders):
+    """Without correction the followers integrate the error of w_f; the leader is as good as with it."""
+    for experiment in ("formation-behind", "formation-ahead"):
+        corrected, opened = driven(folders[0], experiment), driven(folders[0], experiment, "none")
+        assert np.isfinite(opened["alignment_time_s"][0, 0])
+        assert opened["max_lateral_error_m"][0, 1:].min() > 2 * corrected["max_lateral_error_m"][0, 1:].max()
+
+
+def test_a_network_read_back_gives_the_same_bits_and_is_explained(folders, tmp_path):
+    for network, name in zip(load_networks(str(folders[0])), OUTPUTS, strict=True):
+        points = np.random.default_rng(0).uniform([-4, -0.6, -0.5, -4], [6, 0.6, 0.5, 4], (50, 4))
+        fuzzy.write_fis(network, tmp_path / "again.fis")
+        again = fuzzy.read_fis(tmp_path / "again.fis")
+        np.testing.assert_array_equal(network(points), again(points))
+        assert f"{name} = " in str(fuzzy.explain(again, points[0]))
+
+
+def on_the_curve():
+    """The well-posed formations on the curve alone, with (dx, y, θ) as inputs: W3 of chapters 5-6, B."""
+    recipe = Recipe(kind="well-posed", coverage=0.0, jitter=0.0)
+    table, check = formation_data(recipe), formation_data(checking(recipe))
+    kept = [k for k, name in enumerate(table.names) if name != "x_l"]
+    return [table.names[k] for k in kept], table.values[:, kept], check.values[:, kept]
+
+
+def test_eight_rules_on_the_curve():
+    """Chapters 5-6, I: clustering and 60 epochs. w_l misses both its rows; w_f misses ANFIS60's by 3 %."""
+    names, values, check = on_the_curve()
+    networks = {n.output: n for n in learn_networks(names, values, check, options=anfis.Options(epochs=60))}
+    clustering = {"v_l": 7e-3, "v_f": 1.2e-3, "w_f": 4e-3}
+    learning = {"v_l": 3e-3, "v_f": 1e-3}
+    for output, limit in clustering.items():
+        assert networks[output].trial.rules == 8
+        assert networks[output].training.history[0].train <= limit
+    for output, limit in learning.items():
+        best = networks[output].training.history[networks[output].training.best]
+        assert best.train <= limit
+        assert best.check <= 1.2 * best.train
+    for output, network in networks.items():
+        errors = [row.train for row in network.training.history]
+        assert min(errors) < errors[0], output
+
+
+def test_second_order_on_the_curve():
+    """Chapters 5-6, I: 3e-4 with second-order learning; w_f misses it (1.6e-3)."""
+    names, values, check = on_the_curve()
+    options = anfis.Options(method="second-order", epochs=60)
+    networks = {n.output: n for n in learn_networks(names, values, check, options=options)}
+    for output in ("v_l", "w_l", "v_f"):
+        assert min(row.train for row in networks[output].training.history) <= 3e-4, output
+
+
+def test_data_without_the_columns_are_refused(tmp_path, capsys):
+    with pytest.raises(FormationLearningError, match="v_l, w_l, v_f, w_f"):
+        learn_networks(["x_l", "v_l"], np.zeros((5, 2)))
+    bad = tmp_path / "bad.csv"
+    bad.write_text("x_l,y_l,theta_l,v_l\n0,0,0,1\n1,0,0,1\n", encoding="utf-8")
+    assert main(["learn", str(bad), "-o", str(tmp_path / "n"), "-q"]) == 2
+    assert "got the columns x_l, y_l, theta_l, v_l" in capsys.readouterr().err
+
+
+def test_the_command_learns_and_the_robots_drive(tmp_path, capsys):
+    data, folder = tmp_path / "data.csv", tmp_path / "networks"
+    assert main(["dataset", "formation", "--kind", "well-posed", "-o", str(data)]) == 0
+    capsys.readouterr()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert main(["learn", str(data), "-o", str(folder), "--method", "least-squares", "--json", "-q"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert [n["output"] for n in printed["networks"]] == list(OUTPUTS)
+    assert all(n["train_rmse"] == n["clustering_rmse"] for n in printed["networks"])
+    assert main(["run", "formation-behind", "-c", f"formation:networks={folder}", "--json", "-q"]) == 0
+    metrics = json.loads(capsys.readouterr().out)["metrics"]
+    assert np.shape(metrics["alignment_time_s"]) == (1, 3)
+
+
+def test_the_thesis_systems_are_those_of_the_tables():
+    from pathlib import Path
+
+    root = Path(__file__).parents[2]
+    for number, output in enumerate(OUTPUTS, start=1):
+        (file,) = (root / "datasets" / "thesis").glob(f"network-{number}-*.fis")
+        assert file.read_bytes() == (root / "robotics" / "rulebases" / "thesis" / f"{output}.fis").read_bytes()
