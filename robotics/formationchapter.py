@@ -157,7 +157,7 @@ def _driving(runs: dict[tuple[str, str], Run]) -> Grid:
                 experiment,
                 title,
                 f"{aligned:.1f}" if np.isfinite(aligned) else "never",
-                f"{m['final_spread_m'][0, 0]:.3f}",
+                f"{m['final_spread_m'][0, 0]:.3f}" if np.isfinite(m["final_spread_m"][0, 0]) else "not reached",
                 f"{lateral[0]:.3f}",
                 f"{lateral[1:].max():.3f}",
             )
@@ -275,7 +275,6 @@ def _said(run: Run) -> str:
     m = measure_formation(run)
     aligned = float(m["alignment_time_s"][0, 0])
     when = f"aligned after {aligned:.1f} s" if np.isfinite(aligned) else "never aligned"
-    return (
-        f"{when}, spread {m['final_spread_m'][0, 0]:.3f} m, lateral errors up to "
-        f"{m['max_lateral_error_m'][0].max():.2f} m"
-    )
+    spread = float(m["final_spread_m"][0, 0])
+    end = f"spread {spread:.3f} m" if np.isfinite(spread) else "the end of the path not reached"
+    return f"{when}, {end}, lateral errors up to {m['max_lateral_error_m'][0].max():.2f} m"
