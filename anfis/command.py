@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fuzzy.errors import InputError
-from fuzzy.terminal import INTERRUPTED, print_json, run
+from fuzzy.terminal import INTERRUPTED, application, print_json, run
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,13 +20,7 @@ if TYPE_CHECKING:
     from anfis.state import Epoch
     from fuzzy.system import Sugeno
 
-app = typer.Typer(
-    help="Learn Sugeno fuzzy systems from data.",
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+app = application("Learn Sugeno fuzzy systems from data.")
 
 Data = Annotated[Path, typer.Argument(metavar="DATA.csv", help="A table of numbers with a header line.")]
 Fis = Annotated[Path, typer.Argument(metavar="NET.fis", help="A Sugeno system, a .fis file.")]

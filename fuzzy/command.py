@@ -13,20 +13,14 @@ import typer
 
 from fuzzy import datacommand
 from fuzzy.errors import InputError
-from fuzzy.terminal import FAILED, plain, print_json, run
+from fuzzy.terminal import FAILED, application, plain, print_json, run
 
 if TYPE_CHECKING:
     import numpy as np
 
     from fuzzy.system import Sugeno
 
-app = typer.Typer(
-    help="Look at, check, draw, evaluate and identify Sugeno fuzzy systems in MATLAB's .fis files.",
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+app = application("Look at, check, draw, evaluate and identify Sugeno fuzzy systems in MATLAB's .fis files.")
 
 FisFile = Annotated[Path, typer.Argument(metavar="FILE", help="A Sugeno system, a .fis file.", show_default=False)]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]

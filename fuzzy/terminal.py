@@ -16,6 +16,17 @@ OK, FAILED, USAGE, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 _ClickError: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
 
 
+def application(purpose: str) -> typer.Typer:
+    """A command line to add commands to, as all of ours are: plain help, -h as well as --help, no completion."""
+    return typer.Typer(
+        help=purpose,
+        add_completion=False,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+
+
 def run(
     app: typer.Typer,
     errors: tuple[type[Exception], ...] = (),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fuzzy.errors import InputError
-from fuzzy.terminal import INTERRUPTED, USAGE, print_json, run
+from fuzzy.terminal import INTERRUPTED, USAGE, application, print_json, run
 from robotics.datasetcommand import dataset
 from robotics.learncommand import learn
 from robotics.progress import Begin, progress_bar
@@ -25,13 +25,7 @@ if TYPE_CHECKING:
     from robotics.claims import Claim
     from robotics.comparison import Comparison
 
-app = typer.Typer(
-    help="Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.",
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+app = application("Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.")
 
 app.add_typer(dataset, name="dataset")
 app.command()(learn)

@@ -106,6 +106,3 @@ def gains_of(law: Controller) -> dict[str, Any]:
         for f in fields(law)  # type: ignore[arg-type]
         if f.init and f.name != "level" and f.name not in idle
     }
-
-
-controller = make_controller
