@@ -291,30 +291,31 @@ def _parameter_at(shape: Shape, edges: np.ndarray, measured: np.ndarray, s: np.n
 
 
 @njit(cache=True, error_model="numpy")
-def lookup(table, length, s):  # type: ignore[no-untyped-def]
-    """Cubic Hermite interpolation: positions with the tangent (cos, sin) of the heading, headings with κ."""
-    out = np.empty((4, s.shape[0]))
-    cells = table.shape[1] - 1
+def point(table, first, cells, length, s):  # type: ignore[no-untyped-def]
+    """x, y, heading and curvature at one abscissa ``s`` of the path whose nodes begin at column ``first``.
+
+    Cubic Hermite interpolation: positions with the tangent (cos, sin) of the heading, headings with κ.
+    """
     h = length / cells
-    for i in range(s.shape[0]):
-        place = min(max(s[i], 0.0), length) / h
-        k = min(int(place), cells - 1)
-        t = place - k
-        # The basis functions for values (left, right) and for slopes (left, right)
-        right = t * t * (3 - 2 * t)
-        left = 1 - right
-        slope_left = t * (1 - t) * (1 - t) * h
-        slope_right = -t * t * (1 - t) * h
-        a, b = table[2, k], table[2, k + 1]
-        out[0, i] = left * table[0, k] + right * table[0, k + 1] + slope_left * np.cos(a) + slope_right * np.cos(b)
-        out[1, i] = left * table[1, k] + right * table[1, k + 1] + slope_left * np.sin(a) + slope_right * np.sin(b)
-        out[2, i] = left * a + right * b + slope_left * table[3, k] + slope_right * table[3, k + 1]
-        out[3, i] = (1 - t) * table[3, k] + t * table[3, k + 1]
-    return out
+    place = min(max(s, 0.0), length) / h
+    k = min(int(place), cells - 1)
+    t = place - k
+    k += first
+    # The basis functions for values (left, right) and for slopes (left, right)
+    right = t * t * (3 - 2 * t)
+    left = 1 - right
+    slope_left = t * (1 - t) * (1 - t) * h
+    slope_right = -t * t * (1 - t) * h
+    a, b = table[2, k], table[2, k + 1]
+    x = left * table[0, k] + right * table[0, k + 1] + slope_left * np.cos(a) + slope_right * np.cos(b)
+    y = left * table[1, k] + right * table[1, k + 1] + slope_left * np.sin(a) + slope_right * np.sin(b)
+    heading = left * a + right * b + slope_left * table[3, k] + slope_right * table[3, k + 1]
+    return x, y, heading, (1 - t) * table[3, k] + t * table[3, k + 1]
 
 
 @njit(cache=True, error_model="numpy")
 def _points(table, length, s):  # type: ignore[no-untyped-def]
-    # Python calls this, compiled code calls lookup: Numba 0.68 cannot hand an array to Python from a function that it
-    # had loaded from its cache as a part of another ("'descr' is NULL").
-    return lookup(table, length, s)
+    out = np.empty((4, s.shape[0]))
+    for i in range(s.shape[0]):
+        out[0, i], out[1, i], out[2, i], out[3, i] = point(table, 0, table.shape[1] - 1, length, s[i])
+    return out

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from robotics.path import Path, PathError, X, lookup
+from robotics.path import Path, PathError, X, point
+from robotics.paths import Paths, join_paths
 from robotics.quantity import check_quantities, quantity
 
 
@@ -26,12 +27,17 @@ class Timing:
     duration: float | None = quantity(None, "s", above=0.0)
     x_rate: float | None = quantity(None, "m/s", above=0.0)
     start: float = quantity(0.0, "m", least=0.0)  # the abscissa at time 0
+    ramp: float = quantity(0.0, "s", least=0.0)  # over which the speed rises at the start and falls at the end
 
     def __post_init__(self) -> None:
         check_quantities(self, PathError)
         given = {n: getattr(self, n) for n in ("speed", "duration", "x_rate") if getattr(self, n) is not None}
         if len(given) != 1:
             raise PathError(f"timing: give exactly one of speed, duration and x_rate, got {', '.join(given) or 'none'}")
+        if self.ramp and self.x_rate is not None:
+            raise PathError("timing: ramp goes with speed or duration, not with x_rate")
+        if self.duration is not None and 2 * self.ramp > self.duration:
+            raise PathError(f"timing: two ramps of {self.ramp:g} s do not fit into {self.duration:g} s")
 
 
 class Reference(NamedTuple):
@@ -52,20 +58,28 @@ class Trajectory:
     paths: tuple[Path, ...]
     tables: np.ndarray = field(repr=False)  # (robots, 2, nodes): abscissa [m] and its rate [m/s] at equal time steps
     ends: np.ndarray = field(repr=False)  # (robots,) s, when each reference reaches the end of its path
+    joined: Paths = field(init=False, repr=False, compare=False)  # the same paths, for looking at all at once
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "joined", join_paths(self.paths))
 
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]; after its end a reference rests there."""
-        rows = np.empty((6, len(self.paths)))
-        for i, path in enumerate(self.paths):
-            _refer(path.table, path.length, self.tables[i], self.ends[i], time, rows[:, i])
-        return Reference(*rows)
+        return Reference(*self._rows(np.array([time], dtype=float))[:, 0])
 
     def sampled(self, times: np.ndarray) -> Reference:
         """The references at ``times`` (n,) [s]; each field is (n, robots)."""
-        rows = np.empty((6, len(times), len(self.paths)))
-        for i, path in enumerate(self.paths):
-            _refer_each(path.table, path.length, self.tables[i], self.ends[i], times, rows[:, :, i])
-        return Reference(*rows)
+        return Reference(*self._rows(np.asarray(times, dtype=float)))
+
+    def each_at(self, times: np.ndarray) -> Reference:
+        """Each robot's reference at a time of its own, ``times`` (n, robots) [s]; each field is (n, robots)."""
+        j = self.joined
+        return Reference(*_refer_each(j.table, j.first, j.cells, j.lengths, self.tables, self.ends, times))
+
+    def _rows(self, times: np.ndarray) -> np.ndarray:
+        j = self.joined
+        spread = np.repeat(times[:, None], len(self.paths), axis=1)
+        return np.asarray(_refer_each(j.table, j.first, j.cells, j.lengths, self.tables, self.ends, spread))
 
 
 def compile_trajectory(paths: tuple[Path, ...], timings: tuple[Timing, ...]) -> Trajectory:
@@ -77,13 +91,31 @@ def compile_trajectory(paths: tuple[Path, ...], timings: tuple[Timing, ...]) -> 
             raise PathError(f"timing: start {timing.start:g} m lies at or beyond the path's end, {path.length:g} m")
         rest = path.length - timing.start
         if timing.x_rate is None:
-            end = timing.duration if timing.duration is not None else rest / (timing.speed or inf)
-            s = timing.start + rest * np.linspace(0, 1, nodes)
-            rate = np.full(nodes, rest / end)
+            end, s, rate = _ramped(rest, timing, nodes)
+            s = timing.start + s
         else:
             end, s, rate = _even_in_x(path, timing.start, timing.x_rate, nodes)
         tables[i], ends[i] = np.stack([s, rate]), end
     return Trajectory(paths, tables, ends)
+
+
+def _ramped(rest: float, timing: Timing, nodes: int) -> tuple[float, np.ndarray, np.ndarray]:
+    """Constant speed over ``rest`` [m] between two linear ramps."""
+    ramp = timing.ramp
+    if timing.duration is not None:
+        end = timing.duration
+        speed = rest / (end - ramp)
+    else:
+        speed = timing.speed or inf
+        ramp = min(ramp, rest / speed)  # a path too short for the speed is driven in a triangle
+        end = rest / speed + ramp
+    if ramp == 0.0:
+        return end, rest * np.linspace(0, 1, nodes), np.full(nodes, rest / end)
+    t = np.linspace(0.0, end, nodes)
+    left = end - t
+    s = np.where(t < ramp, speed * t**2 / (2 * ramp), speed * (t - ramp / 2))
+    s = np.where(left < ramp, rest - speed * left**2 / (2 * ramp), s)
+    return end, s, speed * np.minimum(1.0, np.minimum(t, left) / ramp)
 
 
 def _even_in_x(path: Path, start: float, x_rate: float, nodes: int) -> tuple[float, np.ndarray, np.ndarray]:
@@ -102,32 +134,31 @@ def _even_in_x(path: Path, start: float, x_rate: float, nodes: int) -> tuple[flo
 
 
 @njit(cache=True, error_model="numpy")
-def _refer(table, length, law, end, time, out):  # type: ignore[no-untyped-def]
-    cells = law.shape[1] - 1
-    h = end / cells
-    place = min(max(time, 0.0), end) / h
-    k = min(int(place), cells - 1)
-    t = place - k
-    right = t * t * (3 - 2 * t)
-    s = (
-        (1 - right) * law[0, k]
-        + right * law[0, k + 1]
-        + (t * (1 - t) * (1 - t) * law[1, k] - t * t * (1 - t) * law[1, k + 1]) * h
-    )
-    rate = (1 - t) * law[1, k] + t * law[1, k + 1]
-    if time >= end:
-        s = length
-        rate = 0.0
-    point = lookup(table, length, np.array([s]))
-    out[0] = point[0, 0]
-    out[1] = point[1, 0]
-    out[2] = point[2, 0]
-    out[3] = rate
-    out[4] = rate * point[3, 0]
-    out[5] = s
-
-
-@njit(cache=True, error_model="numpy")
-def _refer_each(table, length, law, end, times, out):  # type: ignore[no-untyped-def]
-    for k in range(times.shape[0]):
-        _refer(table, length, law, end, times[k], out[:, k])
+def _refer_each(table, first, cells, lengths, laws, ends, times):  # type: ignore[no-untyped-def]
+    out = np.empty((6, times.shape[0], times.shape[1]))
+    last = laws.shape[2] - 1
+    for n in range(times.shape[0]):
+        for i in range(times.shape[1]):
+            end = ends[i]
+            h = end / last
+            place = min(max(times[n, i], 0.0), end) / h
+            k = min(int(place), last - 1)
+            t = place - k
+            right = t * t * (3 - 2 * t)
+            s = (
+                (1 - right) * laws[i, 0, k]
+                + right * laws[i, 0, k + 1]
+                + (t * (1 - t) * (1 - t) * laws[i, 1, k] - t * t * (1 - t) * laws[i, 1, k + 1]) * h
+            )
+            rate = (1 - t) * laws[i, 1, k] + t * laws[i, 1, k + 1]
+            if times[n, i] >= end:
+                s = lengths[i]
+                rate = 0.0
+            x, y, heading, curvature = point(table, first[i], cells[i], lengths[i], s)
+            out[0, n, i] = x
+            out[1, n, i] = y
+            out[2, n, i] = heading
+            out[3, n, i] = rate
+            out[4, n, i] = rate * curvature
+            out[5, n, i] = s
+    return out
