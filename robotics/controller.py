@@ -10,6 +10,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from robotics.plant import Level
+from robotics.radio import Heard
 from robotics.trajectory import Reference, Trajectory
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ class Observation(NamedTuple):
     w: np.ndarray  # (runs, robots) rad/s, from the encoders over the last period
     reference: Reference  # (robots,) each field: the target at this time
     trajectory: Trajectory  # each robot's own path and timing, for looking ahead
+    heard: Heard | None = None  # what the radio brought, for a law that says something
 
 
 class Command(NamedTuple):
@@ -40,10 +42,17 @@ class Command(NamedTuple):
     second: np.ndarray  # (runs, robots): ω [rad/s], or the left wheel's torque [N m]
     v: np.ndarray  # (runs, robots) m/s: the speed that the law tries to reach; v_d of (2.13), (2.26)
     w: np.ndarray  # (runs, robots) rad/s
+    message: np.ndarray | None = None  # (fields, runs, robots): what each robot broadcasts
+    target: Reference | None = None  # (runs, robots) each field, if it is not the scenario's reference
+    progress: np.ndarray | None = None  # (runs, robots) the law's own path parameter, from 0 to 1
 
 
 class Controller(Protocol):
-    """A control law with its gains."""
+    """A control law with its gains.
+
+    A law whose robots talk has an attribute ``message``, the names of the values that each of them broadcasts; one
+    with a ``watchdog`` [s] stops a robot that has been without a new command for that long.
+    """
 
     @property
     def level(self) -> Level:

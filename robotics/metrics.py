@@ -26,7 +26,13 @@ class Metric(NamedTuple):
 
 
 def tracking_error(run: Run) -> PostureError:
-    """The posture error (5.9) of every sample; each field is (runs, robots, samples)."""
+    """The posture error (5.9) of every sample; each field is (runs, robots, samples).
+
+    The target is the scenario's reference, or in a team's run where the law wanted the robot to be.
+    """
+    if run.team is not None:
+        place = Reference(run["x_target"], run["y_target"], run["heading_target"], *([np.zeros(1)] * 3))
+        return posture_error(run["x"], run["y"], run["heading"], place)
     target = Reference(*(rows.T[None] for rows in run.reference))
     return posture_error(run["x"], run["y"], run["heading"], target)
 

@@ -88,6 +88,9 @@ def _nearest_of_all(table, first, cells, lengths, x, y, around, reach):  # type:
                 across = np.cos(heading) * dy - np.sin(heading) * dx
                 step = along / max(1 - curvature * across, 0.2)  # d²/ds² of half the squared distance
                 step = min(max(step, -limit), limit)
+                before = best
                 best = min(max(best + step, low), high)
+                if abs(best - before) < 1e-10:
+                    break
             out[r, i] = best
     return out

@@ -38,8 +38,9 @@ CHANNELS = 26
 (
     P_MASS, P_INERTIA, P_COUPLING, P_RADIUS, P_HALF_AXLE, P_VOLTAGE, P_KT, P_KE, P_TORQUE_LIMIT, P_FRICTION,
     P_FRICTION_SPEED, P_COUNT, P_KP, P_KI, P_KD, P_B0, P_B1, P_B2, P_A1, P_A2, P_V_MAX, P_W_MAX, P_WHEEL_MAX,
-) = range(23)  # fmt: skip
-PARAMETERS = 23
+    P_ODO_RIGHT, P_ODO_LEFT, P_ODO_HALF_AXLE,  # what odometry takes the wheels' radii and the axle to be
+) = range(26)  # fmt: skip
+PARAMETERS = 26
 
 _BLOCK = 16  # lanes: a multiple of every vector width in use
 # Rows of a block's scratch beyond the state and the parameters
@@ -75,6 +76,9 @@ def parameters(robot: Robot, step: float = 0.01) -> np.ndarray:
         P_V_MAX: robot.v_max,
         P_W_MAX: robot.w_max,
         P_WHEEL_MAX: robot.wheel_speed_max,
+        P_ODO_RIGHT: robot.wheel_radius,
+        P_ODO_LEFT: robot.wheel_radius,
+        P_ODO_HALF_AXLE: robot.half_axle,
     }
     return np.array([rows[i] for i in range(PARAMETERS)])
 
@@ -367,8 +371,9 @@ def _odometry(z, step):  # type: ignore[no-untyped-def]
     """Read the encoders after the step: wheel speeds for the loops, and the pose that their counts tell."""
     for i in range(_BLOCK):
         per_radian = z[(CHANNELS + P_COUNT) * _BLOCK + i]
-        r = z[(CHANNELS + P_RADIUS) * _BLOCK + i]
-        half = z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i]
+        radius_r = z[(CHANNELS + P_ODO_RIGHT) * _BLOCK + i]
+        radius_l = z[(CHANNELS + P_ODO_LEFT) * _BLOCK + i]
+        half = z[(CHANNELS + P_ODO_HALF_AXLE) * _BLOCK + i]
         count_r = np.floor(z[ANGLE_R * _BLOCK + i] * per_radian)
         count_l = np.floor(z[ANGLE_L * _BLOCK + i] * per_radian)
         turn_r = (count_r - z[_OLD_R * _BLOCK + i]) / per_radian
@@ -404,6 +409,6 @@ def _odometry(z, step):  # type: ignore[no-untyped-def]
         z[PAST_L * _BLOCK + i] = z[SPEED_L * _BLOCK + i]
         z[SPEED_R * _BLOCK + i] = smooth_r
         z[SPEED_L * _BLOCK + i] = smooth_l
-        forward = r * (turn_r + turn_l) / 2
-        turn = r * (turn_r - turn_l) / (2 * half)  # thesis (2.25), with 2 L between the wheels
+        forward = (radius_r * turn_r + radius_l * turn_l) / 2
+        turn = (radius_r * turn_r - radius_l * turn_l) / (2 * half)  # thesis (2.25), with 2 L between the wheels
         _arc(z, i, ODO_X, ODO_Y, ODO_HEADING, _OCOS, _OSIN, forward, 0.0, turn)

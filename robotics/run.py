@@ -32,6 +32,14 @@ CHANNELS: dict[str, str] = {
     "effort": "N² m² s",  # ∫ τr² + τl² dt so far
     "torque_variation": "N m",  # Σ |Δτr| + |Δτl| so far, at the wheel loops' 100 Hz
 }
+# Further channels of a team's run, in the order of ``Run.team``
+TEAM_CHANNELS: dict[str, str] = {
+    "progress": "1",  # the law's own path parameter; not-a-number if it has none
+    "x_target": "m",  # where the law wants the robot to be
+    "y_target": "m",
+    "heading_target": "rad",
+    "fault": "1",  # 0 none, 1 failure, 2 delay, 3 silence
+}
 REFERENCE: dict[str, str] = {"x": "m", "y": "m", "heading": "rad", "v": "m/s", "w": "rad/s", "s": "m"}
 
 
@@ -52,9 +60,13 @@ class Run:
     reference: np.ndarray = field(repr=False)  # (6, samples, robots): REFERENCE
     paths: tuple[np.ndarray, ...] = field(repr=False)  # per robot (2, nodes) m: the path's nodes
     stopped: np.ndarray = field(repr=False)  # (runs, robots) int: the sample at which it diverged, or -1
+    team: np.ndarray | None = field(default=None, repr=False)  # (samples, team channels, runs, robots)
+    links: np.ndarray | None = field(default=None, repr=False)  # (samples, runs, receivers, senders) s: age of messages
 
     def __getitem__(self, channel: str) -> np.ndarray:
-        """One channel (runs, robots, samples)."""
+        """One channel (runs, robots, samples); those of TEAM_CHANNELS only in a team's run."""
+        if channel in TEAM_CHANNELS and self.team is not None:
+            return np.moveaxis(self.team[:, list(TEAM_CHANNELS).index(channel)], 0, -1)
         return np.moveaxis(self.samples[:, list(CHANNELS).index(channel)], 0, -1)
 
     def target(self, name: str) -> np.ndarray:
@@ -84,7 +96,7 @@ class Run:
             "robot": np.tile(np.repeat(np.arange(1, robots + 1), n), runs),
             "time": np.tile(self.time, runs * robots),
         }
-        columns |= {name: self[name].ravel() for name in CHANNELS}
+        columns |= {name: self[name].ravel() for name in (*CHANNELS, *(TEAM_CHANNELS if self.team is not None else ()))}
         columns |= {f"{name}_reference": np.tile(self.target(name).ravel(), runs) for name in REFERENCE}
         return pd.DataFrame(columns)
 
@@ -92,6 +104,7 @@ class Run:
         """Write the run to ``path`` (.npz), whole or not at all; :func:`load_run` reads it back without loss."""
         about = {k: getattr(self, k) for k in ("scenario", "controller", "level")} | {"format": 1}
         arrays: dict[str, Any] = {f"path_{i}": nodes for i, nodes in enumerate(self.paths)}
+        arrays |= {k: v for k in ("team", "links") if (v := getattr(self, k)) is not None}
         try:
             with replacing(path) as temporary, temporary.open("wb") as file:
                 np.savez_compressed(
@@ -123,6 +136,8 @@ def load_run(path: str | Path) -> Run:
                 file["reference"],
                 tuple(file[f"path_{i}"] for i in range(file["reference"].shape[2])),
                 file["stopped"],
+                file.get("team"),
+                file.get("links"),
             )
     except OSError as error:
         raise RunError(f"{path}: cannot be read: {error.strerror or error}") from None

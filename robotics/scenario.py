@@ -21,6 +21,7 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.path import SHAPES, PathError, Shape, compile_path
 from robotics.quantity import accepted, check_quantities, is_number, quantity
+from robotics.radio import PRESETS, Fault, Radio, RadioError
 from robotics.robot import Robot, RobotError
 from robotics.trajectory import Timing, Trajectory, compile_trajectory
 
@@ -36,20 +37,30 @@ class Sensing:
     """How a robot knows its posture.
 
     ``posture`` "odometry": from its encoders alone, starting from where it believes to stand (``start``).
-    "pose": the true pose with white noise, drawn afresh every period.
+    "pose": the true pose with white noise, drawn afresh every period; with a ``filter_gain`` below 1 a complementary
+    filter joins both, predicting by odometry and correcting by that share.
     """
 
     posture: Literal["odometry", "pose"] = "odometry"
     position_noise: float = quantity(0.0, "m", least=0, most=10)  # standard deviation in x and in y, for "pose"
     heading_noise: float = quantity(0.0, "rad", least=0, most=pi)  # standard deviation, for "pose"
+    relative_noise: float = quantity(0.0, "1", least=0, most=1)  # x and y times 1 + this × normal (thesis 4.5: 0.1)
+    noise_start: float = quantity(0.0, "s", least=0)  # the noise acts from then on
+    noise_end: float | None = quantity(None, "s", above=0)  # and until then; none: to the end
+    filter_gain: float = quantity(1.0, "1", above=0, most=1)  # 1: no filter
+    # What odometry takes a wheel's radius and the axle to be: relative standard deviations over the seeds
+    wheel_error: float = quantity(0.0, "1", least=0, most=0.2)
+    axle_error: float = quantity(0.0, "1", least=0, most=0.2)
     # How far the robot truly stands from where it believes to stand: standard deviations over the seeds
     start_position: float = quantity(0.0, "m", least=0, most=10)
     start_heading: float = quantity(0.0, "rad", least=0, most=pi)
 
     def __post_init__(self) -> None:
         check_quantities(self, ScenarioError)
-        if self.posture == "odometry" and (self.position_noise or self.heading_noise):
-            raise ScenarioError('position_noise and heading_noise belong to posture = "pose"; odometry has its own')
+        own = {"position_noise": 0, "heading_noise": 0, "relative_noise": 0, "filter_gain": 1}
+        for name, default in own.items():
+            if self.posture == "odometry" and getattr(self, name) != default:
+                raise ScenarioError(f'{name} belongs to posture = "pose"; odometry has its own')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +71,7 @@ class Member:
     path: Shape
     timing: Timing
     robot: Robot = field(default_factory=Robot)
+    sensing: Sensing | None = None  # its own; none: the scenario's
 
     def __post_init__(self) -> None:
         if not all(isfinite(v) for v in self.start):
@@ -85,7 +97,11 @@ class Scenario:
     plant: Literal["dynamic", "kinematic"] = "dynamic"
     divergence: float = quantity(10.0, "m", above=0)  # a robot this far from its reference is stopped
     sensing: Sensing = field(default_factory=Sensing)
-    kind: Literal["tracking", "formation"] = "tracking"  # each robot its own reference, or a leader and followers
+    # Each robot its own reference; a leader and followers; or a team that shall arrive together
+    kind: Literal["tracking", "formation", "team"] = "tracking"
+    controller: str = ""  # the one to run if no other is asked for
+    radio: Radio = field(default_factory=Radio)  # of a team
+    faults: tuple[Fault, ...] = ()
     title: str = ""
     source: str = ""  # thesis section or paper, and what was chosen here
     trajectory: Trajectory = field(init=False, repr=False, compare=False)
@@ -105,6 +121,7 @@ class Scenario:
                 ScenarioError(f"duration must be at least a period, {self.period:g} s; got {self.duration!r}"),
                 "duration",
             )
+        self._check_team()
         trajectory = _compiled(self.robots)
         object.__setattr__(self, "trajectory", trajectory)
         self._check_feasible(trajectory)
@@ -118,6 +135,35 @@ class Scenario:
     def times(self) -> np.ndarray:
         """The times of the samples (ticks + 1,) [s], both ends included."""
         return np.arange(self.ticks + 1) * self.period
+
+    def _check_team(self) -> None:
+        """Robots that the radio and the faults name exist, and a team has one duration for all."""
+        count = len(self.robots)
+        try:
+            self.radio.adjacency(count)
+        except RadioError as error:
+            raise _about(error, "radio", getattr(error, "field", "graph")) from None
+        every = self.radio.period / self.period
+        if self.kind == "team" and abs(every - round(every)) > 1e-9:
+            raise _about(
+                ScenarioError(f"radio: period must be a multiple of {self.period:g} s, got {self.radio.period:g}"),
+                "radio",
+                "period",
+            )
+        for i, fault in enumerate(self.faults):
+            for name in ("robot", "other"):
+                number = getattr(fault, name)
+                if number is not None and not 1 <= number <= count:
+                    problem = ScenarioError(f"{name} must be a robot, 1 to {count}; got {number}")
+                    raise _about(problem, "faults", i, name)
+        if self.kind == "team":
+            if count < 2:
+                raise _about(ScenarioError("a team needs at least two robots"), "robots")
+            durations = [member.timing.duration for member in self.robots]
+            for i, (member, duration) in enumerate(zip(self.robots, durations, strict=True)):
+                if duration is None or duration != durations[0] or member.timing.ramp != self.robots[0].timing.ramp:
+                    problem = ScenarioError("a team arrives together: every timing has the same duration and ramp")
+                    raise _about(problem, "robots", i, "timing")
 
     def _check_feasible(self, trajectory: Trajectory) -> None:
         """Refuse a reference that no command can follow: |v| + L |ω| beyond what the wheels can turn."""
@@ -209,17 +255,38 @@ def parse_scenario(text: str, name: str, file: str = "<text>") -> Scenario:
         where = f":{line[1]}" if line else end
         raise ScenarioError(f"{file}{where}: this is not TOML: {error}") from None
     try:
-        common = table.pop("robot", {})
-        _expect_table(common, ("robot",))
-        members = table.pop("robots", [])
-        if not (isinstance(members, list) and members):
-            raise _about(ScenarioError("at least one [[robots]] table is needed"), "robots")
-        robots = tuple(_member(m, common, ("robots", i)) for i, m in enumerate(members))
-        return _build(Scenario, table, (), name=name, robots=robots)
-    except (ScenarioError, PathError, RobotError) as error:
+        return scenario_from_table(table, name)
+    except InputError as error:
         keys = getattr(error, "keys", ())
         line_number = _line_of(text, keys)
         raise ScenarioError(f"{file}:{line_number}: {error}") from None
+
+
+def scenario_from_table(table: dict[str, Any], name: str) -> Scenario:
+    """The scenario of a TOML file's ``table``, which is left as it is.
+
+    Raises an InputError whose attribute ``keys``, if it has one, says which keys of the table it is about.
+    """
+    rest = dict(table)
+    common = rest.pop("robot", {})
+    _expect_table(common, ("robot",))
+    members = rest.pop("robots", [])
+    if not (isinstance(members, list) and members):
+        raise _about(ScenarioError("at least one [[robots]] table is needed"), "robots")
+    robots = tuple(_member(m, common, ("robots", i)) for i, m in enumerate(members))
+    scenario: Scenario = _build(Scenario, rest, (), name=name, robots=robots)
+    if scenario.controller:
+        from robotics.controllers import make_controller  # a controller knows scenarios, not the other way round
+
+        try:  # its gains may not suit the graph, its messages not the radio
+            law = make_controller(scenario.controller)
+            law.init(scenario, 1)
+            scenario.radio.check_bandwidth(len(robots), len(getattr(law, "message", ())))
+        except RadioError as error:
+            raise _about(error, "radio", getattr(error, "field", "period")) from None
+        except InputError as error:
+            raise _about(error, "controller") from None
+    return scenario
 
 
 def _member(table: Any, common: dict[str, Any], keys: tuple[str | int, ...]) -> Member:
@@ -264,7 +331,7 @@ def _build(kind: type, table: dict[str, Any], keys: tuple[str | int, ...], **giv
         raise _about(ScenarioError(f"{kind.__name__.lower()} lacks {', '.join(missing)}"), *keys)
     try:
         return kind(**values)
-    except (ScenarioError, PathError, RobotError) as error:
+    except (ScenarioError, PathError, RobotError, RadioError) as error:
         if not hasattr(error, "keys"):
             about = getattr(error, "field", None)
             raise _about(error, *keys, *([about] if about else [])) from None
@@ -275,13 +342,29 @@ def _convert(value: Any, hint: Any, f: Any, keys: tuple[str | int, ...]) -> Any:
     def refuse(what: str) -> ValueError:
         return _about(ScenarioError(f"{f.name} must be {what}; got {value!r}"), *keys)
 
-    if hint in (Sensing, Timing):
-        _expect_table(value, keys)
-        return _build(hint, value, keys)
     origin = get_origin(hint)
     if origin in (Union, types.UnionType):
         hint = next(h for h in get_args(hint) if h is not type(None))
         origin = get_origin(hint)
+    if hint in (Sensing, Timing, Radio):
+        _expect_table(value, keys)
+        if hint is Radio and "preset" in value:
+            value = dict(value)
+            preset = value.pop("preset")
+            if not isinstance(preset, str) or preset not in PRESETS:
+                raise _about(ScenarioError(expected(str(preset), PRESETS, "radio preset")), *keys, "preset")
+            value = {**PRESETS[preset], **value}
+        return _build(hint, value, keys)
+    if hint == tuple[Fault, ...]:
+        if not isinstance(value, list):
+            raise refuse("tables [[faults]]")
+        for i, row in enumerate(value):
+            _expect_table(row, (*keys, i))
+        return tuple(_build(Fault, row, (*keys, i)) for i, row in enumerate(value))
+    if hint is int:
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise refuse("a whole number")
+        return value
     if origin is Literal:
         if value not in get_args(hint):
             raise refuse("one of " + ", ".join(map(repr, get_args(hint))))
@@ -296,6 +379,11 @@ def _convert(value: Any, hint: Any, f: Any, keys: tuple[str | int, ...]) -> Any:
         return value
     if origin is tuple:
         inner = get_args(hint)
+        if inner == (tuple[int, int], Ellipsis):
+            good = isinstance(value, list) and all(isinstance(e, list) and len(e) == 2 for e in value)
+            if not (good and all(type(i) is int for e in value for i in e)):
+                raise refuse("a list of pairs [sender, receiver], robots counted from 1")
+            return tuple((a, b) for a, b in value)
         if inner[-1] is Ellipsis:
             if not isinstance(value, list):
                 raise refuse("a list of points [x, y]")

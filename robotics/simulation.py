@@ -1,20 +1,21 @@
-"""The one simulation: sense, decide, move, record; all seeds of a scenario in one array pass.
+"""The one simulation: sense, hear, decide, record, say, move; all seeds of a scenario in one array pass.
 
 Every run draws from its own generator, seeded by its own seed: a run's result does not depend, to the last bit,
 on which runs are beside it.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from math import inf
 
 import numpy as np
 
 from fuzzy.errors import InputError
 from robotics import plant as p
 from robotics.controller import Controller, Observation
-from robotics.run import CHANNELS, REFERENCE, Run
+from robotics.radio import Channel, Faults
+from robotics.run import CHANNELS, REFERENCE, TEAM_CHANNELS, Run
 from robotics.scenario import STEP, Scenario
-
-_NOISE_BLOCK = 256  # periods of noise drawn at a time: bounds memory without a call a period and run
+from robotics.sensors import PostureSensors, encoder_counts, wheel_errors, wheel_odometry
 
 
 class SimulationError(InputError):
@@ -27,19 +28,25 @@ def simulate(
     seeds: Sequence[int] = (0,),
     *,
     name: str = "",
+    links: bool = False,
     progress: Callable[[], None] | None = None,
 ) -> Run:
     """Run ``controller`` on ``scenario`` once for every seed.
 
-    ``name`` is what the run calls the controller (default: its class); ``progress`` is called every period.
-    A robot whose command is not finite, or that is farther than ``scenario.divergence`` from its reference, is
+    ``name`` is what the run calls the controller (default: its class); ``progress`` is called every period. With
+    ``links`` the run keeps how old each robot's knowledge of each other was, (samples, runs, robots, robots).
+    A robot whose command is not finite, or that is farther than ``scenario.divergence`` from its target, is
     stopped: ``Run.stopped`` says when, and its samples after that are not-a-number.
     """
     seeds = _checked(seeds)
     runs, robots, ticks = len(seeds), len(scenario.robots), scenario.ticks
     shape, lanes = (runs, robots), runs * robots
+    parameters = np.tile(np.stack([p.parameters(m.robot, STEP) for m in scenario.robots], axis=1), (1, runs))
+    errors = wheel_errors(scenario, seeds)
+    if errors is not None:
+        parameters[p.P_ODO_RIGHT : p.P_ODO_HALF_AXLE + 1] *= errors
     machine = p.Plant(
-        np.tile(np.stack([p.parameters(m.robot, STEP) for m in scenario.robots], axis=1), (1, runs)),
+        parameters,
         steps=round(scenario.period / STEP),
         step=STEP,
         kinematic=scenario.plant == "kinematic",
@@ -48,27 +55,42 @@ def simulate(
     late_periods, late_steps = divmod(round(scenario.latency / STEP), machine.steps)
     generators = [np.random.default_rng(seed) for seed in seeds]
     state = _start(scenario, generators)
-    noise = _posture_noise(scenario, generators)
+    sensors = PostureSensors.of(scenario, generators, seeds)
+    fields: tuple[str, ...] = getattr(controller, "message", ())
+    channel = Channel.opened(scenario.radio, robots, seeds, scenario.period) if fields else None
+    air = channel.init(len(fields), runs) if channel else None
+    faults = Faults.drawn(scenario.faults, robots, seeds) if scenario.faults else None
+    watchdog: float = getattr(controller, "watchdog", inf)
     memory = controller.init(scenario, runs)
     pending = [np.zeros((2, lanes))] * (late_periods + 2)  # commands on their way, newest first
     counts = encoder_counts(machine.parameters, state)
+    posture: np.ndarray | None = None
+    order, held_for = np.zeros((2, *shape)), np.zeros(shape)
+    team = np.full((ticks + 1, len(TEAM_CHANNELS), *shape), np.nan) if scenario.kind == "team" else None
+    ages = np.full((ticks + 1, *shape, robots), np.inf, dtype=np.float32) if links else None
     stopped = np.full(shape, -1)
     samples = np.empty((ticks + 1, len(CHANNELS), runs, robots))
     reference = np.empty((len(REFERENCE), ticks + 1, robots))
     for k in range(ticks + 1):
-        target = scenario.trajectory.at(k * scenario.period)
+        time = k * scenario.period
+        target = scenario.trajectory.at(time)
         reference[:, k] = target
+        condition = faults.at(time) if faults else None
         # sense
         before, counts = counts, encoder_counts(machine.parameters, state)
         v, w = wheel_odometry(machine.parameters, (counts - before) / scenario.period)
+        v, w = v.reshape(shape), w.reshape(shape)
         now = state.reshape(-1, *shape)
-        posture = now[p.ODO_X : p.ODO_HEADING + 1] if noise is None else now[p.X : p.HEADING + 1] + next(noise)
+        posture = sensors.measure(time, now, posture, v, w, scenario.period)
+        # hear
+        heard = None
+        if channel and air is not None:
+            heard, air = channel.hear(air, k, condition)
         # decide
         x, y, heading = posture
-        seen = Observation(
-            k * scenario.period, x, y, heading, v.reshape(shape), w.reshape(shape), target, scenario.trajectory
-        )
+        seen = Observation(time, x, y, heading, v, w, target, scenario.trajectory, heard)
         command, memory = controller.control(seen, memory, scenario.period)
+        aim = command.target or target
         # record
         row = samples[k]
         row[:5] = now[: p.W + 1]
@@ -76,14 +98,32 @@ def simulate(
         row[8], row[9] = command.first, command.second
         row[10:12] = p.saturate(limits, command.v, command.w)
         row[12], row[13] = now[p.EFFORT], now[p.VARIATION]
+        if team is not None:
+            team[k, 0] = np.nan if command.progress is None else command.progress
+            team[k, 1], team[k, 2], team[k, 3] = aim.x, aim.y, aim.heading
+            team[k, 4] = 0 if condition is None else condition.code
+        if ages is not None and heard is not None:
+            ages[k] = np.where(heard.hears, heard.age, np.inf)
         # stop what is lost
-        offset = (now[p.X] - target.x) ** 2 + (now[p.Y] - target.y) ** 2
+        offset = (now[p.X] - aim.x) ** 2 + (now[p.Y] - aim.y) ** 2
         lost = ~(np.isfinite(row[8]) & np.isfinite(row[9]) & (offset < scenario.divergence**2)) & (stopped < 0)
-        order = row[8:10]
+        wish = np.stack([command.first, command.second])
+        if condition is not None:
+            # Without a new command a robot holds its last, until its watchdog stops it.
+            held_for = np.where(condition.held, held_for + scenario.period, 0.0)
+            wish = np.where(condition.held & (held_for <= watchdog), order, wish)
+            wish = np.where(condition.failed | (held_for > watchdog), 0.0, wish)
+            row[8:10] = wish
+        order = wish
         if lost.any() or (stopped >= 0).any():
             row[:, (stopped >= 0)] = np.nan
+            if team is not None:
+                team[k][:, (stopped >= 0)] = np.nan
             stopped = np.where(lost, k, stopped)
             order = np.where(stopped >= 0, 0.0, order)
+        # say
+        if channel and air is not None and command.message is not None:
+            air = channel.send(air, k, command.message, now[p.X], now[p.Y], condition)
         # move
         if k < ticks:
             pending = [order.reshape(2, lanes), *pending[:-1]]
@@ -102,6 +142,8 @@ def simulate(
         reference,
         tuple(path.table[:2] for path in scenario.trajectory.paths),
         stopped,
+        team,
+        ages,
     )
 
 
@@ -121,38 +163,3 @@ def _start(scenario: Scenario, generators: Sequence[np.random.Generator]) -> np.
     spread = np.array([sensing.start_position, sensing.start_position, sensing.start_heading])
     draws = np.concatenate([g.standard_normal((len(scenario.robots), 3)) for g in generators])
     return p.initial_state(believed + draws * spread, believed)
-
-
-def _posture_noise(scenario: Scenario, generators: Sequence[np.random.Generator]) -> Iterator[np.ndarray] | None:
-    """Noise on the measured posture (3, runs, robots), period by period; None where odometry measures instead."""
-    sensing = scenario.sensing
-    if sensing.posture == "odometry":
-        return None
-    scale = np.array([sensing.position_noise, sensing.position_noise, sensing.heading_noise])
-    robots = len(scenario.robots)
-
-    def draw() -> Iterator[np.ndarray]:
-        periods = min(_NOISE_BLOCK, scenario.ticks + 1)
-        draws = np.empty((len(generators), periods, 3, robots))
-        while True:
-            for generator, rows in zip(generators, draws, strict=True):
-                generator.standard_normal(out=rows)
-            draws *= scale[:, None]
-            yield from draws.transpose(1, 2, 0, 3)  # a view: the sum of truth and noise is a new array
-
-    def none() -> Iterator[np.ndarray]:
-        while True:
-            yield np.zeros((3, len(generators), robots))
-
-    return draw() if scale.any() else none()
-
-
-def encoder_counts(parameters: np.ndarray, state: np.ndarray) -> np.ndarray:
-    """What the encoders have counted so far (2, lanes), right and left: whole numbers."""
-    return np.floor(state[p.ANGLE_R : p.ANGLE_L + 1] * parameters[p.P_COUNT])
-
-
-def wheel_odometry(parameters: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Velocities v [m/s] and ω [rad/s], each (lanes,), from encoder counts a second (2, lanes)   thesis (2.25)."""
-    right, left = counts / parameters[p.P_COUNT] * parameters[p.P_RADIUS]
-    return (right + left) / 2, (right - left) / (2 * parameters[p.P_HALF_AXLE])

@@ -9,6 +9,9 @@ from robotics.controllers.fuzzy_tracking import FuzzyTracking
 from robotics.controllers.leader_follower import FormationTeacher, LeaderFollower
 from robotics.controllers.lyapunov import Lyapunov
 from robotics.controllers.sliding_mode import SlidingMode
+from robotics.coordination.cooperation import FuzzyCooperation
+from robotics.coordination.laplacian import GraphSlidingMode
+from robotics.coordination.virtual_structure import VirtualStructure
 from robotics.quantity import accepted
 
 
@@ -56,6 +59,48 @@ CATALOGUE: dict[str, Preset] = {
         "Leader-follower law",
         "the law that the well-posed formation data sample; a choice, thesis 5.2.1 gives it in words only",
         "formation",
+    ),
+    "graph-esm": Preset(
+        GraphSlidingMode, {}, "Graph ESM", "thesis 3.1 in a form that synchronises; K = 0.2, λd = 2, λp = 1", "team"
+    ),
+    "graph-esm-thesis": Preset(
+        GraphSlidingMode, {"form": "thesis"}, "Graph ESM, thesis form", "(3.4), (3.5) with K_ij = a_ij", "team"
+    ),
+    "graph-esm-literal": Preset(
+        GraphSlidingMode, {"form": "literal"}, "Graph ESM, literal", "(3.4), (3.5) with K_ij = l_ij; diverges", "team"
+    ),
+    "virtual-structure": Preset(
+        VirtualStructure, {}, "Virtual structure, waiting", "thesis 4.3 on measured progress, with a watchdog", "team"
+    ),
+    "virtual-structure-measured": Preset(
+        VirtualStructure, {"variant": "measured"}, "Virtual structure, measured", "(4.10) on measured progress", "team"
+    ),
+    "virtual-structure-virtual": Preset(
+        VirtualStructure, {"variant": "virtual"}, "Virtual structure, virtual", "(4.10), (4.11); K 1, 10, 5", "team"
+    ),
+    "virtual-structure-thesis": Preset(
+        VirtualStructure,
+        {"variant": "virtual", "ky": 1.0, "kpsi": 1.0},
+        "Virtual structure, thesis gains",
+        "(4.10), (4.11) with the thesis's 1, 1, 1",
+        "team",
+    ),
+    "virtual-structure-literal": Preset(
+        VirtualStructure,
+        {"variant": "virtual", "coupling": "literal"},
+        "Virtual structure, literal",
+        "(4.10) with the Laplacian's own entries; diverges",
+        "team",
+    ),
+    "cooperation": Preset(
+        FuzzyCooperation, {}, "Fuzzy cooperation", "thesis 5.3 with a one-sided lag and the target held", "team"
+    ),
+    "cooperation-literal": Preset(
+        FuzzyCooperation,
+        {"variant": "literal", "rule_base": "tracking-literal", "look_ahead": 0.05},
+        "Fuzzy cooperation, literal",
+        "Table 5.6 and (5.14) as printed",
+        "team",
     ),
 }
 

@@ -26,6 +26,7 @@ from fuzzy.system import Sugeno
 from robotics.controller import Command, ControllerError, Observation, wrapped
 from robotics.plant import Level
 from robotics.quantity import check_quantities, quantity
+from robotics.trajectory import Reference
 
 INPUTS = ("distance", "alpha", "x_err", "heading_err")  # what a tracking rule base may ask for, by name
 
@@ -70,7 +71,16 @@ class FuzzyTracking:
 
     def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
         """(2.35), (2.36)."""
-        target = seen.trajectory.at(seen.time + self.look_ahead)
+        v, w = self.toward(seen, seen.trajectory.at(seen.time + self.look_ahead))
+        return Command(v, w, v, w), None
+
+    def toward(
+        self, seen: Observation, target: Reference, x_err: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """v [m/s] and ω [rad/s], each (runs, robots), towards ``target``, (robots,) or (runs, robots) each field.
+
+        ``x_err`` [m] (runs, robots) is how far the robot is behind, if that is not the target's x in its frame (5.9).
+        """
         dx, dy = target.x - seen.x, target.y - seen.y
         distance = np.hypot(dx, dy)  # d_RP
         heading_error = wrapped(target.heading - seen.heading)
@@ -82,11 +92,11 @@ class FuzzyTracking:
             else:
                 y_err = dy
             alpha = alpha + self.turn(y_err[..., None])[..., 0]  # (2.36)
-        x_err = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy  # (5.9)
+        if x_err is None:
+            x_err = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy  # (5.9)
         known = (distance, alpha, x_err, heading_error)
         command = self.tracking(np.stack([known[i] for i in self.inputs], axis=-1))
-        v, w = command[..., 0], command[..., 1]
-        return Command(v, w, v, w), None
+        return command[..., 0], command[..., 1]
 
 
 def rule_base_names() -> list[str]:

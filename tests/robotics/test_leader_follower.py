@@ -208,7 +208,7 @@ def test_presets_and_gains():
 
 def test_formation_scenarios_are_told_apart():
     assert scenario_names("formation") == ["formation-ahead", "formation-behind"]
-    assert sorted(scenario_names("tracking") + scenario_names("formation")) == scenario_names()
+    assert sorted(n for kind in ("tracking", "formation", "team") for n in scenario_names(kind)) == scenario_names()
     starts = {n: [m.start for m in load_scenario(n).robots] for n in scenario_names("formation")}
     followers = [(0.0, 1.5, 0.0), (0.0, -0.5, 0.0)]
     assert starts["formation-behind"] == [(-3.0, 0.5, 0.0), *followers]  # thesis 5.2.3

@@ -145,7 +145,7 @@ BAD = {
     "unknown posture": ('"pose"', '"gps"', 6, "posture must be one of 'odometry', 'pose'; got 'gps'"),
     "list for a choice": ('"pose"', '["pose"]', 6, "posture must be one of"),
     "unknown plant": ("latency", 'plant = "ideal"\nlatency', 3, "plant must be one of 'dynamic', 'kinematic'"),
-    "noise on odometry": ('"pose"', '"odometry"', 5, 'position_noise and heading_noise belong to posture = "pose"'),
+    "noise on odometry": ('"pose"', '"odometry"', 5, 'position_noise belongs to posture = "pose"'),
     "sensing is a number": ("[sensing]", "sensing = 3\n[sensed]", 5, "sensing must be a table, got 3"),
     "unknown shape": ('"line"', '"lime"', 15, "unknown path shape 'lime'; did you mean 'line'? Known: sine, circle"),
     "shape is a list": ('"line"', '["line"]', 15, "unknown path shape"),
@@ -290,7 +290,7 @@ def test_a_corner_shorter_than_a_period_is_not_overlooked():
     ("make", "message"),
     [
         (lambda: Scenario(name="none", robots=()), "at least one robot"),
-        (lambda: Sensing(position_noise=0.1), 'belong to posture = "pose"'),
+        (lambda: Sensing(position_noise=0.1), 'belongs to posture = "pose"'),
         (lambda: Sensing(posture="pose", position_noise=-0.1), "position_noise must be"),
         (lambda: Sensing(posture="pose", heading_noise=10.0), "heading_noise must be a finite number in rad"),
         (

@@ -1,0 +1,112 @@
+"""Posture sensors: the true pose with noise, odometry, and the filter that joins both.
+
+Encoders tell how far each wheel has turned, a whole number of counts; a robot that believes its wheels or its axle
+to be a little other than they are drifts. A pose sensor is noisy but does not drift. The complementary filter
+predicts by odometry and corrects the prediction by a share of what the pose sensor says.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotics import plant as p
+from robotics.radio import RELATIVE_STREAM, WHEEL_STREAM
+from robotics.scenario import Scenario
+
+_NOISE_BLOCK = 256  # periods of noise drawn at a time: bounds memory without a call a period and run
+
+
+@dataclass(frozen=True)
+class PostureSensors:
+    """How all robots of a scenario know their postures. Arrays are (robots,), or (3, robots) for x, y, heading."""
+
+    pose: np.ndarray  # bool: by a pose sensor; else by odometry
+    noise: np.ndarray  # (3, robots) m, m, rad: standard deviations
+    relative: np.ndarray  # 1: standard deviation of x and y as a share of each
+    since: np.ndarray  # s: noise from then on
+    until: np.ndarray  # s: and no longer
+    gain: np.ndarray  # of the filter; 1: none
+    draws: Iterator[np.ndarray] | None  # normal numbers (3, runs, robots), period by period
+    relative_draws: Iterator[np.ndarray] | None
+
+    @classmethod
+    def of(
+        cls, scenario: Scenario, generators: Sequence[np.random.Generator], seeds: Sequence[int]
+    ) -> "PostureSensors":
+        """The sensors of ``scenario``; the absolute noise comes from ``generators``, one a run."""
+        sensing = [member.sensing or scenario.sensing for member in scenario.robots]
+        pose = np.array([s.posture == "pose" for s in sensing])
+        noise = np.array([[s.position_noise] * 2 + [s.heading_noise] for s in sensing]).T
+        relative = np.array([s.relative_noise for s in sensing])
+        periods = min(_NOISE_BLOCK, scenario.ticks + 1)
+        own = [np.random.default_rng([seed, RELATIVE_STREAM]) for seed in seeds] if relative.any() else []
+        return cls(
+            pose,
+            noise,
+            relative,
+            np.array([s.noise_start for s in sensing]),
+            np.array([np.inf if s.noise_end is None else s.noise_end for s in sensing]),
+            np.array([s.filter_gain for s in sensing]),
+            _normal(generators, periods, len(sensing)) if noise.any() else None,
+            _normal(own, periods, len(sensing)) if own else None,
+        )
+
+    def measure(
+        self, time: float, state: np.ndarray, estimate: np.ndarray | None, v: np.ndarray, w: np.ndarray, dt: float
+    ) -> np.ndarray:
+        """The measured postures (3, runs, robots) at ``time`` [s].
+
+        ``state`` is the plant's (channels, runs, robots); ``estimate`` the postures of the period before, ``v`` and
+        ``w`` (runs, robots) what the encoders told since, ``dt`` [s] ago.
+        """
+        odometry = state[p.ODO_X : p.ODO_HEADING + 1]
+        if not self.pose.any():
+            return odometry
+        measured = state[p.X : p.HEADING + 1]
+        active = (self.since <= time) & (time < self.until)
+        if self.relative_draws is not None:
+            share = next(self.relative_draws)[:2] * (self.relative * active)
+            measured = np.concatenate([measured[:2] * (1 + share), measured[2:]])
+        if self.draws is not None:
+            measured = measured + next(self.draws) * (self.noise * active)[:, None]
+        if estimate is not None and (self.gain < 1).any():
+            turn = w * dt
+            middle = estimate[2] + turn / 2
+            predicted = estimate + np.stack([v * dt * np.cos(middle), v * dt * np.sin(middle), turn])
+            measured = predicted + self.gain * (measured - predicted)
+        return np.where(self.pose, measured, odometry)
+
+
+def _normal(generators: Sequence[np.random.Generator], periods: int, robots: int) -> Iterator[np.ndarray]:
+    """Normal numbers (3, runs, robots), period by period; each run draws from its own generator."""
+    draws = np.empty((len(generators), periods, 3, robots))
+    while True:
+        for generator, rows in zip(generators, draws, strict=True):
+            generator.standard_normal(out=rows)
+        yield from draws.transpose(1, 2, 0, 3)
+
+
+def wheel_errors(scenario: Scenario, seeds: Sequence[int]) -> np.ndarray | None:
+    """What each robot takes its right wheel, left wheel and axle to be, as a share of the truth: (3, lanes).
+
+    None where every robot knows its own wheels.
+    """
+    spread = np.array(
+        [[s.wheel_error, s.wheel_error, s.axle_error] for s in (m.sensing or scenario.sensing for m in scenario.robots)]
+    ).T
+    if not spread.any():
+        return None
+    draws = [np.random.default_rng([seed, WHEEL_STREAM]).standard_normal(spread.shape) for seed in seeds]
+    return np.concatenate([1 + np.clip(spread * d, -0.5, 0.5) for d in draws], axis=1)
+
+
+def encoder_counts(parameters: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """What the encoders have counted so far (2, lanes), right and left: whole numbers."""
+    return np.floor(state[p.ANGLE_R : p.ANGLE_L + 1] * parameters[p.P_COUNT])
+
+
+def wheel_odometry(parameters: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Velocities v [m/s] and ω [rad/s], each (lanes,), from encoder counts a second (2, lanes)   thesis (2.25)."""
+    right, left = counts / parameters[p.P_COUNT] * parameters[p.P_ODO_RIGHT : p.P_ODO_LEFT + 1]
+    return (right + left) / 2, (right - left) / (2 * parameters[p.P_ODO_HALF_AXLE])
