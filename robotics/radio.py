@@ -93,12 +93,13 @@ class Fault:
     """What goes wrong with one robot for a while.
 
     "failure": its wheel references are 0 and nobody hears it, nor it anybody. "delay": it holds its last command, and
-    nobody hears it. "silence": it drives on, but nobody hears it, nor it anybody; with ``other`` only that link.
+    nobody hears it. "silence": it drives on, but nobody hears it, nor it anybody; with ``other`` only that link. "stall": its wheel references are 0, as if it were held
+    up, and the radio works.
     With ``start_until`` each seed draws its start evenly between ``start`` and that.
     """
 
     robot: int  # from 1
-    kind: Literal["failure", "delay", "silence"]
+    kind: Literal["failure", "delay", "silence", "stall"]
     start: float = quantity(0.0, "s", least=0)
     duration: float = quantity(1.0, "s", above=0)
     start_until: float | None = quantity(None, "s", least=0)
@@ -136,10 +137,10 @@ class Condition(NamedTuple):
 
     @property
     def code(self) -> np.ndarray:
-        """(runs, robots) 0 fine, 1 failure, 2 delay, 3 silent on every link."""
-        runs, robots = self.failed.shape
+        """(runs, robots) 0 fine, 1 failure, 2 delay, 3 silent on every link, 4 stall."""
+        robots = self.failed.shape[1]
         alone = (self.cut | np.eye(robots, dtype=bool)).all(axis=-1) & (robots > 1)
-        return np.where(self.failed, 1, np.where(self.held, 2, np.where(alone, 3, 0)))
+        return np.select([self.failed & alone, self.failed, self.held, alone], [1, 4, 2, 3])
 
 
 @dataclass(frozen=True)
@@ -170,9 +171,11 @@ class Faults:
                 cut[:, i, f.other - 1] |= active
                 cut[:, f.other - 1, i] |= active
                 continue
+            failed[:, i] |= active & (f.kind in ("failure", "stall"))
+            if f.kind == "stall":
+                continue
             cut[:, i, :] |= active[:, None]
             cut[:, :, i] |= active[:, None]
-            failed[:, i] |= active & (f.kind == "failure")
             held[:, i] |= active & (f.kind == "delay")
         return Condition(failed, held, cut)
 

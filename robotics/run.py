@@ -38,7 +38,7 @@ TEAM_CHANNELS: dict[str, str] = {
     "x_target": "m",  # where the law wants the robot to be
     "y_target": "m",
     "heading_target": "rad",
-    "fault": "1",  # 0 none, 1 failure, 2 delay, 3 silence
+    "fault": "1",  # 0 none, 1 failure, 2 delay, 3 silence, 4 stall
 }
 REFERENCE: dict[str, str] = {"x": "m", "y": "m", "heading": "rad", "v": "m/s", "w": "rad/s", "s": "m"}
 
