@@ -145,7 +145,7 @@ class GraphSlidingMode:
         acceleration = np.stack([cos * free[0] + sin * free[1], (cos * free[1] - sin * free[0]) / b])
         near = np.hypot(*e) < NEAR
         integral = memory.integral + dt * np.where(near, e, 0.0)
-        v = np.maximum(memory.command[0] + dt * acceleration[0], 0.0)
+        v = np.maximum(memory.command[0] + dt * acceleration[0], 0.0)  # it never reverses
         w = memory.command[1] + dt * acceleration[1]
         command = np.stack(saturate(memory.limits, v, w))
         if self.realisation == "torque":
