@@ -9,12 +9,16 @@ import pandas as pd
 
 from robotics.controller import Controller
 from robotics.controllers import CATALOGUE, gains_of, make_controller
-from robotics.metrics import METRICS, measure
+from robotics.merits import measure_all, metrics_of
 from robotics.run import Run
 from robotics.scenario import Scenario
 from robotics.simulation import simulate
 
-DEFAULT_CONTROLLERS = ("fuzzy", "lyapunov", "csm", "assm", "qssm", "esm")
+DEFAULT_CONTROLLERS: dict[str, tuple[str, ...]] = {  # by the scenarios' kind
+    "tracking": ("fuzzy", "lyapunov", "csm", "assm", "qssm", "esm"),
+    "formation": ("formation", "formation-teacher"),
+    "team": ("cooperation", "graph-esm", "virtual-structure"),
+}
 KEYS = ["scenario", "controller", "seed", "robot"]
 
 
@@ -54,14 +58,14 @@ def compare(
         for specification, law in laws.items():
             run = simulate(scenario, law, seeds, name=specification, progress=advance)
             runs[scenario.name, specification] = run
-            rows.append(rows_of(run))
+            rows.append(rows_of(run, scenario.kind))
             if finished is not None:
                 finished(pd.concat(rows, ignore_index=True))
     return Comparison(tuple(scenarios), laws, tuple(seeds), pd.concat(rows, ignore_index=True), runs)
 
 
-def rows_of(run: Run) -> pd.DataFrame:
-    """A run's rows of the table."""
+def rows_of(run: Run, kind: str = "tracking") -> pd.DataFrame:
+    """A run's rows of the table; ``kind`` is its scenario's."""
     runs, robots = run.stopped.shape
     columns: dict[str, Any] = {
         "scenario": run.scenario,
@@ -69,7 +73,7 @@ def rows_of(run: Run) -> pd.DataFrame:
         "seed": np.repeat(run.seeds, robots),
         "robot": np.tile(np.arange(1, robots + 1), runs),
     }
-    columns |= {name: values.ravel() for name, values in measure(run).items()}
+    columns |= {name: values.ravel() for name, values in measure_all(run, kind).items()}
     return pd.DataFrame(columns | {"diverged": run.diverged.ravel()})
 
 
@@ -82,8 +86,10 @@ def summarise(table: pd.DataFrame) -> pd.DataFrame:
     from scipy.stats import t
 
     rows = []
+    known = metrics_of("tracking") | metrics_of("formation") | metrics_of("team")
+    present = {metric: about for metric, about in known.items() if metric in table}
     for (scenario, name), group in table.groupby(["scenario", "controller"], sort=False):
-        for metric, about in METRICS.items():
+        for metric, about in present.items():
             # Robots of one run are not independent: the run's mean counts once.
             values = group.groupby("seed")[metric].mean().to_numpy()
             n, mean = len(values), float(np.mean(values))

@@ -18,11 +18,12 @@ SETTLED = 0.05  # m
 
 
 class Metric(NamedTuple):
-    """A figure of merit: its function, unit and meaning; smaller is better for all of them."""
+    """A figure of merit: its function, unit and meaning; smaller is better, unless ``larger`` says otherwise."""
 
     measure: Callable[[Run], np.ndarray]
     unit: str
     title: str
+    larger: bool = False  # is better
 
 
 def tracking_error(run: Run) -> PostureError:

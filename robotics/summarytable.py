@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import t
 
 from robotics.comparison import Comparison, label, summarise
-from robotics.metrics import METRICS
+from robotics.merits import metrics_of
 
 _PREFIXED = ("m", "rad", "m/s")  # units that may take the prefix milli
 
@@ -41,11 +41,12 @@ def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
     summary = summarise(table).set_index(["metric", "controller"])
     names = list(comparison.controllers)
     rows = []
-    for metric, about in METRICS.items():
+    kind = next(s.kind for s in comparison.scenarios if s.name == scenario)
+    for metric, about in metrics_of(kind).items():
         numbers = summary.loc[metric].loc[names, ["mean", "low", "high"]].to_numpy(dtype=float)
         by_seed = {n: table.loc[table["controller"] == n].groupby("seed")[metric].mean().to_numpy() for n in names}
         factor, unit = scale(about.unit, numbers[:, 0])
-        marks = _marks(list(by_seed.values()), numbers[:, 0])
+        marks = [""] * len(names) if about.larger else _marks(list(by_seed.values()), numbers[:, 0])
         cells = [
             _cell(factor * row, int(np.isposinf(by_seed[name]).sum()), len(by_seed[name]), mark)
             for name, row, mark in zip(names, numbers, marks, strict=True)

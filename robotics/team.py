@@ -130,7 +130,7 @@ TEAM_METRICS: dict[str, Metric] = {
         _same_for_all(lambda r: np.nanmax(progress_gap(r), axis=1)), "1", "largest s_i − s_j, by the true places"
     ),
     "mean_progress_gap": Metric(_same_for_all(lambda r: np.nanmean(progress_gap(r), axis=1)), "1", "mean s_i − s_j"),
-    "min_distance_m": Metric(nearest_distance, "m", "smallest distance to another robot's center"),
+    "min_distance_m": Metric(nearest_distance, "m", "smallest distance to another robot's center", larger=True),
 }
 
 

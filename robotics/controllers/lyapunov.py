@@ -33,6 +33,8 @@ class Lyapunov:
     form: Literal["2.31", "2.32"] = "2.32"
     # |v_d| → max(|v_d|, min(|v|, catch_up)): lateral feedback also while catching up with a reference at rest
     catch_up: float = quantity(0.3, "m/s", least=0)
+    # "none": without v_d in (2.30); the robot then trails by v_d/K_x, which is what thesis Table 5.7 shows
+    feed_forward: Literal["full", "none"] = "full"
     signs: Literal["corrected", "literal"] = "corrected"  # literal: the errors as (2.28) prints them; diverges
     level: Level = "velocity"
 
@@ -48,7 +50,8 @@ class Lyapunov:
         e = posture_error(seen.x, seen.y, seen.heading, target)
         sign = 1.0 if self.signs == "corrected" else -1.0
         x, y, sin = sign * e.x, sign * e.y, sign * np.sin(e.heading)
-        v = target.v * np.cos(e.heading) + self.kx * x  # (2.30)
+        ahead = 1.0 if self.feed_forward == "full" else 0.0
+        v = ahead * target.v * np.cos(e.heading) + self.kx * x  # (2.30)
         if self.form == "2.32":
             speed = np.maximum(np.abs(target.v), np.minimum(np.abs(v), self.catch_up))
             w = target.w + speed * (self.ky * y + self.kpsi * sin)  # (2.32)

@@ -67,6 +67,7 @@ class VirtualStructure:
     ky: float = quantity(10.0, "1/m²", above=0)
     kpsi: float = quantity(5.0, "1/m", above=0)  # in the form "2.31": 1/s
     form: Literal["2.31", "2.32"] = "2.32"
+    feed_forward: Literal["full", "none"] = "full"  # of the tracker
     v_most: float = quantity(0.8, "m/s", above=0)  # 0 <= L_i s_i' <= v_most
     slack: float = quantity(0.05, "1", above=0)  # of the path: so far behind a robot stops the clock; "waiting"
     catch_up: float = quantity(1.0, "1", least=1, most=5)  # pace of a clock that is late; "waiting"
@@ -78,7 +79,7 @@ class VirtualStructure:
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
-        tracker = Lyapunov(kx=self.kx, ky=self.ky, kpsi=self.kpsi, form=self.form, catch_up=0.0)
+        tracker = Lyapunov(kx=self.kx, ky=self.ky, kpsi=self.kpsi, form=self.form, catch_up=0.0, feed_forward=self.feed_forward)
         object.__setattr__(self, "tracker", tracker)
 
     @property

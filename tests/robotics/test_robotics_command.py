@@ -42,7 +42,7 @@ def tiny(tmp_path):
 def test_list_names_everything(capsys):
     assert main(["list"]) == 0
     out = capsys.readouterr().out
-    for name in (*scenario_names(), *DEFAULT_CONTROLLERS):
+    for name in (*scenario_names(), *(name for names in DEFAULT_CONTROLLERS.values() for name in names)):
         assert name in out
     assert main(["list", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)

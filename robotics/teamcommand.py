@@ -1,0 +1,37 @@
+"""The command line ``robotics team``: a random team of any size, as a scenario to run and to change."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fuzzy.errors import InputError
+
+
+def team(
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.toml", help="Where the scenario goes.")],
+    robots: Annotated[int, typer.Option(help="How many robots, 2 to 2000.")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="Of the paths.")] = 0,
+    speed: Annotated[float, typer.Option(help="Mean speed on the longest path, m/s.")] = 0.25,
+    controller: Annotated[str, typer.Option(help="Whose default the scenario gets.")] = "virtual-structure",
+    graph: Annotated[str, typer.Option(help="Who hears whom: complete, ring, line or star.")] = "complete",
+) -> None:
+    """A random team on paths that every robot can drive, all arriving at the same time.
+
+    Example: robotics team --robots 20 --seed 3 -o team.toml, then robotics run team.toml --plot team.png
+    """
+    from fuzzy.atomic import replacing
+    from robotics.scenario import parse_scenario
+    from robotics.team import team_toml
+
+    if out.suffix != ".toml":
+        raise InputError(f"{out}: the file's name must end in .toml")
+    text = team_toml(robots, seed, speed=speed, controller=controller, radio=graph)
+    scenario = parse_scenario(text, out.stem, str(out))
+    try:
+        with replacing(out) as temporary:
+            temporary.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written: {error.strerror}") from None
+    longest = max(path.length for path in scenario.trajectory.paths)
+    print(f"{out}: {robots} robots, the longest path {longest:.1f} m, due at {scenario.trajectory.ends.max():.1f} s")
