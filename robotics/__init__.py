@@ -15,8 +15,13 @@ if TYPE_CHECKING:
     from robotics.comparison import Comparison, compare, summarise
     from robotics.controller import Command, Controller, ControllerError, Observation
     from robotics.controllers import CATALOGUE, make_controller
+    from robotics.formation import FORMATION_METRICS, formation_scenario, measure_formation
+    from robotics.graph import adjacency, laplacian
+    from robotics.merits import measure_all, metrics_of
     from robotics.metrics import METRICS, cross_track_error, measure, tracking_error
     from robotics.path import Circle, Line, Path, PathError, Quintic, Sine, Waypoints, compile_path
+    from robotics.radio import Fault, Heard, Radio, RadioError
+    from robotics.recovery import Recovery, recovery_curve
     from robotics.robot import Robot, RobotError
     from robotics.run import Run, RunError, load_run
     from robotics.scenario import (
@@ -29,6 +34,17 @@ if TYPE_CHECKING:
         scenario_names,
     )
     from robotics.simulation import SimulationError, simulate
+    from robotics.team import (
+        TEAM_METRICS,
+        TeamError,
+        arrival_time,
+        measure_team,
+        nearest_distance,
+        progress_gap,
+        random_team,
+        team_toml,
+        true_progress,
+    )
     from robotics.trajectory import Timing, Trajectory
 
 _MODULES = {
@@ -47,6 +63,19 @@ _MODULES = {
         "CATALOGUE",
         "make_controller",
     ),
+    "robotics.formation": (
+        "FORMATION_METRICS",
+        "formation_scenario",
+        "measure_formation",
+    ),
+    "robotics.graph": (
+        "adjacency",
+        "laplacian",
+    ),
+    "robotics.merits": (
+        "measure_all",
+        "metrics_of",
+    ),
     "robotics.metrics": (
         "METRICS",
         "cross_track_error",
@@ -62,6 +91,16 @@ _MODULES = {
         "Sine",
         "Waypoints",
         "compile_path",
+    ),
+    "robotics.radio": (
+        "Fault",
+        "Heard",
+        "Radio",
+        "RadioError",
+    ),
+    "robotics.recovery": (
+        "Recovery",
+        "recovery_curve",
     ),
     "robotics.robot": (
         "Robot",
@@ -85,6 +124,17 @@ _MODULES = {
         "SimulationError",
         "simulate",
     ),
+    "robotics.team": (
+        "TEAM_METRICS",
+        "TeamError",
+        "arrival_time",
+        "measure_team",
+        "nearest_distance",
+        "progress_gap",
+        "random_team",
+        "team_toml",
+        "true_progress",
+    ),
     "robotics.trajectory": (
         "Timing",
         "Trajectory",
@@ -101,18 +151,25 @@ def __getattr__(name: str) -> Any:
 
 __all__ = [
     "CATALOGUE",
+    "FORMATION_METRICS",
     "METRICS",
+    "TEAM_METRICS",
     "Circle",
     "Command",
     "Comparison",
     "Controller",
     "ControllerError",
+    "Fault",
+    "Heard",
     "Line",
     "Member",
     "Observation",
     "Path",
     "PathError",
     "Quintic",
+    "Radio",
+    "RadioError",
+    "Recovery",
     "Robot",
     "RobotError",
     "Run",
@@ -122,19 +179,34 @@ __all__ = [
     "Sensing",
     "SimulationError",
     "Sine",
+    "TeamError",
     "Timing",
     "Trajectory",
     "Waypoints",
+    "adjacency",
+    "arrival_time",
     "compare",
     "compile_path",
     "cross_track_error",
+    "formation_scenario",
+    "laplacian",
     "load_run",
     "load_scenario",
     "make_controller",
     "measure",
+    "measure_all",
+    "measure_formation",
+    "measure_team",
+    "metrics_of",
+    "nearest_distance",
     "parse_scenario",
+    "progress_gap",
+    "random_team",
+    "recovery_curve",
     "scenario_names",
     "simulate",
     "summarise",
+    "team_toml",
     "tracking_error",
+    "true_progress",
 ]

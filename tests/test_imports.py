@@ -34,7 +34,10 @@ def test_imports_point_down_only(package):
     [
         ("import fuzzy", {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy"}),
         ("import fuzzy.command", {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy"}),
-        ("import robotics.command", {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy"}),
+        (
+            "import robotics.command",
+            {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy", "cvxpy", "pyarrow", "distributed"},
+        ),
         ("import robotics; robotics.simulate", {"torch", "matplotlib", "skfuzzy", "jinja2"}),
     ],
 )

@@ -35,7 +35,7 @@ JOINED = 0.03  # m: a robot this near its path is on it
 
 
 class _Memory(NamedTuple):
-    """Each (runs, robots), but for ``lengths`` (robots,)."""
+    """Each (runs, robots), but for ``lengths``, which may be (robots,)."""
 
     clock: np.ndarray  # s: the scenario's time that each robot's copy of the clock shows
     pace: np.ndarray  # 1: of that copy
@@ -76,7 +76,7 @@ class FuzzyCooperation:
         if not is_connected(scenario.radio.adjacency(robots)):
             raise ControllerError(f"{scenario.name}: the graph {scenario.radio.graph!r} is not connected")
         zero = np.zeros((runs, robots))
-        lengths = np.array([path.length for path in scenario.trajectory.paths])
+        lengths = scenario.trajectory.joined.lengths
         pose = np.array([member.start for member in scenario.robots])
         begin = scenario.trajectory.at(0.0).s
         near = scenario.trajectory.joined.nearest(pose[:, 0], pose[:, 1], begin, np.full(robots, WIDE))
@@ -101,7 +101,7 @@ class FuzzyCooperation:
             said, said_rate = place, (place - memory.place) / dt
             # All paths have the same timing: a share of one's own path that is due is due on every path.
             share = due.s / lengths
-            lags = share[:, :, None] * lengths - theirs
+            lags = share[:, :, None] * lengths[..., None, :] - theirs
             lags = np.where(heard.hears & ~np.isnan(lags), lags, 0.0)
             worst = np.maximum(due.s - place, lags.max(axis=-1))
             slowing = np.tanh((np.maximum(worst - self.lag, 0.0) / self.softness) ** 2)

@@ -111,7 +111,7 @@ class VirtualStructure:
         zero = np.zeros((runs, robots))
         if self.coupling == "literal":
             a = -a
-        lengths = np.array([path.length for path in scenario.trajectory.paths])
+        lengths = scenario.trajectory.joined.lengths
         start = scenario.trajectory.at(0.0).s / lengths
         s = zero + start
         if self.variant != "virtual":

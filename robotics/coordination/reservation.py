@@ -1,0 +1,169 @@
+"""Right of way by reservation: a plan over (clock, path parameter) in which no two robots ever come close.
+
+All paths are cut into the same number of cells, and time into ticks of a common clock; a plan says in which cell each
+robot is at each tick. Robots plan one after the other, by priority: each finds, by dynamic programming over the grid,
+the plan that stays nearest to its nominal timing and keeps clear of all that planned before it. At a tick it stays,
+moves one cell (the nominal speed), or two. Where somebody finds no plan, another order is tried, and then a longer
+horizon; where none of these has a plan, there is none: the team is refused before it starts.
+
+What makes the plan safe on robots is that it is a plan of the clock, not of time: who is late slows the clock of all
+(:mod:`robotics.coordination.right_of_way`), so that the robots stay together in it. Clear means farther apart than
+``clearance``, also if one robot is up to ``margin`` ticks of the clock ahead of the other.
+
+After prioritised planning in configuration space-time [Erdmann & Lozano-Pérez 1987].
+"""
+
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+from numba import njit
+
+CELLS = 160
+FACTORS = (1.0, 1.3, 1.7, 2.4, 3.4)  # of the nominal duration: horizons tried
+_STOP = 2e-4  # cost of a tick at rest, in squared shares of the path
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Plans of all robots of many runs."""
+
+    progress: np.ndarray  # (runs, robots, ticks + 1): share of the path at every tick, from 0 to 1
+    found: np.ndarray  # (runs,) bool: is there a plan? Where not, the row is the nominal timing
+    factor: np.ndarray  # (runs,) the plan's duration over the nominal one
+    orders: np.ndarray  # (runs,) int: how many orders were tried
+
+    @property
+    def ticks_per_duration(self) -> int:
+        """How many ticks the nominal duration has."""
+        return CELLS
+
+
+def plan_right_of_way(
+    nodes: np.ndarray, clearance: float = 0.5, margin: float = 0.05, orders: int = 12, seed: int = 0
+) -> Plan:
+    """Plans for ``nodes`` (runs, robots, CELLS + 1, 2) [m], the paths at equal shares of their lengths.
+
+    ``clearance`` [m] is between the robots' centers; ``margin`` is a share of the nominal duration. The orders after
+    the first, in which robot 1 has precedence, are drawn with ``seed``.
+    """
+    runs, robots = nodes.shape[:2]
+    rng = np.random.default_rng(seed)
+    tried = np.stack([np.arange(robots), *(rng.permutation(robots) for _ in range(orders - 1))])
+    longest = ceil(CELLS * FACTORS[-1])
+    cells = np.zeros((runs, robots, longest + 1), dtype=np.int32)
+    ticks = np.zeros(runs, dtype=np.int64)
+    count = np.zeros(runs, dtype=np.int64)
+    horizons = np.array([ceil(CELLS * f) for f in FACTORS])
+    _plan_runs(
+        np.ascontiguousarray(nodes), clearance**2, ceil(margin * CELLS), tried, horizons, cells, ticks, count
+    )
+    found = ticks > 0
+    nominal = np.minimum(np.arange(longest + 1), CELLS)
+    progress = np.where(found[:, None, None], cells, nominal) / CELLS
+    return Plan(progress, found, np.where(found, ticks, CELLS) / CELLS, count)
+
+
+@njit(cache=True, error_model="numpy")
+def _plan_runs(nodes, clear, margin, tried, horizons, cells, ticks, count):  # type: ignore[no-untyped-def]
+    robots = nodes.shape[1]
+    longest = horizons[-1]
+    cost = np.empty((longest + 1, CELLS + 1))
+    blocked = np.empty((longest + 1, CELLS + 1), dtype=np.bool_)
+    for run in range(nodes.shape[0]):
+        if _hopeless(nodes[run], clear):
+            continue
+        for horizon in horizons:
+            for o in range(tried.shape[0]):
+                count[run] += 1
+                good = True
+                for place in range(robots):
+                    if not _plan_one(nodes[run], cells[run], tried[o], place, clear, margin, horizon, cost, blocked):
+                        good = False
+                        break
+                if good:
+                    ticks[run] = horizon
+                    for i in range(robots):
+                        for k in range(horizon + 1, longest + 1):
+                            cells[run, i, k] = CELLS
+                    break
+            if ticks[run] > 0:
+                break
+
+
+@njit(cache=True, error_model="numpy")
+def _hopeless(nodes, clear):  # type: ignore[no-untyped-def]
+    """Do two robots start, or end, closer than the clearance?"""
+    for i in range(nodes.shape[0]):
+        for j in range(i):
+            for end in (0, CELLS):
+                dx = nodes[i, end, 0] - nodes[j, end, 0]
+                dy = nodes[i, end, 1] - nodes[j, end, 1]
+                if dx * dx + dy * dy < clear:
+                    return True
+    return False
+
+
+@njit(cache=True, error_model="numpy")
+def _plan_one(nodes, cells, order, place, clear, margin, horizon, cost, blocked):  # type: ignore[no-untyped-def]
+    """Plan robot ``order[place]`` around those before it in the order; False if there is no way."""
+    robot = order[place]
+    for k in range(horizon + 1):
+        for c in range(CELLS + 1):
+            blocked[k, c] = False
+    for before in range(place):
+        other = order[before]
+        # Where the other stays within the clearance of each of this robot's cells, tick by tick
+        last = -1
+        for k in range(horizon + 1):
+            at = cells[other, k]
+            if at == last and k > 0 and k < horizon:
+                # the other has not moved: as in the tick before, but for the margin's new end
+                for c in range(CELLS + 1):
+                    if blocked[k - 1, c]:
+                        dx = nodes[robot, c, 0] - nodes[other, at, 0]
+                        dy = nodes[robot, c, 1] - nodes[other, at, 1]
+                        if dx * dx + dy * dy < clear:
+                            blocked[min(k + margin, horizon), c] = True
+                            blocked[k, c] = True
+                continue
+            last = at
+            for c in range(CELLS + 1):
+                dx = nodes[robot, c, 0] - nodes[other, at, 0]
+                dy = nodes[robot, c, 1] - nodes[other, at, 1]
+                if dx * dx + dy * dy < clear:
+                    for near in range(max(k - margin, 0), min(k + margin, horizon) + 1):
+                        blocked[near, c] = True
+    if blocked[0, 0] or blocked[horizon, CELLS]:
+        return False
+    far = np.inf
+    for c in range(CELLS + 1):
+        cost[0, c] = far
+    cost[0, 0] = 0.0
+    for k in range(1, horizon + 1):
+        nominal = min(k, CELLS)
+        for c in range(CELLS + 1):
+            best = cost[k - 1, c] + (_STOP if 0 < c < CELLS else 0.0)
+            if c >= 1 and cost[k - 1, c - 1] < best:
+                best = cost[k - 1, c - 1]
+            if c >= 2 and cost[k - 1, c - 2] < best:
+                best = cost[k - 1, c - 2]
+            if blocked[k, c]:
+                best = far
+            off = (c - nominal) / CELLS
+            cost[k, c] = best + off * off
+    if not cost[horizon, CELLS] < far:
+        return False
+    c = CELLS
+    cells[robot, horizon] = c
+    for k in range(horizon, 0, -1):
+        best = cost[k - 1, c] + (_STOP if 0 < c < CELLS else 0.0)
+        step = 0
+        if c >= 1 and cost[k - 1, c - 1] < best:
+            best = cost[k - 1, c - 1]
+            step = 1
+        if c >= 2 and cost[k - 1, c - 2] < best:
+            step = 2
+        c -= step
+        cells[robot, k - 1] = c
+    return True
