@@ -136,10 +136,9 @@ def train(
     result = _train(fis, x, y, settings, held, checkpoint, resume, quiet)
     write_fis(result.system, out)
     if history is not None:
-        from fuzzy.atomic import replacing
+        from fuzzy.table import write_frame
 
-        with replacing(history) as temporary:
-            result.table().to_csv(temporary, index=False, lineterminator="\n")
+        write_frame(result.table(), history)
     if plot is not None:
         from anfis.plot import plot_training
         from fuzzy.drawing import save_figure
@@ -176,6 +175,7 @@ def predict(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", metavar="OUT.csv", help="Default: standard output.")
     ] = None,
+    json: Json = False,
 ) -> None:
     """The system's outputs for a table's inputs, found by their names.
 
@@ -188,10 +188,13 @@ def predict(
     names, values = _table(data)
     x = _columns(names, values, _names(",".join(v.name for v in system.inputs), names, data))
     found, headers = system(x), [v.name for v in system.outputs]
-    if out is None:
-        print(table_text(headers, found), end="")
-    else:
+    if out is not None:
         write_table(out, headers, found)
+    if json:
+        outputs = {name: found[:, k] for k, name in enumerate(headers)}
+        print_json({"samples": len(x), "outputs": outputs} | ({"file": str(out)} if out is not None else {}))
+    elif out is None:
+        print(table_text(headers, found), end="")
 
 
 @app.command()
@@ -294,18 +297,18 @@ def _train(
     resume: Path | None,
     quiet: bool,
 ) -> Any:
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
     import anfis
+    from fuzzy.progress import progress_bar
 
-    columns = (TextColumn("{task.description:44}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), disable=quiet) as progress:
-        task = progress.add_task("training", total=settings.epochs + 1)
+    with progress_bar(quiet, width=44) as begin:
+        done = 0
+        advance = begin("training", settings.epochs + 1)
 
         def show(row: "Epoch") -> None:
+            nonlocal done
             checked = f", checking {row.check:.4g}" if held is not None else ""
-            said = f"epoch {row.epoch}: training {row.train:.4g}{checked}"
-            progress.update(task, completed=row.epoch + 1, description=said)
+            while done <= row.epoch:  # resumed, the bar begins with the epochs that are not computed again
+                advance(f"epoch {row.epoch}: training {row.train:.4g}{checked}")
+                done += 1
 
         return anfis.train(fis, x, y, settings, check=held, callback=show, checkpoint=checkpoint, resume=resume)

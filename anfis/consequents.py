@@ -23,6 +23,7 @@ class Group:
     columns: torch.Tensor  # (parameters,) int: which of the terms × (inputs + 1) columns are free
     used: tuple[bool, ...]  # (terms,): does a rule propose the term? If not, it is not learnt
     everyone: bool  # does every rule have a say in these outputs?
+    own: bool  # does rule k propose term k, for every k? Then the terms' weights are the rules'
 
 
 def groups(fis: Sugeno, dtype: torch.dtype, device: str) -> tuple[Group, ...]:
@@ -53,19 +54,61 @@ def groups(fis: Sugeno, dtype: torch.dtype, device: str) -> tuple[Group, ...]:
                 torch.tensor(columns, dtype=torch.long, device=device),
                 used,
                 min(consequent) >= 0,
+                list(consequent) == list(range(len(linear))),
             )
         )
     return tuple(result)
 
 
+def term_weights(group: Group, weights: torch.Tensor, normalise: bool) -> torch.Tensor:
+    """How much each term counts (samples, terms), from the rules' weights (samples, rules)."""
+    if group.own:
+        return weights
+    shared = weights @ group.share
+    return shared / _total(shared) if normalise and not group.everyone else shared
+
+
+def _total(shared: torch.Tensor) -> torch.Tensor:
+    total = shared.sum(dim=1, keepdim=True)
+    return torch.where(total > 0, total, 1.0)
+
+
 def design(group: Group, weights: torch.Tensor, x1: torch.Tensor, normalise: bool) -> torch.Tensor:
-    """The design matrix (samples, parameters): weights (samples, rules), ``x1`` = [x, 1] (samples, inputs + 1)."""
-    term_weights = weights @ group.share
-    if normalise and not group.everyone:
-        total = term_weights.sum(dim=1, keepdim=True)
-        term_weights = term_weights / torch.where(total > 0, total, 1.0)
-    full = (term_weights[:, :, None] * x1[:, None, :]).flatten(1)
-    return full if full.shape[1] == len(group.columns) else full[:, group.columns]
+    """The design matrix (samples, parameters): weights (samples, rules), ``x1`` = [x, 1] (samples, inputs + 1).
+
+    In memory a column is in one piece: products run along the samples, which are many.
+    """
+    columns = term_weights(group, weights, normalise).T.contiguous()
+    full = (columns[:, None, :] * x1.T[None, :, :]).flatten(0, 1)
+    return (full if full.shape[0] == len(group.columns) else full[group.columns]).T
+
+
+def weights_gradient(
+    group: Group, weights: torch.Tensor, x1: torch.Tensor, values: torch.Tensor, error: torch.Tensor, normalise: bool
+) -> torch.Tensor:
+    """∂ Σ error · output / ∂ weights, (samples, rules): of a sum over samples and the group's outputs.
+
+    ``error`` (samples, outputs) and the consequents ``values`` (parameters, outputs) are held. An output is linear in
+    the weights, so this is what the terms propose, times the error; a sum that is normalised again over the rules that
+    take part loses the output itself.
+    """
+    terms, outputs, width = group.share.shape[1], values.shape[1], x1.shape[1]
+    full = values
+    if len(group.columns) != terms * width:
+        full = values.new_zeros(terms * width, outputs)
+        full[group.columns] = values
+    # (inputs + 1, outputs × terms): the slopes and the constants, a column a term of an output.
+    proposed = x1 @ full.reshape(terms, width, outputs).permute(1, 2, 0).reshape(width, -1)
+    pull = proposed * error if outputs == 1 else (proposed.reshape(-1, outputs, terms) * error[:, :, None]).sum(dim=1)
+    if group.own:
+        return pull
+    gradient = pull @ group.share.T
+    if not normalise or group.everyone:
+        return gradient
+    shared = weights @ group.share
+    total = _total(shared)
+    lost = (shared * pull).sum(dim=1, keepdim=True) / total
+    return (gradient - lost * group.share.sum(dim=1)) / total
 
 
 class NormalEquations(NamedTuple):
@@ -76,17 +119,18 @@ class NormalEquations(NamedTuple):
 
     def plus(self, a: torch.Tensor, y: torch.Tensor) -> "NormalEquations":
         """With one more block: ``a`` (samples, parameters), ``y`` (samples, outputs)."""
-        a, y = a.to(self.gram.dtype), y.to(self.gram.dtype)
-        return NormalEquations(self.gram + a.T @ a, self.moment + a.T @ y)
+        gram, moment = equations(a, y)
+        return NormalEquations(self.gram + gram, self.moment + moment)
 
 
-def empty_equations(a: torch.Tensor, y: torch.Tensor) -> NormalEquations:
-    """No samples yet, for blocks like ``a`` (samples, parameters) and ``y`` (samples, outputs).
+def equations(a: torch.Tensor, y: torch.Tensor) -> NormalEquations:
+    """Those of one block, ``a`` (samples, parameters) and ``y`` (samples, outputs).
 
     Summed in double precision, also for samples in single: squares need twice the digits. (Apple's GPUs have none.)
     """
-    n, dtype = a.shape[1], a.dtype if a.device.type == "mps" else torch.float64
-    return NormalEquations(a.new_zeros(n, n, dtype=dtype), a.new_zeros(n, y.shape[1], dtype=dtype))
+    dtype = a.dtype if a.device.type == "mps" else torch.float64
+    a, y = a.to(dtype), y.to(dtype)
+    return NormalEquations(a.T @ a, a.T @ y)
 
 
 class Solution(NamedTuple):
@@ -104,7 +148,7 @@ def range_of(a: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]
 
 
 def solve(
-    equations: NormalEquations, ridge: float = 0.0, rows: tuple[torch.Tensor, torch.Tensor] | None = None
+    normal: NormalEquations, ridge: float = 0.0, rows: tuple[torch.Tensor, torch.Tensor] | None = None
 ) -> Solution:
     """The least-squares solution; of minimum norm where the equations do not determine it.
 
@@ -115,11 +159,12 @@ def solve(
 
     Raises DataError where the sums are too large for the type of number.
     """
-    gram, moment = equations
+    gram, moment = normal
     n = gram.shape[0]
     if n == 0:
         return Solution(moment, 0)
-    if not bool(torch.isfinite(gram).all() & torch.isfinite(moment).all()):
+    # No entry of a Gram matrix is larger than its diagonal.
+    if not bool(torch.isfinite(gram.diagonal()).all() & torch.isfinite(moment).all()):
         raise DataError("the least squares overflow: check the data's and the universes' magnitudes")
     if ridge:
         gram = gram + ridge * gram.diagonal().mean() * torch.eye(n, dtype=gram.dtype, device=gram.device)

@@ -5,8 +5,9 @@ larger than a block's activations need no more memory than one block.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import torch
 
@@ -16,10 +17,11 @@ from anfis.consequents import (
     Solution,
     consequent_terms,
     design,
-    empty_equations,
+    equations,
     present_values,
     range_of,
     solve,
+    weights_gradient,
 )
 from anfis.data import Samples
 from anfis.premises import Premises, Tensors
@@ -42,6 +44,14 @@ class Point(NamedTuple):
     values: list[torch.Tensor]  # the consequents in scaled units, (parameters, outputs) a group
 
 
+class Block(NamedTuple):
+    """Some of the samples, in scaled units."""
+
+    u: torch.Tensor  # (samples, inputs)
+    x1: torch.Tensor  # (samples, inputs + 1): u and 1
+    y: torch.Tensor  # (samples, outputs), in the outputs' own units
+
+
 @dataclass(frozen=True, eq=False)
 class Network:
     """A Sugeno system as learning sees it."""
@@ -50,6 +60,8 @@ class Network:
     groups: tuple[Group, ...]
     ridge: float
     block: int  # samples at a time
+    # Samples of a single block are scaled once, not once an epoch.
+    _scaled: WeakKeyDictionary[Samples, Block] = field(default_factory=WeakKeyDictionary, init=False, repr=False)
 
     @property
     def fis(self) -> Sugeno:
@@ -73,8 +85,12 @@ class Network:
 
     def weights(self, free: Sequence[torch.Tensor], u: torch.Tensor) -> torch.Tensor:
         """The rules' weights (samples, rules) at scaled inputs ``u``; firing strengths for a weighted sum."""
-        firing, weights = rule_weights(self.fis, u, self.premises.natural(free))
-        return firing if self.fis.defuzzification == "wtsum" else weights
+        return self._rules(self.premises.natural(free), u)[1]
+
+    def _rules(self, natural: Sequence[torch.Tensor], u: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Firing strengths, and what counts as :meth:`weights`, of the memberships' own parameters."""
+        firing, weights = rule_weights(self.fis, u, natural)
+        return firing, weights if self._normalise else firing
 
     def designs(self, free: Sequence[torch.Tensor], u: torch.Tensor) -> tuple[list[torch.Tensor], torch.Tensor | None]:
         """Each group's design matrix (samples, parameters), and what stands where no rule fires.
@@ -83,20 +99,27 @@ class Network:
         fires at every sample. A sample where none fires has a row of zeros and so no say in the least squares, but
         its error counts.
         """
-        weights = self.weights(free, u)
-        u1 = torch.cat([u, torch.ones_like(u[:, :1])], dim=1)
-        matrices = [design(g, weights, u1, self.fis.defuzzification == "wtaver") for g in self.groups]
-        silent = self._silent(weights.detach())
-        if not bool(silent.any()):
-            return matrices, None
-        return matrices, silent * u.new_tensor([v.midrange for v in self.fis.outputs])
+        return self._designs(self.weights(free, u), _with_one(u))
 
-    def _silent(self, weights: torch.Tensor) -> torch.Tensor:
-        """(samples, outputs) bool: does no rule for that output fire?"""
+    def _designs(self, weights: torch.Tensor, x1: torch.Tensor) -> tuple[list[torch.Tensor], torch.Tensor | None]:
+        matrices = [design(g, weights, x1, self._normalise) for g in self.groups]
+        silent = self._silent(weights.detach())
+        if silent is None:
+            return matrices, None
+        return matrices, silent * x1.new_tensor([v.midrange for v in self.fis.outputs])
+
+    @property
+    def _normalise(self) -> bool:
+        return self.fis.defuzzification == "wtaver"
+
+    def _silent(self, weights: torch.Tensor) -> torch.Tensor | None:
+        """(samples, outputs) bool: does no rule for that output fire? None where some rule always does."""
+        found = [(weights.sum(dim=1) if g.everyone else (weights @ g.share).sum(dim=1)) <= 0 for g in self.groups]
+        if not any(bool(none.any()) for none in found):
+            return None
         result = torch.empty(len(weights), len(self.fis.outputs), dtype=torch.bool, device=weights.device)
-        for g in self.groups:
-            total = weights.sum(dim=1) if g.everyone else (weights @ g.share).sum(dim=1)
-            result[:, list(g.outputs)] = (total <= 0)[:, None]
+        for g, none in zip(self.groups, found, strict=True):
+            result[:, list(g.outputs)] = none[:, None]
         return result
 
     def output(self, free: Sequence[torch.Tensor], values: Sequence[torch.Tensor], u: torch.Tensor) -> torch.Tensor:
@@ -114,10 +137,19 @@ class Network:
             output = torch.cat(parts, dim=1)[:, place]
         return output if silent is None else output + silent
 
-    def _blocks(self, data: Samples) -> Iterator[tuple[torch.Tensor, torch.Tensor]]:
+    def _blocks(self, data: Samples) -> Iterator[Block]:
+        if data.count <= self.block:
+            if data not in self._scaled:
+                self._scaled[data] = self._scale(data, slice(None))
+            yield self._scaled[data]
+            return
         for start in range(0, data.count, self.block):
-            x, y = data.rows(slice(start, start + self.block))
-            yield self.premises.scale(x), y
+            yield self._scale(data, slice(start, start + self.block))
+
+    def _scale(self, data: Samples, rows: slice) -> Block:
+        x, y = data.rows(rows)
+        u = self.premises.scale(x)
+        return Block(u, _with_one(u), y)
 
     def fit(self, free: Sequence[torch.Tensor], data: Samples, gradient: bool = False) -> Fit:
         """The consequents by least squares, the squared error left, and its gradient to the premises if asked.
@@ -126,121 +158,128 @@ class Network:
         ridge that holds as nearly as the ridge is small). Samples of one block take one forward pass; more blocks take
         one pass for the equations and one for the rest.
         """
-        leaves = [p.detach().clone().requires_grad_(gradient) for p in free]
+        leaves = [p.requires_grad_(gradient) for p in self.premises.natural([p.detach() for p in free])]
         whole = data.count <= self.block
-        equations: list[NormalEquations] = []
-        kept: tuple[list[torch.Tensor], torch.Tensor | None] = ([], None)
-        with torch.set_grad_enabled(gradient and whole):
-            for u, y in self._blocks(data):
-                kept = self.designs(leaves, u)
-                held = [a.detach() for a in kept[0]]
-                targets = [y[:, list(g.outputs)] for g in self.groups]
-                if not equations:
-                    equations = [empty_equations(a, t) for a, t in zip(held, targets, strict=True)]
-                equations = [e.plus(a, t) for e, a, t in zip(equations, held, targets, strict=True)]
-        blocks = [(a.detach(), t) if whole else None for a, t in zip(kept[0], targets, strict=True)]
-        solutions = [solve(e, self.ridge, rows) for e, rows in zip(equations, blocks, strict=True)]
+        sums: list[NormalEquations] = []
+        for block in self._blocks(data):
+            with torch.set_grad_enabled(gradient and whole):
+                firing, weights = self._rules(leaves, block.u)
+            matrices, silent = self._designs(weights.detach(), block.x1)
+            targets = [block.y[:, list(g.outputs)] if len(self.groups) > 1 else block.y for g in self.groups]
+            pairs = zip(matrices, targets, strict=True)
+            sums = (
+                [s.plus(*pair) for s, pair in zip(sums, pairs, strict=True)]
+                if sums
+                else [equations(*pair) for pair in pairs]
+            )
+        rows = [(a, t) if whole else None for a, t in zip(matrices, targets, strict=True)]
+        solutions = [solve(e, self.ridge, r) for e, r in zip(sums, rows, strict=True)]
         solutions = [s._replace(values=s.values.to(leaves[0].dtype)) for s in solutions]
         values = [s.values for s in solutions]
         total = 0.0
-        with torch.set_grad_enabled(gradient):
-            for u, y in self._blocks(data):
-                matrices, silent = kept if whole else self.designs(leaves, u)
-                loss = (self._assemble(matrices, silent, values) - y).square().sum()
-                if gradient:
-                    loss.backward()
-                total += float(loss.detach())
-        gradients = [torch.zeros_like(p) if p.grad is None else p.grad for p in leaves] if gradient else None
-        return Fit(solutions, (total / (data.count * len(self.fis.outputs))) ** 0.5, gradients)
+        gradients = [torch.zeros_like(p) for p in leaves]
+        for block in self._blocks(data):
+            if not whole:
+                with torch.set_grad_enabled(gradient):
+                    firing, weights = self._rules(leaves, block.u)
+                matrices, silent = self._designs(weights.detach(), block.x1)
+            error = self._assemble(matrices, silent, values) - block.y
+            total += float(error.square().sum())
+            if gradient:
+                pull = self._pull(weights.detach(), block.x1, values, 2 * error)
+                parts = _gradients(firing, weights, leaves, pull)
+                gradients = parts if whole else [g + p for g, p in zip(gradients, parts, strict=True)]
+        gradients = self.premises.free_gradient([p.detach() for p in leaves], gradients)
+        return Fit(solutions, (total / (data.count * len(self.fis.outputs))) ** 0.5, gradients if gradient else None)
+
+    def _pull(
+        self, weights: torch.Tensor, x1: torch.Tensor, values: Sequence[torch.Tensor], error: torch.Tensor
+    ) -> torch.Tensor:
+        """∂ Σ error · output / ∂ weights, (samples, rules), with the error (samples, outputs) held."""
+        parts = [
+            weights_gradient(
+                g, weights, x1, v, error[:, list(g.outputs)] if len(self.groups) > 1 else error, self._normalise
+            )
+            for g, v in zip(self.groups, values, strict=True)
+        ]
+        return parts[0] if len(parts) == 1 else torch.stack(parts).sum(dim=0)
 
     @torch.no_grad()
     def rmse(self, point: Point, data: Samples) -> float:
         """Root mean square error over samples and outputs."""
         total = 0.0
-        for u, y in self._blocks(data):
-            total += float((self.output(point.free, point.values, u) - y).square().sum())
+        for block in self._blocks(data):
+            matrices, silent = self._designs(self.weights(point.free, block.u), block.x1)
+            total += float((self._assemble(matrices, silent, point.values) - block.y).square().sum())
         return (total / (data.count * len(self.fis.outputs))) ** 0.5
 
     @torch.no_grad()
     def silent(self, free: Sequence[torch.Tensor], data: Samples) -> int:
         """How many samples leave some output without a rule that fires."""
         count = 0
-        for u, _ in self._blocks(data):
-            count += int(self._silent(self.weights(free, u)).any(dim=1).sum())
+        for block in self._blocks(data):
+            silent = self._silent(self.weights(free, block.u))
+            count += int(silent.any(dim=1).sum()) if silent is not None else 0
         return count
 
     def reduced(self, point: Point, data: Samples) -> tuple[torch.Tensor, torch.Tensor]:
         """Jᵀ J and Jᵀ r of the reduced residual, consequents eliminated   [Kaufman 1975].
 
         J is the Jacobian of the output to the free premises with the consequents held, less what the consequents can
-        make up for: J − A A⁺ J. With samples of one block the projection is that of A's singular vectors; with more
-        blocks J is never formed whole and the projection is applied to the sums, which is less precise.
+        make up for: J − A A⁺ J. A, J and r are gathered block by block into one triangle (QR), which keeps what their
+        squares would lose; a ridge is rows √λ of A, below which J is 0.
         """
-        if data.count <= self.block:
-            return self._reduced_whole(point, data)
-        sums: list[list[torch.Tensor]] = []
-        for u, y in self._blocks(data):
-            with torch.no_grad():
-                matrices, _ = self.designs(point.free, u)
-            jacobians, outputs = self._jacobians(point, u)
-            residual = y - outputs
-            for k, (a, group) in enumerate(zip(matrices, self.groups, strict=True)):
-                if len(sums) <= k:
-                    sums.append([])
-                for j, o in enumerate(group.outputs):
-                    jacobian = jacobians[o]
-                    parts = [
-                        jacobian.T @ jacobian,
-                        jacobian.T @ residual[:, o],
-                        a.T @ jacobian,
-                        a.T @ residual[:, o],
-                        a.T @ a,
-                    ]
-                    if len(sums[k]) <= j * 5:
-                        sums[k] += parts
-                    else:
-                        for i, part in enumerate(parts):
-                            sums[k][j * 5 + i] = sums[k][j * 5 + i] + part
-        jtj: torch.Tensor | None = None
-        jtr: torch.Tensor | None = None
-        for group, held in zip(self.groups, sums, strict=True):
-            for j in range(len(group.outputs)):
-                jj, jr, aj, ar, aa = held[j * 5 : j * 5 + 5]
-                made_up = solve(NormalEquations(aa, aj), self.ridge).values
-                jj = jj - aj.T @ made_up
-                jr = jr - made_up.T @ ar
-                jtj = jj if jtj is None else jtj + jj
-                jtr = jr if jtr is None else jtr + jr
-        assert jtj is not None
-        assert jtr is not None
-        return (jtj + jtj.T) / 2, jtr
-
-    def _reduced_whole(self, point: Point, data: Samples) -> tuple[torch.Tensor, torch.Tensor]:
-        ((u, y),) = self._blocks(data)
-        with torch.no_grad():
-            matrices, _ = self.designs(point.free, u)
-        jacobians, outputs = self._jacobians(point, u)
+        triangles: list[torch.Tensor] = []
+        natural = self.premises.natural([p.detach() for p in point.free])
+        for block in self._blocks(data):
+            leaves = [p.expand(len(block.u), *p.shape).clone().requires_grad_() for p in natural]
+            firing, weights = self._rules(leaves, block.u)
+            matrices, silent = self._designs(weights.detach(), block.x1)
+            residual = block.y - self._assemble(matrices, silent, point.values)
+            jacobians = self._jacobians(firing, weights, leaves, block.x1, point.values)
+            for k, (a, g) in enumerate(zip(matrices, self.groups, strict=True)):
+                rows = torch.cat([a, *(jacobians[o] for o in g.outputs), residual[:, list(g.outputs)]], dim=1)
+                if k < len(triangles):
+                    triangles[k] = torch.linalg.qr(torch.cat([triangles[k], rows]), mode="r").R
+                else:
+                    triangles.append(torch.linalg.qr(rows, mode="r").R)
         parts = []
-        for a, group in zip(matrices, self.groups, strict=True):
-            basis, _, _ = range_of(a)
-            for o in group.outputs:
-                own = jacobians[o] - basis @ (basis.T @ jacobians[o])
-                parts.append((own.T @ own, own.T @ (y - outputs)[:, o]))
+        for g, triangle, values in zip(self.groups, triangles, point.values, strict=True):
+            n, q = len(g.columns), len(g.outputs)
+            if self.ridge and n:
+                size = (self.ridge * triangle[:, :n].square().sum() / n).sqrt()
+                below = triangle.new_zeros(n, triangle.shape[1])
+                below[:, :n] = size * torch.eye(n, dtype=triangle.dtype, device=triangle.device)
+                below[:, -q:] = -size * values
+                triangle = torch.cat([triangle, below])
+            basis, _, _ = range_of(triangle[:, :n])
+            for j, jacobian in enumerate(triangle[:, n:-q].chunk(q, dim=1)):
+                own = jacobian - basis @ (basis.T @ jacobian)
+                parts.append((own.T @ own, own.T @ triangle[:, j - q]))
         return sum(p[0] for p in parts), sum(p[1] for p in parts)  # type: ignore[return-value]
 
-    def _jacobians(self, point: Point, u: torch.Tensor) -> tuple[list[torch.Tensor], torch.Tensor]:
-        """∂ output / ∂ free premises (samples, parameters) an output, and the outputs: one backward pass an output.
+    def _jacobians(
+        self,
+        firing: torch.Tensor,
+        weights: torch.Tensor,
+        leaves: Sequence[torch.Tensor],
+        x1: torch.Tensor,
+        values: Sequence[torch.Tensor],
+    ) -> list[torch.Tensor]:
+        """∂ output / ∂ free premises (samples, parameters) an output: one backward pass an output.
 
-        Every sample gets premises of its own (expanded, not copied), so that the gradient of the summed output is the
+        Every sample has premises of its own in ``leaves`` (expanded), so that the gradient of the summed output is the
         Jacobian, sample by sample.
         """
-        leaves = [p.detach().expand(len(u), *p.shape).clone().requires_grad_() for p in point.free]
-        outputs = self.output(leaves, point.values, u)
+        count = len(self.fis.outputs)
         jacobians = []
-        for o in range(outputs.shape[1]):
-            rows = torch.autograd.grad(outputs[:, o].sum(), leaves, retain_graph=o + 1 < outputs.shape[1])
-            jacobians.append(torch.cat([r.flatten(1) for r in rows], dim=1))
-        return jacobians, outputs.detach()
+        for o in range(count):
+            error = x1.new_zeros(len(x1), count)
+            error[:, o] = 1.0
+            rows = _gradients(firing, weights, leaves, self._pull(weights.detach(), x1, values, error), o + 1 < count)
+            free = self.premises.free_gradient([p.detach() for p in leaves], rows)
+            jacobians.append(torch.cat([r.flatten(1) for r in free], dim=1))
+        return jacobians
 
     def unflatten(self, flat: torch.Tensor) -> Tensors:
         """Free premises from one vector of all."""
@@ -249,3 +288,31 @@ class Network:
             result.append(flat[start : start + sign.numel()].reshape(sign.shape))
             start += sign.numel()
         return tuple(result)
+
+
+def _with_one(u: torch.Tensor) -> torch.Tensor:
+    """[u, 1] (samples, inputs + 1); a column is in one piece, as in a design matrix."""
+    return torch.cat([u.T, torch.ones_like(u[:, :1]).T]).T
+
+
+def _gradients(
+    firing: torch.Tensor,
+    weights: torch.Tensor,
+    leaves: Sequence[torch.Tensor],
+    pull: torch.Tensor,
+    again: bool = False,
+) -> list[torch.Tensor]:
+    """The gradient of Σ pull · weights to each of ``leaves``, 0 where it does not depend on them.
+
+    Weights that are firing strengths over their sum are differentiated as such, which is half the way back through
+    the softmax that keeps them from underflow; where a sum comes near underflow, through the softmax.
+    """
+    if not weights.requires_grad:
+        return [torch.zeros_like(p) for p in leaves]
+    if weights is not firing:
+        total = firing.detach().sum(dim=1, keepdim=True)
+        if float(total.min()) > torch.finfo(total.dtype).tiny ** 0.5:
+            pull = (pull - (weights.detach() * pull).sum(dim=1, keepdim=True)) / total
+            weights = firing
+    found = torch.autograd.grad(weights, leaves, pull, retain_graph=again, allow_unused=True)
+    return [torch.zeros_like(p) if g is None else g for p, g in zip(leaves, found, strict=True)]

@@ -6,6 +6,7 @@ size suits all of them. Widths and shapes are learnt as logarithms: they cannot 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -49,14 +50,24 @@ class Premises:
 
     def natural(self, free: Sequence[torch.Tensor]) -> Tensors:
         """The membership functions' parameters, in scaled units, of free tensors (..., terms, parameters)."""
-        result = []
-        for kind, tensor, sign in zip(self.fis.structure.kinds, free, self.signs, strict=True):
-            columns = [
-                sign[:, k] * torch.exp(tensor[..., k]) if role in ("width", "shape") else tensor[..., k]
-                for k, role in enumerate(kind.function.roles)
-            ]
-            result.append(torch.stack(columns, dim=-1))
-        return tuple(result)
+        return tuple(
+            torch.where(positive, sign * torch.exp(torch.where(positive, tensor, 0.0)), tensor)
+            for tensor, sign, positive in zip(free, self.signs, self._positive, strict=True)
+        )
+
+    def free_gradient(self, natural: Sequence[torch.Tensor], gradient: Sequence[torch.Tensor]) -> list[torch.Tensor]:
+        """What a gradient to the parameters of :meth:`natural` is to the free tensors."""
+        return [
+            torch.where(positive, g * p, g) for p, g, positive in zip(natural, gradient, self._positive, strict=True)
+        ]
+
+    @cached_property
+    def _positive(self) -> Tensors:
+        """Per kind (parameters,) bool: which are learnt as logarithms."""
+        return tuple(
+            torch.tensor([role in ("width", "shape") for role in kind.function.roles], device=self.low.device)
+            for kind in self.fis.structure.kinds
+        )
 
     def start(self) -> Tensors:
         """Free tensors for the parameters that ``fis`` has now."""

@@ -36,6 +36,8 @@ class State(NamedTuple):
     best_check: Point
     since: int  # epochs since the last minimum of the error that is watched
     memory: dict[str, Any]  # hybrid: the gradient here; backprop: the optimiser's own state
+    least_train: float = float("inf")  # the least errors in the history
+    least_check: float = float("inf")
 
 
 _POINTS = ("point", "best_train", "best_check")
@@ -73,13 +75,16 @@ def restore(source: str | Path | dict[str, Any], options: Options, fingerprint: 
                 raise TrainingError(
                     f"{where}this checkpoint was made with {name} = {saved['options'][name]!r}, not {value!r}"
                 )
+        history = tuple(Epoch(*row) for row in saved["history"])
         points = {name: Point(tuple(saved[name]["free"]), list(saved[name]["values"])) for name in _POINTS}
         return State(
             epoch=saved["epoch"],
             step=saved["step"],
-            history=tuple(Epoch(*row) for row in saved["history"]),
+            history=history,
             since=saved["since"],
             memory=saved["memory"],
+            least_train=min((row.train for row in history), default=float("inf")),
+            least_check=min((row.check for row in history if row.check == row.check), default=float("inf")),
             **points,
         )
     except (KeyError, TypeError, AttributeError):

@@ -10,7 +10,8 @@ Four methods, all through the one inference of :mod:`fuzzy.inference`:
 """
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -29,6 +30,8 @@ from anfis.premises import premises
 from anfis.state import Epoch, State, dump, fingerprint_of, restore, save
 from fuzzy.detached import detached
 from fuzzy.system import Sugeno
+
+_SMALL = 250_000  # numbers in a design matrix up to which one thread does
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,48 +96,66 @@ def train(
         _say_silent(run, state.point)
     else:
         state = restore(resume, options, run.fingerprint)
-    history: list[Epoch] = list(state.history)
+    history = state.history
     stopped = "epochs"
-    try:
-        while True:
-            measured = run.measure(state)
-            if measured is None:
-                stopped = "diverged"
-                break
-            state, row = measured
-            history = list(state.history)
-            if checkpoint is not None:
-                save(dump(state, options, run.fingerprint), checkpoint)
-            if callback is not None and callback(row) is False:
-                stopped = "callback"
-                break
-            if row.train <= options.goal:
-                stopped = "goal"
-                break
-            if options.patience and state.since >= options.patience:
-                stopped = "patience"
-                break
-            if row.epoch >= options.epochs or options.method == "least-squares":
-                break
-            advanced = run.advance(state)
-            if advanced is None:
-                stopped = "converged"
-                break
-            state = advanced
-    except KeyboardInterrupt:
-        stopped = "interrupted"
-        if not history:
-            raise
+    with _few_threads(network, data.count):
+        try:
+            while True:
+                measured = run.measure(state)
+                if measured is None:
+                    stopped = "diverged"
+                    break
+                state, row = measured
+                history = state.history
+                if checkpoint is not None:
+                    save(dump(state, options, run.fingerprint), checkpoint)
+                if callback is not None and callback(row) is False:
+                    stopped = "callback"
+                    break
+                if row.train <= options.goal:
+                    stopped = "goal"
+                    break
+                if options.patience and state.since >= options.patience:
+                    stopped = "patience"
+                    break
+                if row.epoch >= options.epochs or options.method == "least-squares":
+                    break
+                advanced = run.advance(state)
+                if advanced is None:
+                    stopped = "converged"
+                    break
+                state = advanced
+        except KeyboardInterrupt:
+            stopped = "interrupted"
+            if not history:
+                raise
     return Training(
         network.system(state.best_check if checking is not None else state.best_train),
         network.system(state.best_train),
-        tuple(history),
+        history,
         _argmin(history, "check" if checking is not None else "train"),
         stopped,
         options,
         network.count,
         dump(state, options, run.fingerprint),
     )
+
+
+@contextmanager
+def _few_threads(network: Network, count: int) -> Iterator[None]:
+    """One thread for a small problem: more wait for each other longer than they compute, the longer the busier the
+    machine. The caller's number comes back.
+    """
+    columns = max(len(g.columns) for g in network.groups)
+    before = torch.get_num_threads()
+    small = before > 1 and min(count, network.block) * columns < _SMALL
+    if small:
+        torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        if small:
+            torch.set_num_threads(before)
 
 
 def _argmin(history: Sequence[Epoch], column: str) -> int:
@@ -182,16 +203,16 @@ class _Run:
                 return None
             raise DataError("the training error is not finite: check the data's and the parameters' magnitudes")
         row = Epoch(state.epoch, train_error, check_error, state.step, rank)
-        least_train = min((r.train for r in state.history), default=float("inf"))
-        least_check = min((r.check for r in state.history), default=float("inf"))
-        better_check = check_error < least_check
-        better = train_error < least_train if self.checking is None else better_check
+        better_train, better_check = train_error < state.least_train, check_error < state.least_check
+        better = better_train if self.checking is None else better_check
         state = state._replace(
             point=point,
             memory=memory,
             history=(*state.history, row),
-            best_train=point if train_error < least_train else state.best_train,
+            best_train=point if better_train else state.best_train,
             best_check=point if better_check or not state.history else state.best_check,
+            least_train=train_error if better_train else state.least_train,
+            least_check=check_error if better_check else state.least_check,
             since=0 if better or not state.history else state.since + 1,
         )
         return state, row
@@ -206,7 +227,8 @@ class _Run:
         norm = torch.sqrt(sum((g.square().sum() for g in gradient), start=gradient[0].new_zeros(())))
         if not float(norm) > 0:
             return None
-        errors, steps = [row.train for row in state.history], [row.step for row in state.history]
+        recent = state.history[-6:]  # more than these the rules do not look at
+        errors, steps = [row.train for row in recent], [row.step for row in recent]
         step = jang_step(errors, steps, self.options.increase, self.options.decrease)
         free = [p - step * g / norm for p, g in zip(state.point.free, gradient, strict=True)]
         point = state.point._replace(free=self.network.premises.valid(free))
@@ -227,7 +249,8 @@ class _Run:
             rows = slice(None) if order is None else order[start : start + size]
             optimiser.zero_grad()
             x, y = self.data.rows(rows)
-            loss = (self.network.output(leaves[:kinds], leaves[kinds:], x) - y).square().mean()
+            u = self.network.premises.scale(x)
+            loss = (self.network.output(leaves[:kinds], leaves[kinds:], u) - y).square().mean()
             loss.backward()
             optimiser.step()
             with torch.no_grad():

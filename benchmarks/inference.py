@@ -7,12 +7,8 @@ alike; each number is the median over the rounds. Engines first have to give our
 Run ``python -m benchmarks.inference [--json]``. Peers that are not installed are left out with a note.
 """
 
-import argparse
 import contextlib
 import ctypes
-import importlib.metadata
-import json
-import platform
 import shutil
 import subprocess
 import sys
@@ -27,6 +23,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from benchmarks.reporting import heading, machine, start, versions
 from fuzzy.compiled import compile_sugeno
 from fuzzy.inference import infer
 from fuzzy.kernel import evaluate_point, workspace
@@ -142,7 +139,7 @@ def pyfuzzylite() -> Engine:
         engine.process()
         return np.reshape(output.value, (-1, 1))
 
-    if int(_version("pyfuzzylite").partition(".")[0]) >= 8:
+    if int(versions(["pyfuzzylite"])["pyfuzzylite"].partition(".")[0]) >= 8:
         return Engine("pyfuzzylite", evaluate, evaluate)
     return Engine(
         "pyfuzzylite", evaluate, lambda x: np.concatenate([evaluate(point) for point in x.tolist()]), points=100
@@ -221,16 +218,6 @@ def repetitions(engine: Engine, point: list[float]) -> int:
     return max(1, min(1000, int(0.005 / seconds(lambda: engine.one(point)))))  # type: ignore[misc]
 
 
-def processor() -> str:
-    """The processor's name, as far as the system tells."""
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        for line in info.read_text().splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
-
-
 def measure() -> dict[str, Any]:
     """Every number of the report, by name; times in seconds."""
     engines, notes = ours(), []
@@ -262,10 +249,7 @@ def measure() -> dict[str, Any]:
     for e in engines:
         if e.points < POINTS:
             notes.append(f"{e.name}: measured {e.points} points and scaled")
-    return {
-        "processor": processor(),
-        "python": platform.python_version(),
-        "versions": {p: _version(p) for p in ("numpy", "numba", "pyfuzzylite", "simpful", "scikit-fuzzy")},
+    return machine(["numpy", "numba", "pyfuzzylite", "simpful", "scikit-fuzzy"]) | {
         "system": f"{INPUTS} inputs, {RULES} Gaussian rules, first order; {POINTS} points; median of {ROUNDS} rounds",
         "difference_from_infer": differences,
         "one_point_s": {name: median(times) for name, times in one.items()},
@@ -274,17 +258,9 @@ def measure() -> dict[str, Any]:
     }
 
 
-def _version(package: str) -> str:
-    try:
-        return importlib.metadata.version(package)
-    except importlib.metadata.PackageNotFoundError:
-        return "not installed"
-
-
 def report(result: dict[str, Any]) -> str:
     """The result as a table: times, and how many times the compiled inference's."""
-    versions = ", ".join(f"{name} {version}" for name, version in result["versions"].items())
-    lines = [f"{result['processor']}; Python {result['python']}, {versions}", result["system"], ""]
+    lines = [heading(result), result["system"], ""]
     lines.append(f"{'':42}{'one point':>12}{'ratio':>9}{f'{POINTS:,} points':>18}{'ratio':>9}")
     one, many = result["one_point_s"], result["many_points_s"]
     for name in one:
@@ -299,11 +275,7 @@ def report(result: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
-    arguments = parser.parse_args()
-    result = measure()
-    print(json.dumps(result) if arguments.json else report(result))
+    start(__doc__, measure, report)
 
 
 if __name__ == "__main__":

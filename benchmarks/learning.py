@@ -1,18 +1,16 @@
-"""How fast and how well does ANFIS learn? Mackey-Glass as Jang set it, beside anfis-toolbox.
+"""How fast and how well does ANFIS learn? Jang's problems of 1993 and formation data, beside other Python packages.
 
-500 pairs to learn from, 500 to check with; two bells an input, 16 rules, 104 parameters. Every engine starts from the
-same grid. Time is wall time an epoch with one thread (median over the rounds, engines in turn); errors are RMSE.
-Then one big problem: 100,000 samples, 4 inputs, 16 rules.
+Every engine starts from the same grid. Times are wall time an epoch with one thread, median over the rounds, engines
+in turn (ours measures the checking error in every epoch too); errors are RMSE after the given number of epochs. Then
+one big problem: 100,000 samples, 4 inputs, 16 rules, and ten million where torch finds an accelerator.
 
 Run ``python -m benchmarks.learning [--json]``.
 """
 
-import argparse
-import importlib.metadata
-import json
-import platform
 import time
-from itertools import product
+import warnings
+from collections.abc import Callable
+from contextlib import nullcontext
 from statistics import median
 from typing import Any
 
@@ -20,135 +18,175 @@ import numpy as np
 import torch
 
 import anfis
-import fuzzy
-from benchmarks.mackeyglass import pairs
+from benchmarks.anfisrivals import RIVALS, Predict, Rival, installed, learn
+from benchmarks.problems import JANG_APE, Problem, grid, problems
+from benchmarks.reporting import heading, machine, start
 
-ROUNDS, EPOCHS = 5, 500
-JANG = 0.0015  # the checking RMSE that Jang 1993 reports after 500 epochs
-
-
-def grid(x: np.ndarray) -> fuzzy.Sugeno:
-    """Two bells an input, neighbours crossing at 0.5, and a rule for every combination, the last input fastest."""
-    inputs = []
-    for i, (low, high) in enumerate(zip(x.min(axis=0), x.max(axis=0), strict=True)):
-        bells = {f"mf{k + 1}": fuzzy.Bell((high - low) / 2, 2, c) for k, c in enumerate((low, high))}
-        inputs.append(fuzzy.Variable(f"in{i + 1}", (low, high), bells))
-    combinations = list(product(("mf1", "mf2"), repeat=x.shape[1]))
-    names = [f"out1mf{r + 1}" for r in range(len(combinations))]
-    output = fuzzy.Variable("out1", (0, 2), {name: fuzzy.Linear([0.0] * x.shape[1], 0.0) for name in names})
-    rules = [
-        fuzzy.Rule(tuple(fuzzy.Clause(f"in{i + 1}", mf) for i, mf in enumerate(c)), (("out1", name),))
-        for c, name in zip(combinations, names, strict=True)
-    ]
-    return fuzzy.Sugeno(inputs, [output], rules)
+ROUNDS = 5
+TIMED = 25  # epochs of a round
+SECOND_ORDER = 100  # epochs of the second-order method; it converges before
+OURS: dict[str, dict[str, Any]] = {
+    "hybrid": {},
+    "hybrid, step 0.1": {"step": 0.1},
+    "second-order": {"method": "second-order"},
+}
 
 
-def ours(method: str, epochs: int, **options: Any) -> tuple[float, dict[str, Any]]:
-    """Seconds an epoch, and what came out."""
-    x, y = pairs()
-    start = time.perf_counter()
-    result = anfis.train(
-        grid(x[:500]),
-        x[:500],
-        y[:500],
-        anfis.Options(method=method, epochs=epochs, **options),
-        check=(x[500:], y[500:]),
-    )
-    seconds = (time.perf_counter() - start) / len(result.history)
-    best = result.history[result.best]
-    reached = next((row.epoch for row in result.history if row.check <= JANG), None)
-    return seconds, {
-        "epochs": len(result.history) - 1,
-        "best_epoch": result.best,
-        "train": best.train,
-        "check": best.check,
-        "to_jang_s": None if reached is None else seconds * (reached + 1),
+def ours(problem: Problem, epochs: int, **options: Any) -> anfis.Training:
+    """Our own learning."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", anfis.DataWarning)
+        return anfis.train(
+            grid(problem),
+            problem.x,
+            problem.y,
+            anfis.Options(epochs=epochs, **options),
+            check=(problem.check_x, problem.check_y),
+        )
+
+
+def errors(problem: Problem, predict: Predict) -> dict[str, float]:
+    """Training and checking RMSE, and Jang's APE [%] where the problem has it."""
+    result = {}
+    for name, x, y in (("train", problem.x, problem.y), ("check", problem.check_x, problem.check_y)):
+        error = np.asarray(predict(x), dtype=float) - y
+        result[name] = float(np.sqrt(np.mean(error**2)))
+        if problem.relative:
+            result[f"{name}_ape"] = float(100 * np.mean(np.abs(error / y)))
+    return result
+
+
+def complete(problem: Problem, options: dict[str, Any]) -> dict[str, Any]:
+    """One whole run of ours: errors, and when it is as good as Jang's."""
+    epochs = SECOND_ORDER if options.get("method") == "second-order" else problem.epochs
+    begin = time.perf_counter()
+    result = ours(problem, epochs, **options)
+    seconds = (time.perf_counter() - begin) / len(result.history)
+    row: dict[str, Any] = {"epochs": len(result.history) - 1, "hybrid": True}
+    row |= errors(problem, lambda x: result.system(x).ravel())
+    if problem.goal is not None:
+        reached = next((r.epoch for r in result.history if r.check <= problem.goal), None)
+        row["to_goal_s"] = None if reached is None else seconds * (reached + 1)
+    return row
+
+
+def one_problem(problem: Problem, rivals: list[Rival]) -> dict[str, Any]:
+    """Times an epoch, in turn, then every engine's errors after a whole run."""
+    engines: dict[str, Callable[[], Any]] = {
+        name: lambda options=options: ours(problem, TIMED - 1, **options)  # type: ignore[misc]
+        for name, options in OURS.items()
     }
+    engines |= {r.name: lambda r=r: learn(r, problem, TIMED) for r in rivals}  # type: ignore[misc]
+    wall: dict[str, list[float]] = {name: [] for name in engines}
+    rows: dict[str, Any] = {}
+    for round_ in range(ROUNDS + 1):
+        for name in list(engines):
+            begin = time.perf_counter()
+            try:
+                engines[name]()
+            except Exception as error:  # another package's: whatever it is, the rest goes on
+                rows[name] = {"failed": f"{type(error).__name__}: {str(error).partition(chr(10))[0][:80]}"}
+                del engines[name], wall[name]
+                continue
+            if round_:  # the first warms up
+                wall[name].append((time.perf_counter() - begin) / TIMED)
+    for name in engines:
+        if name in OURS:
+            row = complete(problem, OURS[name])
+        else:
+            rival = next(r for r in rivals if r.name == name)
+            row = {"epochs": problem.epochs, "hybrid": rival.hybrid}
+            row |= errors(problem, learn(rival, problem, problem.epochs))
+        row["ms_an_epoch"] = 1e3 * median(wall[name])
+        row["ratio"] = median(w / o for w, o in zip(wall[name], wall["hybrid"], strict=True))
+        rows[name] = row
+    return rows
 
 
-def toolbox(epochs: int) -> tuple[float, dict[str, Any]]:
-    """anfis-toolbox's hybrid learning from the same grid."""
-    from anfis_toolbox.membership import BellMF
-    from anfis_toolbox.model import TSKANFIS
-    from anfis_toolbox.optim import HybridTrainer
-
-    x, y = pairs()
-    low, high = x[:500].min(axis=0), x[:500].max(axis=0)
-    terms = {
-        f"x{i}": [BellMF((b - a) / 2, 2, a), BellMF((b - a) / 2, 2, b)]
-        for i, (a, b) in enumerate(zip(low, high, strict=True))
-    }
-    model = TSKANFIS(terms)
-    start = time.perf_counter()
-    model.fit(x[:500], y[:500, None], trainer=HybridTrainer(learning_rate=0.01, epochs=epochs))
-    seconds = (time.perf_counter() - start) / epochs
-    errors = [
-        float(np.sqrt(np.mean((model.predict(x[s]).ravel() - y[s]) ** 2))) for s in (slice(0, 500), slice(500, None))
-    ]
-    return seconds, {"epochs": epochs, "train": errors[0], "check": errors[1]}
-
-
-def large() -> dict[str, float]:
-    """One hybrid epoch on 100,000 samples, 4 inputs, 16 rules, in blocks."""
+def large(samples: int, device: str, dtype: str = "float64") -> float:
+    """Seconds of one hybrid epoch, 4 inputs, 16 rules, in blocks."""
     random = np.random.default_rng(0)
-    x = random.uniform(size=(100_000, 4))
+    x = random.uniform(size=(samples, 4))
     y = np.sin(4 * x[:, 0]) * x[:, 1] + x[:, 2] ** 2 - x[:, 3]
-    seconds = []
+    fis = grid(Problem("large", x, y, x, y, 2, 3))
+    batch = 8192 if device == "cpu" else 1_048_576
+    arrived: list[float] = []
     for _ in range(3):
-        start = time.perf_counter()
-        result = anfis.train(grid(x), x, y, anfis.Options(epochs=3, batch=8192))
-        seconds.append((time.perf_counter() - start) / len(result.history))
-    return {"seconds_an_epoch": median(seconds)}
+        began = len(arrived)
+        anfis.train(
+            fis,
+            x,
+            y,
+            anfis.Options(epochs=3, batch=batch, device=device, dtype=dtype),  # type: ignore[arg-type]
+            callback=lambda _: arrived.append(time.perf_counter()),
+        )
+        arrived[began:] = np.diff(arrived[began:]).tolist()  # without what is done once
+    return median(arrived)
 
 
 def measure() -> dict[str, Any]:
     """Every number of the benchmark."""
-    torch.set_num_threads(1)
-    engines = {
-        "hybrid": lambda: ours("hybrid", EPOCHS),
-        "hybrid, step 0.1": lambda: ours("hybrid", EPOCHS, step=0.1),
-        "second-order": lambda: ours("second-order", 200),
-    }
-    versions = {name: importlib.metadata.version(name) for name in ("fuzzyfleet", "torch", "numpy")}
+    rivals, notes = installed()
+    result: dict[str, Any] = machine(
+        ["fuzzyfleet", "torch", "numpy", *dict.fromkeys(rival.package for rival in RIVALS)]
+    )
+    threads = torch.get_num_threads()  # before the limit, which is torch's too
     try:
-        versions["anfis-toolbox"] = importlib.metadata.version("anfis-toolbox")
-        engines["anfis-toolbox, hybrid"] = lambda: toolbox(60)
-    except importlib.metadata.PackageNotFoundError:
-        print("anfis-toolbox is not installed (`make bench` does): left out")
-    times: dict[str, list[float]] = {name: [] for name in engines}
-    results: dict[str, Any] = {}
-    for _ in range(ROUNDS):
-        for name, engine in engines.items():
-            seconds, results[name] = engine()
-            times[name].append(seconds)
-    for name, values in times.items():
-        results[name]["ms_an_epoch"] = 1e3 * median(values)
-    torch.set_num_threads(2)
-    return {
-        "versions": versions,
-        "machine": platform.processor() or platform.machine(),
-        "mackey_glass": results,
-        "large": large(),
-    }
+        from threadpoolctl import threadpool_limits
+
+        alone: Any = threadpool_limits(1)
+    except ImportError:
+        alone = nullcontext()
+        notes.append("threadpoolctl is not installed: numpy's engines may use more than one thread")
+    torch.set_num_threads(1)
+    with alone:
+        result["problems"] = {problem.name: one_problem(problem, rivals) for problem in problems()}
+    torch.set_num_threads(threads)
+    result["large"] = {"samples": 100_000, "device": f"{threads} threads", "seconds": large(100_000, "cpu")}
+    if torch.cuda.is_available():
+        result["accelerator"] = {
+            "samples": 10_000_000,
+            "device": torch.cuda.get_device_name(),
+            "seconds": large(10_000_000, "cuda"),
+        }
+    return result | {"rounds": ROUNDS, "notes": notes}
+
+
+def report(result: dict[str, Any]) -> str:
+    """The result as tables: times an epoch, and how many times our hybrid's."""
+    lines = [heading(result), f"one thread; median of {result['rounds']} rounds of {TIMED} epochs, engines in turn"]
+    for problem, rows in result["problems"].items():
+        lines += ["", f"{problem:32}{'ms an epoch':>12}{'ratio':>8}{'epochs':>8}{'train':>11}{'check':>11}"]
+        for name, row in rows.items():
+            if "failed" in row:
+                lines.append(f"  {name:30}{row['failed']}")
+                continue
+            line = (
+                f"  {name:30}{row['ms_an_epoch']:>12.2f}{row['ratio']:>8.1f}{row['epochs']:>8}"
+                f"{row['train']:>11.2e}{row['check']:>11.2e}"
+            )
+            if "train_ape" in row:
+                line += f"   APE {row['train_ape']:.3f} %, {row['check_ape']:.3f} % (Jang {JANG_APE[0]}, {JANG_APE[1]})"
+            if row.get("to_goal_s"):
+                line += f"   Jang's error after {row['to_goal_s']:.2f} s"
+            lines.append(line)
+        learnt = [n for n, row in rows.items() if row.get("hybrid") and n not in OURS]
+        if learnt:
+            fastest = min(learnt, key=lambda n: rows[n]["ms_an_epoch"])
+            lines.append(f"  fastest hybrid rival: {fastest}, {rows[fastest]['ratio']:.1f} x ours")
+    for key in ("large", "accelerator"):
+        if found := result.get(key):
+            rate = found["samples"] / found["seconds"] / 1e6
+            lines += [
+                "",
+                f"{found['samples']:,} x 4, 16 rules, {found['device']}: {found['seconds']:.2f} s a hybrid epoch, "
+                f"{rate:.2f} million samples a second",
+            ]
+    return "\n".join([*lines, "", *result["notes"]])
 
 
 def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    found = measure() if (arguments := parser.parse_args()) else {}
-    if arguments.json:
-        print(json.dumps(found))
-        return
-    print(" ".join(f"{name} {version}" for name, version in found["versions"].items()))
-    base = found["mackey_glass"]["hybrid"]["ms_an_epoch"]
-    for name, row in found["mackey_glass"].items():
-        jang = f", Jang's {JANG} after {row['to_jang_s']:.2f} s" if row.get("to_jang_s") else ""
-        print(
-            f"{name:24} {row['ms_an_epoch']:8.2f} ms an epoch ({row['ms_an_epoch'] / base:5.1f} x hybrid), after "
-            f"{row['epochs']} epochs train {1e3 * row['train']:.2f}e-3, check {1e3 * row['check']:.2f}e-3{jang}"
-        )
-    print(f"100,000 x 4, 16 rules: {found['large']['seconds_an_epoch']:.2f} s a hybrid epoch, 2 threads")
+    start(__doc__, measure, report)
 
 
 if __name__ == "__main__":

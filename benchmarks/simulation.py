@@ -8,19 +8,15 @@ over the rounds, after a first call that compiles, and beside it that of the bes
 Run ``python -m benchmarks.simulation [--json]``.
 """
 
-import argparse
-import importlib.metadata
-import json
-import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from statistics import median
 from typing import Any
 
 import numpy as np
 
+from benchmarks.reporting import heading, machine, start
 from robotics import plant as p
 from robotics.controller import Command, Controller, Observation
 from robotics.controllers import make_controller
@@ -112,16 +108,6 @@ def stages(about: Scenario, law: Controller, seeds: int) -> dict[str, float]:
     return {name: part / whole for name, part in parts.items()}
 
 
-def processor() -> str:
-    """The processor's name, as far as the system tells."""
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        for line in info.read_text().splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
-
-
 def measure() -> dict[str, Any]:
     """Every number of the report, by name."""
     laws = {name: make_controller(name) for name in CONTROLLERS}
@@ -145,10 +131,7 @@ def measure() -> dict[str, Any]:
                 rates.setdefault(key, []).append(SEEDS * robots * crowd.ticks / taken)
             shares.setdefault(f"{name}, one run", []).append(stages(one, law, 1))
             shares.setdefault(f"{name}, {SEEDS} runs", []).append(stages(crowds[3], law, SEEDS))
-    return {
-        "processor": processor(),
-        "python": platform.python_version(),
-        "versions": {package: importlib.metadata.version(package) for package in ("numpy", "numba", "scipy")},
+    return machine(["numpy", "numba", "scipy"]) | {
         "one_run_s": {name: median(times) for name, times in one_run.items()},
         "one_run_best_s": {name: min(times) for name, times in one_run.items()},
         "robot_ticks_per_s": {name: median(values) for name, values in rates.items()},
@@ -165,8 +148,7 @@ def measure() -> dict[str, Any]:
 
 def report(result: dict[str, Any]) -> str:
     """The result as a table, beside what we aim for."""
-    versions = ", ".join(f"{name} {version}" for name, version in result["versions"].items())
-    lines = [f"{result['processor']}; Python {result['python']}, {versions}; median of {result['rounds']} rounds", ""]
+    lines = [f"{heading(result)}; median of {result['rounds']} rounds", ""]
     lines.append(f"One run of three robots, 60 s, full plant (aim: below {ONE_RUN:g} s)")
     best = result["one_run_best_s"]
     lines += [f"  {name:22}{value:>8.3f} s  (best {best[name]:.3f})" for name, value in result["one_run_s"].items()]
@@ -182,11 +164,7 @@ def report(result: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
-    arguments = parser.parse_args()
-    result = measure()
-    print(json.dumps(result) if arguments.json else report(result))
+    start(__doc__, measure, report)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -76,6 +76,12 @@ def write_table(path: str | Path, names: Sequence[str] | None, values: np.ndarra
             target.write_text(text, encoding="utf-8", newline="")
     except OSError as error:
         raise DataError(f"cannot write {path}: {error.strerror or error}") from None
+
+
+def write_frame(frame: Any, path: str | Path) -> None:
+    """Write a pandas table, also of texts, as CSV with every digit, whole or not at all. Raises OSError."""
+    with replacing(path) as temporary:
+        frame.to_csv(temporary, index=False, lineterminator="\n")
 
 
 def table_text(names: Sequence[str] | None, values: np.ndarray) -> str:

@@ -18,6 +18,13 @@ class Picture(NamedTuple):
     draw: Callable[[], Figure]
 
 
+class Film(NamedTuple):
+    """A run to play in the report; ``make`` gives its HTML when its turn comes."""
+
+    caption: str
+    make: Callable[[], str]
+
+
 class Grid(NamedTuple):
     """A table of a chapter, as text."""
 
@@ -37,3 +44,5 @@ class Chapter:
     details: Sequence[Grid]  # tables that are folded away
     pictures: Sequence[Picture]
     claims: Sequence[Claim]
+    films: Sequence[Film] = ()
+    folded: str = "More tables"  # what the folded-away tables are called

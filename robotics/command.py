@@ -7,16 +7,21 @@ Data goes to stdout, progress and messages to stderr. What a command needs is im
 import shlex
 import sys
 from collections.abc import Sequence
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fuzzy.errors import InputError
+from fuzzy.progress import Begin, progress_bar
 from fuzzy.terminal import INTERRUPTED, USAGE, application, print_json, run
+from robotics.animatecommand import animate
+from robotics.certifycommand import certify
 from robotics.datasetcommand import dataset
 from robotics.learncommand import learn
-from robotics.progress import Begin, progress_bar
+from robotics.sweepcommand import sweep
+from robotics.teamcommand import team
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,6 +34,23 @@ app = application("Simulate robots and compare their controllers, fuzzy and nonl
 
 app.add_typer(dataset, name="dataset")
 app.command()(learn)
+app.command()(animate)
+app.command()(certify)
+app.command()(sweep)
+app.command()(team)
+
+_COLUMNS = 6  # robots that get a column each
+_MOST_AGES = 100_000_000  # of messages that a saved run holds: 400 MB
+
+
+class Suite(StrEnum):
+    """What ``robotics compare`` runs without names."""
+
+    thesis = "thesis"
+    tracking = "tracking"
+    formation = "formation"
+    team = "team"
+
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
@@ -103,7 +125,10 @@ def list_(json: Json = False) -> None:
 @app.command("run")
 def run_(
     scenario: Annotated[str, typer.Argument(help="A scenario's name, or a .toml file.", show_default=False)],
-    controller: Annotated[str, typer.Option("--controller", "-c", help="name or name:gain=value,...")] = "fuzzy",
+    controller: Annotated[
+        str | None,
+        typer.Option("--controller", "-c", help="name or name:gain=value,... Default: the scenario's own, or fuzzy."),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
     seeds: Annotated[int, typer.Option(min=1, help="How many seeds, from --seed on.")] = 1,
     plot: Annotated[Path | None, typer.Option(metavar="PICTURE", help="Draw the first seed: .png, .pdf, .svg.")] = None,
@@ -116,12 +141,17 @@ def run_(
 
     Example: robotics run lyapunov-sine --controller lyapunov:ky=10,kpsi=5 --seed 3 --plot out.png
     """
+    import numpy as np
+
+    from fuzzy.table import write_frame
     from robotics.controllers import make_controller
-    from robotics.metrics import METRICS, measure
+    from robotics.merits import measure_all, metrics_of
     from robotics.scenario import load_scenario
     from robotics.simulation import simulate
 
-    setting, law = load_scenario(scenario), make_controller(controller)
+    setting = load_scenario(scenario)
+    controller = controller or setting.controller or "fuzzy"
+    law = make_controller(controller)
     if plot is not None:
         from fuzzy.drawing import check_picture
 
@@ -131,21 +161,22 @@ def run_(
             raise InputError(f"{path}: the file's name must end in {suffix}")
     with progress_bar(quiet) as begin:
         advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
-        result = simulate(setting, law, range(seed, seed + seeds), name=controller, progress=advance)
+        # How old each message is, for moving pictures: as many numbers as robots squared.
+        links = save is not None and setting.kind == "team"
+        if links and seeds * len(setting.robots) ** 2 * setting.ticks > _MOST_AGES:
+            links = False
+            print("robotics: too many robots and seeds to save the age of every message; the rest is", file=sys.stderr)
+        result = simulate(setting, law, range(seed, seed + seeds), name=controller, links=links, progress=advance)
     if save is not None:
         result.save(save)
     if table is not None:
-        _write_csv(result.frame(), table)
+        write_frame(result.frame(), table)
     if plot is not None:
         from fuzzy.drawing import save_figure
         from robotics.figures import plot_run
 
         save_figure(plot_run(result), plot)
-    values, meanings = measure(result), dict(METRICS)
-    if setting.kind == "formation":
-        from robotics.formation import FORMATION_METRICS, measure_formation
-
-        values, meanings = values | measure_formation(result), meanings | FORMATION_METRICS
+    values, meanings = measure_all(result, setting.kind), metrics_of(setting.kind)
     if json:
         print_json(
             {
@@ -162,25 +193,35 @@ def run_(
         robots = len(setting.robots)
         for name, metric in meanings.items():
             shown = values[name].mean(axis=0)
+            if robots > _COLUMNS:
+                shown = np.array([shown.min(), np.median(shown), shown.max()])
             print(f"{name:28} {'  '.join(f'{v:10.4g}' for v in shown)}  {metric.unit:8} {metric.title}")
         if seeds > 1 or robots > 1:
-            print(f"(mean over {seeds} seeds{'; one column a robot' if robots > 1 else ''})")
+            columns = (
+                "; one column a robot" if robots <= _COLUMNS else f"; least, median and largest of {robots} robots"
+            )
+            print(f"(mean over {seeds} seeds{columns if robots > 1 else ''})")
     _report_divergences(result.divergences())
 
 
 @app.command()
 def compare(
     scenarios: Annotated[
-        list[str] | None, typer.Argument(help="Names or .toml files; by default all tracking ones.")
+        list[str] | None, typer.Argument(help="Names or .toml files of one kind; by default a suite.")
     ] = None,
+    suite: Annotated[
+        Suite,
+        typer.Option(help="Without names: thesis (everything), or only the tracking, formation or team scenarios."),
+    ] = Suite.thesis,
     controllers: Annotated[
-        str | None, typer.Option(help="Comma-separated: fuzzy,csm:k=0.3,esm. Default: fuzzy,lyapunov,csm,assm,qssm,esm")
+        str | None, typer.Option(help="Comma-separated: fuzzy,csm:k=0.3,esm. Default: those of the scenarios' kind.")
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="How many seeds, from --seed on.")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
     out: Annotated[Path, typer.Option(metavar="FOLDER", help="Where tables and report.html go.")] = Path("out"),
     claims: Annotated[
-        bool | None, typer.Option("--claims/--no-claims", help="Judge the thesis's claims too. Default: without names.")
+        bool | None,
+        typer.Option("--claims/--no-claims", help="Judge the thesis's claims too. Default: in the suite thesis."),
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Draw figures, write report.html.")] = True,
     json: Json = False,
@@ -189,20 +230,26 @@ def compare(
     """Every controller on every scenario with the same seeds: tables, figures and a report.
 
     Writes results.csv (one row a seed), summary.csv (mean and 95 % interval), claims.csv, configuration.json,
-    figures/ and report.html. Example: robotics compare lyapunov-sine --controllers fuzzy,esm:k=0.5 --seeds 5 --out out
+    figures/ and report.html. The suite thesis also learns formation networks, drives teams, and judges every claim.
+    Example: robotics compare lyapunov-sine --controllers fuzzy,esm:k=0.5 --seeds 5 --out out
     """
+    from fuzzy.table import write_frame
     from robotics.comparison import DEFAULT_CONTROLLERS, summarise
     from robotics.comparison import compare as compare_all
     from robotics.controllers import make_controller
     from robotics.scenario import load_scenario, scenario_names
 
-    settings = [load_scenario(name) for name in scenarios or scenario_names("tracking")]
+    kind = "tracking" if suite is Suite.thesis else suite.value
+    settings = [load_scenario(name) for name in scenarios or scenario_names(kind)]
     _expect_distinct([s.name for s in settings], "scenario")
-    laws = split_controllers(controllers) if controllers is not None else list(DEFAULT_CONTROLLERS)
+    kinds = {s.kind for s in settings}
+    if len(kinds) > 1:
+        raise InputError(f"scenarios of one kind can be compared; these are {', '.join(sorted(kinds))}")
+    laws = split_controllers(controllers) if controllers is not None else list(DEFAULT_CONTROLLERS[settings[0].kind])
     _expect_distinct(laws, "controller")
     for law in laws:
         make_controller(law)
-    judged = claims if claims is not None else not scenarios and controllers is None
+    judged = claims if claims is not None else not scenarios and controllers is None and suite is Suite.thesis
     out.mkdir(parents=True, exist_ok=True)
     results = out / "results.csv"
     _write_configuration(out, [s.name for s in settings], laws, seeds, seed)
@@ -210,7 +257,7 @@ def compare(
 
     def keep(rows: "pd.DataFrame") -> None:
         nonlocal done
-        _write_csv(rows, results)
+        write_frame(rows, results)
         done = len(rows)
 
     verdicts: list[Claim] = []
@@ -220,13 +267,15 @@ def compare(
             advance = begin("simulating", sum(s.ticks + 1 for s in settings) * len(laws))
             comparison = compare_all(settings, laws, range(seed, seed + seeds), advance=advance, finished=keep)
             summary = summarise(comparison.table)
-            _write_csv(summary, out / "summary.csv")
+            write_frame(summary, out / "summary.csv")
             if judged:
                 verdicts, chapters = _judge(begin, out, seed)
             if report:
                 from robotics.report import figure_count, write_report
 
                 command = ["robotics", "compare", *(scenarios or []), f"--seeds={seeds}", f"--seed={seed}"]
+                if suite is not Suite.thesis:
+                    command.append(f"--suite={suite.value}")
                 if controllers is not None:
                     command.append(f"--controllers={','.join(laws)}")
                 advance = begin("drawing", figure_count(comparison, chapters))
@@ -277,21 +326,18 @@ def _expect_distinct(names: Sequence[str], what: str) -> None:
 def _judge(begin: Begin, out: Path, seed: int) -> "tuple[list[Claim], list[Chapter]]":
     import pandas as pd
 
+    from fuzzy.table import write_frame
+    from robotics import formationchapter, teamchapter, teamexperiments
     from robotics.claims import EXPERIMENTS, judge_claims
-    from robotics.formationchapter import STEPS, formation_chapter
 
     verdicts = judge_claims(begin("judging the thesis's claims", EXPERIMENTS))
-    chapter = formation_chapter(out, seed, begin("learning formations", STEPS))
-    _write_csv(pd.DataFrame([vars(c) for c in (*verdicts, *chapter.claims)]), out / "claims.csv")
-    return verdicts, [chapter]
-
-
-def _write_csv(frame: "pd.DataFrame", path: Path) -> None:
-    """The table as CSV with every digit, whole or not at all."""
-    from fuzzy.atomic import replacing
-
-    with replacing(path) as temporary:
-        frame.to_csv(temporary, index=False, lineterminator="\n")
+    chapters = [
+        formationchapter.formation_chapter(out, seed, begin("learning formations", formationchapter.STEPS)),
+        teamchapter.team_chapter(seed, begin("driving teams", teamexperiments.STEPS)),
+    ]
+    claims = [*verdicts, *(claim for chapter in chapters for claim in chapter.claims)]
+    write_frame(pd.DataFrame([vars(c) for c in claims]), out / "claims.csv")
+    return verdicts, chapters
 
 
 def _write_configuration(out: Path, scenarios: list[str], laws: list[str], seeds: int, seed: int) -> None:
@@ -315,7 +361,7 @@ def _print_summary(comparison: "Comparison", summary: "pd.DataFrame", verdicts: 
     from rich.table import Table
 
     from robotics.comparison import label
-    from robotics.metrics import METRICS
+    from robotics.merits import metrics_of
 
     shown = {
         "mean_error_norm": "error norm",
@@ -325,13 +371,28 @@ def _print_summary(comparison: "Comparison", summary: "pd.DataFrame", verdicts: 
         "control_effort": "effort",
         "torque_variation_nmps": "torque variation",
     }
+    kind = comparison.scenarios[0].kind
+    if kind == "team":
+        shown = {
+            "arrival_time_s": "arrival",
+            "arrival_spread_s": "arrival spread",
+            "max_progress_gap": "largest s_i − s_j",
+            "rms_cross_track_m": "RMS cross-track",
+            "min_distance_m": "least distance",
+        }
+    elif kind == "formation":
+        shown = {
+            "alignment_time_s": "alignment",
+            "final_spread_m": "spread at the end",
+            "max_lateral_error_m": "largest lateral",
+        }
     # A pipe has no width of its own: wide enough that no number is cut.
     console = Console() if sys.stdout.isatty() else Console(width=120)
     for scenario in comparison.scenarios:
         table = Table(title=f"{scenario.name}: {scenario.title}", title_justify="left", caption_justify="left")
         table.add_column("controller")
         for metric, title in shown.items():
-            table.add_column(f"{title}\n[{METRICS[metric].unit}]".replace("[", "\\["), justify="right")
+            table.add_column(f"{title}\n[{metrics_of(kind)[metric].unit}]".replace("[", "\\["), justify="right")
         mine = summary[summary["scenario"] == scenario.name]
         for law in comparison.controllers:
             rows = {row["metric"]: row for row in mine[mine["controller"] == law].to_dict(orient="records")}

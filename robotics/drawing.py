@@ -57,7 +57,14 @@ def only(run: Run, seed: int | None) -> Run:
         raise ValueError(f"seed {seed} is not among those of the run: {seeds_as_text(run.seeds)}")
     place = run.seeds.index(seed)
     part = slice(place, place + 1)
-    return replace(run, seeds=(seed,), samples=run.samples[:, :, part], stopped=run.stopped[part])
+    return replace(
+        run,
+        seeds=(seed,),
+        samples=run.samples[:, :, part],
+        stopped=run.stopped[part],
+        team=None if run.team is None else run.team[:, :, part],
+        links=None if run.links is None else run.links[:, part],
+    )
 
 
 def seeds_as_text(seeds: Sequence[int]) -> str:

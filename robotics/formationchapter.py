@@ -46,12 +46,15 @@ def formation_chapter(folder: str | Path, seed: int = 0, advance: Callable[[], N
     options = anfis.Options(epochs=60)
     learnt: dict[str, list[Learnt]] = {}
     tables: dict[str, Table] = {}
+    checks: dict[str, Table] = {}
     for recipe in (literal, posed):
         table, held = formation_data(recipe), formation_data(checking(recipe))
         # On the curve x, y and θ hang together: without a ridge, huge consequents tell formations apart by rounding.
         own = replace(options, ridge=1e-9) if recipe.kind == "literal" else options
         learnt[recipe.kind] = learn_networks(table.names, table.values, held.values, options=own, advance=step)
-        tables[recipe.kind] = table
+        tables[recipe.kind], checks[recipe.kind] = table, held
+    # To look at: one run along the path, in the order of time.
+    checks["well-posed"] = formation_data(replace(checking(posed), coverage=0.0, jitter=0.0))
     networks = write_networks(learnt["well-posed"], Path(folder) / "networks")
     runs: dict[tuple[str, str], Run] = {}
     for experiment in EXPERIMENTS:
@@ -78,8 +81,9 @@ def formation_chapter(folder: str | Path, seed: int = 0, advance: Callable[[], N
             _driving(runs),
         ],
         _antecedents_and_consequents(learnt["well-posed"]),
-        _pictures(learnt, runs),
+        [*_learning_pictures(learnt, checks), *_driving_pictures(runs)],
         _claims(learnt, runs, floor),
+        folded="Parameters of the networks, ours and the thesis's",
     )
 
 
@@ -176,10 +180,10 @@ def _driving(runs: dict[tuple[str, str], Run]) -> Grid:
     )
 
 
-def _pictures(learnt: dict[str, list[Learnt]], runs: dict[tuple[str, str], Run]) -> list[Picture]:
+def _learning_pictures(learnt: dict[str, list[Learnt]], checks: dict[str, Table]) -> list[Picture]:
     from anfis.plot import plot_premises, plot_training
+    from fuzzy.network import plot_structure
     from fuzzy.searchplot import plot_rules_error
-    from robotics.runfigure import plot_run
 
     posed = learnt["well-posed"]
     first = posed[0]
@@ -189,6 +193,12 @@ def _pictures(learnt: dict[str, list[Learnt]], runs: dict[tuple[str, str], Run])
             "Training error over the number of rules (thesis Fig 5.6), well-posed set; the best of 108 settings each.",
             "Error against number of rules for the four networks.",
             partial(plot_rules_error, {network.output: network.search for network in posed}),
+        ),
+        Picture(
+            "formation-structure",
+            f"The network {first.output} as the layers of ANFIS (thesis Figs 5.7, 5.11); learning does not change it.",
+            f"Inputs, terms, rules, shares, consequents and the output of {first.output}.",
+            partial(plot_structure, first.after),
         ),
         Picture(
             "formation-training",
@@ -203,6 +213,35 @@ def _pictures(learnt: dict[str, list[Learnt]], runs: dict[tuple[str, str], Run])
             lambda: plot_premises(first.before, first.after),
         ),
     ]
+    stages = {"clustering": "5.8", "learning": "5.12"}
+    for kind, networks in learnt.items():
+        for network in networks[:2]:  # the leader's, as in the thesis
+            for stage, figure in stages.items():
+                if kind == "literal" or stage == "learning":
+                    pictures.append(_fit(kind, network, stage, figure, checks[kind]))
+    return pictures
+
+
+def _fit(kind: str, network: Learnt, stage: str, figure: str, check: Table) -> Picture:
+    """Output against data that were not learnt from: the formation that starts with the leader at x = −1 m."""
+    from anfis.plot import plot_fit
+
+    fis = network.before if stage == "clustering" else network.after
+    columns = [check.names.index(v.name) for v in fis.inputs]
+    x, y = check.values[:, columns], check.values[:, check.names.index(network.output)]
+    return Picture(
+        f"formation-fit-{kind}-{network.output}-{stage}",
+        f"{network.output} after {stage}, {kind} set: the network over the checking formation, 1 m behind (thesis Figs "
+        f"5.9, {figure}), against it, and what is left.",
+        f"Checking data and output of the network {network.output} after {stage}, and a histogram of the residuals.",
+        partial(plot_fit, fis, x, y),
+    )
+
+
+def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
+    from robotics.runfigure import plot_run
+
+    pictures = []
     figures = {"formation-behind": "Figs 5.16, 5.17", "formation-ahead": "Figs 5.18, 5.19"}
     titles = list(VARIANTS.values())
     for experiment in EXPERIMENTS:

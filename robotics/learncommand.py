@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
+from fuzzy.progress import progress_bar
 from fuzzy.terminal import print_json
-from robotics.progress import progress_bar
 
 
 def learn(

@@ -26,6 +26,7 @@ from robotics.comparison import Comparison, label, terms
 from robotics.drawing import looks, seeds_as_text
 from robotics.figures import plot_comparison, plot_errors, plot_paths, plot_velocities
 from robotics.lawfigures import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
+from robotics.player import player_script
 from robotics.robot import Robot
 from robotics.scenario import Member, Scenario
 from robotics.summarytable import SummaryTable, summary_table
@@ -92,6 +93,8 @@ def write_report(
         chapters=chapters,
         laws=laws,
         images=images,
+        films={film.caption: film.make() for chapter in chapters for film in chapter.films},
+        script=player_script(),
         command=command,
         program=_program(comparison),
         versions=_versions(),

@@ -1,5 +1,7 @@
 """One page about one run: where the robots went, how far off they were, how fast, and what was commanded."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -18,8 +20,12 @@ def plot_run(run: Run) -> Figure:
     """The page for ``robotics run --plot``: path, errors, speeds, commands.
 
     The first seed is drawn boldly, up to 39 more faintly behind it; each robot has its colour. A cross marks where a
-    robot was stopped.
+    robot was stopped. A team has a page of its own: :func:`robotics.teamfigure.plot_team`.
     """
+    if run.team is not None:
+        from robotics.teamfigure import plot_team
+
+        return plot_team(run)
     error, cross = tracking_error(run), cross_track_error(run)
     torque = run.level == "torque"
     panels: list[list[tuple[str, np.ndarray, np.ndarray | None]]] = [
@@ -50,18 +56,19 @@ def plot_run(run: Run) -> Figure:
                 else:
                     ax.tick_params(labelbottom=False)
         figure.align_ylabels()
-        figure.suptitle(_title(run), parse_math=False, fontsize=9)
+        figure.suptitle(page_title(run, range(min(len(run.seeds), _MOST))), parse_math=False, fontsize=9)
         return figure
 
 
-def _title(run: Run) -> str:
+def page_title(run: Run, order: Sequence[int]) -> str:
+    """Which law drove where, and in ``order`` which seeds (their places) are drawn, the first boldly."""
     try:
         name = label(run.controller)
     except KeyError:  # a run from a file or of a controller without a preset
         name = run.controller
-    seeds = f"seed {run.seeds[0]}"
-    if len(run.seeds) > 1:
-        seeds += f"; faint: seeds {seeds_as_text(run.seeds[1:_MOST])}"
+    seeds = f"seed {run.seeds[order[0]]}"
+    if len(order) > 1:
+        seeds += f"; faint: seeds {seeds_as_text([run.seeds[r] for r in order[1:]])}"
     stopped = int(run.diverged.sum())
     end = f"; stopped (×): {stopped} of {run.diverged.size}" if stopped else ""
     return f"{name} on {run.scenario}, {seeds}{end}"

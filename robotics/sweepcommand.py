@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from fuzzy.errors import InputError
+from fuzzy.progress import progress_bar
 from fuzzy.terminal import INTERRUPTED, print_json
-from robotics.progress import progress_bar
 
 
 def sweep(

@@ -18,10 +18,10 @@ import numpy as np
 
 from fuzzy.atomic import replacing
 from fuzzy.errors import InputError
+from fuzzy.progress import Begin
 from robotics.controllers import make_controller
 from robotics.executors import InProcess, Workers
 from robotics.merits import measure_all
-from robotics.progress import Begin
 from robotics.simulation import simulate
 from robotics.sweep import (
     Chunk,

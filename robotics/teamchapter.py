@@ -5,10 +5,11 @@ from functools import partial
 
 import numpy as np
 
-from robotics.chapter import Chapter, Grid, Picture
+from robotics.chapter import Chapter, Film, Grid, Picture
 from robotics.claims import Claim
 from robotics.comparison import label
 from robotics.metrics import cross_track_error
+from robotics.player import player_fragment
 from robotics.scenario import load_scenario
 from robotics.team import arrival_time, nearest_distance, progress_gap, spread
 from robotics.teamchart import plot_recovery, plot_scaling
@@ -37,6 +38,12 @@ FIGURES = {
     "chapter-5-test-1": "Figs 5.26-5.28",
     "chapter-5-test-2": "Figs 5.29-5.31",
 }
+# Runs to play in the report
+FILMS = (
+    ("chapter-4-faults", "virtual-structure-virtual"),
+    ("chapter-4-faults", "virtual-structure"),
+    ("chapter-5-test-2", "cooperation"),
+)
 TOGETHER = 0.3  # s: a spread of arrivals that counts as "together"
 
 
@@ -61,7 +68,14 @@ def chapter_of(results: TeamResults) -> Chapter:
         [_recovery(results), _scaling(results)],
         _pictures(results),
         _claims(results),
+        [_film(results, *item) for item in FILMS],
+        "Recovery and scaling in numbers",
     )
+
+
+def _film(results: TeamResults, scenario: str, law: str) -> Film:
+    run = results.runs[scenario, law]
+    return Film(f"To play: {load_scenario(scenario).title}; {label(law)}.", partial(player_fragment, run))
 
 
 def _experiments(results: TeamResults) -> Grid:

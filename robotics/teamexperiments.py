@@ -88,7 +88,7 @@ def run_team_experiments(seed: int = 0, advance: Callable[[], None] | None = Non
     wanted = [(scenario, law) for scenario, laws in EXPERIMENTS.items() for law in laws]
     wanted += [(scenario, law) for scenario in TESTS for law in DUELS if (scenario, law) not in wanted]
     for scenario, law in wanted:
-        runs[scenario, law] = simulate(load_scenario(scenario), make_controller(law), [seed], name=law)
+        runs[scenario, law] = simulate(load_scenario(scenario), make_controller(law), [seed], name=law, links=True)
         step()
     held = replace(load_scenario("chapter-3"), faults=HELD)
     apart = {}

@@ -20,8 +20,8 @@ from robotics.replay import KINDS, Replay
 from robotics.robot import Robot
 
 FEW = 8  # robots that are drawn boldly, with their numbers
-WORDS = {"failure": "failure", "delay": "delay", "silence": "silent"}
-HATCHES = {"failure": "xxxx", "delay": "////", "silence": "----"}
+WORDS = {"failure": "failure", "delay": "delay", "silence": "silent", "stall": "stalled"}
+HATCHES = {"failure": "xxxx", "delay": "////", "silence": "----", "stall": "||||"}
 _MANY_LINKS = 400  # from here on only stale messages are drawn
 _STANDS = 0.005  # m/s and, tenfold, rad/s
 _LEFT, _RIGHT, _TITLE, _CHART, _GAP, _NOTE = 0.55, 0.15, 0.3, 1.25, 0.5, 0.4  # inches
@@ -237,7 +237,7 @@ def _draw_chart(ax: Axes, film: Replay, colors: list[str]) -> None:
 
 
 def shade_faults(ax: Axes, faults: Any, start: float, end: float, named: bool = True) -> None:
-    """Grey, hatched by kind, where a robot is at fault between ``start`` and ``end`` [s]; its number and fault named."""
+    """Grey, hatched by kind, while a robot is at fault from ``start`` to ``end`` [s]; its number and fault in words."""
     taken: list[tuple[float, int]] = []
     shown = [f for f in faults if f.start < end and f.end > start]
     wide = float(figure_of(ax).get_figwidth() * ax.get_position().width)  # inches

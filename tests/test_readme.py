@@ -33,8 +33,8 @@ def _run(command, folder):
 
 def test_the_readme_has_what_a_newcomer_needs():
     kinds = [kind for kind, _ in SNIPPETS]
-    assert kinds.count("python") == 3
-    assert kinds.count("sh") == 4
+    assert kinds.count("python") == 4
+    assert kinds.count("sh") == 5
 
 
 def test_snippets_run_in_order(folder):
@@ -53,9 +53,12 @@ def test_snippets_run_in_order(folder):
         "comparison/report.html",
         "formation.png",
         "sinc.fis",
+        "team.png",
+        "team.html",
     ):
         assert (folder / name).stat().st_size > 200, name
     assert "within 5 cm of the path after" in output
+    assert "virtual-structure  from" in output
     import fuzzy
 
     with pytest.warns(fuzzy.FisFileWarning, match="hedge"):

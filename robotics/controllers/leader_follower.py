@@ -142,9 +142,12 @@ class LeaderFollower:
     ``networks`` is the path of one .fis file with these four outputs, or of a folder that holds v_l.fis, w_l.fis,
     v_f.fis and w_f.fis, or a name of robotics/rulebases. The inputs of each are some of x_l, y_l, theta_l and dx, by
     name.
+
+    "formation" is what ``robotics learn datasets/formation-well-posed.csv --check
+    datasets/formation-well-posed-check.csv -o robotics/rulebases/formation`` makes; "thesis" the thesis's own.
     """
 
-    networks: str = ""  # none: it can be described, not run
+    networks: str = "formation"
     correction: Correction = "own-pose"  # "none": the thesis's followers, open loop
     ky: float = quantity(4.0, "1/m²", least=0)  # of the followers' correction; the leader's is in its network
     kpsi: float = quantity(0.8, "1/s", least=0)
@@ -153,8 +156,7 @@ class LeaderFollower:
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
-        systems = load_networks(self.networks) if self.networks else ()
-        object.__setattr__(self, "systems", tuple(compile_sugeno(fis) for fis in systems))
+        object.__setattr__(self, "systems", tuple(compile_sugeno(fis) for fis in load_networks(self.networks)))
 
     @property
     def idle(self) -> set[str]:
@@ -162,12 +164,7 @@ class LeaderFollower:
         return {"ky", "kpsi"} if self.correction == "none" else set()
 
     def init(self, scenario: Any, runs: int) -> Memory:
-        """Not begun. Raises ControllerError where there are no networks."""
-        if not self.systems:
-            raise ControllerError(
-                "controller 'formation' needs its networks: formation:networks=PATH, a .fis file with the outputs "
-                f"{', '.join(OUTPUTS)}, or a folder that holds {', '.join(f'{o}.fis' for o in OUTPUTS)}"
-            )
+        """Not begun."""
         return _begin(scenario, runs)
 
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:

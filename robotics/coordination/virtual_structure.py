@@ -79,7 +79,8 @@ class VirtualStructure:
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
-        tracker = Lyapunov(kx=self.kx, ky=self.ky, kpsi=self.kpsi, form=self.form, catch_up=0.0, feed_forward=self.feed_forward)
+        gains = {name: getattr(self, name) for name in ("kx", "ky", "kpsi", "form", "feed_forward")}
+        tracker = Lyapunov(**gains, catch_up=0.0)
         object.__setattr__(self, "tracker", tracker)
 
     @property

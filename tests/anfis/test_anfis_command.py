@@ -75,6 +75,16 @@ def test_bad_options_are_one_message(data, arguments, fragment, capsys):
     assert not (data / "x.fis").exists()
 
 
+def test_predictions_as_json(data, tmp_path, capsys):
+    fuzzy.write_fis(fuzzy.identify(X, Y, "grid", input_names=["a", "b"], output_names=["y"]), data / "p.fis")
+    table, out = data / "data.csv", tmp_path / "out.csv"
+    assert main(["predict", str(data / "p.fis"), str(table), "--json", "-o", str(out)]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    expected = fuzzy.read_fis(data / "p.fis")(pd.read_csv(table)[["a", "b"]].to_numpy())[:, 0]
+    assert printed == {"samples": len(expected), "outputs": {"y": expected.tolist()}, "file": str(out)}
+    np.testing.assert_array_equal(pd.read_csv(out)["y"], expected)
+
+
 def test_help_has_an_example(capsys):
     for command in ("train", "predict", "evaluate"):
         assert main([command, "--help"]) == 0

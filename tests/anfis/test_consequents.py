@@ -10,12 +10,14 @@ import fuzzy
 from anfis.consequents import (
     NormalEquations,
     consequent_terms,
-    empty_equations,
+    design,
+    equations,
     groups,
     present_values,
     recursive_start,
     recursive_step,
     solve,
+    weights_gradient,
 )
 from anfis.data import DataError, samples
 from anfis.network import Network, Point
@@ -55,7 +57,7 @@ def network_of(fis: fuzzy.Sugeno, ridge: float = 0.0, block: int = 1000) -> Netw
 
 def sums(a: np.ndarray, y: np.ndarray) -> NormalEquations:
     a, y = torch.tensor(a), torch.tensor(y)
-    return empty_equations(a, y).plus(a, y)
+    return equations(a, y)
 
 
 def test_full_rank_is_numpys_answer():
@@ -167,6 +169,63 @@ def test_an_output_without_any_rule_stays_as_it_is():
     system = network.system(Point(start.free, [s.values for s in fit.solutions]))
     assert system["w"] == fis["w"]
     assert np.isfinite(fit.rmse)
+
+
+@pytest.mark.parametrize("normalise", [True, False])
+def test_the_gradient_to_the_weights_is_torchs(normalise):
+    """Shared terms, constants, rules that leave an output out; also where no rule of an output fires."""
+    random = torch.Generator().manual_seed(2)
+    weights = torch.rand(9, 4, dtype=torch.float64, generator=random)
+    weights[3] = 0.0
+    weights[5, [0, 2, 3]] = 0.0  # only the second rule, which says nothing of w
+    weights.requires_grad_()
+    x1 = torch.cat([torch.rand(9, 2, dtype=torch.float64, generator=random), torch.ones(9, 1)], dim=1)
+    own = replace(FIS, rules=[replace(r, then=(("v", "a"),)) for r in FIS.rules[:1]] + list(FIS.rules[1:2]))
+    for fis, used in ((FIS, weights), (own, weights[:, :2])):
+        for group in groups(fis, torch.float64, "cpu"):
+            error = torch.rand(9, len(group.outputs), dtype=torch.float64, generator=random)
+            values = torch.rand(len(group.columns), len(group.outputs), dtype=torch.float64, generator=random)
+            output = design(group, used, x1, normalise) @ values
+            (expected,) = torch.autograd.grad((error * output).sum(), used)
+            found = weights_gradient(group, used.detach(), x1, values, error, normalise)
+            torch.testing.assert_close(found, expected, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("block", [1000, 7])
+@pytest.mark.parametrize("ridge", [0.0, 1e-3])
+def test_the_reduced_jacobian_leaves_out_what_the_consequents_make_up_for(ridge, block):
+    """Against numpy with the ridge as rows of its own, and the Jacobian by differences."""
+    y = np.stack([np.sin(X[:, 0]), X[:, 1] / 10], axis=1)
+    data = samples(FIS, X, y, "training").to(torch.float64, "cpu")
+    network = network_of(FIS, ridge, block)
+    free = network.start().free
+    values = [s.values for s in network.fit(free, data).solutions]
+    u = network.premises.scale(torch.tensor(X))
+    flat, h = torch.cat([p.flatten() for p in free]), 1e-6
+    columns = [
+        (
+            network.output(network.unflatten(flat + e), values, u)
+            - network.output(network.unflatten(flat - e), values, u)
+        )
+        / (2 * h)
+        for e in h * torch.eye(len(flat), dtype=torch.float64)
+    ]
+    jacobian = torch.stack(columns, dim=2).numpy()  # (samples, outputs, premises)
+    residual = y - network.output(free, values, u).numpy()
+    matrices, _ = network.designs(free, u)
+    jtj, jtr = np.zeros((len(flat), len(flat))), np.zeros(len(flat))
+    for group, matrix, c in zip(network.groups, matrices, values, strict=True):
+        a = matrix.numpy()
+        root = np.sqrt(ridge * (a**2).sum() / a.shape[1])
+        below = np.concatenate([a, root * np.eye(a.shape[1])])
+        for k, o in enumerate(group.outputs):
+            j = np.concatenate([jacobian[:, o], np.zeros((a.shape[1], len(flat)))])
+            own = j - below @ np.linalg.lstsq(below, j, rcond=None)[0]
+            jtj += own.T @ own
+            jtr += own.T @ np.concatenate([residual[:, o], -root * c[:, k].numpy()])
+    found = network.reduced(Point(free, values), data)
+    np.testing.assert_allclose(found[0], jtj, atol=1e-6 * np.abs(jtj).max())
+    np.testing.assert_allclose(found[1], jtr, atol=1e-6 * np.abs(jtr).max())
 
 
 def test_blocks_are_one_block():

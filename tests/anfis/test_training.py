@@ -1,13 +1,13 @@
 """Training as a whole: what comes back, when it stops, how it goes on, and what it must not choke on."""
 
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from training_problem import CHECK, FIS, TRAINED, X, Y, grid, rmse
 
 import anfis
 import fuzzy
@@ -15,30 +15,9 @@ from anfis import DataWarning, Options, TrainingError
 from anfis.state import Epoch
 from anfis.training import jang_step
 from fuzzy.fisfile import format_fis, parse_fis
-from fuzzy.inference import InferenceWarning
 from fuzzy.system import Linear
 
 torch.set_num_threads(1)
-RNG = np.random.default_rng(11)
-X = RNG.uniform([-1, 10], [3, 30], (80, 2))
-Y = np.sin(X[:, 0]) + 0.002 * X[:, 1] ** 2 + 0.02 * RNG.normal(size=80)
-CHECK = X[:30] + 0.1, Y[:30]
-TRAINED = ("hybrid", "backprop", "second-order")
-
-
-def grid(x: np.ndarray, kind: str = "gaussmf", mfs: int = 2, order: int = 1, **choices) -> fuzzy.Sugeno:
-    return replace(
-        fuzzy.identify(x, np.linspace(-1, 2, len(x)), "grid", mfs=mfs, kind=kind, order=order, fit=False), **choices
-    )
-
-
-def rmse(fis: fuzzy.Sugeno, x: np.ndarray, y: np.ndarray) -> float:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InferenceWarning)
-        return float(np.sqrt(np.mean((fis(x) - y.reshape(len(x), -1)) ** 2)))
-
-
-FIS = grid(X)
 
 
 # What comes back ----------------------------------------------------------------------------------------------

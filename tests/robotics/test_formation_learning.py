@@ -2,6 +2,7 @@
 
 import json
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -143,6 +144,52 @@ def test_the_command_learns_and_the_robots_drive(tmp_path, capsys):
     assert main(["run", "formation-behind", "-c", f"formation:networks={folder}", "--json", "-q"]) == 0
     metrics = json.loads(capsys.readouterr().out)["metrics"]
     assert np.shape(metrics["alignment_time_s"]) == (1, 3)
+
+
+def test_the_chapter_draws_the_checking_formation_and_the_network_over_it():
+    from robotics.formationchapter import _learning_pictures
+
+    learnt_by, checks = {}, {}
+    for kind in ("literal", "well-posed"):
+        recipe = Recipe(kind=kind, samples=40)
+        table, checks[kind] = formation_data(recipe), formation_data(checking(recipe))
+        options = anfis.Options(method="least-squares", ridge=1e-6)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", anfis.DataWarning)
+            learnt_by[kind] = learn_networks(table.names, table.values, options=options)
+    pictures = {p.name: p for p in _learning_pictures(learnt_by, checks)}
+    fits = [name for name in pictures if name.startswith("formation-fit-")]
+    assert len(fits) == 6  # the leader's two networks: literal before and after, well-posed after
+    for name in fits:
+        _, _, kind, output, stage = name.replace("well-posed", "posed").split("-")
+        kind = "well-posed" if kind == "posed" else kind
+        (network,) = [n for n in learnt_by[kind] if n.output == output]
+        check, fis = checks[kind], network.before if stage == "clustering" else network.after
+        data, found = pictures[name].draw().axes[0].get_lines()
+        np.testing.assert_array_equal(data.get_ydata(), check.values[:, check.names.index(output)])
+        x = check.values[:, [check.names.index(v.name) for v in fis.inputs]]
+        quiet = replace(fis, out_of_range="ignore") if fis.out_of_range == "warn" else fis
+        np.testing.assert_array_equal(found.get_ydata(), quiet(x)[:, 0])
+    texts = {text.get_text() for text in pictures["formation-structure"].draw().axes[0].texts}
+    assert {"x_l", "y_l", "theta_l", "dx", "v_l"} <= texts
+
+
+def test_the_packaged_networks_are_what_the_recipe_makes(tmp_path):
+    """``robotics learn`` on the files in ``datasets``; the last digits are the machine's."""
+    from pathlib import Path
+
+    data = Path(__file__).parents[2] / "datasets"
+    check = data / "formation-well-posed-check.csv"
+    command = ["learn", str(data / "formation-well-posed.csv"), "--check", str(check), "-o", str(tmp_path), "-q"]
+    assert main(command) == 0
+    for made, packaged in zip(load_networks(str(tmp_path)), load_networks("formation"), strict=True):
+        assert made.rules == packaged.rules
+        for ours, theirs in zip((*made.inputs, *made.outputs), (*packaged.inputs, *packaged.outputs), strict=True):
+            assert (ours.name, ours.universe) == (theirs.name, theirs.universe)
+            for name in theirs.terms:
+                np.testing.assert_allclose(
+                    ours.terms[name].parameters, theirs.terms[name].parameters, rtol=1e-6, atol=1e-6
+                )
 
 
 def test_the_thesis_systems_are_those_of_the_tables():

@@ -153,6 +153,17 @@ def test_identified_networks_do_both_experiments(networks):
         assert lateral[1:].max() <= 0.03, name
 
 
+@pytest.mark.parametrize(("name", "latest"), [("formation-behind", 32.0), ("formation-ahead", 50.0)])
+def test_packaged_networks_do_both_experiments_within_the_limits(name, latest):
+    """Chapters 5-6, I, as for networks just learnt."""
+    run = simulate(load_scenario(name), make_controller("formation"))
+    assert alignment_time(run)[0] <= latest
+    assert final_spread(run)[0] <= 0.03
+    lateral = lateral_error(run)[0]
+    assert lateral[0] <= 0.08
+    assert lateral[1:].max() <= 0.02
+
+
 def test_open_loop_followers_leave_their_paths_but_stay_level(networks):
     run = simulate(load_scenario("formation-behind"), LeaderFollower(networks=str(networks), correction="none"))
     assert alignment_time(run)[0] <= 35
@@ -181,9 +192,8 @@ def test_one_file_and_four_are_the_same(networks):
 
 
 def test_wrong_networks_say_what_is_wrong(networks, tmp_path):
-    scenario = load_scenario("formation-ahead")
-    with pytest.raises(ControllerError, match=r"needs its networks: formation:networks=PATH.*v_l\.fis"):
-        simulate(scenario, make_controller("formation"))
+    with pytest.raises(ValueError, match="nowhere"):
+        make_controller("formation:networks=nowhere")
     with pytest.raises(ControllerError, match="the outputs of formation networks are v_l, w_l, v_f, w_f; got v_l"):
         LeaderFollower(networks=str(networks / "v_l.fis"))
     with pytest.raises(ControllerError, match="tracking: unknown formation input 'distance'"):

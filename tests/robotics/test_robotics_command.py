@@ -69,8 +69,9 @@ def test_run_saves_what_it_prints(tiny, tmp_path, capsys):
     assert printed["seeds"] == [3, 4]
     run = load_run(files[0])
     assert run.seeds == (3, 4)
-    for name, metric in METRICS.items():
-        np.testing.assert_array_equal(printed["metrics"][name], metric.measure(run)[:, 0])
+    assert set(printed["metrics"]) == set(METRICS)
+    for name, metric in METRICS.items():  # a saved run lies differently in memory: sums end in other last digits
+        np.testing.assert_allclose(printed["metrics"][name], metric.measure(run)[:, 0], rtol=1e-13)
     frame = pd.read_csv(files[1])
     assert len(frame) == 2 * 41
     np.testing.assert_array_equal(frame["x"][frame["seed"] == 4], run["x"][1, 0])

@@ -1,0 +1,46 @@
+"""The progress bar of long work, on stderr."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Protocol
+
+
+class Advance(Protocol):
+    """Advances a task by one step; what is said of it from now on, if anything new."""
+
+    def __call__(self, description: str | None = None) -> None: ...  # noqa: D102
+
+
+class Begin(Protocol):
+    """Begins a task of ``total`` steps: what comes back advances it by one."""
+
+    def __call__(self, description: str, total: int) -> Advance: ...  # noqa: D102
+
+
+@contextmanager
+def progress_bar(quiet: bool, width: int = 32) -> Iterator[Begin]:
+    """A progress bar on stderr: gives a function that begins a task and returns what advances it by one.
+
+    ``width`` is that of the descriptions, in characters.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn(f"{{task.description:{width}}}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
+    console = Console(stderr=True)
+    with Progress(*columns, TimeRemainingColumn(), console=console, disable=quiet) as progress:
+
+        def begin(description: str, total: int) -> Advance:
+            task = progress.add_task(description, total=total)
+            every = max(1, total // 200)  # a bar has no use for more
+            count = 0
+
+            def advance(description: str | None = None) -> None:
+                nonlocal count
+                count += 1
+                if count % every == 0 or count == total:
+                    progress.update(task, completed=count, description=description)
+
+            return advance
+
+        yield begin

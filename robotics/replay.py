@@ -1,0 +1,249 @@
+"""A replay: what a moving picture of one seed of a run shows.
+
+Beside poses, speeds and targets these are the faults and stops as spans of time, and which messages were stale when.
+"""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from fuzzy.errors import InputError
+from robotics.radio import FAULTS
+from robotics.run import Run
+
+KINDS = {code: kind for kind, code in FAULTS.items()}  # what the codes of the channel "fault" mean
+_MOST_STALE = 40_000  # spans of stale messages kept: the longest
+
+
+class ReplayError(InputError):
+    """A seed that was not run, or a span of time that the run does not have."""
+
+
+class FaultSpan(NamedTuple):
+    """A robot at fault for a while."""
+
+    robot: int  # from 0
+    kind: str  # a value of KINDS
+    start: float  # s
+    end: float  # s
+
+
+class Moment(NamedTuple):
+    """Where the robots are at one time; each field is (robots,)."""
+
+    x: np.ndarray  # m
+    y: np.ndarray  # m
+    heading: np.ndarray  # rad, not wrapped
+    v: np.ndarray  # m/s
+    w: np.ndarray  # rad/s
+    x_target: np.ndarray  # m
+    y_target: np.ndarray  # m
+
+
+class StaleSpans(NamedTuple):
+    """When what a robot knew of another was stale; each field is (spans,)."""
+
+    receiver: np.ndarray  # from 0
+    sender: np.ndarray
+    start: np.ndarray  # s
+    end: np.ndarray  # s
+    age: np.ndarray  # s, at the start, growing since; infinite if nothing was heard yet
+
+    def at(self, time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Receivers, senders and ages [s] of the stale links at ``time`` [s]."""
+        now = (self.start <= time) & (time < self.end)
+        return self.receiver[now], self.sender[now], self.age[now] + (time - self.start[now])
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """One seed of a run. Arrays are (robots, frames) unless said; a stopped robot stays where it was."""
+
+    scenario: str
+    controller: str
+    seed: int
+    time: np.ndarray = field(repr=False)  # (frames,) s
+    x: np.ndarray = field(repr=False)  # m
+    y: np.ndarray = field(repr=False)  # m
+    heading: np.ndarray = field(repr=False)  # rad, not wrapped
+    v: np.ndarray = field(repr=False)  # m/s
+    w: np.ndarray = field(repr=False)  # rad/s
+    x_target: np.ndarray = field(repr=False)  # m
+    y_target: np.ndarray = field(repr=False)  # m
+    progress: np.ndarray | None = field(repr=False)  # 1; none: the law has no path parameter
+    paths: tuple[np.ndarray, ...] = field(repr=False)  # per robot (2, nodes) m
+    stops: np.ndarray = field(repr=False)  # (robots,) s; infinite: never stopped
+    faults: tuple[FaultSpan, ...] = field(repr=False)
+    hears: np.ndarray | None = field(repr=False)  # (receivers, senders) bool; none: no messages were recorded
+    stale: StaleSpans = field(repr=False)
+    stale_after: float = 0.0  # s: older messages are stale
+
+    @property
+    def title(self) -> str:
+        """Which law drove in which scenario, and the seed."""
+        from robotics.comparison import label
+
+        try:
+            name = label(self.controller)
+        except KeyError:  # a run from a file or of a controller without a preset
+            name = self.controller
+        return f"{name} on {self.scenario}, seed {self.seed}"
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """The least and greatest x, then y [m], of all paths and of all that was driven."""
+        points = np.concatenate([*self.paths, np.stack([self.x.ravel(), self.y.ravel()])], axis=1)
+        (left, bottom), (right, top) = np.nanmin(points, axis=1), np.nanmax(points, axis=1)
+        return float(left), float(right), float(bottom), float(top)
+
+    def at(self, time: float) -> Moment:
+        """The robots at ``time`` [s], interpolated between frames."""
+        k = int(np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, max(0, len(self.time) - 2)))
+        after = min(k + 1, len(self.time) - 1)
+        share = np.clip((time - self.time[k]) / ((self.time[after] - self.time[k]) or 1.0), 0.0, 1.0)
+        rows = (getattr(self, name) for name in Moment._fields)
+        return Moment(*((1 - share) * row[:, k] + share * row[:, after] for row in rows))
+
+    def kind_at(self, robot: int, time: float) -> str:
+        """The fault of that robot at ``time`` [s], or ""."""
+        return next((f.kind for f in self.faults if f.robot == robot and f.start <= time < f.end), "")
+
+
+def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | None = None) -> Replay:
+    """The replay of ``seed`` (the first by default) at ``times`` (frames,) [s], interpolated between samples.
+
+    A message older than ``stale`` [s] is stale; by default the greater of five periods and three times the median
+    age. Raises ReplayError for a seed that was not run, or a ``stale`` that is no positive number.
+    """
+    place = seed_place(run, seed)
+    if stale is not None and not (np.isfinite(stale) and stale > 0):
+        raise ReplayError(f"the age from which messages are stale must be > 0 s, got {stale:g}")
+
+    def over(values: np.ndarray) -> np.ndarray:
+        return np.stack([np.interp(times, run.time, _held(row)) for row in values])
+
+    team = run.team is not None
+    aims = [run[f"{name}_target"][place] if team else run.target(name) for name in "xy"]
+    progress = run["progress"][place] if team else np.full(1, np.nan)
+    hears, spans, limit = None, StaleSpans(*np.zeros((5, 0))), 0.0
+    if run.links is not None:
+        limit = stale or _usual(run, place)
+        hears, spans = _staleness(run, place, limit)
+    stopped = run.stopped[place]
+    return Replay(
+        run.scenario,
+        run.controller,
+        run.seeds[place],
+        times,
+        over(run["x"][place]),
+        over(run["y"][place]),
+        over(_unwrapped(run["heading"][place])),
+        over(run["v"][place]),
+        over(run["w"][place]),
+        over(aims[0]),
+        over(aims[1]),
+        over(progress) if np.isfinite(progress).any() else None,
+        run.paths,
+        np.where(stopped >= 0, run.time[stopped], np.inf),
+        fault_spans(run, place),
+        hears,
+        spans,
+        limit,
+    )
+
+
+def seed_place(run: Run, seed: int | None) -> int:
+    """Where ``seed`` (none: the first) stands among those of the run. Raises ReplayError."""
+    if seed is None:
+        return 0
+    if seed not in run.seeds:
+        known = ", ".join(map(str, run.seeds[:12])) + (", ..." if len(run.seeds) > 12 else "")
+        raise ReplayError(f"seed {seed} is not among those of the run: {known}")
+    return run.seeds.index(seed)
+
+
+def span(run: Run, start: float | None, end: float | None) -> tuple[float, float]:
+    """From when to when [s] to look; None: from the run's beginning, to its end. Raises ReplayError."""
+    first, last = float(run.time[0]), float(run.time[-1])
+    start, end = first if start is None else start, last if end is None else end
+    if not first <= start < end <= last:
+        raise ReplayError(
+            f"the run lasts from {first:g} to {last:g} s, and from must be before to; got from {start:g} to {end:g} s"
+        )
+    return start, end
+
+
+def fault_spans(run: Run, place: int) -> tuple[FaultSpan, ...]:
+    """When which robots were at fault in the run of the seed at that ``place``, by robot and time."""
+    if run.team is None:
+        return ()
+    codes = np.nan_to_num(run["fault"][place]).astype(int)
+    found = []
+    for robot, row in enumerate(codes):
+        edges = np.flatnonzero(np.diff(row)) + 1
+        for a, b in zip([0, *edges], [*edges, len(row)], strict=True):
+            if row[a]:
+                found.append(FaultSpan(robot, KINDS[int(row[a])], float(run.time[a]), float(_after(run, b))))
+    return tuple(found)
+
+
+def _after(run: Run, sample: np.ndarray) -> np.ndarray:
+    """The time of a sample [s]; one beyond the last lies one period after it."""
+    time = np.append(run.time, 2 * run.time[-1] - run.time[-2])
+    return np.asarray(time[sample])
+
+
+def _held(row: np.ndarray) -> np.ndarray:
+    """``row`` (samples,) with every unknown value as the last known one before it (the first known at the start)."""
+    known = np.flatnonzero(np.isfinite(row))
+    if known.size in (0, len(row)):
+        return row
+    last = np.searchsorted(known, np.arange(len(row)), side="right") - 1
+    return row[known[np.maximum(last, 0)]]
+
+
+def _unwrapped(rows: np.ndarray) -> np.ndarray:
+    """Angles (robots, samples) without jumps of 2π."""
+    return np.stack([np.unwrap(_held(row)) for row in rows])
+
+
+def _usual(run: Run, place: int) -> float:
+    """The age [s] from which a message is unusually old, with two digits."""
+    assert run.links is not None
+    some = run.links[:: max(1, len(run.time) // 200), place]
+    known = some[np.isfinite(some)]
+    period = float(run.time[1] - run.time[0])
+    return float(f"{max(5 * period, 3 * float(np.median(known)) if known.size else 0.0):.2g}")
+
+
+def _staleness(run: Run, place: int, limit: float) -> tuple[np.ndarray, StaleSpans]:
+    """Who ever heard whom (robots, robots), and when that was stale.
+
+    The wait for the first message is not stale before ``limit`` has passed, and the wait of those who never hear
+    each other not at all.
+    """
+    assert run.links is not None
+    time, robots = run.time, run.links.shape[2]
+    hears = np.zeros((robots, robots), dtype=bool)
+    parts = []
+    for i in range(robots):  # one receiver at a time: all links of a large team are large
+        age = run.links[:, place, i]
+        hears[i] = np.isfinite(age).any(axis=0)
+        old = (age > limit + 1e-6) & hears[i]
+        young = age[1:] < age[:-1]  # a newer message came, if only a stale one
+        starts = old.copy()
+        starts[1:] &= ~old[:-1] | young
+        ends = old.copy()
+        ends[:-1] &= ~old[1:] | young
+        sender, a = np.nonzero(starts.T)
+        _, b = np.nonzero(ends.T)
+        until = _after(run, b + 1)
+        keep = ~((a == 0) & (until - time[0] <= limit + 1e-9))
+        spans = (np.full(len(a), i), sender, time[a], until, age[a, sender].astype(float))
+        parts.append(tuple(column[keep] for column in spans))
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    if len(columns[0]) > _MOST_STALE:
+        longest = np.sort(np.argsort(columns[2] - columns[3], kind="stable")[:_MOST_STALE])
+        columns = [column[longest] for column in columns]
+    return hears, StaleSpans(*columns)
