@@ -11,17 +11,23 @@ from robotics.path import Path, PathPoint, point
 
 @dataclass(frozen=True)
 class Paths:
-    """The paths of several robots in one table, for looking at all of them in one pass."""
+    """The paths of several robots in one table, for looking at all of them in one pass.
 
-    lengths: np.ndarray  # (robots,) m
+    Each robot has one path in all runs, or, with ``lengths`` (runs, robots), another in every run.
+    """
+
+    lengths: np.ndarray  # (robots,) or (runs, robots) m
     table: np.ndarray = field(repr=False)  # (5, nodes of all): as of Path, one path after the other
-    first: np.ndarray = field(repr=False)  # (robots,) the column at which each begins
-    cells: np.ndarray = field(repr=False)  # (robots,) one less than its nodes
+    first: np.ndarray = field(repr=False)  # as lengths, but flat: the column at which each begins
+    cells: np.ndarray = field(repr=False)  # as lengths, but flat: one less than its nodes
 
     def at(self, s: np.ndarray) -> PathPoint:
-        """Each robot's path at its abscissae ``s`` (..., robots) [m]; beyond an end it stays there."""
-        flat = np.ascontiguousarray(s, dtype=float).reshape(-1, len(self.lengths))
-        rows = _points_of_all(self.table, self.first, self.cells, self.lengths, flat)
+        """Each robot's path at its abscissae ``s`` (..., robots) [m]; beyond an end it stays there.
+
+        With another path in every run ``s`` is (runs, robots).
+        """
+        flat = np.ascontiguousarray(s, dtype=float).reshape(-1, self.lengths.size)
+        rows = _points_of_all(self.table, self.first, self.cells, self.lengths.ravel(), flat)
         return PathPoint(*(row.reshape(np.shape(s)) for row in rows))
 
     def nearest(self, x: np.ndarray, y: np.ndarray, around: np.ndarray, reach: np.ndarray) -> np.ndarray:
@@ -31,10 +37,10 @@ class Paths:
         """
         shape = np.shape(x)
         flat = [
-            np.ascontiguousarray(np.broadcast_to(a, shape), dtype=float).reshape(-1, len(self.lengths))
+            np.ascontiguousarray(np.broadcast_to(a, shape), dtype=float).reshape(-1, self.lengths.size)
             for a in (x, y, around, reach)
         ]
-        return _nearest_of_all(self.table, self.first, self.cells, self.lengths, *flat).reshape(shape)
+        return _nearest_of_all(self.table, self.first, self.cells, self.lengths.ravel(), *flat).reshape(shape)
 
 
 def join_paths(paths: Sequence[Path]) -> Paths:
@@ -65,32 +71,91 @@ def _nearest_of_all(table, first, cells, lengths, x, y, around, reach):  # type:
     for r in range(x.shape[0]):
         for i in range(x.shape[1]):
             h = lengths[i] / cells[i]
-            low = max(around[r, i] - reach[r, i], 0.0)
-            high = min(around[r, i] + reach[r, i], lengths[i])
-            # Coarsely by the nodes, a few at a time where the window is wide, then Newton between the nodes.
-            count = max(int((high - low) / h), 1)
-            stride = max(count // 64, 1)
-            best = low
-            least = np.inf
-            for n in range(0, count + stride, stride):
-                s = min(low + n * h, high)
-                k = min(int(s / h + 0.5), cells[i]) + first[i]
-                d = (table[0, k] - x[r, i]) ** 2 + (table[1, k] - y[r, i]) ** 2
-                if d < least:
-                    least = d
-                    best = s
-            limit = stride * h
-            for _ in range(6):
-                px, py, heading, curvature = point(table, first[i], cells[i], lengths[i], best)
-                dx = x[r, i] - px
-                dy = y[r, i] - py
-                along = np.cos(heading) * dx + np.sin(heading) * dy
-                across = np.cos(heading) * dy - np.sin(heading) * dx
-                step = along / max(1 - curvature * across, 0.2)  # d²/ds² of half the squared distance
-                step = min(max(step, -limit), limit)
-                before = best
-                best = min(max(best + step, low), high)
-                if abs(best - before) < 1e-10:
-                    break
-            out[r, i] = best
+            low = min(max(around[r, i] - reach[r, i], 0.0), lengths[i])
+            high = max(min(around[r, i] + reach[r, i], lengths[i]), low)
+            best = _nearest_node(table, first[i], cells[i], h, x[r, i], y[r, i], around[r, i], low, high)
+            s = _nearest_beside(table, first[i], cells[i], h, x[r, i], y[r, i], best, low, high)
+            out[r, i] = min(max(s, low), high)
     return out
+
+
+@njit(cache=True, error_model="numpy")
+def _nearest_node(table, first, cells, h, x, y, around, low, high):  # type: ignore[no-untyped-def]
+    """Which node between ``low`` and ``high`` is nearest to (x, y); where there is none, one beside them."""
+    start = min(int(np.ceil(low / h - 1e-9)), cells)
+    stop = max(min(int(high / h + 1e-9), cells), start)
+    stride = max(int(np.sqrt((stop - start) / 2)), 1)
+    best = min(max(int(around / h + 0.5), start), stop)
+    least = _square(table, first + best, x, y)
+    for k in range(start, stop + 1, stride):
+        square = _square(table, first + k, x, y)
+        if square < least:
+            least, best = square, k
+    # A metre along the path brings one nearer by a metre at most: few of the stretches left out can hold a better one.
+    past = np.sqrt(_square(table, first + start, x, y))
+    for k in range(start, stop, stride):
+        end = min(k + stride, stop)
+        here = np.sqrt(_square(table, first + end, x, y))
+        if past + here < 2 * np.sqrt(least) + (end - k) * h:
+            for inner in range(k + 1, end + 1):
+                square = _square(table, first + inner, x, y)
+                if square < least:
+                    least, best = square, inner
+        past = here
+    return best
+
+
+@njit(cache=True, error_model="numpy")
+def _square(table, k, x, y):  # type: ignore[no-untyped-def]
+    return (table[0, k] - x) ** 2 + (table[1, k] - y) ** 2
+
+
+@njit(cache=True, error_model="numpy")
+def _nearest_beside(table, first, cells, h, x, y, best, low, high):  # type: ignore[no-untyped-def]
+    """The abscissa nearest to (x, y) in the cell before or behind node ``best``: of half the squared distance there,
+    g and g' are the first two derivatives by the cell's own parameter t; g = 0 by Newton's method, held in a bracket.
+    """
+    k = first + best
+    ca, sa = np.cos(table[2, k]), np.sin(table[2, k])
+    ahead = ca * (x - table[0, k]) + sa * (y - table[1, k]) > 0
+    if (best == cells) if ahead else (best == 0):
+        return best * h
+    other = k + 1 if ahead else k - 1
+    cb, sb = np.cos(table[2, other]), np.sin(table[2, other])
+    if not ahead:
+        ca, sa, cb, sb = cb, sb, ca, sa
+    k, cell = min(k, other), best if ahead else best - 1
+    # The cell as point() interpolates it: x = a0 + a1 t + a2 t² + a3 t³, seen from (x, y)
+    a0, b0 = table[0, k] - x, table[1, k] - y
+    a1, b1 = h * ca, h * sa
+    over, up = table[0, k + 1] - table[0, k], table[1, k + 1] - table[1, k]
+    a2, b2 = 3 * over - h * (2 * ca + cb), 3 * up - h * (2 * sa + sb)
+    a3, b3 = h * (ca + cb) - 2 * over, h * (sa + sb) - 2 * up
+    left, right = max(low / h - cell, 0.0), min(high / h - cell, 1.0)
+    t = left
+    for step in range(60):
+        px, py = a0 + t * (a1 + t * (a2 + t * a3)), b0 + t * (b1 + t * (b2 + t * b3))
+        dx, dy = a1 + t * (2 * a2 + t * 3 * a3), b1 + t * (2 * b2 + t * 3 * b3)
+        g = px * dx + py * dy
+        if step == 0:  # at the left end
+            if g >= 0:
+                break
+            t = right
+            continue
+        if step == 1:  # at the right end
+            if g <= 0:
+                break
+        elif g > 0:
+            right = t
+        else:
+            left = t
+        bend = dx * dx + dy * dy + px * (2 * a2 + 6 * t * a3) + py * (2 * b2 + 6 * t * b3)
+        before = t
+        t = t - g / bend
+        newton = left < t < right
+        if not newton:
+            t = (left + right) / 2
+        # The step after one of Newton's is about its square.
+        if abs(t - before) < (1e-7 if newton else 1e-12):
+            break
+    return (cell + t) * h

@@ -57,10 +57,15 @@ class Sensing:
 
     def __post_init__(self) -> None:
         check_quantities(self, ScenarioError)
-        own = {"position_noise": 0, "heading_noise": 0, "relative_noise": 0, "filter_gain": 1}
+        own: dict[str, float | None] = {"position_noise": 0, "heading_noise": 0, "relative_noise": 0, "filter_gain": 1}
+        own |= {"noise_start": 0, "noise_end": None}
         for name, default in own.items():
             if self.posture == "odometry" and getattr(self, name) != default:
                 raise ScenarioError(f'{name} belongs to posture = "pose"; odometry has its own')
+        if self.noise_end is not None and self.noise_end <= self.noise_start:
+            problem = ScenarioError(f"noise_end must be > noise_start, {self.noise_start:g} s; got {self.noise_end:g}")
+            problem.field = "noise_end"  # type: ignore[attr-defined]
+            raise problem
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,7 +149,7 @@ class Scenario:
         except RadioError as error:
             raise _about(error, "radio", getattr(error, "field", "graph")) from None
         every = self.radio.period / self.period
-        if self.kind == "team" and abs(every - round(every)) > 1e-9:
+        if self.kind == "team" and (round(every) < 1 or abs(every - round(every)) > 1e-9):
             raise _about(
                 ScenarioError(f"radio: period must be a multiple of {self.period:g} s, got {self.radio.period:g}"),
                 "radio",

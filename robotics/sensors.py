@@ -7,6 +7,7 @@ predicts by odometry and corrects the prediction by a share of what the pose sen
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,8 @@ from robotics import plant as p
 from robotics.radio import RELATIVE_STREAM, WHEEL_STREAM
 from robotics.scenario import Scenario
 
-_NOISE_BLOCK = 256  # periods of noise drawn at a time: bounds memory without a call a period and run
+# Periods of noise drawn at a time, and numbers in all: bounds memory without a call a period and run
+_NOISE_BLOCK, _MOST_DRAWS = 256, 4_000_000
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,10 @@ class PostureSensors:
     gain: np.ndarray  # of the filter; 1: none
     draws: Iterator[np.ndarray] | None  # normal numbers (3, runs, robots), period by period
     relative_draws: Iterator[np.ndarray] | None
+    # Which robots those concern: an index
+    noisy: Any
+    scaled: Any
+    filtered: Any  # None: no robot
 
     @classmethod
     def of(
@@ -39,7 +45,8 @@ class PostureSensors:
         pose = np.array([s.posture == "pose" for s in sensing])
         noise = np.array([[s.position_noise] * 2 + [s.heading_noise] for s in sensing]).T
         relative = np.array([s.relative_noise for s in sensing])
-        periods = min(_NOISE_BLOCK, scenario.ticks + 1)
+        gain = np.array([s.filter_gain for s in sensing])
+        periods = min(_NOISE_BLOCK, scenario.ticks + 1, max(1, _MOST_DRAWS // (3 * len(sensing) * len(seeds))))
         own = [np.random.default_rng([seed, RELATIVE_STREAM]) for seed in seeds] if relative.any() else []
         return cls(
             pose,
@@ -47,9 +54,12 @@ class PostureSensors:
             relative,
             np.array([s.noise_start for s in sensing]),
             np.array([np.inf if s.noise_end is None else s.noise_end for s in sensing]),
-            np.array([s.filter_gain for s in sensing]),
+            gain,
             _normal(generators, periods, len(sensing)) if noise.any() else None,
             _normal(own, periods, len(sensing)) if own else None,
+            _which(noise.max(axis=0) > 0),
+            _which(relative > 0),
+            _which(gain < 1) if (gain < 1).any() else None,
         )
 
     def measure(
@@ -62,20 +72,31 @@ class PostureSensors:
         """
         odometry = state[p.ODO_X : p.ODO_HEADING + 1]
         if not self.pose.any():
-            return odometry
-        measured = state[p.X : p.HEADING + 1]
-        active = (self.since <= time) & (time < self.until)
-        if self.relative_draws is not None:
-            share = next(self.relative_draws)[:2] * (self.relative * active)
-            measured = np.concatenate([measured[:2] * (1 + share), measured[2:]])
-        if self.draws is not None:
-            measured = measured + next(self.draws) * (self.noise * active)[:, None]
-        if estimate is not None and (self.gain < 1).any():
-            turn = w * dt
-            middle = estimate[2] + turn / 2
-            predicted = estimate + np.stack([v * dt * np.cos(middle), v * dt * np.sin(middle), turn])
-            measured = predicted + self.gain * (measured - predicted)
-        return np.where(self.pose, measured, odometry)
+            return odometry.copy()
+        measured = np.where(self.pose, state[p.X : p.HEADING + 1], odometry)
+        now = time + 1e-9
+        active = (self.since <= now) & (now < self.until)
+        # Noise that is over need not be drawn; noise that is yet to come must be, or it would come too early.
+        if self.relative_draws is not None and (now < self.until[self.scaled]).any():
+            share = next(self.relative_draws)[:2, :, self.scaled] * (self.relative * active)[self.scaled]
+            measured[:2, :, self.scaled] *= 1 + share
+        if self.draws is not None and (now < self.until[self.noisy]).any():
+            measured[:, :, self.noisy] += (
+                next(self.draws)[:, :, self.noisy] * (self.noise * active)[:, None, self.noisy]
+            )
+        if self.filtered is not None and estimate is not None:
+            forward, turn = v[:, self.filtered] * dt, w[:, self.filtered] * dt
+            predicted = estimate[:, :, self.filtered]
+            middle = predicted[2] + turn / 2
+            predicted = predicted + np.stack([forward * np.cos(middle), forward * np.sin(middle), turn])
+            gap = measured[:, :, self.filtered] - predicted
+            measured[:, :, self.filtered] = predicted + self.gain[self.filtered] * gap
+        return measured
+
+
+def _which(robots: np.ndarray) -> Any:
+    """An index of the ``robots`` (robots,) bool; of all of them one that copies nothing."""
+    return slice(None) if robots.all() else np.flatnonzero(robots)
 
 
 def _normal(generators: Sequence[np.random.Generator], periods: int, robots: int) -> Iterator[np.ndarray]:

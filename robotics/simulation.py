@@ -13,9 +13,10 @@ from fuzzy.errors import InputError
 from robotics import plant as p
 from robotics.controller import Controller, Observation
 from robotics.radio import Channel, Faults
-from robotics.run import CHANNELS, REFERENCE, TEAM_CHANNELS, Run
+from robotics.run import CHANNELS, TEAM_CHANNELS, Run
 from robotics.scenario import STEP, Scenario
 from robotics.sensors import PostureSensors, encoder_counts, wheel_errors, wheel_odometry
+from robotics.trajectory import Reference
 
 
 class SimulationError(InputError):
@@ -65,16 +66,16 @@ def simulate(
     pending = [np.zeros((2, lanes))] * (late_periods + 2)  # commands on their way, newest first
     counts = encoder_counts(machine.parameters, state)
     posture: np.ndarray | None = None
-    order, held_for = np.zeros((2, *shape)), np.zeros(shape)
-    team = np.full((ticks + 1, len(TEAM_CHANNELS), *shape), np.nan) if scenario.kind == "team" else None
+    order = np.zeros((2, *shape))
+    held_for: np.ndarray | float = 0.0
+    team = np.empty((ticks + 1, len(TEAM_CHANNELS), *shape)) if scenario.kind == "team" else None
     ages = np.full((ticks + 1, *shape, robots), np.inf, dtype=np.float32) if links else None
     stopped = np.full(shape, -1)
     samples = np.empty((ticks + 1, len(CHANNELS), runs, robots))
-    reference = np.empty((len(REFERENCE), ticks + 1, robots))
+    reference = np.stack(scenario.trajectory.sampled(scenario.times))
     for k in range(ticks + 1):
         time = k * scenario.period
-        target = scenario.trajectory.at(time)
-        reference[:, k] = target
+        target = Reference(*reference[:, k])
         condition = faults.at(time) if faults else None
         # sense
         before, counts = counts, encoder_counts(machine.parameters, state)
@@ -108,11 +109,14 @@ def simulate(
         offset = (now[p.X] - aim.x) ** 2 + (now[p.Y] - aim.y) ** 2
         lost = ~(np.isfinite(row[8]) & np.isfinite(row[9]) & (offset < scenario.divergence**2)) & (stopped < 0)
         wish = np.stack([command.first, command.second])
-        if condition is not None:
+        if condition is None:
+            held_for = 0.0
+        else:
             # Without a new command a robot holds its last, until its watchdog stops it.
             held_for = np.where(condition.held, held_for + scenario.period, 0.0)
-            wish = np.where(condition.held & (held_for <= watchdog), order, wish)
-            wish = np.where(condition.failed | (held_for > watchdog), 0.0, wish)
+            alone = held_for > watchdog + 1e-9
+            wish = np.where(condition.held, order, wish)
+            wish = np.where(condition.failed | alone, 0.0, wish)
             row[8:10] = wish
         order = wish
         if lost.any() or (stopped >= 0).any():
@@ -159,7 +163,7 @@ def _checked(seeds: Sequence[int]) -> tuple[int, ...]:
 def _start(scenario: Scenario, generators: Sequence[np.random.Generator]) -> np.ndarray:
     """The state at time 0: each robot a little off where it believes to stand, as the scenario's sensing says."""
     believed = np.tile(np.array([m.start for m in scenario.robots]), (len(generators), 1))
-    sensing = scenario.sensing
-    spread = np.array([sensing.start_position, sensing.start_position, sensing.start_heading])
+    sensing = [m.sensing or scenario.sensing for m in scenario.robots]
+    spread = np.tile([(s.start_position, s.start_position, s.start_heading) for s in sensing], (len(generators), 1))
     draws = np.concatenate([g.standard_normal((len(scenario.robots), 3)) for g in generators])
     return p.initial_state(believed + draws * spread, believed)

@@ -65,21 +65,20 @@ class Trajectory:
 
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]; after its end a reference rests there."""
-        return Reference(*self._rows(np.array([time], dtype=float))[:, 0])
+        return Reference(*self._rows(np.full((1, len(self.paths)), float(time)))[:, 0])
 
     def sampled(self, times: np.ndarray) -> Reference:
         """The references at ``times`` (n,) [s]; each field is (n, robots)."""
-        return Reference(*self._rows(np.asarray(times, dtype=float)))
+        times = np.asarray(times, dtype=float)
+        return Reference(*self._rows(np.repeat(times[:, None], len(self.paths), axis=1)))
 
     def each_at(self, times: np.ndarray) -> Reference:
         """Each robot's reference at a time of its own, ``times`` (n, robots) [s]; each field is (n, robots)."""
-        j = self.joined
-        return Reference(*_refer_each(j.table, j.first, j.cells, j.lengths, self.tables, self.ends, times))
+        return Reference(*self._rows(times))
 
     def _rows(self, times: np.ndarray) -> np.ndarray:
-        j = self.joined
-        spread = np.repeat(times[:, None], len(self.paths), axis=1)
-        return np.asarray(_refer_each(j.table, j.first, j.cells, j.lengths, self.tables, self.ends, spread))
+        j, times = self.joined, np.ascontiguousarray(times, dtype=float)
+        return np.asarray(_refer_each(j.table, j.first, j.cells, j.lengths, self.tables, self.ends, times))
 
 
 def compile_trajectory(paths: tuple[Path, ...], timings: tuple[Timing, ...]) -> Trajectory:
