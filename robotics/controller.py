@@ -45,6 +45,7 @@ class Command(NamedTuple):
     message: np.ndarray | None = None  # (fields, runs, robots): what each robot broadcasts
     target: Reference | None = None  # (runs, robots) each field, if it is not the scenario's reference
     progress: np.ndarray | None = None  # (runs, robots) the law's own path parameter, from 0 to 1
+    refused: np.ndarray | None = None  # (runs,) bool: the law knows no safe way, and the robots stay where they are
 
 
 class Controller(Protocol):

@@ -8,12 +8,13 @@ their paths, before the clock has passed 97 % of its time. The claim judged: the
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from robotics.controllers import make_controller
 from robotics.metrics import cross_track_error
-from robotics.radio import Fault
+from robotics.radio import Fault, Faults
 from robotics.run import Run
 from robotics.scenario import Scenario, load_scenario
 from robotics.simulation import simulate
@@ -42,13 +43,15 @@ class Recovery:
         return float(self.recovered.mean())
 
 
-def with_outages(scenario: Scenario, outage: float) -> Scenario:
-    """``scenario`` with a failure of robot 2 and a delay of robot 3, ``outage`` [s] long, at random times."""
-    faults = (
-        Fault(robot=2, kind="failure", start=FIRST, start_until=LAST, duration=outage),
-        Fault(robot=3, kind="delay", start=FIRST, start_until=LAST, duration=outage),
-    )
-    return replace(scenario, faults=faults)
+def outages_of(scenario: Scenario, lengths: np.ndarray, seeds: Sequence[int]) -> Faults:
+    """A failure of robot 2 and a delay of robot 3 at random times, ``lengths`` (runs,) [s] long in each run.
+
+    A seed's times are the same for every length.
+    """
+    kinds: tuple[tuple[int, Literal["failure", "delay"]], ...] = ((2, "failure"), (3, "delay"))
+    faults = tuple(Fault(robot=i, kind=kind, start=FIRST, start_until=LAST) for i, kind in kinds)
+    drawn = Faults.drawn(faults, len(scenario.robots), seeds)
+    return replace(drawn, ends=drawn.starts + lengths[:, None])
 
 
 def recovery(run: Run, fault_ends: np.ndarray) -> Recovery:
@@ -73,20 +76,27 @@ def recovery_curve(
     scenario: str = "chapter-4-faults",
     advance: Callable[[], None] | None = None,
 ) -> list[Recovery]:
-    """Every controller with every outage [s]; the same fault times for all of the same seed."""
-    from robotics.radio import Faults
+    """Every controller with every outage [s], in one pass each; the same fault times for all of the same seed.
 
+    ``advance`` is called after every controller.
+    """
     base = load_scenario(scenario)
     # The noise of the third test is judged by itself; here it would hide what the fault does.
-    base = replace(base, robots=tuple(replace(m, sensing=None) for m in base.robots))
+    base = replace(base, robots=tuple(replace(m, sensing=None) for m in base.robots), faults=())
+    repeated = np.tile(seeds, len(outages))
+    lengths = np.repeat(outages, len(seeds))
+    faults = outages_of(base, lengths, repeated.tolist())
     found = []
     for name in controllers:
-        law = make_controller(name)
+        run = simulate(base, make_controller(name), repeated.tolist(), name=name, faults=faults)
+        every = recovery(run, faults.ends.max(axis=1))
         for outage in outages:
-            setting = with_outages(base, outage)
-            run = simulate(setting, law, seeds, name=name)
-            ends = Faults.drawn(setting.faults, len(setting.robots), seeds).starts.max(axis=1) + outage
-            found.append(replace(recovery(run, ends), outage=outage))
-            if advance is not None:
-                advance()
+            found.append(_of_length(every, lengths == outage, outage))
+        if advance is not None:
+            advance()
     return found
+
+
+def _of_length(every: Recovery, chosen: np.ndarray, outage: float) -> Recovery:
+    arrays = {name: getattr(every, name)[chosen] for name in ("recovered", "after", "deviation", "gap")}
+    return Recovery(every.controller, outage, **arrays)

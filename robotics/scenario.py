@@ -141,6 +141,11 @@ class Scenario:
         """The times of the samples (ticks + 1,) [s], both ends included."""
         return np.arange(self.ticks + 1) * self.period
 
+    @property
+    def starts(self) -> np.ndarray:
+        """Where the robots start (robots, 3): x [m], y [m], heading [rad]."""
+        return np.array([member.start for member in self.robots])
+
     def _check_team(self) -> None:
         """Robots that the radio and the faults name exist, and a team has one duration for all."""
         count = len(self.robots)

@@ -1,44 +1,57 @@
-"""The one simulation: sense, hear, decide, record, say, move; all seeds of a scenario in one array pass.
+"""The one simulation: sense, hear, decide, say, move; all seeds of a scenario in one array pass.
 
 Every run draws from its own generator, seeded by its own seed: a run's result does not depend, to the last bit,
 on which runs are beside it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import inf
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from fuzzy.errors import InputError
 from robotics import plant as p
-from robotics.controller import Controller, Observation
-from robotics.radio import Channel, Faults
+from robotics.controller import Command, Controller, Observation
+from robotics.radio import Channel, Condition, Faults, Heard
 from robotics.run import CHANNELS, TEAM_CHANNELS, Run
 from robotics.scenario import STEP, Scenario
 from robotics.sensors import PostureSensors, encoder_counts, wheel_errors, wheel_odometry
 from robotics.trajectory import Reference
+
+if TYPE_CHECKING:
+    from robotics.ensemble import Ensemble
 
 
 class SimulationError(InputError):
     """A simulation that cannot start: no seeds, or a seed that is no whole number >= 0."""
 
 
-def simulate(
-    scenario: Scenario,
-    controller: Controller,
-    seeds: Sequence[int] = (0,),
-    *,
-    name: str = "",
-    links: bool = False,
-    progress: Callable[[], None] | None = None,
-) -> Run:
-    """Run ``controller`` on ``scenario`` once for every seed.
+class Period(NamedTuple):
+    """One period of all runs, at its end; arrays are (runs, robots) unless they say otherwise."""
 
-    ``name`` is what the run calls the controller (default: its class); ``progress`` is called every period. With
-    ``links`` the run keeps how old each robot's knowledge of each other was, (samples, runs, robots, robots).
-    A robot whose command is not finite, or that is farther than ``scenario.divergence`` from its target, is
-    stopped: ``Run.stopped`` says when, and its samples after that are not-a-number.
+    k: int
+    time: float  # s
+    state: np.ndarray  # (plant channels, runs, robots): the truth
+    posture: np.ndarray  # (3, runs, robots): x [m], y [m], heading [rad] as measured
+    target: Reference  # where the law wants the robots to be
+    command: Command
+    order: np.ndarray  # (2, runs, robots): the command after faults and stops
+    condition: Condition | None  # who is at fault
+    heard: Heard | None
+    stopped: np.ndarray  # int: the period before in which the robot was stopped, or -1
+    lost: np.ndarray  # bool: it is stopped in this one
+
+
+def drive(
+    setting: "Scenario | Ensemble", controller: Controller, seeds: Sequence[int], faults: Faults | None = None
+) -> Iterator[Period]:
+    """The periods of ``controller`` on a scenario or ensemble, a run for every seed: sense, hear, decide, say, move.
+
+    A robot whose command is not finite, or that is farther than its ``divergence`` from its target, is stopped.
+    ``faults`` are those of the scenario, if not given.
     """
+    scenario: Any = setting  # an ensemble has what a scenario has, with runs in front
     seeds = _checked(seeds)
     runs, robots, ticks = len(seeds), len(scenario.robots), scenario.ticks
     shape, lanes = (runs, robots), runs * robots
@@ -52,7 +65,6 @@ def simulate(
         step=STEP,
         kinematic=scenario.plant == "kinematic",
     )
-    limits = p.velocity_limits([m.robot for m in scenario.robots])
     late_periods, late_steps = divmod(round(scenario.latency / STEP), machine.steps)
     generators = [np.random.default_rng(seed) for seed in seeds]
     state = _start(scenario, generators)
@@ -60,7 +72,8 @@ def simulate(
     fields: tuple[str, ...] = getattr(controller, "message", ())
     channel = Channel.opened(scenario.radio, robots, seeds, scenario.period) if fields else None
     air = channel.init(len(fields), runs) if channel else None
-    faults = Faults.drawn(scenario.faults, robots, seeds) if scenario.faults else None
+    if faults is None and scenario.faults:
+        faults = Faults.drawn(scenario.faults, robots, seeds)
     watchdog: float = getattr(controller, "watchdog", inf)
     memory = controller.init(scenario, runs)
     pending = [np.zeros((2, lanes))] * (late_periods + 2)  # commands on their way, newest first
@@ -68,14 +81,12 @@ def simulate(
     posture: np.ndarray | None = None
     order = np.zeros((2, *shape))
     held_for: np.ndarray | float = 0.0
-    team = np.empty((ticks + 1, len(TEAM_CHANNELS), *shape)) if scenario.kind == "team" else None
-    ages = np.full((ticks + 1, *shape, robots), np.inf, dtype=np.float32) if links else None
     stopped = np.full(shape, -1)
-    samples = np.empty((ticks + 1, len(CHANNELS), runs, robots))
-    reference = np.stack(scenario.trajectory.sampled(scenario.times))
+    # A scenario's references are the same for all runs, and are looked up at once.
+    known = np.stack(setting.trajectory.sampled(setting.times)) if isinstance(setting, Scenario) else None
     for k in range(ticks + 1):
         time = k * scenario.period
-        target = Reference(*reference[:, k])
+        target = Reference(*known[:, k]) if known is not None else scenario.trajectory.at(time)
         condition = faults.at(time) if faults else None
         # sense
         before, counts = counts, encoder_counts(machine.parameters, state)
@@ -92,23 +103,10 @@ def simulate(
         seen = Observation(time, x, y, heading, v, w, target, scenario.trajectory, heard)
         command, memory = controller.control(seen, memory, scenario.period)
         aim = command.target or target
-        # record
-        row = samples[k]
-        row[:5] = now[: p.W + 1]
-        row[5:8] = posture
-        row[8], row[9] = command.first, command.second
-        row[10:12] = p.saturate(limits, command.v, command.w)
-        row[12], row[13] = now[p.EFFORT], now[p.VARIATION]
-        if team is not None:
-            team[k, 0] = np.nan if command.progress is None else command.progress
-            team[k, 1], team[k, 2], team[k, 3] = aim.x, aim.y, aim.heading
-            team[k, 4] = 0 if condition is None else condition.code
-        if ages is not None and heard is not None:
-            ages[k] = np.where(heard.hears, heard.age, np.inf)
+        wish = np.stack([command.first, command.second])
         # stop what is lost
         offset = (now[p.X] - aim.x) ** 2 + (now[p.Y] - aim.y) ** 2
-        lost = ~(np.isfinite(row[8]) & np.isfinite(row[9]) & (offset < scenario.divergence**2)) & (stopped < 0)
-        wish = np.stack([command.first, command.second])
+        lost = ~(np.isfinite(wish).all(axis=0) & (offset < scenario.divergence**2)) & (stopped < 0)
         if condition is None:
             held_for = 0.0
         else:
@@ -117,12 +115,9 @@ def simulate(
             alone = held_for > watchdog + 1e-9
             wish = np.where(condition.held, order, wish)
             wish = np.where(condition.failed | alone, 0.0, wish)
-            row[8:10] = wish
+        yield Period(k, time, now, posture, aim, command, wish, condition, heard, stopped, lost)
         order = wish
         if lost.any() or (stopped >= 0).any():
-            row[:, (stopped >= 0)] = np.nan
-            if team is not None:
-                team[k][:, (stopped >= 0)] = np.nan
             stopped = np.where(lost, k, stopped)
             order = np.where(stopped >= 0, 0.0, order)
         # say
@@ -134,6 +129,50 @@ def simulate(
             state = machine.advance(
                 state, pending[late_periods + 1], pending[late_periods], late_steps, controller.level
             )
+
+
+def simulate(
+    scenario: Scenario,
+    controller: Controller,
+    seeds: Sequence[int] = (0,),
+    *,
+    name: str = "",
+    links: bool = False,
+    faults: Faults | None = None,
+    progress: Callable[[], None] | None = None,
+) -> Run:
+    """Run ``controller`` on ``scenario`` once for every seed.
+
+    ``name`` is what the run calls the controller (default: its class); ``progress`` is called every period. With
+    ``links`` the run keeps how old each robot's knowledge of each other was, (samples, runs, robots, robots).
+    ``faults`` may differ from run to run; those of the scenario, if not given.
+    A robot whose command is not finite, or that is farther than ``scenario.divergence`` from its target, is
+    stopped: ``Run.stopped`` says when, and its samples after that are not-a-number.
+    """
+    seeds = _checked(seeds)
+    runs, robots, ticks = len(seeds), len(scenario.robots), scenario.ticks
+    shape = (runs, robots)
+    limits = p.velocity_limits([m.robot for m in scenario.robots])
+    samples = np.empty((ticks + 1, len(CHANNELS), *shape))
+    team = np.empty((ticks + 1, len(TEAM_CHANNELS), *shape)) if scenario.kind == "team" else None
+    ages = np.full((ticks + 1, *shape, robots), np.inf, dtype=np.float32) if links else None
+    for period in drive(scenario, controller, seeds, faults):
+        k, now, command = period.k, period.state, period.command
+        row = samples[k]
+        row[:5] = now[: p.W + 1]
+        row[5:8] = period.posture
+        row[8:10] = period.order
+        row[10:12] = p.saturate(limits, command.v, command.w)
+        row[12], row[13] = now[p.EFFORT], now[p.VARIATION]
+        gone = period.stopped >= 0
+        if team is not None:
+            team[k, 0] = np.nan if command.progress is None else command.progress
+            team[k, 1], team[k, 2], team[k, 3] = period.target.x, period.target.y, period.target.heading
+            team[k, 4] = 0 if period.condition is None else period.condition.code
+            team[k][:, gone] = np.nan
+        row[:, gone] = np.nan
+        if ages is not None and period.heard is not None:
+            ages[k] = np.where(period.heard.hears, period.heard.age, np.inf)
         if progress is not None:
             progress()
     return Run(
@@ -143,9 +182,9 @@ def simulate(
         seeds,
         scenario.times,
         samples,
-        reference,
+        np.stack(scenario.trajectory.sampled(scenario.times)),
         tuple(path.table[:2] for path in scenario.trajectory.paths),
-        stopped,
+        np.where(period.lost, period.k, period.stopped),
         team,
         ages,
     )
@@ -160,9 +199,10 @@ def _checked(seeds: Sequence[int]) -> tuple[int, ...]:
     return tuple(int(seed) for seed in seeds)
 
 
-def _start(scenario: Scenario, generators: Sequence[np.random.Generator]) -> np.ndarray:
+def _start(scenario: "Scenario | Ensemble", generators: Sequence[np.random.Generator]) -> np.ndarray:
     """The state at time 0: each robot a little off where it believes to stand, as the scenario's sensing says."""
-    believed = np.tile(np.array([m.start for m in scenario.robots]), (len(generators), 1))
+    shape = (len(generators), len(scenario.robots), 3)
+    believed = np.broadcast_to(scenario.starts, shape).reshape(-1, 3)
     sensing = [m.sensing or scenario.sensing for m in scenario.robots]
     spread = np.tile([(s.start_position, s.start_position, s.start_heading) for s in sensing], (len(generators), 1))
     draws = np.concatenate([g.standard_normal((len(scenario.robots), 3)) for g in generators])

@@ -173,7 +173,7 @@ def team_toml(
     parts = [
         f'kind = "team"\ntitle = "A random team of {robots}"\n'
         f'source = "random paths, seed {seed}; everything is a choice"\n'
-        f'duration = {2 * duration + 10:.2f}\ncontroller = "{controller}"\n\n'
+        f'duration = {1.5 * duration + 10:.2f}\ncontroller = "{controller}"\n\n'
         f'[sensing]\nposture = "pose"\nposition_noise = 0.003\nheading_noise = 0.003\n\n[radio]\ngraph = "{radio}"\n'
     ]
     for start, end, out, into, _ in drawn:

@@ -66,7 +66,9 @@ def beside(path: Path, x: np.ndarray) -> PathPoint:
 
     x must grow along the path.
     """
-    s = np.interp(x, path.table[X], np.linspace(0.0, path.length, path.table.shape[1]))
+    nodes = path.table[X]
+    k = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, len(nodes) - 2)
+    s = np.clip(k + (x - nodes[k]) / (nodes[k + 1] - nodes[k]), 0, len(nodes) - 1) * path.spacing
     for _ in range(2):  # Newton: dx/ds = cos(heading)
         point = path.at(s)
         s = np.clip(s + (x - point.x) / np.cos(point.heading), 0.0, path.length)

@@ -20,7 +20,7 @@ import numpy as np
 from numba import njit
 
 CELLS = 160
-FACTORS = (1.0, 1.3, 1.7, 2.4, 3.4)  # of the nominal duration: horizons tried
+FACTORS = (1.0, 1.1, 1.2, 1.35, 1.6, 2.0, 2.6, 3.4)  # of the nominal duration: horizons tried
 _STOP = 2e-4  # cost of a tick at rest, in squared shares of the path
 
 
@@ -55,9 +55,7 @@ def plan_right_of_way(
     ticks = np.zeros(runs, dtype=np.int64)
     count = np.zeros(runs, dtype=np.int64)
     horizons = np.array([ceil(CELLS * f) for f in FACTORS])
-    _plan_runs(
-        np.ascontiguousarray(nodes), clearance**2, ceil(margin * CELLS), tried, horizons, cells, ticks, count
-    )
+    _plan_runs(np.ascontiguousarray(nodes), clearance**2, ceil(margin * CELLS), tried, horizons, cells, ticks, count)
     found = ticks > 0
     nominal = np.minimum(np.arange(longest + 1), CELLS)
     progress = np.where(found[:, None, None], cells, nominal) / CELLS
@@ -141,7 +139,7 @@ def _plan_one(nodes, cells, order, place, clear, margin, horizon, cost, blocked)
         cost[0, c] = far
     cost[0, 0] = 0.0
     for k in range(1, horizon + 1):
-        nominal = min(k, CELLS)
+        nominal = k * CELLS / horizon  # all take the longer time, so that they still arrive together
         for c in range(CELLS + 1):
             best = cost[k - 1, c] + (_STOP if 0 < c < CELLS else 0.0)
             if c >= 1 and cost[k - 1, c - 1] < best:

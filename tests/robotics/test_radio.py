@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robotics.radio
+from robotics.coordination.neighbours import alone_for, current, differences, least
 from robotics.graph import adjacency
-from robotics.radio import FAULTS, PRESETS, Channel, Condition, Fault, Faults, Radio, RadioError
+from robotics.radio import FAULTS, PRESETS, Channel, Condition, Fault, Faults, Heard, Radio, RadioError
 
 TICK = 0.05
 
@@ -266,6 +267,36 @@ def test_on_the_very_limit_of_the_range_one_is_heard():
     place = lambda t: np.array([[[0.0, 3.0]], [[0.0, 4.0]]])  # noqa: E731
     assert np.isfinite(talk(Radio(range=5.0), 2, periods=3, place=place)[1][-1, 0, 0, 1])
     assert not np.isfinite(talk(Radio(range=4.999), 2, periods=3, place=place)[1][-1, 0, 0, 1])
+
+
+# What robots make of it -----------------------------------------------------------------------------------------
+
+
+@given(st.integers(0, 2**32), st.integers(1, 9), st.integers(1, 3))
+@settings(deadline=None, max_examples=60)
+def test_values_are_brought_up_to_date_summed_and_compared_over_those_heard(seed, robots, runs):
+    """Link by link: what was not heard counts for nothing, and a rate is believed for half a second."""
+    rng = np.random.default_rng(seed)
+    links = (runs, robots, robots)
+    hears = (rng.random((robots, robots)) < 0.6) & ~np.eye(robots, dtype=bool)
+    known = hears & (rng.random(links) < 0.8)
+    age = np.where(known, rng.choice([0.05, 0.45, 0.5, 0.55, 20.0], links), np.inf)
+    heard = Heard(np.where(known, rng.standard_normal((3, *links)), np.nan), age, hears)
+    mine, weights = rng.standard_normal((runs, robots)), hears * rng.standard_normal((robots, robots))
+    theirs = current(heard, 2, 0)
+    sums, smallest = differences(mine, theirs, weights), least(mine, theirs, hears)
+    alone = alone_for(heard, 5.0)
+    for r, i in np.ndindex(runs, robots):
+        told = {
+            j: heard.values[2, r, i, j] + heard.values[0, r, i, j] * min(age[r, i, j], 0.5)
+            for j in range(robots)
+            if known[r, i, j]
+        }
+        assert {j for j in range(robots) if not np.isnan(theirs[r, i, j])} == set(told)
+        assert all(theirs[r, i, j] == pytest.approx(value, rel=1e-14) for j, value in told.items())
+        assert sums[r, i] == pytest.approx(sum(weights[i, j] * (mine[r, i] - q) for j, q in told.items()), abs=1e-12)
+        assert smallest[r, i] == pytest.approx(min([mine[r, i], *told.values()]), rel=1e-14)
+        assert alone[r, i] == min([5.0, *(age[r, i, j] for j in told)])
 
 
 # Faults ---------------------------------------------------------------------------------------------------------
