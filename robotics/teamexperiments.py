@@ -17,8 +17,8 @@ from robotics.team import arrival_time, progress_gap, random_team, spread, true_
 # Scenario and controllers of every experiment; the first is the one that is drawn
 EXPERIMENTS: dict[str, tuple[str, ...]] = {
     "chapter-3": ("graph-esm", "graph-esm:realisation=torque", "graph-esm-thesis", "graph-esm-literal"),
-    "chapter-4-circles": ("virtual-structure-virtual", "virtual-structure-thesis", "virtual-structure-measured"),
-    "chapter-4-crossing": ("virtual-structure-virtual", "virtual-structure-thesis", "virtual-structure-measured"),
+    "chapter-4-circles": ("virtual-structure-measured", "virtual-structure-virtual", "virtual-structure-thesis"),
+    "chapter-4-crossing": ("virtual-structure-measured", "virtual-structure-virtual", "virtual-structure-thesis"),
     "chapter-4-noise": ("virtual-structure-virtual", "virtual-structure-thesis"),
     "chapter-4-faults": (
         "virtual-structure-virtual",

@@ -26,6 +26,8 @@ _FAINT = 0.25  # opacity of the other seeds
 _MOST = 40  # seeds drawn
 _NAMED = 6  # faults that are named in the picture
 
+LEAST = 1e-3  # what the axis of the differences of progress shows at least, to either side
+
 
 def plot_team(run: Run, seed: int | None = None) -> Figure:
     """The page for a team: trajectories, errors against the law's own target, speeds, progress, and its differences.
@@ -181,5 +183,7 @@ def _draw_differences(ax: Axes, run: Run, progress: np.ndarray, order: list[int]
             rows = progress - np.nanmedian(progress, axis=1, keepdims=True)
         _draw_channel(ax, run, rows, order)
         ax.set_ylabel("$s_i$ − median")
+    low, high = ax.get_ylim()
+    ax.set_ylim(min(low, -LEAST), max(high, LEAST))  # differences of rounding are none
     if ax.get_legend_handles_labels()[0]:
         ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=6, borderaxespad=0.1)
