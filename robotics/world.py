@@ -1,0 +1,343 @@
+"""The world: discs, polygons and walls, at rest or moving on given paths, compiled to one table for any number of runs.
+
+A body is what is tested at once: a disc, a polygon with its sides, or one piece of a wall. Every body has a circle
+around it, so that those out of reach cost one comparison. The table of several worlds (a random field for every run)
+is padded to the largest of them; one world may be shared by all runs.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import cos, hypot, pi, sin
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from fuzzy.errors import InputError
+from robotics.path import PathError, Shape, compile_path
+from robotics.quantity import check_quantities, is_number, quantity
+from robotics.trajectory import Timing, Trajectory, compile_trajectory
+
+Point = tuple[float, float]
+
+# Columns of Geometry.bodies
+FIRST, NUMBER, CLOSED, OWNER = range(4)
+
+
+class WorldError(InputError):
+    """An obstacle that cannot be. The message names the field, its value and what is accepted."""
+
+
+def _refuse(name: str, what: str) -> WorldError:
+    problem = WorldError(f"{name} {what}")
+    problem.field = name  # type: ignore[attr-defined]
+    return problem
+
+
+def _check_points(name: str, points: tuple[Point, ...], least: int) -> None:
+    if len(points) < least:
+        raise _refuse(name, f"must be at least {least} points [x, y] in m, got {len(points)}")
+    for p in points:
+        if len(p) != 2 or not all(is_number(v) for v in p):
+            raise _refuse(name, f"must be points [x, y] of finite numbers in m, got {p!r}")
+
+
+# Descriptions ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, kw_only=True)
+class Obstacle:
+    """Where an obstacle is; what it is say :class:`Disc`, :class:`Polygon` and :class:`Wall`.
+
+    Its own frame stands at ``position``, turned by ``heading``. With a ``path`` and its ``timing`` it moves, and rests
+    at the path's end: position and heading then count from the point on the path, "along" it as seen from its tangent,
+    "fixed" without turning.
+    """
+
+    position: Point = (0.0, 0.0)  # m
+    heading: float = quantity(0.0, "rad", least=-2 * pi, most=2 * pi)
+    path: Shape | None = None
+    timing: Timing | None = None
+    orientation: Literal["along", "fixed"] = "along"
+
+    def __post_init__(self) -> None:
+        check_quantities(self, WorldError)
+        _check_points("position", (self.position,), 1)
+        if (self.path is None) != (self.timing is None):
+            lacks = "path" if self.path is None else "timing"
+            raise _refuse(lacks, "is missing: a moving obstacle needs both a path and a timing")
+        if self.orientation not in ("along", "fixed"):
+            raise _refuse("orientation", f"must be 'along' or 'fixed', got {self.orientation!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Disc(Obstacle):
+    """A solid disc, its center at the position."""
+
+    radius: float = quantity(0.25, "m", above=0, most=1000)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Polygon(Obstacle):
+    """A solid polygon, convex or not, whose sides do not cross; :func:`box`, :func:`regular`, :func:`u_shape`."""
+
+    corners: tuple[Point, ...]  # m, in its own frame, either way round, the first not repeated
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_points("corners", self.corners, 3)
+        n = len(self.corners)
+        sides = [(self.corners[k], self.corners[(k + 1) % n]) for k in range(n)]
+        for k, (a, b) in enumerate(sides):
+            if a == b:
+                raise _refuse("corners", f"{k + 1} and {(k + 1) % n + 1} are the same, {a}")
+        for k, (a, b) in enumerate(sides):
+            before = sides[k - 1][0]
+            if _turn(before, a, b) == 0 and (before[0] - a[0]) * (b[0] - a[0]) + (before[1] - a[1]) * (b[1] - a[1]) > 0:
+                raise _refuse("corners", f"go back over a side at corner {k + 1}, {a}")
+            # Of sides that share a corner the above is enough.
+            for other in range(k + 2, n - (k == 0)):
+                if _cross(a, b, *sides[other]):
+                    raise _refuse("corners", f"make sides that cross or touch: sides {k + 1} and {other + 1}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wall(Obstacle):
+    """A thin wall along straight pieces; closed, it is an arena: what it encloses is free."""
+
+    points: tuple[Point, ...]  # m, in its own frame
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_points("points", self.points, 2)
+        for k, (a, b) in enumerate(zip(self.points, self.points[1:], strict=False)):
+            if a == b:
+                raise _refuse("points", f"{k + 1} and {k + 2} are the same, {a}")
+
+
+OBSTACLES: dict[str, type[Obstacle]] = {"disc": Disc, "polygon": Polygon, "wall": Wall}
+
+
+@dataclass(frozen=True, kw_only=True)
+class World:
+    """All obstacles. Robots that do not know them only sense them."""
+
+    obstacles: tuple[Obstacle, ...] = ()
+    known: bool = True
+
+
+def _turn(a: Point, b: Point, c: Point) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _cross(a: Point, b: Point, c: Point, d: Point) -> bool:
+    """Do the segments ab and cd have a point in common?"""
+    if any(max(a[i], b[i]) < min(c[i], d[i]) or max(c[i], d[i]) < min(a[i], b[i]) for i in (0, 1)):
+        return False
+    return _turn(a, b, c) * _turn(a, b, d) <= 0 and _turn(c, d, a) * _turn(c, d, b) <= 0
+
+
+def box(length: float, width: float) -> tuple[Point, ...]:
+    """The corners of a rectangle ``length`` along x and ``width`` along y [m], about its center."""
+    return ((-length / 2, -width / 2), (length / 2, -width / 2), (length / 2, width / 2), (-length / 2, width / 2))
+
+
+def regular(corners: int, radius: float) -> tuple[Point, ...]:
+    """The corners of a regular polygon on a circle of ``radius`` [m] about its center, the first at angle 0."""
+    angles = [2 * pi * k / corners for k in range(corners)]
+    return tuple((radius * cos(a), radius * sin(a)) for a in angles)
+
+
+def u_shape(width: float, depth: float, thickness: float = 0.06) -> tuple[Point, ...]:
+    """The corners of a U, about the middle of the free space in it: ``width`` between its arms (along y), ``depth``
+    from its mouth, which opens towards −x, to its bottom; walls of ``thickness``. All in m.
+    """
+    x, y, t = depth / 2, width / 2, thickness
+    return ((-x, -y), (x, -y), (x, y), (-x, y), (-x, y + t), (x + t, y + t), (x + t, -y - t), (-x, -y - t))
+
+
+# Compiled --------------------------------------------------------------------------------------------------------
+
+
+class Geometry(NamedTuple):
+    """Where all obstacles are at one time. The first axis is the runs, or 1 for a world that all runs share.
+
+    A body with segments is a polygon (closed, counter-clockwise) or a piece of a wall; one without is a disc.
+    """
+
+    circles: np.ndarray  # (runs, bodies, 3) m: x, y, radius of the disc, or of the circle around the body
+    bodies: np.ndarray  # (runs, bodies, 4) int: its first segment, how many, closed?, the obstacle it belongs to
+    segments: np.ndarray  # (runs, segments, 4) m: x, y of one end, x, y of the other
+    counts: np.ndarray  # (runs,) int: bodies of the run; those after it are padding
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """The obstacles of one world or of several, ready to be placed at any time."""
+
+    rest: Geometry = field(repr=False)  # those that move are in their own frames
+    frames: np.ndarray = field(repr=False)  # (runs, bodies) int: which frame it moves with; -1: none
+    motion: Trajectory | None = field(default=None, repr=False)  # of all frames of all runs
+    offsets: np.ndarray = field(default_factory=lambda: np.zeros((3, 0)), repr=False)  # (3, frames) x, y, heading
+    along: np.ndarray = field(default_factory=lambda: np.zeros(0, bool), repr=False)  # (frames,) does it turn?
+
+    @property
+    def runs(self) -> int:
+        """How many worlds there are."""
+        return len(self.rest.counts)
+
+    def poses(self, time: float) -> np.ndarray:
+        """The frames of the moving obstacles at ``time`` [s], (3, frames): x [m], y [m], heading [rad]."""
+        if self.motion is None:
+            return self.offsets
+        on, (x, y, heading) = self.motion.at(time), self.offsets
+        turn = np.where(self.along, on.heading, 0.0)
+        c, s = np.cos(turn), np.sin(turn)
+        return np.stack([on.x + c * x - s * y, on.y + s * x + c * y, turn + heading])
+
+    def at(self, time: float) -> Geometry:
+        """Where all are at ``time`` [s]. Nothing is copied where nothing moves."""
+        if self.motion is None:
+            return self.rest
+        x, y, heading = self.poses(time)
+        frames = np.stack([x, y, np.cos(heading), np.sin(heading)])
+        circles, segments = _placed(*self.rest, self.frames, frames)
+        return self.rest._replace(circles=circles, segments=segments)
+
+
+def compile_world(world: World) -> Obstacles:
+    """``world`` for all runs to share. Raises WorldError, or PathError for a path that an obstacle cannot move on."""
+    return compile_worlds([world])
+
+
+def compile_worlds(worlds: Sequence[World]) -> Obstacles:
+    """A world for every run. Raises as :func:`compile_world`; the ``keys`` of a PathError say what it is about."""
+    moving: list[tuple[int, Obstacle]] = []
+    listed = [_listed(world, moving) for world in worlds]
+    runs, bodies, segments = len(listed), *(max((len(row[i]) for row in listed), default=0) for i in (0, 2))
+    rest = Geometry(
+        np.zeros((runs, bodies, 3)),
+        np.zeros((runs, bodies, 4), dtype=np.int64),
+        np.zeros((runs, segments, 4)),
+        np.array([len(row.circles) for row in listed], dtype=np.int64),
+    )
+    frames = np.full((runs, bodies), -1, dtype=np.int64)
+    for r, row in enumerate(listed):
+        if row.circles:
+            n = len(row.circles)
+            rest.circles[r, :n], rest.bodies[r, :n], frames[r, :n] = row.circles, row.bodies, row.frames
+            rest.segments[r, : len(row.segments)] = np.reshape(row.segments, (-1, 4))
+    if not moving:
+        return Obstacles(rest, frames)
+    motions = [_motion(i, obstacle) for i, obstacle in moving]
+    motion = Trajectory(
+        tuple(m.paths[0] for m in motions),
+        np.concatenate([m.tables for m in motions]),
+        np.concatenate([m.ends for m in motions]),
+    )
+    offsets = np.array([(*o.position, o.heading) for _, o in moving]).T
+    return Obstacles(rest, frames, motion, offsets, np.array([o.orientation == "along" for _, o in moving]))
+
+
+class _Listed(NamedTuple):
+    """One world's part of a :class:`Geometry`, and which frame each body moves with."""
+
+    circles: list[list[float]]
+    bodies: list[list[int]]
+    segments: list[tuple[Point, Point]]
+    frames: list[int]
+
+
+def _listed(world: World, moving: list[tuple[int, Obstacle]]) -> _Listed:
+    """The bodies of ``world``; those of its obstacles that move are added to ``moving``, whose order numbers frames."""
+    row = _Listed([], [], [], [])
+    for i, obstacle in enumerate(world.obstacles):
+        frame = -1
+        if obstacle.path is not None:
+            frame = len(moving)
+            moving.append((i, obstacle))
+        for points, closed, radius in _pieces(obstacle):
+            placed = [_moved(p, obstacle) if frame < 0 else p for p in points]
+            ends = zip(placed, placed[1:] + placed[:1] * closed, strict=False)
+            first = len(row.segments)
+            row.segments.extend(ends)
+            row.circles.append(_circle(placed, radius))
+            row.bodies.append([first, len(row.segments) - first, closed, i])
+            row.frames.append(frame)
+    return row
+
+
+def _motion(i: int, obstacle: Obstacle) -> Trajectory:
+    assert obstacle.path is not None
+    assert obstacle.timing is not None
+    about = "path"
+    try:
+        path = compile_path(obstacle.path)
+        about = "timing"
+        return compile_trajectory((path,), (obstacle.timing,))
+    except PathError as error:
+        error.keys = ("obstacles", i, about)  # type: ignore[attr-defined]
+        raise
+
+
+def _pieces(obstacle: Obstacle) -> list[tuple[list[Point], bool, float]]:
+    """The bodies of an obstacle, in its own frame: points, whether they enclose a solid, and a disc's radius."""
+    if isinstance(obstacle, Disc):
+        return [([(0.0, 0.0)], False, obstacle.radius)]
+    if isinstance(obstacle, Polygon):
+        corners = list(obstacle.corners)
+        area = sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, corners[1:] + corners[:1], strict=True))
+        return [(corners if area > 0 else corners[::-1], True, 0.0)]
+    if isinstance(obstacle, Wall):
+        return [([a, b], False, 0.0) for a, b in zip(obstacle.points, obstacle.points[1:], strict=False)]
+    raise WorldError(f"an obstacle must be one of {', '.join(c.__name__ for c in OBSTACLES.values())}")
+
+
+def _moved(p: Point, obstacle: Obstacle) -> Point:
+    c, s, (x, y) = cos(obstacle.heading), sin(obstacle.heading), obstacle.position
+    return x + c * p[0] - s * p[1], y + s * p[0] + c * p[1]
+
+
+def _circle(points: list[Point], radius: float) -> list[float]:
+    """A circle around ``points`` (not the smallest), and ``radius`` more; a little too large, never too small."""
+    if len(points) == 1:
+        return [*points[0], radius]
+    xs, ys = [p[0] for p in points], [p[1] for p in points]
+    x, y = (min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2
+    return [x, y, max(hypot(p[0] - x, p[1] - y) for p in points) * (1 + 1e-12) + 1e-12]
+
+
+@njit(cache=True, error_model="numpy")
+def _placed(circles, bodies, segments, counts, frames, pose):  # type: ignore[no-untyped-def]
+    """Circles and segments with those that move taken from their frames (x, y, cos, sin) into the world."""
+    circles, segments = circles.copy(), segments.copy()
+    for r in range(circles.shape[0]):
+        for b in range(counts[r]):
+            f = frames[r, b]
+            if f < 0:
+                continue
+            x, y, c, s = pose[0, f], pose[1, f], pose[2, f], pose[3, f]
+            px, py = circles[r, b, 0], circles[r, b, 1]
+            circles[r, b, 0], circles[r, b, 1] = x + c * px - s * py, y + s * px + c * py
+            for k in range(bodies[r, b, FIRST], bodies[r, b, FIRST] + bodies[r, b, NUMBER]):
+                for end in (0, 2):
+                    px, py = segments[r, k, end], segments[r, k, end + 1]
+                    segments[r, k, end], segments[r, k, end + 1] = x + c * px - s * py, y + s * px + c * py
+    return circles, segments
+
+
+def outlines(geometry: Geometry, run: int = 0) -> list[np.ndarray]:
+    """What to draw of one run: for every body its points (points, 2) [m], a disc or a polygon back to its first."""
+    run = run if len(geometry.counts) > 1 else 0
+    lines = []
+    for (x, y, radius), (first, number, closed, _) in zip(
+        geometry.circles[run, : geometry.counts[run]], geometry.bodies[run], strict=False
+    ):
+        ends = geometry.segments[run, first : first + number].reshape(-1, 2)
+        if number == 0:
+            angle = np.linspace(0, 2 * pi, 65)
+            ends = np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], axis=1)
+        elif closed:
+            ends = np.concatenate([ends[::2], ends[:1]])
+        lines.append(ends)
+    return lines
