@@ -1,7 +1,8 @@
 """How fast is the simulation? One run, a thousand runs at once, the plant alone, and where the time goes.
 
 One run: three robots for 60 s on the full plant under velocity commands. Thousand runs: 1,000 seeds in one array
-pass with 1 and with 3 robots, for three controllers, in robot-ticks (a robot's 50 ms period) a second. The cases
+pass with 1 and with 3 robots, for three controllers, in robot-ticks (a robot's 50 ms period) a second. Teams: 1,000
+seeds of the test with noise, failure and delay of thesis chapter 4, radio and coordination law included. The cases
 take turns, one round after another, so that a busy machine disturbs all of them alike; each number is the median
 over the rounds, after a first call that compiles, and beside it that of the best round.
 
@@ -26,7 +27,8 @@ from robotics.simulation import simulate
 from robotics.trajectory import Timing
 
 SEEDS, ROUNDS = 1000, 5
-ONE_RUN, MANY_RUNS = 0.25, 1.5e6  # what we aim for: s; robot-ticks a second
+ONE_RUN, MANY_RUNS, TEAMS = 0.25, 1.5e6, 3e5  # what we aim for: s; robot-ticks a second
+TEAM_CONTROLLERS = ("virtual-structure-virtual", "virtual-structure", "cooperation", "graph-esm")
 CONTROLLERS = ("lyapunov", "fuzzy", "esm")
 
 
@@ -117,6 +119,11 @@ def measure() -> dict[str, Any]:
     for law in laws.values():
         simulate(replace(one, duration=0.2), law)
     kernel()
+    fleet = replace(load_scenario("chapter-4-faults"), duration=20.0)
+    coordination = {name: make_controller(name) for name in TEAM_CONTROLLERS}
+    for law in coordination.values():
+        simulate(replace(fleet, duration=0.2), law)
+    teams: dict[str, list[float]] = {name: [] for name in coordination}
     one_run: dict[str, list[float]] = {name: [] for name in laws}
     rates: dict[str, list[float]] = {}
     alone: list[float] = []
@@ -131,11 +138,16 @@ def measure() -> dict[str, Any]:
                 rates.setdefault(key, []).append(SEEDS * robots * crowd.ticks / taken)
             shares.setdefault(f"{name}, one run", []).append(stages(one, law, 1))
             shares.setdefault(f"{name}, {SEEDS} runs", []).append(stages(crowds[3], law, SEEDS))
+        for name, law in coordination.items():
+            taken = seconds(lambda law=law: simulate(fleet, law, range(SEEDS)))  # type: ignore[misc]
+            teams[name].append(SEEDS * 3 * fleet.ticks / taken)
     return machine(["numpy", "numba", "scipy"]) | {
         "one_run_s": {name: median(times) for name, times in one_run.items()},
         "one_run_best_s": {name: min(times) for name, times in one_run.items()},
         "robot_ticks_per_s": {name: median(values) for name, values in rates.items()},
         "robot_ticks_best_per_s": {name: max(values) for name, values in rates.items()},
+        "team_robot_ticks_per_s": {name: median(values) for name, values in teams.items()},
+        "team_robot_ticks_best_per_s": {name: max(values) for name, values in teams.items()},
         "plant_robot_ticks_per_s": median(alone),
         "plant_robot_ticks_best_per_s": max(alone),
         "share_of_time": {
@@ -156,6 +168,13 @@ def report(result: dict[str, Any]) -> str:
     rates = result["robot_ticks_per_s"] | {"the plant alone": result["plant_robot_ticks_per_s"]}
     best = result["robot_ticks_best_per_s"] | {"the plant alone": result["plant_robot_ticks_best_per_s"]}
     lines += [f"  {name:22}{value / 1e6:>8.2f}    (best {best[name] / 1e6:.2f})" for name, value in rates.items()]
+    lines += [
+        "",
+        f"Teams of three, chapter-4-faults, {result['seeds']:,} seeds, million robot-ticks a second (aim: {TEAMS / 1e6:g})",
+    ]
+    best = result["team_robot_ticks_best_per_s"]
+    teams = result["team_robot_ticks_per_s"]
+    lines += [f"  {name:28}{value / 1e6:>8.2f}    (best {best[name] / 1e6:.2f})" for name, value in teams.items()]
     lines += ["", "Share of the time"]
     for case, parts in result["share_of_time"].items():
         shares = ", ".join(f"{part} {100 * share:.0f} %" for part, share in parts.items())
