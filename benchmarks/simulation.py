@@ -168,10 +168,8 @@ def report(result: dict[str, Any]) -> str:
     rates = result["robot_ticks_per_s"] | {"the plant alone": result["plant_robot_ticks_per_s"]}
     best = result["robot_ticks_best_per_s"] | {"the plant alone": result["plant_robot_ticks_best_per_s"]}
     lines += [f"  {name:22}{value / 1e6:>8.2f}    (best {best[name] / 1e6:.2f})" for name, value in rates.items()]
-    lines += [
-        "",
-        f"Teams of three, chapter-4-faults, {result['seeds']:,} seeds, million robot-ticks a second (aim: {TEAMS / 1e6:g})",
-    ]
+    title = f"Teams of three, chapter-4-faults, {result['seeds']:,} seeds, million robot-ticks a second"
+    lines += ["", f"{title} (aim: {TEAMS / 1e6:g})"]
     best = result["team_robot_ticks_best_per_s"]
     teams = result["team_robot_ticks_per_s"]
     lines += [f"  {name:28}{value / 1e6:>8.2f}    (best {best[name] / 1e6:.2f})" for name, value in teams.items()]
