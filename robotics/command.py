@@ -233,6 +233,8 @@ def compare(
     figures/ and report.html. The suite thesis also learns formation networks, drives teams, and judges every claim.
     Example: robotics compare lyapunov-sine --controllers fuzzy,esm:k=0.5 --seeds 5 --out out
     """
+    from threadpoolctl import threadpool_limits
+
     from fuzzy.table import write_frame
     from robotics.comparison import DEFAULT_CONTROLLERS, summarise
     from robotics.comparison import compare as compare_all
@@ -263,7 +265,8 @@ def compare(
     verdicts: list[Claim] = []
     chapters: list[Chapter] = []
     try:
-        with progress_bar(quiet) as begin:
+        # Matrices here are small: with more threads they wait for each other, and last digits depend on the machine.
+        with threadpool_limits(1, "blas"), progress_bar(quiet) as begin:
             advance = begin("simulating", sum(s.ticks + 1 for s in settings) * len(laws))
             comparison = compare_all(settings, laws, range(seed, seed + seeds), advance=advance, finished=keep)
             summary = summarise(comparison.table)

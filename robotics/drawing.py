@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -83,14 +82,15 @@ def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     n = len(time)
     if n <= POINTS:
         return time, values
-    edges = np.linspace(0, n, POINTS // 2 + 1).astype(int)
-    keep = {0, n - 1}
-    for start, end in pairwise(edges):
-        part = values[start:end]
-        keep.add(int(start))
-        if np.isfinite(part).any():
-            keep.update((int(start + np.nanargmin(part)), int(start + np.nanargmax(part))))
-    chosen = np.array(sorted(keep))
+    step = -(-2 * n // POINTS)
+    starts = np.arange(0, n, step)
+    padded = np.full(len(starts) * step, np.nan)
+    padded[:n] = values
+    stretches = padded.reshape(-1, step)
+    known = np.isfinite(stretches)
+    least = np.where(known, stretches, np.inf).argmin(axis=1)
+    greatest = np.where(known, stretches, -np.inf).argmax(axis=1)
+    chosen = np.unique(np.concatenate([starts, starts + least, starts + greatest, [n - 1]]))
     return time[chosen], values[chosen]
 
 

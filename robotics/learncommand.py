@@ -24,6 +24,8 @@ def learn(
     Example: robotics learn formation.csv --check check.csv -o networks, then
     robotics run formation-behind --controller formation:networks=networks
     """
+    from threadpoolctl import threadpool_limits
+
     from anfis import Options
     from fuzzy.table import read_table
     from robotics.formationlearning import (
@@ -42,7 +44,7 @@ def learn(
         others, held = read_table(check)
         if others != names:
             raise FormationLearningError(f"{check}: its columns must be those of {data}: {', '.join(names)}")
-    with progress_bar(quiet) as begin:
+    with threadpool_limits(1, "blas"), progress_bar(quiet) as begin:  # the matrices are small
         advance = begin("learning", steps(epochs))
         networks = learn_networks(names, values, held, rules=rules, options=options, advance=advance)
     write_networks(networks, out)
