@@ -44,7 +44,7 @@ DUELS: dict[str, str] = {
 TESTS = ("chapter-5-test-1", "chapter-5-test-2")
 OUTAGES = (5.0, 10.0, 15.0, 20.0, 25.0)  # s
 RECOVERERS = ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure")
-RECOVERY_SEEDS = 40
+RECOVERY_SEEDS = 20
 SIZES, LOSSES = (10, 50, 200), (0.0, 0.3)
 HELD = (Fault(robot=1, kind="stall", start=15.0, duration=5.0),)  # chapter 3: robot 1 is held up
 COUPLINGS = ("graph-esm:coupling=0", "graph-esm-thesis", "graph-esm")
