@@ -102,7 +102,7 @@ def test_eight_rules_on_the_curve():
 
 
 def test_the_followers_turn_with_the_lead_in():
-    """Clustering's w_f with the lead-in holds 4e-3 (w_l does not hold 2.5e-3 there: it is no function of the inputs)."""
+    """With the lead-in clustering's w_f holds 4e-3; w_l misses 2.5e-3, being no function of these inputs there."""
     names, values, _ = on_the_curve()
     found = fuzzy.search_clusters(values[:, :3], values[:, names.index("w_f")], rules=8)
     assert found.by_rules[8].rmse[0] <= 4e-3
