@@ -20,6 +20,7 @@ from robotics.animatecommand import animate
 from robotics.certifycommand import certify
 from robotics.datasetcommand import dataset
 from robotics.learncommand import learn
+from robotics.stresscommand import stress
 from robotics.sweepcommand import sweep
 from robotics.teamcommand import team
 
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 app = application("Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.")
 
 app.add_typer(dataset, name="dataset")
+app.add_typer(stress, name="stress")
 app.command()(learn)
 app.command()(animate)
 app.command()(certify)

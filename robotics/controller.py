@@ -33,6 +33,7 @@ class Observation(NamedTuple):
     reference: Reference  # (robots,) each field: the target at this time
     trajectory: Trajectory  # each robot's own path and timing, for looking ahead
     heard: Heard | None = None  # what the radio brought, for a law that says something
+    ranges: np.ndarray | None = None  # (runs, robots, sensors) m, for a law with sensors where there are obstacles
 
 
 class Command(NamedTuple):
@@ -46,13 +47,15 @@ class Command(NamedTuple):
     target: Reference | None = None  # (runs, robots) each field, if it is not the scenario's reference
     progress: np.ndarray | None = None  # (runs, robots) the law's own path parameter, from 0 to 1
     refused: np.ndarray | None = None  # (runs,) bool: the law knows no safe way, and the robots stay where they are
+    mode: np.ndarray | None = None  # (runs, robots) int: what each robot is about; an index of robotics.events.MODES
 
 
 class Controller(Protocol):
     """A control law with its gains.
 
     A law whose robots talk has an attribute ``message``, the names of the values that each of them broadcasts; one
-    with a ``watchdog`` [s] stops a robot that has been without a new command for that long.
+    with a ``watchdog`` [s] stops a robot that has been without a new command for that long; one whose robots look
+    around has ``sensors``, a tuple of :class:`robotics.sonar.RangeSensor`.
     """
 
     @property

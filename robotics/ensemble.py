@@ -10,6 +10,7 @@ from robotics.path import CURVATURE, HEADING, Quintic, U, X, Y
 from robotics.paths import Paths
 from robotics.scenario import Scenario
 from robotics.trajectory import Reference
+from robotics.world import Obstacles
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +45,7 @@ class Ensemble:
     scenario: Scenario
     starts: np.ndarray  # (runs, robots, 3): x [m], y [m], heading [rad]
     trajectory: EvenTiming
+    world: Obstacles | None = None  # of every run, or one for all
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.scenario, name)

@@ -19,11 +19,13 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
+from robotics.obstacletable import obstacle_from_table
 from robotics.path import SHAPES, PathError, Shape, compile_path
 from robotics.quantity import accepted, check_quantities, is_number, quantity
 from robotics.radio import PRESETS, Fault, Radio, RadioError
 from robotics.robot import Robot, RobotError
 from robotics.trajectory import Timing, Trajectory, compile_trajectory
+from robotics.world import Obstacle, Obstacles, World, WorldError, compile_world
 
 Pose = tuple[float, float, float]
 
@@ -107,9 +109,11 @@ class Scenario:
     controller: str = ""  # the one to run if no other is asked for
     radio: Radio = field(default_factory=Radio)  # of a team
     faults: tuple[Fault, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()  # the robots do not know them, they only sense them
     title: str = ""
     source: str = ""  # thesis section or paper, and what was chosen here
     trajectory: Trajectory = field(init=False, repr=False, compare=False)
+    world: Obstacles | None = field(init=False, repr=False, compare=False)  # none: no obstacles
 
     def __post_init__(self) -> None:
         check_quantities(self, ScenarioError)
@@ -129,6 +133,8 @@ class Scenario:
         self._check_team()
         trajectory = _compiled(self.robots)
         object.__setattr__(self, "trajectory", trajectory)
+        world = compile_world(World(obstacles=self.obstacles, known=False)) if self.obstacles else None
+        object.__setattr__(self, "world", world)
         self._check_feasible(trajectory)
 
     @property
@@ -341,7 +347,7 @@ def _build(kind: type, table: dict[str, Any], keys: tuple[str | int, ...], **giv
         raise _about(ScenarioError(f"{kind.__name__.lower()} lacks {', '.join(missing)}"), *keys)
     try:
         return kind(**values)
-    except (ScenarioError, PathError, RobotError, RadioError) as error:
+    except (ScenarioError, PathError, RobotError, RadioError, WorldError) as error:
         if not hasattr(error, "keys"):
             about = getattr(error, "field", None)
             raise _about(error, *keys, *([about] if about else [])) from None
@@ -365,6 +371,12 @@ def _convert(value: Any, hint: Any, f: Any, keys: tuple[str | int, ...]) -> Any:
                 raise _about(ScenarioError(expected(str(preset), PRESETS, "radio preset")), *keys, "preset")
             value = {**PRESETS[preset], **value}
         return _build(hint, value, keys)
+    if hint == tuple[Obstacle, ...]:
+        if not isinstance(value, list):
+            raise refuse("tables [[obstacles]]")
+        for i, row in enumerate(value):
+            _expect_table(row, (*keys, i))
+        return tuple(obstacle_from_table(row, (*keys, i), _build) for i, row in enumerate(value))
     if hint == tuple[Fault, ...]:
         if not isinstance(value, list):
             raise refuse("tables [[faults]]")

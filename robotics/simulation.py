@@ -12,11 +12,13 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from robotics import plant as p
+from robotics.collision import footprints
 from robotics.controller import Command, Controller, Observation
 from robotics.radio import Channel, Condition, Faults, Heard
 from robotics.run import CHANNELS, TEAM_CHANNELS, Run
 from robotics.scenario import STEP, Scenario
 from robotics.sensors import PostureSensors, encoder_counts, wheel_errors, wheel_odometry
+from robotics.sonar import RangeSensor, SensorArray
 from robotics.trajectory import Reference
 
 if TYPE_CHECKING:
@@ -75,6 +77,10 @@ def drive(
     if faults is None and scenario.faults:
         faults = Faults.drawn(scenario.faults, robots, seeds)
     watchdog: float = getattr(controller, "watchdog", inf)
+    looks: tuple[RangeSensor, ...] = getattr(controller, "sensors", ())
+    sonar = SensorArray.opened(looks, seeds, scenario.period) if looks and scenario.world is not None else None
+    echoes = sonar.init(robots) if sonar else None
+    sizes = footprints([member.robot for member in scenario.robots])
     memory = controller.init(scenario, runs)
     pending = [np.zeros((2, lanes))] * (late_periods + 2)  # commands on their way, newest first
     counts = encoder_counts(machine.parameters, state)
@@ -94,13 +100,17 @@ def drive(
         v, w = v.reshape(shape), w.reshape(shape)
         now = state.reshape(-1, *shape)
         posture = sensors.measure(time, now, posture, v, w, scenario.period)
+        ranges = None
+        if sonar is not None and echoes is not None:
+            here = scenario.world.at(time)
+            ranges, echoes = sonar.sense(echoes, k, now[p.X], now[p.Y], now[p.HEADING], sizes, here)
         # hear
         heard = None
         if channel and air is not None:
             heard, air = channel.hear(air, k, condition)
         # decide
         x, y, heading = posture
-        seen = Observation(time, x, y, heading, v, w, target, scenario.trajectory, heard)
+        seen = Observation(time, x, y, heading, v, w, target, scenario.trajectory, heard, ranges)
         command, memory = controller.control(seen, memory, scenario.period)
         aim = command.target or target
         wish = np.stack([command.first, command.second])

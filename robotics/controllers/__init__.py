@@ -10,7 +10,10 @@ from robotics.controllers.leader_follower import FormationTeacher, LeaderFollowe
 from robotics.controllers.lyapunov import Lyapunov
 from robotics.controllers.sliding_mode import SlidingMode
 from robotics.coordination.cooperation import FuzzyCooperation
+from robotics.coordination.crash_avoidance import CrashAvoidance
 from robotics.coordination.laplacian import GraphSlidingMode
+from robotics.coordination.obstacle_avoidance import ObstacleAvoidance
+from robotics.coordination.right_of_way import RightOfWay
 from robotics.coordination.virtual_structure import VirtualStructure
 from robotics.quantity import accepted
 
@@ -100,6 +103,29 @@ CATALOGUE: dict[str, Preset] = {
         {"variant": "literal", "rule_base": "tracking-literal", "look_ahead": 0.05},
         "Fuzzy cooperation, literal",
         "Table 5.6 and (5.14) as printed",
+        "team",
+    ),
+    "right-of-way": Preset(
+        RightOfWay, {}, "Right of way", "reservations of (clock, place) before the start, and a brake", "team"
+    ),
+    "crash-literal": Preset(
+        CrashAvoidance, {}, "Crash avoidance, literal", "(6.4), (6.5) and (5.14) as printed; d_min 0.6 m", "team"
+    ),
+    "crash-yielding": Preset(
+        CrashAvoidance,
+        {"variant": "yielding", "d_min": 1.0},
+        "Crash avoidance, yielding",
+        "(6.4), (6.5) with a clock that does not wait for robots that yield",
+        "team",
+    ),
+    "obstacles": Preset(
+        ObstacleAvoidance, {}, "Obstacle avoidance", "the side kept, then along the wall; thesis 6.2 otherwise", "team"
+    ),
+    "obstacles-literal": Preset(
+        ObstacleAvoidance,
+        {"variant": "literal", "ro_min": 0.8, "rule_base": "tracking-literal"},
+        "Obstacle avoidance, literal",
+        "(6.7) and Table 5.6 as printed, with the clock of the lag; ro_min 0.8 m",
         "team",
     ),
 }

@@ -75,11 +75,16 @@ class FuzzyTracking:
         return Command(v, w, v, w), None
 
     def toward(
-        self, seen: Observation, target: Reference, x_err: np.ndarray | None = None
+        self,
+        seen: Observation,
+        target: Reference,
+        x_err: np.ndarray | None = None,
+        turn: np.ndarray | float = 0.0,
     ) -> tuple[np.ndarray, np.ndarray]:
         """v [m/s] and ω [rad/s], each (runs, robots), towards ``target``, (robots,) or (runs, robots) each field.
 
         ``x_err`` [m] (runs, robots) is how far the robot is behind, if that is not the target's x in its frame (5.9).
+        ``turn`` [rad] (runs, robots) is what else is added to α: η of (6.4).
         """
         dx, dy = target.x - seen.x, target.y - seen.y
         distance = np.hypot(dx, dy)  # d_RP
@@ -92,6 +97,7 @@ class FuzzyTracking:
             else:
                 y_err = dy
             alpha = alpha + self.turn(y_err[..., None])[..., 0]  # (2.36)
+        alpha = alpha + turn
         if x_err is None:
             x_err = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy  # (5.9)
         known = (distance, alpha, x_err, heading_error)

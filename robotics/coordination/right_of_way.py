@@ -1,0 +1,173 @@
+"""Right of way: robots on crossing paths that never touch and never wait for ever; thesis 6.1, by another method.
+
+The plan of :mod:`robotics.coordination.reservation` says where each robot is at each moment of a common clock. Every
+robot keeps a copy of the clock, follows its own plan by it, and tells the others how far it has come. A robot that is
+late, or not heard of any more, slows the clocks of all, as the copies agree on the slowest: what the plan keeps apart
+in the clock stays apart in the room, whoever is held up.
+
+Against what no plan foresees (a robot off its path, a message too late) each robot brakes by itself: it stops while
+another is within ``near`` and its own braking distance, and ahead of it. Of two that stand in each other's way the
+one with the lower number goes first.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from robotics.controller import Command, ControllerError, Observation, wrapped
+from robotics.controllers.lyapunov import Lyapunov
+from robotics.coordination.neighbours import ALONE, PATIENCE, alone_for, current, least
+from robotics.coordination.reservation import CELLS, plan_right_of_way
+from robotics.graph import is_connected
+from robotics.plant import Level
+from robotics.quantity import check_quantities, quantity
+from robotics.trajectory import Reference
+
+WINDOW, WIDE = 0.5, 3.0  # m: how far from the last place the next is looked for; the same after an outage
+CONE = 0.9  # rad: what is ahead
+BRAKING = 1.0  # m/s²
+
+
+class _Memory(NamedTuple):
+    """Each (runs, robots), but for what says otherwise."""
+
+    clock: np.ndarray  # s of the nominal duration, up to the plan's end
+    pace: np.ndarray
+    place: np.ndarray  # m
+    plan: np.ndarray  # (runs, robots, ticks + 1)
+    end: np.ndarray  # (runs, 1) s: the plan's duration
+    duration: np.ndarray  # (runs, 1) s: the nominal one
+    found: np.ndarray  # (runs, 1) bool: is there a plan? Robots without stay where they are
+    lengths: np.ndarray  # (robots,) or (runs, robots) m
+
+
+@dataclass(frozen=True, kw_only=True)
+class RightOfWay:
+    """Distances of the plan and of the emergency rule, and the tracker's gains."""
+
+    clearance: float = quantity(0.5, "m", above=0.31)  # between centers, in the plan
+    margin: float = quantity(0.05, "1", least=0, most=0.5)  # of the duration: clocks may differ by so much
+    slack: float = quantity(0.05, "m", least=0)  # a lag that does not slow the clock
+    softness: float = quantity(0.15, "m", above=0)  # over which a larger one stops it
+    near: float = quantity(0.34, "m", above=0)  # the emergency rule's distance at rest
+    reach: float = quantity(0.5, "m", above=0)  # the target is no farther ahead of the robot's place
+    kx: float = quantity(1.0, "1/s", above=0)
+    ky: float = quantity(10.0, "1/m²", above=0)
+    kpsi: float = quantity(5.0, "1/m", above=0)
+    level: Level = "velocity"
+    tracker: Lyapunov = field(init=False, repr=False)
+
+    message = ("place", "rate", "clock", "pace", "x", "y", "v_x", "v_y")
+
+    def __post_init__(self) -> None:
+        check_quantities(self, ControllerError)
+        object.__setattr__(self, "tracker", Lyapunov(kx=self.kx, ky=self.ky, kpsi=self.kpsi))
+
+    @property
+    def watchdog(self) -> float:
+        """After how long [s] without a new command a robot stops."""
+        return ALONE
+
+    def init(self, scenario: Any, runs: int) -> _Memory:
+        """The plans. Raises ControllerError where the graph is not connected, or no run has a safe plan."""
+        if scenario.kind != "team":
+            raise ControllerError(f'{scenario.name}: right of way needs a scenario of kind = "team"')
+        robots = len(scenario.robots)
+        if not is_connected(scenario.radio.adjacency(robots)):
+            raise ControllerError(f"{scenario.name}: the graph {scenario.radio.graph!r} is not connected")
+        paths = scenario.trajectory.joined
+        lengths = paths.lengths
+        nodes = np.stack(
+            [np.stack(paths.at(share * lengths)[:2], axis=-1) for share in np.linspace(0, 1, CELLS + 1)], axis=-2
+        ).reshape(-1, robots, CELLS + 1, 2)
+        plan = plan_right_of_way(nodes, self.clearance, self.margin)
+        if not plan.found.any():
+            raise ControllerError(
+                f"{scenario.name}: there is no safe plan: no order of the robots and no horizon up to 3.4 times the "
+                f"duration keeps them {self.clearance:g} m apart; move starts or ends away from each other's paths"
+            )
+        duration = np.broadcast_to(scenario.trajectory.ends, (len(nodes), robots))[:, :1]
+        zero = np.zeros((runs, robots))
+        pose = np.broadcast_to(scenario.starts, (runs, robots, 3))
+        place = paths.nearest(pose[..., 0], pose[..., 1], zero, zero + WIDE)
+        return _Memory(
+            zero,
+            zero,
+            place,
+            np.ascontiguousarray(np.broadcast_to(plan.progress, (runs, *plan.progress.shape[1:]))),
+            np.broadcast_to(plan.factor[:, None] * duration, (runs, 1)),
+            np.broadcast_to(duration, (runs, 1)),
+            np.broadcast_to(plan.found[:, None], (runs, 1)),
+            lengths,
+        )
+
+    def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
+        """The clock, the plan, the tracker, the brake."""
+        heard = seen.heard
+        assert heard is not None  # a simulation gives it to every law that says something
+        paths, lengths = seen.trajectory.joined, memory.lengths
+        reach = np.where(alone_for(heard, seen.time) > ALONE, WIDE, WINDOW)
+        place = paths.nearest(seen.x, seen.y, memory.place, reach)
+        # the clock
+        due, rate = _due(memory.plan, memory.clock / memory.duration * CELLS)  # (runs, receivers, robots)
+        theirs = current(heard, 0, 1)
+        lags = (due - np.where(np.isnan(theirs), 0.0, theirs)) * lengths[..., None, :]
+        lags = np.where(heard.hears, lags, -np.inf)
+        own = np.diagonal(due, axis1=1, axis2=2)
+        worst = np.maximum(own * lengths - place, lags.max(axis=-1))
+        pace = np.clip(1 - (worst - self.slack) / self.softness, 0.0, 1.0) * (1 - np.exp(-seen.time)) * memory.found
+        # the plan and the tracker
+        speed = np.diagonal(rate, axis1=1, axis2=2) * CELLS / memory.duration * pace * lengths
+        wanted = np.minimum(own * lengths, place + self.reach)
+        point = paths.at(wanted)
+        target = Reference(point.x, point.y, point.heading, speed, speed * point.curvature, wanted)
+        wish, _ = self.tracker.control(seen._replace(reference=target), None, dt)
+        brake = self._blocked(seen) | ~memory.found
+        v, w = np.where(brake, 0.0, wish.v), np.where(brake, 0.0, wish.w)
+        share = place / lengths
+        share_rate = np.clip((place - memory.place) / lengths / dt, 0.0, 1.0)
+        cos, sin = np.cos(seen.heading), np.sin(seen.heading)
+        message = np.stack([share, share_rate, memory.clock, pace, seen.x, seen.y, seen.v * cos, seen.v * sin])
+        clock = np.minimum(memory.clock + dt * pace, memory.end)
+        clock = np.minimum(clock, least(clock, current(heard, 2, 3) + dt, heard.hears))
+        after = memory._replace(clock=clock, pace=pace, place=place)
+        return Command(v, w, v, w, message, target, share, ~memory.found[:, 0]), after
+
+    def _blocked(self, seen: Observation) -> np.ndarray:
+        """(runs, robots) bool: is another robot ahead, nearer than the braking distance?"""
+        heard = seen.heard
+        assert heard is not None
+        age = np.minimum(heard.age, PATIENCE)
+        dx = heard.values[4] + heard.values[6] * age - seen.x[:, :, None]
+        dy = heard.values[5] + heard.values[7] * age - seen.y[:, :, None]
+        speed = np.abs(seen.v)
+        distance = np.hypot(dx, dy)
+        bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
+        limit = (self.near + speed**2 / (2 * BRAKING) + 0.1 * speed)[:, :, None]
+        ahead = (distance < limit) & (np.abs(bearing) < CONE) & heard.hears
+        # Two that face each other: the other's heading is that of its speed; the lower number goes on.
+        i = np.arange(seen.x.shape[1])
+        first = i[:, None] < i[None, :]
+        other = np.hypot(heard.values[6], heard.values[7])
+        facing = -(dx * heard.values[6] + dy * heard.values[7]) > np.cos(CONE) * distance * other
+        mutual = facing & (other > 0.01)
+        return np.asarray((ahead & ~(first & mutual)).any(axis=-1))
+
+
+@njit(cache=True, error_model="numpy")
+def _due(plan, ticks):  # type: ignore[no-untyped-def]
+    """Every robot's planned share, and its slope a tick, at each receiver's clock: (runs, receivers, robots)."""
+    runs, robots = ticks.shape
+    due, rate = np.empty((runs, robots, robots)), np.empty((runs, robots, robots))
+    last = plan.shape[2] - 1
+    for r in range(runs):
+        for i in range(robots):
+            t = min(max(ticks[r, i], 0.0), last - 1e-9)
+            k = int(t)
+            for j in range(robots):
+                a, b = plan[r, j, k], plan[r, j, k + 1]
+                due[r, i, j] = a + (t - k) * (b - a)
+                rate[r, i, j] = b - a
+    return due, rate

@@ -1,0 +1,109 @@
+"""Random crossings: teams whose paths meet, so that robots which keep their timing would collide.
+
+As the prototype behind the thesis's errata drew them: paths in a square of 16 m² a robot, at least one pair nearer
+than 0.4 m at equal progress; starts and ends at least 0.6 m clear of the other paths (class A), or only 0.9 m apart
+from each other (class B).
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Literal
+
+import numpy as np
+
+from robotics.ensemble import Ensemble, EvenTiming, join_tables, quintic_table
+from robotics.path import CURVATURE, Quintic, X, Y
+from robotics.radio import Radio
+from robotics.scenario import Member, Scenario, Sensing
+from robotics.trajectory import Timing
+
+CROSSING_STREAM = 6  # of a seed's random streams: see robotics.radio
+AREA = 16.0  # m² a robot
+CLEAR, APART, CONFLICT = 0.6, 0.9, 0.4  # m
+TIGHTEST = 0.35  # m: the smallest radius of a path
+SPEED = 0.22  # m/s: mean speed on the longest path
+_SAMPLES = 101  # of a path, for distances
+
+
+def crossing_ensemble(
+    robots: int,
+    seeds: Sequence[int],
+    kind: Literal["A", "B"] = "A",
+    *,
+    radio: Radio | None = None,
+    factor: float = 4.0,
+    advance: Callable[[], None] | None = None,
+) -> Ensemble:
+    """A crossing for every seed, simulated for ``factor`` times the longest nominal duration at most.
+
+    A seed's crossing is the same whatever the other seeds are.
+    """
+    drawn = []
+    for seed in seeds:
+        drawn.append(random_crossing(robots, np.random.default_rng([seed, CROSSING_STREAM]), kind))
+        if advance is not None:
+            advance()
+    paths = join_tables(drawn)
+    durations = paths.lengths.max(axis=1) / SPEED
+    starts = np.array([[(t[X, 0], t[Y, 0], t[2, 0]) for t in tables] for tables in drawn])
+    shared = Member(
+        start=(0.0, 0.0, 0.0),
+        path=Quintic(start=(0.0, 0.0), end=(5.0, 0.0)),
+        timing=Timing(duration=float(np.ceil(durations.max()))),
+    )
+    scenario = Scenario(
+        name=f"crossing-{robots}-{kind}",
+        robots=(shared,) * robots,
+        duration=float(np.ceil(factor * durations.max())),
+        kind="team",
+        sensing=Sensing(posture="pose", position_noise=0.003, heading_noise=0.003),
+        radio=radio or Radio(),
+    )
+    return Ensemble(scenario, starts, EvenTiming(paths, durations))
+
+
+def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B"] = "A") -> list[np.ndarray]:
+    """The tables of one crossing's paths, one a robot."""
+    side = np.sqrt(AREA * robots)
+    while True:
+        tables: list[np.ndarray] = []
+        points: list[np.ndarray] = []
+        for _ in range(400 * robots):
+            table = _random_path(rng, side)
+            if table is None:
+                continue
+            sampled = table[:2, np.linspace(0, table.shape[1] - 1, _SAMPLES).astype(int)].T
+            if all(_clear(sampled, other, kind) for other in points):
+                tables.append(table)
+                points.append(sampled)
+            if len(tables) == robots:
+                break
+        if len(tables) == robots and _conflict(np.array(points)):
+            return tables
+
+
+def _random_path(rng: np.random.Generator, side: float) -> np.ndarray | None:
+    start, end = rng.uniform(0.0, side, (2, 2))
+    gap = end - start
+    reach = float(np.hypot(*gap))
+    bends = np.arctan2(gap[1], gap[0]) + rng.uniform(-0.7, 0.7, 2)
+    if reach < 0.5 * side or reach < 2.0:
+        return None
+    out, into = (reach * np.array([np.cos(a), np.sin(a)]) for a in bends)
+    shape = Quintic(start=tuple(start), end=tuple(end), start_tangent=tuple(out), end_tangent=tuple(into))
+    table = quintic_table(shape)
+    return table if np.abs(table[CURVATURE]).max() <= 1 / TIGHTEST else None
+
+
+def _clear(a: np.ndarray, b: np.ndarray, kind: str) -> bool:
+    """May the paths ``a`` and ``b`` (samples, 2) be in one crossing?"""
+    ends = [(a[0], b), (a[-1], b), (b[0], a), (b[-1], a)]
+    if kind == "A":
+        return all(np.hypot(*(path - end).T).min() >= CLEAR for end, path in ends)
+    return min(np.hypot(*(a[k] - b[k])) for k in (0, -1)) >= APART
+
+
+def _conflict(points: np.ndarray) -> bool:
+    """Do two robots (robots, samples, 2) come too near at equal progress?"""
+    gap = np.hypot(*np.moveaxis(points[:, None] - points[None], -1, 0)).min(axis=-1)
+    gap[np.diag_indices(len(points))] = np.inf
+    return bool(gap.min() < CONFLICT)

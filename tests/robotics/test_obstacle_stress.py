@@ -1,0 +1,97 @@
+"""Random courses among obstacles: drawn by their seed alone, judged exactly; who arrives and what touches."""
+
+import json
+
+import numpy as np
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from robotics.collision import obstacle_contacts
+from robotics.controllers import make_controller
+from robotics.obstaclecommand import obstacles
+from robotics.obstaclecourse import obstacle_ensemble, run_course, stress_obstacles
+
+COMMITTED, LITERAL = make_controller("obstacles"), make_controller("obstacles-literal")
+
+
+def same(a, b):
+    return a.tobytes() == b.tobytes()
+
+
+@pytest.mark.parametrize(("kind", "robots"), [("A", 1), ("B", 1), ("U", 1), ("A", 3)])
+def test_a_course_depends_on_its_seed_alone_and_starts_free(kind, robots):
+    many, one = obstacle_ensemble((4, 7, 11), kind, robots), obstacle_ensemble((7,), kind, robots)
+    assert same(many.starts[1], one.starts[0])
+    count = one.world.rest.counts[0]
+    assert many.world.rest.counts[1] == count
+    assert same(many.world.rest.circles[1, :count], one.world.rest.circles[0, :count])
+    sizes = np.array([[0.115], [0.1], [0.153]]).repeat(robots, axis=1)
+    for place in (many.starts, np.stack([*many.trajectory.joined.at(many.trajectory.joined.lengths)[:3]], axis=-1)):
+        touched = obstacle_contacts(place[..., 0], place[..., 1], place[..., 2], sizes, many.world.at(0.0))
+        assert (touched < 0).all()
+
+
+@pytest.mark.parametrize(("kind", "robots", "runs"), [("A", 1, 60), ("B", 1, 40), ("U", 1, 40), ("A", 3, 20)])
+def test_committed_robots_arrive_and_nothing_touches(kind, robots, runs):
+    outcome = stress_obstacles(COMMITTED, range(100, 100 + runs), kind, robots)
+    assert outcome.succeeded.all()
+    assert outcome.clearance.min() > 0.02
+    summary = outcome.summary()
+    assert summary["contacts"] == summary["deadlocks"] == 0
+    assert summary["arrived"] == runs
+    if kind == "U":
+        assert summary["followed_wall"] > 0  # some traps cannot be left otherwise
+
+
+def test_the_literal_scheme_never_leaves_a_trap():
+    outcome = stress_obstacles(LITERAL, range(4), "U")
+    assert not outcome.arrived.any()
+    assert outcome.summary()["failed_seeds"]["deadlock"] == [0, 1, 2, 3]
+
+
+def test_contacts_are_seen():
+    """Robots that look at nothing run into what stands on their paths."""
+    outcome = stress_obstacles(make_controller("cooperation"), range(2), "U", 3)
+    assert outcome.hit.all()
+    assert (outcome.clearance == 0).all()
+    assert outcome.summary()["contacts"] == 2
+    assert outcome.summary()["failed_seeds"]["obstacle"] == [0, 1]
+
+
+def test_a_run_does_not_depend_on_its_neighbours():
+    alone = run_course(obstacle_ensemble((5,), "A", 1), COMMITTED, (5,))
+    among = run_course(obstacle_ensemble((3, 5), "A", 1), COMMITTED, (3, 5))
+    assert alone.arrivals[0] == among.arrivals[1]
+
+
+# The command line ---------------------------------------------------------------------------------------------------
+
+
+def command(*arguments):
+    app = typer.Typer()
+    app.command("obstacles")(obstacles)
+    return CliRunner().invoke(app, list(arguments))
+
+
+def test_the_command_prints_one_json_object_and_the_same_again():
+    arguments = ("--runs", "3", "--seed", "20", "--class", "U", "--json", "--quiet")
+    result = command(*arguments)
+    assert result.exit_code == 0
+    figures = json.loads(result.stdout)
+    wanted = {"runs", "collisions", "deadlocks", "refused", "arrived_together", "arrival_spread_p95_s"}
+    assert figures.keys() >= wanted | {"time_ratio_median", "min_distance_m", "contacts", "failed_seeds"}
+    assert figures["runs"] == figures["arrived"] == 3
+    assert figures["first_seed"] == 20
+    assert command(*arguments).stdout == result.stdout
+
+
+def test_the_command_prints_a_table():
+    result = command("--runs", "2", "--quiet")
+    assert result.exit_code == 0
+    assert "min_clearance_m" in result.stdout
+
+
+@pytest.mark.parametrize("arguments", [("--runs", "0"), ("--class", "C"), ("--robots", "2"), ("--seed", "-1")])
+def test_bad_options_are_refused(arguments):
+    assert command(*arguments).exit_code == 2
