@@ -277,7 +277,7 @@ def test_a_random_team_is_the_same_again_and_its_file_says_so():
 @pytest.mark.parametrize("name", [name for name, preset in CATALOGUE.items() if preset.kind == "team"])
 def test_every_team_controller_refuses_a_scenario_that_is_none(name):
     with pytest.raises(ControllerError, match='kind = "team"'):
-        make_controller(name).init(load_scenario("reference"), 1)
+        make_controller(name).init(load_scenario("formation-behind"), 1)
 
 
 def test_every_team_scenario_arrives_with_its_own_controller():
