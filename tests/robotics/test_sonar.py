@@ -9,7 +9,7 @@ from math import cos, hypot, inf, nan, pi, sin, sqrt
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from shapely import affinity
 
@@ -159,6 +159,7 @@ def test_a_cone_before_a_wall(distance, tilt, incidence):
     foot = distance * np.array([cos(tilt), sin(tilt)])
     wall = Wall(points=(tuple((foot - 50 * across).tolist()), tuple((foot + 50 * across).tolist())))
     phi = np.abs(np.linspace(-0.6, 0.6, 7) - tilt)
+    assume(np.abs(phi - incidence).min() > 1e-9)  # a ray just at the limit may fall to either side
     seen = distance / np.cos(phi[phi <= incidence])
     seen = seen[seen <= 1.8]
     assert echo([sensor], placed(wall))[0, 0] == pytest.approx(seen.min() if len(seen) else inf, rel=1e-9)
