@@ -22,7 +22,7 @@ from robotics import plant as p
 from robotics.controller import Command, Controller, Observation
 from robotics.controllers import make_controller
 from robotics.scenario import STEP, Scenario, load_scenario
-from robotics.sensors import encoder_counts, wheel_odometry
+from robotics.sensing.sensors import encoder_counts, wheel_odometry
 from robotics.simulation import simulate
 from robotics.trajectory import Timing
 

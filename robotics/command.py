@@ -16,20 +16,20 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.progress import Begin, progress_bar
 from fuzzy.terminal import INTERRUPTED, USAGE, application, print_json, run
-from robotics.animatecommand import animate
-from robotics.certifycommand import certify
-from robotics.datasetcommand import dataset
-from robotics.learncommand import learn
-from robotics.stresscommand import stress
-from robotics.sweepcommand import sweep
-from robotics.teamcommand import team
+from robotics.commands.animate import animate
+from robotics.commands.certify import certify
+from robotics.commands.dataset import dataset
+from robotics.commands.learn import learn
+from robotics.commands.stress import stress
+from robotics.commands.sweep import sweep
+from robotics.commands.team import team
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from robotics.chapter import Chapter
-    from robotics.claims import Claim
     from robotics.comparison import Comparison
+    from robotics.report.chapter import Chapter
+    from robotics.report.claims import Claim
 
 app = application("Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.")
 
@@ -175,7 +175,7 @@ def run_(
         write_frame(result.frame(), table)
     if plot is not None:
         from fuzzy.drawing import save_figure
-        from robotics.figures import plot_run
+        from robotics.figures.saving import plot_run
 
         save_figure(plot_run(result), plot)
     values, meanings = measure_all(result, setting.kind), metrics_of(setting.kind)
@@ -276,7 +276,7 @@ def compare(
             if judged:
                 verdicts, chapters = _judge(begin, out, seed)
             if report:
-                from robotics.report import figure_count, write_report
+                from robotics.report.page import figure_count, write_report
 
                 command = ["robotics", "compare", *(scenarios or []), f"--seeds={seeds}", f"--seed={seed}"]
                 if suite is not Suite.thesis:
@@ -332,8 +332,10 @@ def _judge(begin: Begin, out: Path, seed: int) -> "tuple[list[Claim], list[Chapt
     import pandas as pd
 
     from fuzzy.table import write_frame
-    from robotics import formationchapter, teamchapter, teamexperiments
-    from robotics.claims import EXPERIMENTS, judge_claims
+    from robotics.report import formation as formationchapter
+    from robotics.report import team as teamchapter
+    from robotics.report import teamexperiments
+    from robotics.report.claims import EXPERIMENTS, judge_claims
 
     verdicts = judge_claims(begin("judging the thesis's claims", EXPERIMENTS))
     chapters = [

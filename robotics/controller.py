@@ -55,7 +55,7 @@ class Controller(Protocol):
 
     A law whose robots talk has an attribute ``message``, the names of the values that each of them broadcasts; one
     with a ``watchdog`` [s] stops a robot that has been without a new command for that long; one whose robots look
-    around has ``sensors``, a tuple of :class:`robotics.sonar.RangeSensor`.
+    around has ``sensors``, a tuple of :class:`robotics.sensing.sonar.RangeSensor`.
     """
 
     @property

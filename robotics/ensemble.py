@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from robotics.environment.world import Obstacles
 from robotics.path import CURVATURE, HEADING, Quintic, U, X, Y
 from robotics.paths import Paths
 from robotics.scenario import Scenario
 from robotics.trajectory import Reference
-from robotics.world import Obstacles
 
 
 @dataclass(frozen=True, eq=False)

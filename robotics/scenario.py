@@ -19,13 +19,13 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.obstacletable import obstacle_from_table
+from robotics.environment.obstacletable import obstacle_from_table
+from robotics.environment.world import Obstacle, Obstacles, World, WorldError, compile_world
 from robotics.path import SHAPES, PathError, Shape, compile_path
 from robotics.quantity import accepted, check_quantities, is_number, quantity
 from robotics.radio import PRESETS, Fault, Radio, RadioError
 from robotics.robot import Robot, RobotError
 from robotics.trajectory import Timing, Trajectory, compile_trajectory
-from robotics.world import Obstacle, Obstacles, World, WorldError, compile_world
 
 Pose = tuple[float, float, float]
 

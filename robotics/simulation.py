@@ -12,13 +12,13 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from robotics import plant as p
-from robotics.collision import footprints
 from robotics.controller import Command, Controller, Observation
+from robotics.environment.collision import footprints
 from robotics.radio import Channel, Condition, Faults, Heard
 from robotics.run import CHANNELS, TEAM_CHANNELS, Run
 from robotics.scenario import STEP, Scenario
-from robotics.sensors import PostureSensors, encoder_counts, wheel_errors, wheel_odometry
-from robotics.sonar import RangeSensor, SensorArray
+from robotics.sensing.sensors import PostureSensors, encoder_counts, wheel_errors, wheel_odometry
+from robotics.sensing.sonar import RangeSensor, SensorArray
 from robotics.trajectory import Reference
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from robotics.events import AVOID, FOLLOW, TRACK
-from robotics.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR
+from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR
 
 # What is remembered: mode; way round, 1 to the left, -1 to the right; s for which all has been free; since the tracking
 # ended, the largest place [m], s since it grew, and the largest place less the distance from the path; s along the
@@ -65,8 +65,9 @@ def commit(
 ) -> tuple[np.ndarray, Steering]:
     """The next state and what to do.
 
-    ``state`` is (ROWS, runs, robots), ``ranges`` (runs, robots, 4) [m] those of :data:`robotics.sonar.SONAR` without
-    what is missing for a moment, ``fresh`` as read; ``pose`` (3, runs, robots) x [m], y [m], heading [rad]. ``alpha``
+    ``state`` is (ROWS, runs, robots), ``ranges`` (runs, robots, 4) [m] those of
+    :data:`robotics.sensing.sonar.SONAR` without what is missing for a moment, ``fresh`` as read; ``pose``
+    (3, runs, robots) x [m], y [m], heading [rad]. ``alpha``
     [rad] is the bearing of a point a little ahead on the path, ``place`` [m] the abscissa of the nearest one, ``off``
     [m] how far that is, ``remaining`` [m] how far the end of the path; all (runs, robots). An obstacle nearer than
     ``near`` [m] is avoided.

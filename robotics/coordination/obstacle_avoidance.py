@@ -33,7 +33,7 @@ from robotics.coordination.neighbours import PATIENCE
 from robotics.events import ALONE, AVOID, TRACK, YIELD
 from robotics.plant import Level
 from robotics.quantity import check_quantities, quantity
-from robotics.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR, RangeSensor
+from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR, RangeSensor
 
 CONE = 0.9  # rad: what is ahead
 BRAKING = 1.0  # m/s²

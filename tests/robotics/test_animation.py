@@ -14,16 +14,16 @@ from matplotlib.colors import same_color
 from PIL import Image
 
 from fuzzy.drawing import COLORS, style
-from robotics import animation
-from robotics.animation import AnimationError, check_animation, frame_times, write_animation
 from robotics.command import main
 from robotics.controllers import make_controller
+from robotics.playback import animation
+from robotics.playback.animation import AnimationError, check_animation, frame_times, write_animation
+from robotics.playback.replay import ReplayError, replay
+from robotics.playback.scene import Scene, set_scene, show_frame
 from robotics.radio import FAULTS
-from robotics.replay import ReplayError, replay
 from robotics.run import Run, load_run
 from robotics.scenario import parse_scenario
 from robotics.simulation import simulate
-from robotics.teamscene import Scene, set_scene, show_frame
 
 TEAM = """
 kind = "team"

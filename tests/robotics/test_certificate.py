@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from robotics.certificate import CertificateError, SectorModel, certify, decay_rate, error_rates, try_out
-from robotics.certificatefigure import plot_certificate
 from robotics.command import main
 from robotics.controllers.lyapunov import Lyapunov
+from robotics.figures.certificate import plot_certificate
 from robotics.robot import Robot
 
 AS_RUN = SectorModel()  # gains 1, 10, 5, catch_up 0.3 m/s

@@ -9,9 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import affinity
 
-from robotics.collision import footprints, obstacle_clearance, obstacle_contacts, robot_clearance, robot_contacts
+from robotics.environment.collision import (
+    footprints,
+    obstacle_clearance,
+    obstacle_contacts,
+    robot_clearance,
+    robot_contacts,
+)
+from robotics.environment.world import Disc, Polygon, Wall, World, box, compile_world, compile_worlds, u_shape
 from robotics.robot import Robot
-from robotics.world import Disc, Polygon, Wall, World, box, compile_world, compile_worlds, u_shape
 
 LONG = Robot(length=0.5, width=0.1)
 MIXED = [Robot(), LONG, Robot(), Robot(length=0.15, width=0.3)]

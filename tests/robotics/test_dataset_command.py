@@ -11,7 +11,7 @@ import pytest
 
 from fuzzy.fisfile import read_fis
 from robotics.command import main
-from robotics.thesissystems import ThesisTableError, thesis_system
+from robotics.learning.thesissystems import ThesisTableError, thesis_system
 
 DATASETS = Path(__file__).parents[2] / "datasets"
 COMPUTED = [

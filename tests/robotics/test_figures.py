@@ -7,9 +7,9 @@ from matplotlib.figure import Figure
 from fuzzy.inference import infer
 from robotics.comparison import Comparison, compare, summarise
 from robotics.controllers.fuzzy_tracking import load_rule_base
-from robotics.drawing import POINTS, looks, only, seeds_as_text, thinned
-from robotics.figures import HEADLINES, plot_comparison, plot_errors, plot_paths, plot_run, plot_velocities
-from robotics.lawfigures import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
+from robotics.figures.drawing import POINTS, looks, only, seeds_as_text, thinned
+from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
+from robotics.figures.saving import HEADLINES, plot_comparison, plot_errors, plot_paths, plot_run, plot_velocities
 from robotics.metrics import tracking_error
 from robotics.run import Run
 from robotics.scenario import parse_scenario

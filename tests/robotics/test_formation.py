@@ -16,7 +16,7 @@ from robotics.formation import (
     leader_path,
     measure_formation,
 )
-from robotics.formationdata import (
+from robotics.learning.formationdata import (
     FILES,
     FormationDataError,
     Recipe,

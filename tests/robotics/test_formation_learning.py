@@ -13,8 +13,8 @@ from robotics.command import main
 from robotics.controllers import make_controller
 from robotics.controllers.leader_follower import OUTPUTS, load_networks
 from robotics.formation import measure_formation
-from robotics.formationdata import Recipe, checking, formation_data
-from robotics.formationlearning import FormationLearningError, learn_networks, write_networks
+from robotics.learning.formationdata import Recipe, checking, formation_data
+from robotics.learning.formationlearning import FormationLearningError, learn_networks, write_networks
 from robotics.scenario import load_scenario
 from robotics.simulation import simulate
 
@@ -142,7 +142,7 @@ def test_the_command_learns_and_the_robots_drive(tmp_path, capsys):
 
 
 def test_the_chapter_draws_the_checking_formation_and_the_network_over_it():
-    from robotics.formationchapter import _learning_pictures
+    from robotics.report.formation import _learning_pictures
 
     learnt_by, checks = {}, {}
     for kind in ("literal", "well-posed"):

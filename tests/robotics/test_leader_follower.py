@@ -23,7 +23,7 @@ from robotics.controllers.leader_follower import (
     literal_speeds,
 )
 from robotics.formation import alignment_time, final_spread, last_samples, lateral_error, leader_path
-from robotics.formationdata import Recipe, formation_data
+from robotics.learning.formationdata import Recipe, formation_data
 from robotics.path import compile_path
 from robotics.scenario import Sensing, load_scenario, scenario_names
 from robotics.simulation import simulate

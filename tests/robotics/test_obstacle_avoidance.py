@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from robotics import plant as p
-from robotics.collision import footprints, obstacle_clearance, robot_contacts
 from robotics.controllers import gains_of, make_controller
 from robotics.coordination.commitment import BEST, MODE, NET, ROWS, STALL, WALL, WAY, commit
+from robotics.environment.collision import footprints, obstacle_clearance, robot_contacts
 from robotics.events import ALONE, AVOID, FOLLOW, MODES, TRACK, Event, mode_events
 from robotics.scenario import ScenarioError, load_scenario, parse_scenario, scenario_names
 from robotics.simulation import drive, simulate

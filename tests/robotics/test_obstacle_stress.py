@@ -7,10 +7,10 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from robotics.collision import obstacle_contacts
+from robotics.commands.obstacles import obstacles
 from robotics.controllers import make_controller
-from robotics.obstaclecommand import obstacles
-from robotics.obstaclecourse import obstacle_ensemble, run_course, stress_obstacles
+from robotics.environment.collision import obstacle_contacts
+from robotics.stress.obstaclecourse import obstacle_ensemble, run_course, stress_obstacles
 
 COMMITTED, LITERAL = make_controller("obstacles"), make_controller("obstacles-literal")
 

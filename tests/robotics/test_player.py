@@ -15,8 +15,8 @@ from browser import CHROMIUM, Browser
 
 from robotics.command import main
 from robotics.controllers import make_controller
-from robotics.player import player_data, player_fragment, player_script, write_player
-from robotics.replay import ReplayError, replay
+from robotics.playback.player import player_data, player_fragment, player_script, write_player
+from robotics.playback.replay import ReplayError, replay
 from robotics.run import CHANNELS, TEAM_CHANNELS, Run
 from robotics.scenario import parse_scenario
 from robotics.simulation import simulate

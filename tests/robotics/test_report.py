@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_rel
 
-from robotics.claims import Claim
 from robotics.comparison import Comparison, compare, summarise
 from robotics.metrics import METRICS
-from robotics.report import figure_count, write_report
+from robotics.report.claims import Claim
+from robotics.report.page import figure_count, write_report
+from robotics.report.summarytable import scale, summary_table
 from robotics.scenario import parse_scenario
-from robotics.summarytable import scale, summary_table
 
 SCENARIO = """
 title = "Line & <b>back</b>"
@@ -84,7 +84,7 @@ def write(comparison: Comparison, folder: Path, **options: Any) -> Path:
 @pytest.fixture(scope="module", autouse=True)
 def coarse_pictures() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("robotics.report._DPI", 40)
+        patch.setattr("robotics.report.page._DPI", 40)
         yield
 
 

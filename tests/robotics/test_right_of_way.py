@@ -9,10 +9,10 @@ from robotics.command import main
 from robotics.controller import ControllerError
 from robotics.coordination.reservation import CELLS, plan_right_of_way
 from robotics.coordination.right_of_way import RightOfWay
-from robotics.crossings import crossing_ensemble, quintic_table
 from robotics.path import Quintic, compile_path
 from robotics.scenario import load_scenario
-from robotics.stress import Disturbance, stress_crossing
+from robotics.stress.crossings import crossing_ensemble, quintic_table
+from robotics.stress.outcome import Disturbance, stress_crossing
 
 
 @pytest.mark.parametrize(

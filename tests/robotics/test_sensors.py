@@ -11,7 +11,7 @@ from robotics.path import Circle, Line
 from robotics.robot import Robot
 from robotics.run import CHANNELS
 from robotics.scenario import Member, Scenario, ScenarioError, Sensing
-from robotics.sensors import wheel_errors
+from robotics.sensing.sensors import wheel_errors
 from robotics.simulation import simulate
 from robotics.trajectory import Timing
 

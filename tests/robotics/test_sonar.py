@@ -13,11 +13,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from shapely import affinity
 
-from robotics.collision import footprints
-from robotics.obstaclefields import random_field, random_trap
+from robotics.environment.collision import footprints
+from robotics.environment.obstaclefields import random_field, random_trap
+from robotics.environment.world import Disc, Polygon, Wall, World, box, compile_world, compile_worlds, regular, u_shape
 from robotics.path import Line, Quintic, compile_path
 from robotics.robot import Robot
-from robotics.sonar import (
+from robotics.sensing.sonar import (
     FRONT_LEFT,
     FRONT_RIGHT,
     LEFT,
@@ -31,7 +32,6 @@ from robotics.sonar import (
     lidar,
 )
 from robotics.trajectory import Timing
-from robotics.world import Disc, Polygon, Wall, World, box, compile_world, compile_worlds, regular, u_shape
 
 TICK = 0.05
 BEAM = RangeSensor(range=3.0)  # straight ahead, exact
@@ -447,7 +447,7 @@ np.savez(sys.argv[2], **everything())
 
 def everything():
     """What the compiled passes of world, collision and sonar compute, for a few robots in a few runs."""
-    from robotics.collision import obstacle_clearance, obstacle_contacts, robot_clearance, robot_contacts
+    from robotics.environment.collision import obstacle_clearance, obstacle_contacts, robot_clearance, robot_contacts
 
     (x, y, heading), worlds = fleet(range(4))
     moving = [

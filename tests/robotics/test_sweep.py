@@ -11,14 +11,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotics import sweeprun
 from robotics.controllers import make_controller
-from robotics.executors import Workers
 from robotics.formation import FORMATION_METRICS
 from robotics.metrics import METRICS
 from robotics.scenario import parse_scenario
 from robotics.simulation import simulate
-from robotics.sweep import (
+from robotics.sweeping import sweeprun
+from robotics.sweeping.executors import Workers
+from robotics.sweeping.sweep import (
     Axis,
     Plan,
     Sweep,
@@ -31,8 +31,8 @@ from robotics.sweep import (
     scenario_at,
     unit_design,
 )
-from robotics.sweepfile import load_sweep, parse_sweep, sweep_names
-from robotics.sweeprun import run_sweep
+from robotics.sweeping.sweepfile import load_sweep, parse_sweep, sweep_names
+from robotics.sweeping.sweeprun import run_sweep
 from robotics.team import TEAM_METRICS
 
 SCENARIO = """
@@ -371,7 +371,7 @@ def test_a_comment_in_the_file_changes_nothing_but_scenario_versions_and_files_d
     with pytest.raises(SweepError, match="scenario 'two' changed"):
         run_sweep(plan_sweep(parse_sweep(SPEC, folder=folder)), out)
     true = sweeprun.versions()
-    monkeypatch.setattr("robotics.sweep.versions", lambda: true | {"numpy": "1.0"})
+    monkeypatch.setattr("robotics.sweeping.sweep.versions", lambda: true | {"numpy": "1.0"})
     with pytest.raises(SweepError, match=rf"numpy {true['numpy']} became 1.0"):
         run_sweep(plan, out)
     (out / "plan.json").write_text("[", encoding="utf-8")

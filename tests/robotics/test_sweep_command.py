@@ -15,8 +15,8 @@ import psutil
 import pyarrow.parquet as pq
 import pytest
 
-from robotics import executors
 from robotics.command import main
+from robotics.sweeping import executors
 
 SCENARIO = """
 duration = 1.0
@@ -69,11 +69,12 @@ def command(place, out, *options):
 # Command lines in forks of a process that has everything imported: it is sweeps at work that are killed, not imports
 WARM = """
 import json, os, sys
-import pandas, pyarrow.parquet, robotics.scenario, robotics.simulation, robotics.sweepfile, robotics.sweeprun
+import pandas, pyarrow.parquet, robotics.scenario, robotics.simulation
+import robotics.sweeping.sweepfile, robotics.sweeping.sweeprun
 from robotics.command import main
 from robotics.controllers import make_controller
 law, scenario = make_controller("fuzzy"), robotics.scenario.load_scenario(sys.argv[1])
-robotics.sweeprun.measure_all(robotics.simulation.simulate(scenario, law), "tracking")  # what is compiled is loaded
+robotics.sweeping.sweeprun.measure_all(robotics.simulation.simulate(scenario, law), "tracking")
 for line in sys.stdin:
     arguments, out, err = json.loads(line)
     child = os.fork()

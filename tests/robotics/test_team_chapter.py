@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robotics import teamexperiments
 from robotics.command import main
+from robotics.report import teamexperiments
+from robotics.report.team import PRINTED, chapter_of
+from robotics.report.teamexperiments import STEPS, Scaling, mean_errors, run_team_experiments
 from robotics.scenario import load_scenario
-from robotics.teamchapter import PRINTED, chapter_of
-from robotics.teamexperiments import STEPS, Scaling, mean_errors, run_team_experiments
 
 
 @pytest.fixture(scope="module")

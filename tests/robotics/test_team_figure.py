@@ -16,14 +16,14 @@ from matplotlib.text import Text
 from fuzzy.drawing import COLORS
 from robotics.command import main
 from robotics.controllers import make_controller
-from robotics.drawing import POINTS
+from robotics.figures.drawing import POINTS
+from robotics.figures.run import plot_run
+from robotics.figures.team import plot_team
 from robotics.metrics import tracking_error
-from robotics.replay import ReplayError
+from robotics.playback.replay import ReplayError
 from robotics.run import Run
-from robotics.runfigure import plot_run
 from robotics.scenario import parse_scenario
 from robotics.simulation import simulate
-from robotics.teamfigure import plot_team
 
 FAULTS = """
 [[faults]]

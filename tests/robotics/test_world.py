@@ -9,10 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import affinity
 
-from robotics.obstaclefields import GAP, random_field, random_trap
-from robotics.path import Circle, Line, PathError, Quintic, Waypoints, compile_path
-from robotics.trajectory import Timing
-from robotics.world import (
+from robotics.environment.obstaclefields import GAP, random_field, random_trap
+from robotics.environment.world import (
     CLOSED,
     OWNER,
     Disc,
@@ -27,6 +25,8 @@ from robotics.world import (
     regular,
     u_shape,
 )
+from robotics.path import Circle, Line, PathError, Quintic, Waypoints, compile_path
+from robotics.trajectory import Timing
 
 SQUARE = box(0.4, 0.4)
 L_SHAPE = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.3), (0.3, 0.3), (0.3, 1.0), (0.0, 1.0))

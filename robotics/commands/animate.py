@@ -1,0 +1,67 @@
+"""The command ``robotics animate``: a saved run as a moving picture, or as a page that plays it."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from fuzzy.errors import InputError
+from fuzzy.progress import progress_bar
+from fuzzy.terminal import print_json
+
+
+def animate(
+    run: Annotated[
+        Path, typer.Argument(metavar="RUN.npz", help="What `robotics run ... --save` wrote.", show_default=False)
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="Ends in .mp4, .gif or .html (a player).")],
+    seed: Annotated[int | None, typer.Option(help="One of the run's seeds. Default: the first.")] = None,
+    start: Annotated[float | None, typer.Option("--from", metavar="S", help="Begin at that time, s.")] = None,
+    end: Annotated[float | None, typer.Option("--to", metavar="S", help="End at that time, s.")] = None,
+    speed: Annotated[
+        float | None, typer.Option(help="Times real time. Default: so that it lasts 25 s at most; .html: 1")
+    ] = None,
+    fps: Annotated[float | None, typer.Option(help="Frames a second. Default: 20; .gif: 10")] = None,
+    dpi: Annotated[float | None, typer.Option(help="Pixels an inch; it is 7.16 inches wide. Default: 120")] = None,
+    stale: Annotated[
+        float | None, typer.Option(metavar="S", help="Older messages are stale, s. Default: by what is usual")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
+) -> None:
+    """A saved run in motion: robots, paths, trails, targets, messages, faults and stops, with a time axis.
+
+    A .mp4 needs ffmpeg (or pip install 'fuzzyfleet[video]'); a .gif or .html does not.
+    Example: robotics run chapter-4-faults --save team.npz; robotics animate team.npz -o team.gif
+    """
+    from robotics.playback.animation import DPI, AnimationError, check_animation, write_animation
+    from robotics.run import load_run
+
+    suffix = check_animation(out)
+    for name, value in (("fps", fps), ("dpi", dpi)):
+        if suffix == "html" and value is not None:
+            raise InputError(f"--{name} belongs to .mp4 and .gif; a player draws as often and as finely as its screen")
+    span: dict[str, Any] = {"start": start, "end": end, "stale": stale}
+    result = load_run(run)
+    about: dict[str, Any] = {"file": str(out), "format": suffix}
+    if suffix == "html":
+        from robotics.playback.player import write_player
+
+        if speed is not None and not 0 < speed <= 1e4:
+            raise AnimationError(f"speed must be > 0 and <= 10000, got {speed:g}")
+        write_player(result, out, seed, speed=1.0 if speed is None else speed, **span)
+        about["bytes"] = out.stat().st_size
+        said = f"{out}: a page of {about['bytes'] / 1e6:.2f} MB; any browser opens it"
+    else:
+        with progress_bar(quiet) as begin:
+            progress = lambda frames: begin(f"drawing {out.name}", frames)  # noqa: E731
+            done = write_animation(
+                result, out, seed, fps=fps, speed=speed, dpi=DPI if dpi is None else dpi, progress=progress, **span
+            )
+        about |= done._asdict()
+        size = f"robots drawn {done.enlarged:.1f} times their size" if done.enlarged > 1.05 else "robots to scale"
+        said = f"{out}: {done.frames} frames, {done.seconds:.1f} s, {done.speed:g} times real time, {size}"
+    if json:
+        print_json(about)
+    else:
+        print(said)

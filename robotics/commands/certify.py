@@ -1,0 +1,159 @@
+"""The command ``robotics certify``: how fast and from where the Lyapunov law provably converges."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fuzzy.terminal import print_json
+
+if TYPE_CHECKING:
+    from robotics.certificate import Certificate, SectorModel
+
+
+def certify(
+    kx: Annotated[float, typer.Option(help="Gain K_x, 1/s.")] = 1.0,
+    ky: Annotated[float, typer.Option(help="Gain K_y, 1/m².")] = 10.0,
+    kpsi: Annotated[float, typer.Option(help="Gain K_ψ, 1/m; with --form 2.31 in 1/s.")] = 5.0,
+    form: Annotated[str, typer.Option(help="2.31 or 2.32: the thesis's equation for ω.")] = "2.32",
+    catch_up: Annotated[float, typer.Option(help="The law's catch_up, m/s; 0: ω exactly as printed.")] = 0.3,
+    speed: Annotated[tuple[float, float], typer.Option(metavar="LOW HIGH", help="Range of v_r, m/s.")] = (0.2, 0.4),
+    reference_turn: Annotated[float, typer.Option(help="Bound of the reference's |ω_r|, rad/s.")] = 1.0,
+    turn: Annotated[float, typer.Option(help="Bound of the commanded |ω|, rad/s.")] = 5.74,
+    heading: Annotated[float, typer.Option(help="Bound of the heading error, rad.")] = 1.2,
+    decay: Annotated[
+        float | None, typer.Option(help="Wanted decay rate, 1/s: a lower one, a larger region. Default: the greatest")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the simulated starts and references.")] = 0,
+    plot: Annotated[Path | None, typer.Option(metavar="PICTURE", help="Draw the region: .png, .pdf, .svg.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
+) -> None:
+    """A stability certificate of the Lyapunov law: decay rate and region, by linear matrix inequalities (thesis 2.3).
+
+    Example: robotics certify --speed 0.2 0.4 --turn 3.5 --plot region.png
+    """
+    from robotics import certificate as theory
+    from robotics.controllers.lyapunov import Lyapunov
+    from robotics.robot import Robot
+
+    if plot is not None:
+        from fuzzy.drawing import check_picture
+
+        check_picture(plot)
+    if form not in ("2.31", "2.32"):
+        raise theory.CertificateError(f"--form must be 2.31 or 2.32; got {form!r}")
+    model = theory.SectorModel(
+        law=Lyapunov(kx=kx, ky=ky, kpsi=kpsi, form=form, catch_up=catch_up),  # type: ignore[arg-type]
+        speed_low=speed[0],
+        speed_high=speed[1],
+        reference_turn=reference_turn,
+        turn=turn,
+        heading=heading,
+    )
+    found = theory.certify(model, decay)
+    grid = model.grid(21)
+    worst, trial = theory.worst_eigenvalue(grid, found.P), theory.try_out(found, seed=seed)
+    if plot is not None:
+        from fuzzy.drawing import save_figure
+        from robotics.figures.certificate import plot_certificate
+
+        save_figure(plot_certificate(found, seed=seed), plot)
+    x, y, psi = (float(width) for width in found.half_widths)
+    report: dict[str, Any] = {
+        "law": {"kx": kx, "ky": ky, "kpsi": kpsi, "form": form, "catch_up": catch_up},
+        "premises": {
+            "speed": speed,
+            "reference_turn": reference_turn,
+            "turn": turn,
+            "heading": heading,
+        },
+        "decay": found.decay,
+        "fastest": found.fastest,
+        "P": found.P,
+        "region": {"x": x, "y": y, "heading": psi},
+        "largest_turn": found.largest_turn,
+        "largest_speed": found.largest_speed,
+        "unsaturated_share": found.unsaturated(Robot()),
+        "worst_eigenvalue": found.worst_eigenvalue,
+        "worst_eigenvalue_on_grid": worst,
+        "grid": len(grid),
+        "steps": trial.steps,
+        "increases": trial.increases,
+        "slowest_step": trial.slowest,
+        "certified": certified(found),
+        "not_certified": not_certified(found),
+    }
+    if json:
+        print_json(report)
+        return
+    print(f"law:    v = v_r cos ψ + {kx:g} x,  {turning(model)}")
+    print(f"decay:  {rate(found.decay)} 1/s (the greatest of any common P: {rate(found.fastest)})")
+    print(f"region: e'Pe <= 1, reaching to x ±{x:.3g} m, y ±{y:.3g} m, ψ ±{psi:.3g} rad")
+    print("P:      " + "\n        ".join("".join(f"{value:11.5g}" for value in row) for row in found.P))
+    print(
+        f"\nChecked\n- The greatest eigenvalue of A'P + PA is {worst:.3g} at {len(grid):,} points of the premises and "
+        f"{found.worst_eigenvalue:.3g} at their {len(model.vertices())} corners.\n"
+        f"- V = e'Pe rose in {trial.increases} of {trial.steps:,} simulated steps of the nonlinear error from the "
+        f"region's boundary (seed {seed}); the slowest fell at {trial.slowest:.3g} 1/s."
+    )
+    for title, sentences in (("Certified", report["certified"]), ("Not certified", report["not_certified"])):
+        print(f"\n{title}\n" + "\n".join(f"- {sentence}" for sentence in sentences))
+
+
+def rate(value: float) -> str:
+    """A certified rate with four digits, rounded down."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 3)
+    return f"{math.floor(value / digit * (1 + 1e-12)) * digit:.4g}"
+
+
+def turning(model: "SectorModel") -> str:
+    """The law's ω as a formula."""
+    law = model.law
+    if law.form == "2.31":
+        return f"ω = ω_r + v_r {law.ky:g} y + {law.kpsi:g} sin ψ"
+    speed = f"max(v_r, min(|v|, {law.catch_up:g}))" if law.catch_up > model.speed_low else "v_r"
+    return f"ω = ω_r + {speed} ({law.ky:g} y + {law.kpsi:g} sin ψ)"
+
+
+def certified(found: "Certificate") -> list[str]:
+    """What the certificate says, in sentences."""
+    model = found.model
+    return [
+        f"In continuous time, every tracking error that starts in the region stays in it and shrinks, as √(e'Pe), at "
+        f"least as fast as e^(−{rate(found.decay)} t).",
+        f"This holds for every reference with {model.speed_low:g} <= v_r <= {model.speed_high:g} m/s and "
+        f"|ω_r| <= {model.reference_turn:g} rad/s, however v_r and ω_r change in time.",
+        f"The premises hold because of the region: in it |ψ| <= {found.half_widths[2]:.3g} rad (asked: "
+        f"{model.heading:g}) and |ω| <= {found.largest_turn:.3g} rad/s (asked: {model.turn:g}).",
+    ]
+
+
+def not_certified(found: "Certificate") -> list[str]:
+    """What the certificate does not say, in sentences."""
+    from robotics.robot import Robot
+
+    model, share = found.model, found.unsaturated(Robot())
+    if share >= 1:
+        limits = "Saturation plays no part: in the region no command meets a limit of the EtsRo."
+    elif share > 0:
+        limits = (
+            f"Saturation: the EtsRo's limits are met by no command only within {100 * share:.0f} % of the region's "
+            f"half-widths (which no trajectory leaves either); |v| may reach {found.largest_speed:.3g} m/s at its rim."
+        )
+    else:
+        limits = "Saturation: such a reference alone may need all that the EtsRo's wheels can give."
+    differs = (
+        f"The law with another catch_up: the certificate is for {model.law.catch_up:g} m/s."
+        if model.law.form == "2.32"
+        else "The form (2.32) of the law, which is the default of the controller lyapunov: this is (2.31)."
+    )
+    return [
+        "The robot: motors and wheel loops that lag, latency, commands held for 50 ms, noisy measurements.",
+        limits,
+        f"References slower than {model.speed_low:g} m/s, at rest (the end of a path) or backwards.",
+        'Starts outside the region: nothing is said about them, neither way; the thesis\'s "globally" does not follow.',
+        "The singleton fuzzy rule base (controller fuzzy): this is the Lyapunov (Kanayama) law, a parallel distributed "
+        "compensator of the Takagi-Sugeno model of its error.",
+        differs,
+    ]

@@ -1,0 +1,97 @@
+"""The command ``robotics sweep``: scenario fields and controller gains × controllers × seeds, into one table."""
+
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fuzzy.errors import InputError
+from fuzzy.progress import progress_bar
+from fuzzy.terminal import INTERRUPTED, print_json
+
+
+def sweep(
+    spec: Annotated[str, typer.Argument(metavar="SPEC.toml", help="A sweep's file; or a name: lyapunov-gains.")],
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes of this machine. Default: none but this one.")
+    ] = None,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler, such as tcp://127.0.0.1:8786.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Where it goes. Default: out/NAME")] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Throw away what FOLDER holds of a sweep.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
+) -> None:
+    """A parameter sweep: fields of a scenario and gains of controllers, as a grid or at random, times seeds.
+
+    Writes results.parquet, one row a run and robot, chunk by chunk. Stopped or killed, the same command goes on where
+    it was. Example: robotics sweep lyapunov-gains --workers 2 --out out/gains
+
+    \b
+    A sweep's file:
+      scenario = "lyapunov-sine"         # a name, or a path relative to the file
+      controllers = ["lyapunov", "fuzzy:look_ahead=0.5"]
+      seeds = 20                         # first_seed = 0
+      method = "latin-hypercube"         # samples = 50, seed = 0; "random"; "grid"
+      chunk = 100                        # runs that are written at a time
+      [scenario_fields]                  # keys of the scenario's file
+      "robots.*.timing.x_rate" = { low = 0.1, high = 0.3 }
+      latency = [0.0, 0.1]               # or { low = 0, high = 0.2, step = 0.05 }
+      [controller_parameters]            # gains; for a grid also count = 5
+      ky = { low = 1, high = 40, scale = "log" }
+    """
+    if workers is not None and dask is not None:
+        raise InputError("give --workers or --dask, not both")
+    from robotics.sweeping import executors
+    from robotics.sweeping.sweep import plan_sweep, versions
+    from robotics.sweeping.sweepfile import load_sweep
+    from robotics.sweeping.sweeprun import landed_chunks, run_sweep
+
+    plan = plan_sweep(load_sweep(spec))
+    folder = out if out is not None else Path("out") / plan.sweep.name
+
+    def resumed(done: int, chunks: int) -> None:
+        if not quiet:
+            print(f"{folder}: {done} of {chunks} chunks are there already", file=sys.stderr)
+
+    try:
+        with ExitStack() as stack:
+            crew = None
+            if workers is not None:
+                crew = stack.enter_context(executors.processes(workers, ["pyarrow", "robotics.sweeping.sweeprun"]))
+            elif dask is not None:
+                crew = stack.enter_context(executors.dask(dask))
+            begin = stack.enter_context(progress_bar(quiet))
+            done = run_sweep(plan, folder, crew, fresh=fresh, begin=begin, resumed=resumed)
+    except KeyboardInterrupt:
+        print(
+            f"robotics: interrupted; {landed_chunks(plan, folder)} of {plan.chunks} chunks are in {folder}; "
+            "the same command goes on from there",
+            file=sys.stderr,
+        )
+        raise typer.Exit(INTERRUPTED) from None
+    if json:
+        print_json(
+            {
+                "results": str(done.results),
+                "rows": done.rows,
+                "points": len(plan.points),
+                "controllers": list(plan.sweep.controllers),
+                "seeds": list(range(plan.sweep.first_seed, plan.sweep.first_seed + plan.sweep.seeds)),
+                "runs": done.runs,
+                "diverged": done.diverged,
+                "chunks": done.chunks,
+                "computed": done.computed,
+                "versions": versions(),
+            }
+        )
+        return
+    counts = ((len(plan.points), "point"), (len(plan.sweep.controllers), "controller"), (plan.sweep.seeds, "seed"))
+    shown = " × ".join(f"{count} {name}{'s' if count != 1 else ''}" for count, name in counts)
+    print(
+        f"{done.results}: {done.rows} rows, {shown}; {done.diverged} rows of robots that diverged; "
+        f"{done.computed} of {done.chunks} chunks computed now"
+    )

@@ -1,0 +1,1 @@
+"""Obstacles and walls, random fields of them, and exact contacts."""

@@ -1,0 +1,111 @@
+"""Random obstacle fields: convex polygons along paths, and U-shaped traps across one.
+
+Class A keeps gaps through which a robot fits, class B lets obstacles overlap. All draw from a given generator: one
+seeded by a run's seed makes the run's field independent of how many runs are beside it.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robotics.environment.world import Point, Polygon, World, WorldError, u_shape
+from robotics.path import Path
+
+GAP = 0.7  # m, between the obstacles of class A: more than twice a robot's diagonal
+_TRIES = 64  # places looked at for an obstacle before it is left out
+
+
+def random_field(
+    generator: np.random.Generator,
+    paths: Sequence[Path],
+    *,
+    gap: float | None = GAP,
+    most: int = 6,
+    radius: tuple[float, float] = (0.15, 0.45),
+    spread: float = 0.8,
+    clear: float = 0.6,
+    known: bool = False,
+) -> World:
+    """One to ``most`` convex polygons in circles of ``radius`` (from, to) [m], along the middle 80 % of ``paths``.
+
+    Their centers lie up to ``spread`` [m] beside a path, and every edge ``clear`` [m] or more from where a path begins
+    or ends. ``gap`` [m] is the least between two of them (class A); None lets them overlap (class B). Of as many as
+    were drawn those are left out that find no place. Raises WorldError where not even one does.
+    """
+    if not 1 <= most <= 1000:
+        raise WorldError(f"most must be a whole number >= 1 and <= 1000, got {most!r}")
+    if not 0 < radius[0] <= radius[1]:
+        raise WorldError(f"radius must be two numbers in m, > 0, the smaller first; got {radius!r}")
+    if not paths:
+        raise WorldError("paths: at least one is needed to put obstacles on")
+    ends = np.array([path.table[:2, k] for path in paths for k in (0, -1)])
+    placed = np.empty((0, 3))
+    polygons = []
+    for _ in range(int(generator.integers(1, most, endpoint=True))):
+        candidates = _candidates(generator, paths, radius, spread)
+        free = _distances(candidates, ends) - candidates[:, 2:] >= clear
+        good = free.all(axis=1)
+        if gap is not None:
+            between = _distances(candidates, placed[:, :2]) - candidates[:, 2:] - placed[:, 2]
+            good &= (between >= gap).all(axis=1)
+        corners = _corners(generator)
+        if good.any():
+            x, y, size = candidates[int(np.argmax(good))].tolist()
+            placed = np.concatenate([placed, [[x, y, size]]])
+            polygons.append(Polygon(corners=tuple((size * a, size * b) for a, b in corners), position=(x, y)))
+    if not polygons:
+        raise WorldError(f"no obstacle finds a place {clear:g} m clear of where the paths begin and end")
+    return World(obstacles=tuple(polygons), known=known)
+
+
+def random_trap(
+    generator: np.random.Generator,
+    path: Path,
+    *,
+    width: tuple[float, float] = (0.7, 1.4),
+    depth: tuple[float, float] = (0.4, 1.2),
+    turn: float = 0.4,
+    thickness: float = 0.06,
+    clear: float = 0.6,
+    known: bool = False,
+) -> World:
+    """A U about the middle of ``path``, its mouth towards the robot that comes, turned by up to ± ``turn`` [rad].
+
+    ``width`` between its arms and ``depth`` (from, to) [m] are those of the free space in it. Raises WorldError where
+    the path is too short to begin and end ``clear`` [m] away from it.
+    """
+    wide, deep, angle = generator.uniform(*width), generator.uniform(*depth), generator.uniform(-turn, turn)
+    on = path.at(generator.uniform(0.45, 0.55) * path.length)
+    size = float(np.hypot(wide / 2 + thickness, deep / 2 + thickness))
+    for k in (0, -1):
+        away = float(np.hypot(path.table[0, k] - on.x, path.table[1, k] - on.y)) - size
+        if away < clear:
+            raise WorldError(f"a path must begin and end {clear:g} m or more from a trap on it, got {away:.3g} m")
+    heading = float(np.arctan2(np.sin(on.heading + angle), np.cos(on.heading + angle)))
+    corners = u_shape(wide, deep, thickness)
+    return World(
+        obstacles=(Polygon(corners=corners, position=(float(on.x), float(on.y)), heading=heading),), known=known
+    )
+
+
+def _candidates(
+    generator: np.random.Generator, paths: Sequence[Path], radius: tuple[float, float], spread: float
+) -> np.ndarray:
+    """Where an obstacle might be: x, y and the radius around it [m], (tries, 3)."""
+    path = paths[int(generator.integers(len(paths)))]
+    place, beside = generator.uniform(0.1, 0.9, _TRIES), generator.uniform(-spread, spread, _TRIES)
+    on = path.at(place * path.length)
+    size = generator.uniform(*radius, _TRIES)
+    return np.stack([on.x - beside * np.sin(on.heading), on.y + beside * np.cos(on.heading), size], axis=1)
+
+
+def _distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.hypot(a[:, None, 0] - b[:, 0], a[:, None, 1] - b[:, 1])
+
+
+def _corners(generator: np.random.Generator) -> list[Point]:
+    """Four to eight corners on the unit circle, unevenly: no angle is sharper than 67°."""
+    count = int(generator.integers(4, 8, endpoint=True))
+    even = np.arange(count) + generator.uniform(-0.25, 0.25, count)
+    angles = 2 * np.pi * even / count + generator.uniform(0, 2 * np.pi)
+    return [(float(np.cos(a)), float(np.sin(a))) for a in angles]

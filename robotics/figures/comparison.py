@@ -1,0 +1,118 @@
+"""The picture of a comparison: every seed of every controller, with the mean and how well the seeds fix it."""
+
+import textwrap
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from fuzzy.drawing import DOUBLE, new_figure, style
+from robotics.comparison import Comparison, label, summarise
+from robotics.figures.drawing import Look, looks_of
+from robotics.metrics import METRICS
+
+HEADLINES = (
+    "mean_error_norm",
+    "mean_speed_error_mps",
+    "rms_cross_track_m",
+    "settling_time_s",
+    "torque_variation_nmps",
+    "control_effort",
+)
+
+
+def plot_comparison(
+    comparison: Comparison,
+    scenario: str | None = None,
+    metrics: Sequence[str] = HEADLINES,
+    looks: Mapping[str, Look] | None = None,
+) -> Figure:
+    """One panel a metric, one row a controller: a dot a seed, a black bar for the mean and its 95 % interval.
+
+    ``scenario`` is the name of one that was compared, by default the first. An axis is logarithmic where its values
+    span more than a decade. A run that never settled is a cross on the right edge, with how many there are.
+    """
+    scenario = comparison.scenarios[0].name if scenario is None else scenario
+    table = comparison.table[comparison.table["scenario"] == scenario]
+    if table.empty:
+        raise ValueError(f"scenario {scenario!r} was not compared")
+    summary = summarise(table)
+    names = list(comparison.controllers)
+    chosen = looks_of(names, looks)
+    columns = min(3, len(metrics))
+    rows = -(-len(metrics) // columns)
+    with style():
+        figure = new_figure(DOUBLE, rows * (0.62 + 0.17 * len(names)) + 0.25)
+        grid = figure.subplots(rows, columns, squeeze=False, sharey=True)
+        for ax, metric in zip(grid.flat, metrics, strict=False):
+            _draw_metric(ax, table, summary[summary["metric"] == metric], metric, names, chosen)
+        for ax in grid.flat[len(metrics) :]:
+            ax.remove()
+        titles = [textwrap.fill(label(name).replace(",", ", "), 24) for name in names]
+        grid[0, 0].set_yticks(range(len(names)), titles)
+        grid[0, 0].set_ylim(len(names) - 0.4, -0.6)
+        for tick in (t for row in grid for t in row[0].get_yticklabels()):
+            tick.set_parse_math(False)
+        mean = Line2D([], [], color="black", marker="|", markersize=8, linewidth=1.0, linestyle="-")
+        dot = Line2D([], [], color="0.5", marker="o", markersize=2.5, linestyle="none")
+        figure.legend(
+            [dot, mean],
+            ["one seed", "mean with its 95 % interval"],
+            loc="outside upper right",
+            ncol=2,
+            borderaxespad=0.2,
+        )
+        return figure
+
+
+def _draw_metric(
+    ax: Axes, table: pd.DataFrame, summary: pd.DataFrame, metric: str, names: Sequence[str], chosen: Mapping[str, Look]
+) -> None:
+    about = METRICS[metric]
+    values = {name: table.loc[table["controller"] == name].groupby("seed")[metric].mean().to_numpy() for name in names}
+    known = np.concatenate([v[np.isfinite(v)] for v in values.values()])
+    logarithmic = known.size > 0 and known.min() > 0 and known.max() > 10 * known.min()
+    if logarithmic:
+        ax.set_xscale("log")
+        ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        ax.xaxis.set_minor_formatter(NullFormatter())
+    else:
+        ax.locator_params(axis="x", nbins=5)
+    for row, name in enumerate(names):
+        look, finite = chosen[name], values[name][np.isfinite(values[name])]
+        # Spread over the row's height, the same way every time, so that equal values stay countable.
+        offset = 0.5 * ((np.arange(len(finite)) * 0.618034 + 0.5) % 1.0 - 0.5)
+        ax.plot(finite, row + offset, color=look.color, marker=look.marker, markersize=2.2, linestyle="none", alpha=0.7)
+        mean, low, high = (
+            float(summary.loc[summary["controller"] == name, c].iloc[0]) for c in ("mean", "low", "high")
+        )
+        if np.isfinite(mean):
+            ax.plot([mean], [row], color="black", marker="|", markersize=9, zorder=4)
+            if np.isfinite(low) and np.isfinite(high):
+                left = max(low, known.min() / 2) if logarithmic else low
+                ax.plot([left, high], [row, row], color="black", linestyle="-", linewidth=1.0, zorder=4)
+        never = int(np.isposinf(values[name]).sum())
+        if never:
+            ax.text(
+                0.99,
+                row,
+                f"never settled: {never} of {len(values[name])} ×",
+                transform=ax.get_yaxis_transform(),
+                ha="right",
+                va="center",
+                fontsize=6.5,
+                zorder=5,
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
+            )
+    if known.size and known.max() == known.min():
+        ax.set_xlim(0.5 * known.min() - 0.02, 1.5 * known.max() or 1.0)
+    name = f"{about.title.partition(':')[0]} [{about.unit}]" + (", logarithmic" if logarithmic else "")
+    ax.set_xlabel(
+        textwrap.fill(name, 32, break_long_words=False).replace(" [", "\N{NO-BREAK SPACE}["), parse_math=False
+    )
+    ax.yaxis.grid(False)

@@ -1,0 +1,134 @@
+"""One page about one run: where the robots went, how far off they were, how fast, and what was commanded."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fuzzy.drawing import COLORS, DOUBLE, new_figure, style
+from robotics.comparison import label
+from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, seeds_as_text, strided
+from robotics.metrics import cross_track_error, tracking_error
+from robotics.run import Run
+
+_FAINT = 0.25  # opacity of the seeds after the first
+_MOST = 40  # seeds drawn
+
+
+def plot_run(run: Run) -> Figure:
+    """The page for ``robotics run --plot``: path, errors, speeds, commands.
+
+    The first seed is drawn boldly, up to 39 more faintly behind it; each robot has its colour. A cross marks where a
+    robot was stopped. A team has a page of its own: :func:`robotics.figures.team.plot_team`.
+    """
+    if run.team is not None:
+        from robotics.figures.team import plot_team
+
+        return plot_team(run)
+    error, cross = tracking_error(run), cross_track_error(run)
+    torque = run.level == "torque"
+    panels: list[list[tuple[str, np.ndarray, np.ndarray | None]]] = [
+        [("x error [m]", error.x, None), ("v [m/s]", run["v"], run.target("v"))],
+        [("y error [m]", error.y, None), ("ω [rad/s]", run["w"], run.target("w"))],
+        [
+            ("heading error [rad]", error.heading, None),
+            ("right wheel [N m]" if torque else "commanded v [m/s]", run["command_1"], None),
+        ],
+        [
+            ("cross-track error [m]", cross, None),
+            ("left wheel [N m]" if torque else "commanded ω [rad/s]", run["command_2"], None),
+        ],
+    ]
+    with style():
+        figure = new_figure(DOUBLE, 9.0)
+        grid = figure.add_gridspec(5, 2, height_ratios=(2.1, 1, 1, 1, 1))
+        _draw_top_view(figure.add_subplot(grid[0, :]), run)
+        first: Axes | None = None
+        for row, pair in enumerate(panels, start=1):
+            for column, (name, values, target) in enumerate(pair):
+                ax = figure.add_subplot(grid[row, column], sharex=first)
+                first = first or ax
+                _draw_channel(ax, run, values, target)
+                ax.set_ylabel(name)
+                if row == len(panels):
+                    ax.set_xlabel("time [s]")
+                else:
+                    ax.tick_params(labelbottom=False)
+        figure.align_ylabels()
+        figure.suptitle(page_title(run, range(min(len(run.seeds), _MOST))), parse_math=False, fontsize=9)
+        return figure
+
+
+def page_title(run: Run, order: Sequence[int]) -> str:
+    """Which law drove where, and in ``order`` which seeds (their places) are drawn, the first boldly."""
+    try:
+        name = label(run.controller)
+    except KeyError:  # a run from a file or of a controller without a preset
+        name = run.controller
+    seeds = f"seed {run.seeds[order[0]]}"
+    if len(order) > 1:
+        seeds += f"; faint: seeds {seeds_as_text([run.seeds[r] for r in order[1:]])}"
+    stopped = int(run.diverged.sum())
+    end = f"; stopped (×): {stopped} of {run.diverged.size}" if stopped else ""
+    return f"{name} on {run.scenario}, {seeds}{end}"
+
+
+def _color(robot: int) -> str:
+    return COLORS[robot % len(COLORS)]
+
+
+def _draw_top_view(ax: Axes, run: Run) -> None:
+    shown = range(min(len(run.seeds), _MOST))
+    several = len(run.paths) > 1
+    for i, nodes in enumerate(run.paths):
+        for r in reversed(shown):
+            x, y = run["x"][r, i], run["y"][r, i]
+            ax.plot(
+                *strided(x, y),
+                color=_color(i),
+                linestyle="-",
+                alpha=_FAINT if r else 1.0,
+                linewidth=0.7 if r else 1.2,
+                label=None if r else f"robot {i + 1}" if several else "robot",
+            )
+            if run.diverged[r, i] and (k := last_known(x)) >= 0:
+                mark_stop(ax, x[k], y[k], _color(i))
+        ax.plot(*strided(*nodes), **TARGET, label=None if i else "reference")  # type: ignore[arg-type]
+        ax.plot(
+            run["x"][0, i, :1],
+            run["y"][0, i, :1],
+            marker="o",
+            markerfacecolor="white",
+            color="black",
+            linestyle="none",
+            zorder=5,
+            label=None if i else "start",
+        )
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_xlabel("x [m]")
+    ax.set_ylabel("y [m]")
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=6)
+
+
+def _draw_channel(ax: Axes, run: Run, values: np.ndarray, target: np.ndarray | None) -> None:
+    """One channel (runs, robots, samples) over time, with the reference (robots, samples) if there is one."""
+    for i in range(values.shape[1]):
+        for r in reversed(range(min(len(run.seeds), _MOST))):
+            line = values[r, i]
+            draw_line(
+                ax,
+                run.time,
+                line,
+                color=_color(i),
+                linestyle="-",
+                alpha=_FAINT if r else 1.0,
+                linewidth=0.5 if r else 1.0,
+            )
+            if run.diverged[r, i] and (k := last_known(line)) >= 0:
+                mark_stop(ax, run.time[k], line[k], _color(i))
+        if target is not None:
+            draw_line(ax, run.time, target[i], **TARGET)
+    if target is None:
+        ax.axhline(0.0, **TARGET)  # type: ignore[arg-type]
+    ax.margins(x=0)

@@ -1,0 +1,189 @@
+"""One page about a team's run: where the robots went, their errors and speeds, and whether they arrived together.
+
+The panels are those of the thesis's figures: trajectories (3.5, 4.4, 4.8, 4.12, 5.26, 5.29), errors and speeds
+(3.6, 4.5, 4.6, 5.27, 5.30), and the differences s_i − s_j (4.7, 4.11, 4.15, 4.17).
+"""
+
+import warnings
+from collections.abc import Iterable
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fuzzy.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, strided
+from robotics.figures.run import page_title
+from robotics.metrics import tracking_error
+from robotics.playback.replay import FaultSpan, fault_spans, seed_place
+from robotics.playback.scene import FEW, WORDS, shade_faults
+from robotics.run import Run
+
+_PAIRS = 4  # robots whose pairs all get a line; of more, each is compared with the median
+_FAINT = 0.25  # opacity of the other seeds
+_MOST = 40  # seeds drawn
+_NAMED = 6  # faults that are named in the picture
+
+LEAST = 1e-3  # what the axis of the differences of progress shows at least, to either side
+
+
+def plot_team(run: Run, seed: int | None = None) -> Figure:
+    """The page for a team: trajectories, errors against the law's own target, speeds, progress, and its differences.
+
+    ``seed`` (the first by default) is drawn boldly, up to 39 others faintly behind it. More than 8 robots are thin
+    lines over a band from the 5th to the 95th percentile with their median, of that seed alone. Faults are shaded,
+    hatched by kind, and named. Raises ReplayError for a seed that was not run.
+    """
+    place = seed_place(run, seed)
+    order = [place, *(r for r in range(len(run.seeds)) if r != place)]
+    robots = run.samples.shape[3]
+    order = order[: _MOST if robots <= FEW else 1]
+    faults, error = fault_spans(run, place), tracking_error(run)
+    progress = run["progress"] if run.team is not None else np.full_like(error.x, np.nan)
+    known = bool(np.isfinite(progress).any())
+    last = ("progress s", progress) if known else ("to the target [m]", np.hypot(error.x, error.y))
+    panels = [
+        [("x error [m]", error.x), ("v [m/s]", run["v"])],
+        [("y error [m]", error.y), ("ω [rad/s]", run["w"])],
+        [("heading error [rad]", error.heading), last],
+    ]
+    with style():
+        heights = [_height(run), 1.15, 1.15, 1.15, 1.45] if known else [_height(run), 1.15, 1.15, 1.15]
+        figure = new_figure(DOUBLE, sum(heights) + (2.0 if known else 1.6))
+        grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
+        _draw_top_view(figure.add_subplot(grid[0, :]), run, order, faults)
+        axes: list[Axes] = []
+        for row, pair in enumerate(panels, start=1):
+            for column, (name, values) in enumerate(pair):
+                ax = figure.add_subplot(grid[row, column], sharex=axes[0] if axes else None)
+                axes.append(ax)
+                _draw_channel(ax, run, values, order)
+                ax.set_ylabel(name)
+                ax.tick_params(labelbottom=row == len(panels))
+        for ax in axes[-2:]:
+            ax.set_xlabel("time [s]")
+        if known:
+            bottom = figure.add_subplot(grid[4, :], sharex=axes[0])
+            axes.append(bottom)
+            _draw_differences(bottom, run, progress, order)
+            bottom.set_xlabel("time [s]")
+        start, end = float(run.time[0]), float(run.time[-1])
+        axes[0].set_xlim(start, end)
+        figure.align_ylabels()
+        figure.suptitle(page_title(run, order), parse_math=False, fontsize=9)
+        figure.draw_without_rendering()  # the names of faults need the widths of the panels
+        for ax in axes:
+            shade_faults(ax, faults, start, end, named=ax is axes[-1] and len(faults) <= _NAMED)
+        return figure
+
+
+def _height(run: Run) -> float:
+    """How high the top view is, in inches: as its width asks for, within what a page has."""
+    points = np.concatenate(run.paths, axis=1)
+    width, height = points.max(axis=1) - points.min(axis=1)
+    return float(np.clip(6.3 * height / max(width, 1e-9), 1.8, 4.0))
+
+
+def _color(robot: int) -> str:
+    return COLORS[robot % len(COLORS)]
+
+
+def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Iterable[FaultSpan]) -> None:
+    few, first = run.samples.shape[3] <= FEW, order[0]
+    for i, nodes in enumerate(run.paths):
+        quiet = TARGET if few else TARGET | {"linewidth": 0.5, "alpha": 0.6}
+        ax.plot(*strided(*nodes), **quiet, zorder=1, label=None if i else "path")  # type: ignore[arg-type]
+        for r in reversed(order):
+            x, y = run["x"][r, i], run["y"][r, i]
+            bold = r == first
+            ax.plot(
+                *strided(x, y),
+                color=_color(i),
+                linestyle=LINES[i % 7] if few else "-",
+                alpha=1.0 if bold else _FAINT,
+                linewidth=1.3 if bold and few else 0.6,
+                label=f"robot {i + 1}" if bold and few else None,
+            )
+            if run.diverged[r, i] and (k := last_known(x)) >= 0:
+                mark_stop(ax, x[k], y[k], _color(i))
+    size: dict[str, Any] = {"markersize": 4 if few else 2, "markeredgewidth": 1 if few else 0.5}
+    size |= {"linestyle": "none", "color": "black", "zorder": 5}
+    x, y = run["x"][first], run["y"][first]
+    ax.plot(x[:, 0], y[:, 0], marker="o", markerfacecolor="white", label="start", **size)
+    ends = [last_known(row) for row in x]
+    pairs = [(x[i, k], y[i, k]) for i, k in enumerate(ends) if k >= 0 and not run.diverged[first, i]]
+    ax.plot(*np.reshape(pairs, (-1, 2)).T, marker="s", label="end", **size)
+    shown = [f for f in faults if np.isfinite(run["x"][first, f.robot, np.searchsorted(run.time, f.start)])]
+    for f in shown[:_NAMED]:
+        k = int(np.searchsorted(run.time, f.start))
+        ax.plot(x[f.robot, k], y[f.robot, k], marker="v", markersize=5, color="black", zorder=6)
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.8}
+        ax.annotate(
+            f"{f.robot + 1}: {WORDS[f.kind]}",
+            (x[f.robot, k], y[f.robot, k]),
+            (4, 5),
+            textcoords="offset points",
+            fontsize=6.5,
+            bbox=box,
+            zorder=6,
+        )
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_xlabel("x [m]")
+    ax.set_ylabel("y [m]")
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=6)
+
+
+def _draw_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int]) -> None:
+    """One channel (runs, robots, samples) over time: a line a robot, and of many robots a band and their median."""
+    rows, first = values[order[0]], order[0]
+    if rows.shape[0] > FEW:
+        _draw_many(ax, run.time, rows)
+        return
+    for i in range(rows.shape[0]):
+        for r in reversed(order):
+            alpha, width = (1.0, 1.0) if r == first else (_FAINT, 0.5)
+            look = {"color": _color(i), "linestyle": LINES[i % 7], "alpha": alpha, "linewidth": width}
+            draw_line(ax, run.time, values[r, i], **look)
+            if run.diverged[r, i] and (k := last_known(values[r, i])) >= 0:
+                mark_stop(ax, run.time[k], values[r, i, k], _color(i))
+
+
+def _draw_many(ax: Axes, time: np.ndarray, rows: np.ndarray) -> None:
+    """Thin lines (robots, samples), where most of them are, and their median."""
+    for i, row in enumerate(rows):
+        faint = max(0.15, min(0.5, 20 / len(rows)))
+        draw_line(ax, time, row, color=_color(i), linestyle="-", linewidth=0.3, alpha=faint, zorder=1.5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # once all are stopped: not-a-number
+        low, middle, high = np.nanpercentile(rows, (5, 50, 95), axis=0)
+    ax.fill_between(time, low, high, color="0.35", alpha=0.3, linewidth=0, zorder=2, label="5–95 % of the robots")
+    for edge in (low, high):
+        draw_line(ax, time, edge, color="black", linestyle="-", linewidth=0.4, alpha=0.6, zorder=2.5)
+    draw_line(ax, time, middle, color="black", linestyle="-", linewidth=1.0, zorder=3, label="median")
+
+
+def _draw_differences(ax: Axes, run: Run, progress: np.ndarray, order: list[int]) -> None:
+    """s_i − s_j of every pair of few robots, or s_i less the median of the team."""
+    robots, first = progress.shape[1], order[0]
+    ax.axhline(0.0, **TARGET)  # type: ignore[arg-type]
+    if robots <= _PAIRS:
+        for n, (i, j) in enumerate(combinations(range(robots), 2), start=3):  # other looks than those of robots 1 to 3
+            for r in reversed(order):
+                bold = r == first
+                look = {"alpha": 1.0 if bold else _FAINT, "linewidth": 1.1 if bold else 0.5}
+                name = f"$s_{{{i + 1}}} − s_{{{j + 1}}}$" if bold else None
+                row = progress[r, i] - progress[r, j]
+                draw_line(ax, run.time, row, color=_color(n), linestyle=LINES[n % 7], label=name, **look)
+        ax.set_ylabel("$s_i − s_j$")
+    else:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            rows = progress - np.nanmedian(progress, axis=1, keepdims=True)
+        _draw_channel(ax, run, rows, order)
+        ax.set_ylabel("$s_i$ − median")
+    low, high = ax.get_ylim()
+    ax.set_ylim(min(low, -LEAST), max(high, LEAST))  # differences of rounding are none
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=6, borderaxespad=0.1)

@@ -1,0 +1,1 @@
+"""Formation data, and the systems learnt from them."""

@@ -1,0 +1,658 @@
+// The player of a run: scene, controls, chart and readout, from what robotics/playback/player.py packed.
+// The form is anywidget's: render({ model, el }), the data in model.get("run"); it returns what cleans up after it.
+
+// Okabe-Ito as in the project's figures, and the same hues lighter for a dark page; every line has its dashes too.
+const COLORS = {
+  light: ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000"],
+  dark: ["#4C9FE0", "#F07F33", "#17B98B", "#E39CC4", "#8FD0F5", "#F0B429", "#F4F4F4"],
+};
+const DASHES = [[], [6, 3], [6, 2, 1, 2], [2, 2], [8, 2, 2, 2, 2, 2], [10, 3], []];
+const FEW = 8; // robots that are all in the table, with their numbers in the scene
+const MANY_LINKS = 400; // from here on only stale ones are drawn unless asked for
+const SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20, 50];
+const STANDS = 0.005; // m/s and, tenfold, rad/s
+
+const PAIRS = 3; // where the looks of pairs begin, so that none is that of robot 1
+const dash = (i) => DASHES[i % DASHES.length];
+const words = { failure: "failure", delay: "delay", silence: "silent", stall: "stalled" };
+// A number as text: no −0, a true minus sign
+const fixed = (value, digits) =>
+  Number.isFinite(value) ? value.toFixed(digits).replace(/^-(?=[0.]*$)/, "").replace("-", "−") : "–";
+
+function make(tag, attributes = {}, ...children) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
+    else if (value === true) node.setAttribute(name, "");
+    else if (value !== false && value !== null) node.setAttribute(name, value);
+  }
+  node.append(...children);
+  return node;
+}
+
+// Data ---------------------------------------------------------------------------------------------------------
+
+function bytes(text) {
+  const raw = atob(text), out = new Uint8Array(raw.length);
+  for (let i = 0; i < raw.length; i++) out[i] = raw.charCodeAt(i);
+  return out.buffer;
+}
+
+function numbers(packed) {
+  const raw = new Int16Array(bytes(packed.data));
+  return Float32Array.from(raw, (n) => (n === -32768 ? NaN : packed.offset + packed.scale * n));
+}
+
+function unpack(run) {
+  const count = run.robots, time = new Float32Array(bytes(run.time)), frames = time.length;
+  const channels = Object.fromEntries(Object.entries(run.channels).map(([name, packed]) => [name, numbers(packed)]));
+  const bits = run.hears === null ? null : new Uint8Array(bytes(run.hears));
+  const hears = (i, j) => bits !== null && ((bits[(i * count + j) >> 3] >> ((i * count + j) & 7)) & 1) === 1;
+  const links = [];
+  if (bits) for (let i = 0; i < count; i++) for (let j = 0; j < count; j++) if (hears(i, j)) links.push([i, j]);
+  const spans = new Float32Array(bytes(run.stale));
+  const stale = (t) => {
+    const ages = new Map();
+    for (let k = 0; k < spans.length; k += 5) {
+      if (spans[k + 2] <= t && t < spans[k + 3]) ages.set(spans[k] * count + spans[k + 1], spans[k + 4] + t - spans[k + 2]);
+    }
+    return ages;
+  };
+  const locate = (t) => {
+    let low = 0, high = frames - 1;
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (time[middle] <= t) low = middle;
+      else high = middle;
+    }
+    return { k: low, share: Math.min(1, Math.max(0, (t - time[low]) / (time[high] - time[low]))) };
+  };
+  const at = (name, i, { k, share }) => {
+    const values = channels[name];
+    if (!values) return NaN;
+    const a = values[i * frames + k], b = values[i * frames + Math.min(k + 1, frames - 1)];
+    return a + share * (b - a);
+  };
+  const fault = (i, t) => run.faults.find(([robot, , start, end]) => robot === i && start <= t && t < end)?.[1];
+  const stopped = (i, t) => run.stops[i] !== null && t >= run.stops[i];
+  const ends = { start: time[0], end: time[frames - 1] };
+  return { ...run, ...ends, count, time, frames, channels, links, stale, locate, at, fault, stopped };
+}
+
+// What the chart can show: a line a robot, or a line a pair
+function series(data, kind) {
+  const { count, frames, channels } = data;
+  const over = (f) => Float32Array.from({ length: frames }, (_, k) => f(k));
+  const rows = (f) => Array.from({ length: count }, (_, i) => ({ who: [i], name: "", values: over((k) => f(i, k)) }));
+  const s = (i, k) => channels.progress[i * frames + k];
+  if (kind === "progress") return rows(s);
+  if (kind === "speed") return rows((i, k) => channels.v[i * frames + k]);
+  const off = (c, n) => channels[c][n] - channels[`${c}_target`][n];
+  if (kind === "distance") return rows((i, k) => Math.hypot(off("x", i * frames + k), off("y", i * frames + k)));
+  if (count > 4) {
+    const middle = over((k) => {
+      const known = Array.from({ length: count }, (_, i) => s(i, k)).filter(Number.isFinite).sort((a, b) => a - b);
+      return (known[(known.length - 1) >> 1] + known[known.length >> 1]) / 2;
+    });
+    return rows((i, k) => s(i, k) - middle[k]);
+  }
+  const pairs = [];
+  for (let i = 0; i < count; i++) {
+    for (let j = i + 1; j < count; j++) {
+      pairs.push({ who: [i, j], name: `s${i + 1} − s${j + 1}`, values: over((k) => s(i, k) - s(j, k)) });
+    }
+  }
+  return pairs;
+}
+
+// Drawing ------------------------------------------------------------------------------------------------------
+
+function ticks(low, high, most) {
+  const rough = (high - low) / most, power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((m) => m * power).find((m) => m >= rough * 0.999);
+  const out = [];
+  for (let n = Math.ceil(low / step - 1e-9); n * step <= high + step * 1e-9; n++) out.push(n * step);
+  return { values: out, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+}
+
+function sized(canvas, height) {
+  const width = Math.max(160, canvas.parentNode.clientWidth), ratio = window.devicePixelRatio || 1;
+  canvas.width = Math.round(width * ratio);
+  canvas.height = Math.round(height * ratio);
+  canvas.style.height = `${height}px`;
+  return { width, height, ratio };
+}
+
+function begin(canvas, { ratio, width, height }) {
+  const pen = canvas.getContext("2d");
+  pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+  pen.clearRect(0, 0, width, height);
+  pen.setLineDash([]);
+  pen.globalAlpha = 1;
+  pen.font = "12px system-ui, 'DejaVu Sans', sans-serif";
+  return pen;
+}
+
+function line(pen, count, x, y) {
+  let down = false;
+  for (let k = 0; k < count; k++) {
+    const px = x(k), py = y(k);
+    if (!Number.isFinite(px + py)) down = false;
+    else if (down) pen.lineTo(px, py);
+    else { pen.moveTo(px, py); down = true; }
+  }
+}
+
+// Parallel strokes within the current clip, across a box: what tells faults apart without colour
+function hatch(pen, x, y, width, height, gap, kind) {
+  const reach = width + height;
+  pen.beginPath();
+  for (let d = gap / 2; d < reach; d += gap) {
+    if (kind === "delay" || kind === "failure") { pen.moveTo(x + d, y); pen.lineTo(x + d - height, y + height); }
+    if (kind === "failure") { pen.moveTo(x + width - d, y); pen.lineTo(x + width - d + height, y + height); }
+    if (kind === "silence" && d < height) { pen.moveTo(x, y + d); pen.lineTo(x + width, y + d); }
+    if (kind === "stall" && d < width) { pen.moveTo(x + d, y); pen.lineTo(x + d, y + height); }
+  }
+  pen.stroke();
+}
+
+function axes(pen, box, view, theme, xs, ys, labels) {
+  pen.lineWidth = 1;
+  pen.strokeStyle = theme.line;
+  pen.fillStyle = theme.quiet;
+  pen.textAlign = "center";
+  pen.textBaseline = "top";
+  for (const value of xs.values) {
+    const px = view.x(value);
+    pen.beginPath(); pen.moveTo(px, box.top); pen.lineTo(px, box.bottom); pen.stroke();
+    pen.fillText(fixed(value, xs.digits), px, box.bottom + 5);
+  }
+  pen.textAlign = "right";
+  pen.textBaseline = "middle";
+  for (const value of ys.values) {
+    const py = view.y(value);
+    pen.beginPath(); pen.moveTo(box.left, py); pen.lineTo(box.right, py); pen.stroke();
+    pen.fillText(fixed(value, ys.digits), box.left - 6, py);
+  }
+  pen.textBaseline = "bottom";
+  pen.fillText(labels[0], box.right, box.bottom + 36);
+  pen.textAlign = "left";
+  pen.fillText(labels[1], 4, box.top - 11);
+}
+
+function render({ model, el }) {
+  const data = unpack(model.get("run")), { count } = data, few = count <= FEW;
+  const calm = window.matchMedia("(prefers-reduced-motion: reduce)"), dark = window.matchMedia("(prefers-color-scheme: dark)");
+  const state = { t: data.start, playing: false, before: null, picked: few ? -1 : 0, over: -1, hidden: new Set() };
+  const seen = (i) => !state.hidden.has(i);
+
+  // Parts
+  const option = (value, text, chosen) => make("option", { value, selected: value === chosen }, text);
+  const choice = (label, options, chosen, react) => {
+    const select = make("select", { onchange: react }, ...options.map(([value, text]) => option(value, text, chosen)));
+    return [make("label", {}, `${label} `, select), select];
+  };
+  const speeds = [...new Set([...SPEEDS, model.get("speed") || 1])].sort((a, b) => a - b);
+  const begun = String(model.get("speed") || 1);
+  const [speedLabel, speed] = choice("Speed", speeds.map((s) => [String(s), `${s}×`]), begun, () => {});
+  const tails = [["0", "none"], ["10", "10 s"], ["1e9", "all"]];
+  const [trailLabel, trail] = choice("Trail", tails, count > 20 ? "10" : "1e9", () => draw());
+  const shares = [["all", "all"], ["stale", "stale"], ["mine", "of the selected robot"], ["none", "hide"]];
+  const [linksLabel, links] = choice("Messages", shares, data.links.length > MANY_LINKS ? "stale" : "all", () => draw());
+  const kinds = [["distance", "distance to the target [m]"], ["speed", "speed v [m/s]"]];
+  const apart = count > 4 ? "s less the team's median" : "differences sᵢ − sⱼ";
+  if (data.channels.progress) kinds.unshift(["progress", "progress s"], ["difference", apart]);
+  const [chartLabel, chart] = choice("Chart", kinds, kinds[0][0], () => layout());
+  const play = make("button", { type: "button", class: "play", onclick: () => toggle() }, "Play");
+  const button = (text, onclick, label = null) => make("button", { type: "button", "aria-label": label, onclick }, text);
+  const step = (text, label, by) => button(text, () => seek(state.t + by), label);
+  const range = { type: "range", min: data.start, max: data.end, step: "any", value: data.start, "aria-label": "Time" };
+  const slider = make("input", { ...range, oninput: () => seek(Number(slider.value)) });
+  const clock = make("output", { class: "clock" });
+  const about = `Top view of ${count} robot${count > 1 ? "s" : ""}, their paths and messages; the table has the numbers`;
+  const scene = make("canvas", { role: "img", "aria-label": about });
+  const plot = make("canvas", { role: "img", "aria-label": "Chart over time; click to go to a time" });
+  const note = make("p", { class: "note" }), keys = make("p", { class: "note keys" }), summary = make("p", { class: "summary" });
+  const heads = ["robot", "x [m]", "y [m]", "ψ [rad]", "v [m/s]", "ω [rad/s]"];
+  heads.push(...(data.channels.progress ? ["progress"] : []), "state", ...(data.hears === null ? [] : ["hears"]));
+  const worded = (head) => (["robot", "state", "hears"].includes(head) ? "words" : null);
+  const swatch = (i) => make("canvas", { class: "swatch", width: 44, height: 24, "aria-hidden": "true", "data-line": i });
+  const box = (i) => {
+    const tick = { type: "checkbox", checked: true, "aria-label": `show robot ${i + 1}` };
+    const input = make("input", { ...tick, onchange: () => show(i, input.checked) });
+    return make("label", { class: "robot" }, input, swatch(i), `${i + 1}`);
+  };
+  const row = (i) => {
+    const first = make("th", { scope: "row" }, ...(i === null ? [] : [box(i)]));
+    const cells = heads.slice(1).map((head) => make("td", { "data-label": head, class: worded(head) }));
+    const onclick = (event) => { if (i !== null && !event.target.closest("label")) pick(i); };
+    return make("tr", { onclick }, first, ...cells);
+  };
+  const rows = few ? Array.from({ length: count }, (_, i) => row(i)) : [row(null)];
+  const titles = heads.map((head) => make("th", { scope: "col", class: worded(head) }, head));
+  const table = make("table", {}, make("thead", {}, make("tr", {}, ...titles)), make("tbody", {}, ...rows));
+  const side = [make("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": "Readout" }, table)];
+  let chosen = null, boxes = [];
+  if (!few) {
+    const numbered = Array.from({ length: count }, (_, i) => [String(i), String(i + 1)]);
+    const [label, select] = choice("Read out robot", numbered, "0", () => pick(Number(select.value)));
+    chosen = select;
+    boxes = numbered.map((_, i) => box(i));
+    const every = (on) => () => {
+      for (const each of boxes) each.firstChild.checked = on;
+      state.hidden = new Set(on ? [] : boxes.keys());
+      layout();
+    };
+    side.unshift(make("div", { class: "controls" }, label));
+    const both = make("div", { class: "controls" }, button("All", every(true)), button("None", every(false)));
+    const ticks = make("div", { class: "robots", tabindex: "0", role: "group", "aria-label": "Robots shown" }, ...boxes);
+    side.push(make("fieldset", {}, make("legend", {}, "Robots shown"), both, ticks));
+  }
+  const root = make("div", { class: "fp-root" },
+    make("div", { class: "fp-scene" }, make("div", { class: "fp-canvas" }, scene),
+      make("div", { class: "controls" }, play, step("−1 s", "back 1 s", -1), step("+1 s", "forward 1 s", 1), slider, clock),
+      make("div", { class: "controls" }, speedLabel, trailLabel, ...(data.hears === null ? [] : [linksLabel])), note),
+    make("div", { class: "fp-side" }, make("div", { class: "controls" }, chartLabel),
+      make("div", { class: "fp-canvas" }, plot), keys, summary, ...side));
+  el.querySelectorAll(".fp-waiting").forEach((node) => node.remove());
+  el.append(root);
+
+  // Looks that depend on the page: sizes, colours, and what does not change with time
+  let theme, view, span, still, chartStill, lines;
+  function layout() {
+    root.classList.toggle("wide", el.clientWidth >= 1040);
+    root.classList.toggle("narrow", el.clientWidth < 600);
+    const style = getComputedStyle(el), name = (v) => style.getPropertyValue(v).trim();
+    const colors = COLORS[dark.matches ? "dark" : "light"], color = (i) => colors[i % colors.length];
+    theme = { color, ink: name("--fp-ink"), quiet: name("--fp-quiet"), line: name("--fp-line"), paper: name("--fp-paper") };
+    root.querySelectorAll(".swatch").forEach((node) => drawSwatch(node));
+    layoutScene();
+    layoutChart();
+    draw();
+  }
+
+  function drawSwatch(node) {
+    const pen = node.getContext("2d"), i = Number(node.dataset.line);
+    pen.setTransform(2, 0, 0, 2, 0, 0);
+    pen.clearRect(0, 0, 22, 12);
+    pen.strokeStyle = theme.color(i);
+    pen.lineWidth = 2.5;
+    pen.setLineDash(dash(i));
+    pen.beginPath(); pen.moveTo(0, 6); pen.lineTo(22, 6); pen.stroke();
+  }
+
+  function layoutScene() {
+    const [left, right, bottom, top] = data.bounds, margin = 0.03 * Math.max(right - left, top - bottom) + 0.15;
+    const width = Math.max(160, scene.parentNode.clientWidth), inner = width - 56;
+    const wanted = (inner * (top - bottom + 2 * margin)) / (right - left + 2 * margin);
+    const size = sized(scene, Math.round(Math.min(Math.max(wanted, 150), Math.max(260, 0.8 * width), 620)) + 70);
+    const frame = { left: 44, right: size.width - 12, top: 30, bottom: size.height - 40 };
+    const across = frame.right - frame.left, down = frame.bottom - frame.top;
+    const scale = Math.min(across / (right - left + 2 * margin), down / (top - bottom + 2 * margin));
+    const cx = (left + right) / 2, cy = (bottom + top) / 2, mx = frame.left + across / 2, my = frame.top + down / 2;
+    const grown = Math.max(1, (few ? 18 : count > 60 ? 8 : 11) / (data.size[0] * scale));
+    view = { size, scale, grown, x: (v) => mx + scale * (v - cx), y: (v) => my - scale * (v - cy) };
+    still = make("canvas");
+    still.width = scene.width;
+    still.height = scene.height;
+    const pen = begin(still, size), most = Math.max(3, Math.round(across / 70));
+    const wide = across / scale / 2, high = down / scale / 2, rows = Math.max(2, (most * high) / wide);
+    const xs = ticks(cx - wide, cx + wide, most), ys = ticks(cy - high, cy + high, rows);
+    axes(pen, frame, view, theme, xs, ys, ["x [m]", "y [m]"]);
+    const nodes = data.channels.path_x.length / count;
+    pen.strokeStyle = theme.quiet;
+    pen.globalAlpha = few ? 0.9 : 0.5;
+    pen.lineWidth = few ? 1.2 : 0.7;
+    pen.setLineDash([5, 3]);
+    for (let i = 0; i < count; i++) {
+      if (!seen(i)) continue;
+      pen.beginPath();
+      line(pen, nodes, (k) => view.x(data.channels.path_x[i * nodes + k]), (k) => view.y(data.channels.path_y[i * nodes + k]));
+      pen.stroke();
+    }
+    const said = grown > 1.05 ? `robots drawn ${fixed(grown, 1)} times their size` : "robots to scale";
+    const parts = ["dashed: path", "+: target", said, "outline only: standing"];
+    const old = `dashed if older than ${fixed(data.stale_after, 2)} s`;
+    if (data.hears !== null) parts.push(`the half of a line at a robot: what it hears of the other, ${old}`);
+    if (data.faults.length) parts.push("hatched: at fault");
+    if (calm.matches) parts.push("reduced motion: twice a second");
+    note.textContent = `${parts.join(" · ")}. Keys: space, ←, →, with shift 10 s.`;
+  }
+
+  function layoutChart() {
+    lines = series(data, chart.value);
+    const size = sized(plot, root.classList.contains("wide") ? 250 : 200);
+    const frame = { left: 48, right: size.width - 16, top: 30, bottom: size.height - 40 };
+    let low = Infinity, high = -Infinity;
+    for (const { values } of lines.filter(({ who }) => who.every(seen))) {
+      for (const value of values) {
+        if (value < low) low = value;
+        if (value > high) high = value;
+      }
+    }
+    if (!(low <= high)) [low, high] = [0, 1];
+    const room = 0.05 * (high - low) || 0.05;
+    [low, high] = [low - room, high + room];
+    span = {
+      size, frame,
+      x: (t) => frame.left + ((frame.right - frame.left) * (t - data.start)) / (data.end - data.start),
+      y: (v) => frame.bottom - ((frame.bottom - frame.top) * (v - low)) / (high - low),
+      time: (px) => data.start + ((data.end - data.start) * (px - frame.left)) / (frame.right - frame.left),
+    };
+    chartStill = make("canvas");
+    chartStill.width = plot.width;
+    chartStill.height = plot.height;
+    const pen = begin(chartStill, size);
+    const xs = ticks(data.start, data.end, Math.max(3, Math.round(size.width / 80)));
+    axes(pen, frame, span, theme, xs, ticks(low, high, 4), ["time [s]", kinds.find(([value]) => value === chart.value)[1]]);
+    const shown = data.faults.filter(([robot]) => seen(robot));
+    let taken = [];
+    for (const [robot, kind, from, to] of shown) {
+      const left = Math.max(frame.left, span.x(from)), right = Math.min(frame.right, span.x(to));
+      if (right <= left) continue;
+      pen.save();
+      pen.beginPath(); pen.rect(left, frame.top, right - left, frame.bottom - frame.top); pen.clip();
+      pen.globalAlpha = 0.09;
+      pen.fillStyle = theme.ink;
+      pen.fillRect(left, frame.top, right - left, frame.bottom - frame.top);
+      pen.globalAlpha = 0.2;
+      pen.strokeStyle = theme.ink;
+      hatch(pen, left, frame.top, right - left, frame.bottom - frame.top, 9, kind);
+      pen.restore();
+      const text = `${robot + 1}: ${words[kind]}`, wide = pen.measureText(text).width + 6;
+      const level = [0, 1, 2].find((n) => !taken.some(([a, b, m]) => m === n && left < b && left + wide > a));
+      if (level !== undefined) {
+        taken.push([left, left + wide, level]);
+        const at = Math.min(left, frame.right - wide);
+        pen.fillStyle = theme.paper;
+        pen.fillRect(at, frame.top + 16 * level, wide, 16);
+        pen.fillStyle = theme.ink;
+        pen.textAlign = "left";
+        pen.textBaseline = "middle";
+        pen.fillText(text, at + 3, frame.top + 8 + 16 * level);
+      }
+    }
+    pen.lineWidth = few ? 1.6 : 0.7;
+    pen.globalAlpha = few ? 1 : 0.6;
+    const paired = lines[0]?.who.length === 2;
+    lines.forEach(({ who, values }, n) => {
+      if (!who.every(seen)) return;
+      const look = paired ? n + PAIRS : who[0];
+      pen.strokeStyle = theme.color(look);
+      pen.setLineDash(few ? dash(look) : []);
+      pen.beginPath();
+      line(pen, data.frames, (k) => span.x(data.time[k]), (k) => span.y(values[k]));
+      pen.stroke();
+    });
+    keys.replaceChildren(...(paired ? lines.map(({ name }, n) => make("span", {}, swatch(n + PAIRS), name)) : []));
+    keys.querySelectorAll(".swatch").forEach((node) => drawSwatch(node));
+  }
+
+  // One frame
+  function draw() {
+    const { t } = state, place = data.locate(t), ages = data.stale(t);
+    drawScene(t, place, ages);
+    drawChart(t, place);
+    slider.value = t;
+    const text = `${fixed(t, 2)} s`;
+    slider.setAttribute("aria-valuetext", `${text} of ${fixed(data.end, 0)} s`);
+    clock.textContent = `${text} / ${fixed(data.end, 0)} s`;
+    readOut(t, place, ages);
+  }
+
+  function drawScene(t, place, ages) {
+    const pen = begin(scene, view.size), { x, y, x_target: xt, y_target: yt } = data.channels, { frames } = data;
+    pen.drawImage(still, 0, 0, view.size.width, view.size.height);
+    const from = data.locate(t - Number(trail.value)).k;
+    const where = Array.from({ length: count }, (_, i) => [view.x(data.at("x", i, place)), view.y(data.at("y", i, place))]);
+    const marked = state.over >= 0 ? state.over : state.picked;
+    pen.lineWidth = few ? 1.8 : 0.9;
+    if (trail.value !== "0") {
+      for (let i = 0; i < count; i++) {
+        if (!seen(i)) continue;
+        pen.strokeStyle = theme.color(i);
+        pen.beginPath();
+        line(pen, place.k + 1 - from, (k) => view.x(x[i * frames + from + k]), (k) => view.y(y[i * frames + from + k]));
+        pen.lineTo(...where[i]);
+        pen.stroke();
+      }
+    }
+    drawLinks(pen, where, ages, marked);
+    const arm = few ? 5 : 2.5;
+    pen.lineWidth = few ? 1.8 : 1;
+    for (let i = 0; i < count; i++) {
+      if (!seen(i)) continue;
+      const px = view.x(data.at("x_target", i, place)), py = view.y(data.at("y_target", i, place));
+      pen.strokeStyle = theme.color(i);
+      pen.beginPath();
+      pen.moveTo(px - arm, py); pen.lineTo(px + arm, py); pen.moveTo(px, py - arm); pen.lineTo(px, py + arm);
+      pen.stroke();
+    }
+    for (let i = 0; i < count; i++) if (seen(i)) drawRobot(pen, i, where[i], t, place, i === marked);
+  }
+
+  function drawLinks(pen, where, ages, marked) {
+    if (links.value === "none") return;
+    const halves = { fresh: [], stale: [] };
+    for (const [i, j] of data.links) {
+      if (!seen(i) || !seen(j)) continue;
+      const age = ages.get(i * count + j), mine = i === marked || j === marked;
+      if (age === Infinity || (links.value === "mine" && !mine) || (links.value === "stale" && age === undefined)) continue;
+      halves[age === undefined ? "fresh" : "stale"].push([i, j, age]);
+    }
+    pen.strokeStyle = theme.ink;
+    pen.lineWidth = few ? 1 : 0.8;
+    pen.globalAlpha = few ? 0.5 : 0.25;
+    const half = (i, j) => {
+      pen.moveTo(...where[i]);
+      pen.lineTo((where[i][0] + where[j][0]) / 2, (where[i][1] + where[j][1]) / 2);
+    };
+    pen.beginPath();
+    for (const [i, j] of halves.fresh) half(i, j);
+    pen.stroke();
+    pen.setLineDash([3, 4]);
+    const strong = halves.stale.length > 100 ? 0.3 : few ? 0.8 : 0.6; // many lines must not hide the robots
+    for (const [i, j, age] of halves.stale) {
+      pen.globalAlpha = strong * Math.max(0.5, Math.exp(-(age - data.stale_after) / 8));
+      pen.beginPath(); half(i, j); pen.stroke();
+    }
+    pen.globalAlpha = 1;
+    pen.setLineDash([]);
+  }
+
+  function drawRobot(pen, i, [px, py], t, place, marked) {
+    const long = data.size[0] * view.scale * view.grown, across = data.size[1] * view.scale * view.grown;
+    const kind = data.fault(i, t), stopped = data.stopped(i, t), color = theme.color(i);
+    const stands = Math.abs(data.at("v", i, place)) < STANDS && Math.abs(data.at("w", i, place)) < 10 * STANDS;
+    pen.save();
+    pen.translate(px, py);
+    pen.save();
+    pen.rotate(-data.at("heading", i, place));
+    pen.beginPath(); pen.rect(-long / 2, -across / 2, long, across);
+    pen.fillStyle = stands || stopped || kind ? theme.paper : color;
+    pen.strokeStyle = color;
+    pen.lineWidth = few ? 2 : 1.2;
+    pen.fill();
+    pen.stroke();
+    if (kind) {
+      pen.save();
+      pen.clip();
+      pen.lineWidth = 1.2;
+      hatch(pen, -long / 2, -across / 2, long, across, Math.max(3, long / 5), kind);
+      pen.restore();
+    }
+    pen.beginPath();
+    for (const [ahead, aside] of [[0.44, 0], [-0.3, 0.24], [-0.3, -0.24]]) pen.lineTo(ahead * long, aside * across);
+    pen.fillStyle = kind ? theme.ink : stands || stopped ? color : theme.paper;
+    pen.fill();
+    pen.restore();
+    const ring = Math.hypot(long, across) / 2 + 3;
+    pen.strokeStyle = theme.ink;
+    pen.lineWidth = 1.4;
+    if (marked) { pen.beginPath(); pen.arc(0, 0, ring + 1, 0, 7); pen.stroke(); }
+    if (stopped) {
+      pen.beginPath();
+      for (const sign of [1, -1]) { pen.moveTo(-ring, -sign * ring); pen.lineTo(ring, sign * ring); }
+      pen.stroke();
+    }
+    const trouble = stopped ? "stopped" : kind ? words[kind] : "";
+    if (few || marked || trouble) {
+      const text = `${i + 1}${trouble ? `: ${trouble}` : ""}`;
+      pen.font = "600 12px system-ui, 'DejaVu Sans', sans-serif";
+      const wide = pen.measureText(text).width, side = px + ring + wide + 4 > view.size.width ? -ring - wide - 2 : ring - 1;
+      pen.textBaseline = "bottom";
+      pen.lineWidth = 3;
+      pen.lineJoin = "round";
+      pen.strokeStyle = theme.paper;
+      pen.strokeText(text, side, -ring / 2);
+      pen.fillStyle = theme.ink;
+      pen.fillText(text, side, -ring / 2);
+    }
+    pen.restore();
+  }
+
+  function drawChart(t, place) {
+    const pen = begin(plot, span.size), { frame } = span;
+    pen.drawImage(chartStill, 0, 0, span.size.width, span.size.height);
+    pen.strokeStyle = theme.ink;
+    pen.lineWidth = 1.5;
+    pen.beginPath(); pen.moveTo(span.x(t), frame.top); pen.lineTo(span.x(t), frame.bottom); pen.stroke();
+    const paired = lines[0]?.who.length === 2, marked = state.over >= 0 ? state.over : state.picked;
+    lines.forEach(({ who, values }, n) => {
+      if (!who.every(seen) || (!few && who[0] !== marked)) return;
+      const a = values[place.k], b = values[Math.min(place.k + 1, data.frames - 1)], value = a + place.share * (b - a);
+      pen.fillStyle = theme.color(paired ? n + PAIRS : who[0]);
+      pen.beginPath(); pen.arc(span.x(t), span.y(value), 3.5, 0, 7); pen.fill();
+    });
+  }
+
+  function readOut(t, place, ages) {
+    const put = (cell, text) => { if (cell.textContent !== text) cell.textContent = text; };
+    const condition = (i) => {
+      if (data.stopped(i, t)) return "stopped";
+      const kind = data.fault(i, t);
+      if (kind) return words[kind];
+      return Math.abs(data.at("v", i, place)) < STANDS && Math.abs(data.at("w", i, place)) < 10 * STANDS ? "standing" : "driving";
+    };
+    const heard = (i) => {
+      const mine = data.links.filter(([to]) => to === i);
+      const old = mine.filter(([, from]) => ages.has(i * count + from)).map(([, from]) => [from, ages.get(i * count + from)]);
+      if (!mine.length) return "nobody";
+      if (!old.length) return `${mine.length > 4 ? `all ${mine.length}` : mine.map(([, from]) => from + 1).join(", ")}: fresh`;
+      const since = (age) => (age === Infinity ? "never yet" : `${fixed(age, 1)} s old`);
+      const listed = old.slice(0, 4).map(([from, age]) => `${from + 1}: ${since(age)}`).join(", ");
+      if (old.length > 4) return `${listed}, … (${old.length} of ${mine.length} stale)`;
+      return listed + (old.length < mine.length ? ", others fresh" : "");
+    };
+    rows.forEach((row, n) => {
+      const i = few ? n : state.picked;
+      const values = ["x", "y", "heading", "v", "w"].map((channel) => fixed(data.at(channel, i, place), 2));
+      if (data.channels.progress) values.push(fixed(data.at("progress", i, place), 3));
+      values.push(condition(i));
+      if (data.hears !== null) values.push(heard(i));
+      if (!few) put(row.firstChild, `${i + 1}`);
+      values.forEach((text, column) => put(row.children[column + 1], text));
+      row.classList.toggle("picked", few && i === state.picked);
+      row.classList.toggle("hidden", !seen(i));
+    });
+    const faulty = Array.from({ length: count }, (_, i) => i).filter((i) => data.fault(i, t) || data.stopped(i, t));
+    const said = [`t = ${fixed(t, 2)} s`];
+    if (data.channels.progress) {
+      const known = Array.from({ length: count }, (_, i) => data.at("progress", i, place)).filter(Number.isFinite);
+      if (known.length) said.push(`progress ${fixed(Math.min(...known), 3)} to ${fixed(Math.max(...known), 3)}`);
+    }
+    const named = faulty.slice(0, 6).map((i) => `robot ${i + 1}: ${condition(i)}`);
+    said.push(faulty.length ? named.join(", ") + (faulty.length > 6 ? ", …" : "") : "no faults");
+    if (ages.size) said.push(`${ages.size} of ${data.links.length} links stale`);
+    put(summary, said.join(" · "));
+  }
+
+  // Time
+  let request = 0;
+  function seek(t) {
+    state.t = Math.min(data.end, Math.max(data.start, t));
+    draw();
+  }
+  function toggle(on = !state.playing) {
+    state.playing = on;
+    state.before = null;
+    play.textContent = on ? "Pause" : "Play";
+    cancelAnimationFrame(request);
+    if (!on) return;
+    if (state.t >= data.end) seek(data.start);
+    request = requestAnimationFrame(advance);
+  }
+  function advance(now) {
+    state.before ??= now;
+    // Whoever asked for less motion gets two pictures a second; a page that was hidden does not jump.
+    if (!calm.matches || now - state.before >= 500) {
+      seek(state.t + (Math.min(now - state.before, calm.matches ? 600 : 250) / 1000) * Number(speed.value));
+      state.before = now;
+    }
+    if (state.t >= data.end) toggle(false);
+    else request = requestAnimationFrame(advance);
+  }
+
+  // Hands
+  function show(i, on) {
+    if (on) state.hidden.delete(i);
+    else state.hidden.add(i);
+    layout();
+  }
+  function pick(i) {
+    state.picked = few && state.picked === i ? -1 : i;
+    if (chosen) chosen.value = String(i);
+    draw();
+  }
+  function nearest(event) {
+    const area = scene.getBoundingClientRect(), place = data.locate(state.t);
+    let best = -1, least = 24;
+    for (let i = 0; i < count; i++) {
+      if (!seen(i)) continue;
+      const dx = view.x(data.at("x", i, place)) + area.left - event.clientX;
+      const gap = Math.hypot(dx, view.y(data.at("y", i, place)) + area.top - event.clientY);
+      if (gap < least) [best, least] = [i, gap];
+    }
+    return best;
+  }
+  const hover = (i) => {
+    if (i === state.over) return;
+    state.over = i;
+    draw();
+  };
+  scene.addEventListener("pointermove", (event) => hover(nearest(event)));
+  scene.addEventListener("pointerleave", () => hover(-1));
+  scene.addEventListener("click", (event) => { const i = nearest(event); if (i >= 0) pick(i); });
+  const scrub = (event) => seek(span.time(event.clientX - plot.getBoundingClientRect().left));
+  plot.addEventListener("pointerdown", (event) => { plot.setPointerCapture(event.pointerId); scrub(event); });
+  plot.addEventListener("pointermove", (event) => { if (event.buttons & 1) scrub(event); });
+  const hands = model.get("page") ? document : root;
+  const onKey = (event) => {
+    const on = event.target, type = on.tagName;
+    if (event.ctrlKey || event.metaKey || event.altKey || type === "SELECT") return;
+    const by = event.shiftKey ? 10 : 1;
+    const times = { ArrowLeft: state.t - by, ArrowRight: state.t + by, Home: data.start, End: data.end };
+    const act = event.key === " " ? () => toggle() : event.key in times ? () => seek(times[event.key]) : null;
+    // Space presses a button and ticks a box by itself; a scrolling table has its own arrows.
+    if (!act || (event.key === " " && (type === "BUTTON" || on.type === "checkbox"))) return;
+    event.preventDefault();
+    act();
+  };
+  hands.addEventListener("keydown", onKey);
+  const observer = new ResizeObserver(() => { if (el.clientWidth !== seenWidth) { seenWidth = el.clientWidth; layout(); } });
+  let seenWidth = el.clientWidth;
+  observer.observe(el);
+  dark.addEventListener("change", layout);
+  calm.addEventListener("change", layout);
+  layout();
+  return () => {
+    toggle(false);
+    observer.disconnect();
+    hands.removeEventListener("keydown", onKey);
+    dark.removeEventListener("change", layout);
+    calm.removeEventListener("change", layout);
+    root.remove();
+  };
+}
+
+export default { render };

@@ -1,0 +1,157 @@
+"""A player of a run for a browser: one HTML file without a library, or a part of a page.
+
+The picture, the controls and the chart are ``player.js`` with the looks of ``player.css``; here the run is packed for
+them: at most 20 frames a second and about 100,000 poses, every channel as 16-bit numbers of its own range.
+"""
+
+import base64
+import html
+import json
+from importlib import resources
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fuzzy.atomic import replacing
+from robotics.playback.replay import Replay, replay, span
+from robotics.robot import Robot
+from robotics.run import Run
+
+RATE = 20.0  # frames a second, at most
+_POSES = 100_000  # frames × robots, at most
+_NODES = 30_000  # points of all paths, at most
+_UNKNOWN = -32768
+_STEPS = 65_000  # of a channel's range
+
+
+def player_data(
+    run: Run,
+    seed: int | None = None,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    stale: float | None = None,
+) -> dict[str, Any]:
+    """What the player shows of ``seed`` (the first by default) from ``start`` to ``end`` [s], in JSON's types.
+
+    A message older than ``stale`` [s] counts as stale (by default as
+    :func:`robotics.playback.replay.replay` says). This is the value "run" of the widget's model in ``player.js``.
+    Raises ReplayError.
+    """
+    begin, until = span(run, start, end)
+    shown = np.flatnonzero((run.time >= begin - 1e-9) & (run.time <= until + 1e-9))
+    robots, period = run.samples.shape[3], float(run.time[1] - run.time[0])
+    step = max(1, ceil(1 / (RATE * period) - 1e-9), ceil(len(shown) * robots / _POSES))
+    # The last sample is kept although it may come sooner after the one before.
+    chosen = np.unique(np.append(shown[::step], shown[-1]))
+    film = replay(run, run.time[chosen], seed, stale)
+    names = ("x", "y", "heading", "v", "w", "x_target", "y_target")
+    channels = {name: _packed(getattr(film, name)) for name in names}
+    if film.progress is not None:
+        channels["progress"] = _packed(film.progress)
+    paths = _thinned(film)
+    channels |= {"path_x": _packed(paths[:, 0]), "path_y": _packed(paths[:, 1])}
+    machine = Robot()
+    return {
+        "format": 1,
+        "title": film.title,
+        "seed": film.seed,
+        "robots": robots,
+        "size": [machine.length, machine.width],  # m; a run does not say how large its robots are
+        "time": _coded(film.time.astype("<f4")),
+        "channels": channels,
+        "bounds": [round(value, 4) for value in film.bounds],
+        "faults": [[f.robot, f.kind, round(f.start, 3), round(f.end, 3)] for f in film.faults],
+        "stops": [float(t) if np.isfinite(t) else None for t in film.stops],
+        "hears": None if film.hears is None else _coded(np.packbits(film.hears.ravel(), bitorder="little")),
+        "stale": _coded(np.stack(film.stale, axis=1).astype("<f4")),
+        "stale_after": film.stale_after,
+    }
+
+
+def player_fragment(run: Run, seed: int | None = None, **options: Any) -> str:
+    """A part of an HTML page that plays ``seed`` of ``run``; the page needs :func:`player_script` once, at its end.
+
+    ``options`` are those of :func:`player_data`. Raises ReplayError.
+    """
+    return _fragment(player_data(run, seed, **options), "")
+
+
+def player_script() -> str:
+    """What makes every :func:`player_fragment` of a page a player: once a page, after the fragments."""
+    folder = resources.files("robotics") / "playback"
+    code, looks = ((folder / name).read_text(encoding="utf-8") for name in ("player.js", "player.css"))
+    return f"""<script type="module">
+{code}
+document.head.append(Object.assign(document.createElement("style"), {{ textContent: {_script_json(looks)} }}));
+for (const el of document.querySelectorAll("[data-fleet-player]")) {{
+  const given = JSON.parse(el.querySelector('script[type="application/json"]').textContent);
+  render({{ model: {{ get: (name) => given[name] }}, el }});
+}}
+</script>"""
+
+
+def write_player(
+    run: Run,
+    path: str | Path,
+    seed: int | None = None,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    speed: float = 1.0,
+    stale: float | None = None,
+) -> None:
+    """Write a page that plays ``seed`` of ``run``, at ``speed`` times real time until one chooses another.
+
+    The other options are those of :func:`player_data`. The page is one file that asks for nothing else; it appears
+    whole or not at all. Raises ReplayError, OSError.
+    """
+    from jinja2 import Environment, StrictUndefined
+    from markupsafe import Markup
+
+    data = player_data(run, seed, start=start, end=end, stale=stale)
+    template = (resources.files("robotics") / "playback" / "player.html.j2").read_text(encoding="utf-8")
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    page = environment.from_string(template).render(
+        title=data["title"],
+        fragment=Markup(_fragment(data, "page", page=True, speed=speed)),
+        script=Markup(player_script()),
+    )
+    with replacing(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+
+
+def _fragment(data: dict[str, Any], mark: str, **model: Any) -> str:
+    name = html.escape(f"Player: {data['title']}")
+    return (
+        f'<div class="fleet-player" data-fleet-player="{mark}" role="group" aria-label="{name}">\n'
+        f'<p class="fp-waiting">{name}. It needs a browser that runs JavaScript.</p>\n'
+        f'<script type="application/json">{_script_json({"run": data, **model})}</script>\n</div>'
+    )
+
+
+def _script_json(value: Any) -> str:
+    """JSON that may stand in a script element: nothing in it can end the element."""
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _coded(array: np.ndarray) -> str:
+    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
+
+
+def _packed(values: np.ndarray) -> dict[str, Any]:
+    """``values`` as little-endian 16-bit numbers n: value = offset + scale n; -32768 stands for not-a-number."""
+    known = np.isfinite(values)
+    low, high = (float(values[known].min()), float(values[known].max())) if known.any() else (0.0, 0.0)
+    scale, offset = (high - low) / _STEPS or 1.0, (low + high) / 2
+    whole = np.where(known, np.rint((np.where(known, values, offset) - offset) / scale), _UNKNOWN)
+    return {"offset": offset, "scale": scale, "data": _coded(whole.astype("<i2"))}
+
+
+def _thinned(film: Replay) -> np.ndarray:
+    """The paths (robots, 2, points) with equally many points each."""
+    most = int(np.clip(_NODES // len(film.paths), 40, 400))
+    count = min(most, max(nodes.shape[1] for nodes in film.paths))
+    return np.stack([nodes[:, np.linspace(0, nodes.shape[1] - 1, count).round().astype(int)] for nodes in film.paths])

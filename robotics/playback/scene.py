@@ -1,0 +1,269 @@
+"""The moving picture of a run, frame by frame: the scene from above, and under it a chart with a moving cursor."""
+
+from dataclasses import dataclass
+from math import hypot
+from typing import Any
+
+import numpy as np
+from matplotlib import patheffects, rc_context
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
+
+from fuzzy.drawing import COLORS, DOUBLE, LINES, figure_of, new_figure, text_width
+from robotics.figures.drawing import TARGET, draw_line, strided
+from robotics.playback.replay import KINDS, Replay
+from robotics.robot import Robot
+
+FEW = 8  # robots that are drawn boldly, with their numbers
+WORDS = {"failure": "failure", "delay": "delay", "silence": "silent", "stall": "stalled"}
+HATCHES = {"failure": "xxxx", "delay": "////", "silence": "----", "stall": "||||"}
+_MANY_LINKS = 400  # from here on only stale messages are drawn
+_STANDS = 0.005  # m/s and, tenfold, rad/s
+_LEFT, _RIGHT, _TITLE, _CHART, _GAP, _NOTE = 0.55, 0.15, 0.3, 1.25, 0.5, 0.4  # inches
+_OUTLINE = [patheffects.withStroke(linewidth=2.5, foreground="white")]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A figure of a replay, and what moves in it."""
+
+    figure: Figure
+    film: Replay
+    enlarged: float  # how many times their size the robots are drawn
+    size: tuple[float, float]  # m, as drawn
+    bodies: PolyCollection
+    marks: PolyCollection  # which way they head
+    hatched: dict[str, PolyCollection]  # by kind of fault
+    trails: LineCollection
+    targets: PathCollection
+    fresh: LineCollection
+    old: LineCollection
+    stops: Line2D
+    labels: list[Text]  # numbers of the robots, if few; else those at fault
+    clock: Text
+    cursor: Line2D
+
+
+def set_scene(film: Replay, speed: float, dpi: float) -> Scene:
+    """The figure before its first frame; ``speed`` (times real time) is said in it. Use it within the project's style.
+
+    Robots are drawn to scale, or enlarged where they would be too small to see; the note under the scene says which.
+    What does not move is a picture in the background, made for ``dpi``: a frame is drawn several times faster.
+    """
+    scene = _whole_scene(film, speed, dpi)
+    moving = {id(artist) for artist in _moving(scene)}
+    still = [a for a in _leaves(scene.figure) if a.get_visible() and id(a) not in moving]
+    for artist in _moving(scene):
+        artist.set_visible(False)
+    canvas = FigureCanvasAgg(scene.figure)
+    before, scene.figure.dpi = scene.figure.dpi, dpi
+    canvas.draw()
+    background = np.asarray(canvas.buffer_rgba())[::-1].copy()
+    scene.figure.dpi = before
+    for artist in still:
+        artist.set_visible(False)
+    for artist in _moving(scene):
+        artist.set_visible(True)
+    scene.figure.add_artist(_Backdrop(background))
+    return scene
+
+
+class _Backdrop(Artist):
+    """Pixels behind everything, as they are: figimage would resample them for every frame."""
+
+    def __init__(self, pixels: np.ndarray) -> None:
+        super().__init__()
+        self.pixels = pixels  # (rows, columns, 4), the lowest row first
+        self.set_zorder(-10)
+
+    def draw(self, renderer: Any) -> None:
+        """Put the pixels into the lower left corner."""
+        renderer.draw_image(renderer.new_gc(), 0, 0, self.pixels)
+
+
+def _moving(scene: Scene) -> list[Artist]:
+    fixed = (scene.bodies, scene.marks, scene.trails, scene.targets, scene.fresh, scene.old, scene.stops, scene.clock)
+    return [*fixed, scene.cursor, *scene.hatched.values(), *scene.labels]
+
+
+def _leaves(figure: Figure) -> list[Artist]:
+    """All that a figure with two axes draws, but for the figure and the axes themselves."""
+    inside = [artist for ax in figure.axes for artist in ax.get_children()]
+    return [*inside, figure.patch, *figure.texts]
+
+
+def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
+    left, right, bottom, top = film.bounds
+    margin = 0.03 * max(right - left, top - bottom) + 0.15
+    wide = DOUBLE - _LEFT - _RIGHT
+    high = float(np.clip(wide * (top - bottom + 2 * margin) / (right - left + 2 * margin), 1.6, 5.2))
+    scale = min(wide / (right - left + 2 * margin), high / (top - bottom + 2 * margin))  # inches a metre
+    height = _TITLE + high + _GAP + _NOTE + _CHART + _GAP
+    # A video has an even number of pixels each way.
+    figure = new_figure(2 * round(DOUBLE * dpi / 2) / dpi, 2 * round(height * dpi / 2) / dpi, constrained=False)
+    ax = figure.add_axes((_LEFT / DOUBLE, 1 - (_TITLE + high) / height, wide / DOUBLE, high / height))
+    x, y = (left + right) / 2, (bottom + top) / 2
+    ax.set(xlim=(x - wide / scale / 2, x + wide / scale / 2), ylim=(y - high / scale / 2, y + high / scale / 2))
+    ax.set(xlabel="x [m]", ylabel="y [m]")
+    chart = figure.add_axes((_LEFT / DOUBLE, _GAP / height, wide / DOUBLE, _CHART / height))
+    robots, few = len(film.x), len(film.x) <= FEW
+    machine = Robot()
+    least = 0.16 if few else 0.09 if robots <= 60 else 0.07  # inches
+    enlarged = max(1.0, least / (machine.length * scale))
+    colors = [COLORS[i % len(COLORS)] for i in range(robots)]
+    for nodes in film.paths:
+        quiet = TARGET if few else TARGET | {"linewidth": 0.5, "alpha": 0.5}
+        ax.plot(*strided(*nodes), **quiet, zorder=1)  # type: ignore[arg-type]
+    _draw_chart(chart, film, colors)
+    figure.text(_LEFT / DOUBLE, 1 - 0.2 / height, film.title, parse_math=False, fontsize=9)
+    note = _note(film, enlarged, speed)
+    figure.text(_LEFT / DOUBLE, (_GAP + _CHART + 0.13) / height, note, fontsize=6.5, color="0.35")
+    thin = 1.2 if few else 0.7
+    collections = (
+        PolyCollection([], edgecolors=colors, linewidths=thin, zorder=5),
+        PolyCollection([], linewidths=0, zorder=7),
+        {kind: PolyCollection([], facecolors="none", hatch=HATCHES[kind], zorder=6) for kind in KINDS.values()},
+        LineCollection([], colors=colors, linewidths=thin, zorder=2),
+    )
+    bodies, marks, hatched, trails = collections
+    fresh = LineCollection([], colors="black", linewidths=0.6, alpha=0.5 if few else 0.25, zorder=3)
+    old = LineCollection([], colors="black", linewidths=0.8, linestyles=[(0, (3, 3))], zorder=3)
+    for collection in (bodies, marks, *hatched.values(), trails, fresh, old):
+        ax.add_collection(collection, autolim=False)
+    aims = np.zeros(robots)
+    targets = ax.scatter(aims, aims, marker="+", s=30 if few else 8, c=colors, linewidths=thin, zorder=4)
+    (stops,) = ax.plot([], [], "x", color="black", markersize=10, markeredgewidth=1.5, zorder=8)
+    style: dict[str, Any] = {"fontsize": 7, "fontweight": "bold", "path_effects": _OUTLINE, "zorder": 9}
+    labels = [ax.text(0, 0, "", **style, clip_on=True) for _ in range(robots)]
+    clock = figure.text(1 - _RIGHT / DOUBLE, 1 - 0.2 / height, "", ha="right", fontsize=9, fontfamily="monospace")
+    cursor = chart.axvline(film.time[0], color="black", linewidth=1.0)
+    size = (machine.length * enlarged, machine.width * enlarged)
+    return Scene(
+        figure, film, enlarged, size, bodies, marks, hatched, trails, targets, fresh, old, stops, labels, clock, cursor
+    )
+
+
+def show_frame(scene: Scene, time: float) -> None:
+    """Move everything in the figure to ``time`` [s]."""
+    film, now = scene.film, scene.film.at(time)
+    few, x, y, heading = len(film.x) <= FEW, now.x, now.y, now.heading
+    kinds = [film.kind_at(i, time) for i in range(len(x))]
+    stopped = film.stops <= time
+    still = (np.abs(now.v) < _STANDS) & (np.abs(now.w) < 10 * _STANDS)
+    hollow = still | stopped | np.array([bool(kind) for kind in kinds])
+    colors = np.array([COLORS[i % len(COLORS)] for i in range(len(x))])
+    long, across = scene.size
+    body = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * (long, across)
+    arrow = np.array([[0.44, 0.0], [-0.3, 0.24], [-0.3, -0.24]]) * (long, across)
+    outlines, arrows = _placed(body, x, y, heading), _placed(arrow, x, y, heading)
+    scene.bodies.set_verts(list(outlines))
+    scene.bodies.set_facecolor(list(np.where(hollow, "white", colors)))
+    scene.marks.set_verts(list(arrows))
+    at_fault = np.array([bool(kind) for kind in kinds])
+    scene.marks.set_facecolor(list(np.where(at_fault, "black", np.where(hollow, colors, "white"))))
+    for kind, collection in scene.hatched.items():
+        collection.set_verts([outlines[i] for i, name in enumerate(kinds) if name == kind])
+    places = np.stack([x, y], axis=-1)
+    begin = 0 if len(x) <= 20 else int(np.searchsorted(film.time, time - 10))  # of many robots the last 10 s
+    end = int(np.searchsorted(film.time, time, side="right"))
+    driven = np.stack([film.x, film.y], axis=-1)[:, begin:end]
+    scene.trails.set_segments(list(np.concatenate([driven, places[:, None]], axis=1)))
+    scene.targets.set_offsets(np.stack([now.x_target, now.y_target], axis=-1))
+    _show_links(scene, time, places)
+    scene.stops.set_data(x[stopped], y[stopped])
+    shift = hypot(long, across) / 2
+    for i, (label, kind) in enumerate(zip(scene.labels, kinds, strict=True)):
+        trouble = "stopped" if stopped[i] else WORDS.get(kind, "")
+        label.set_text(f"{i + 1}: {trouble}" if trouble else f"{i + 1}" if few else "")
+        label.set_position((x[i] + 0.8 * shift, y[i] + 0.8 * shift))
+    scene.clock.set_text(f"t = {time:6.2f} s")
+    scene.cursor.set_xdata([time, time])
+
+
+def _placed(shape: np.ndarray, x: np.ndarray, y: np.ndarray, heading: np.ndarray) -> np.ndarray:
+    """``shape`` (points, 2) turned and moved to every robot: (robots, points, 2)."""
+    cos, sin = np.cos(heading), np.sin(heading)
+    turn = np.stack([np.stack([cos, -sin], axis=-1), np.stack([sin, cos], axis=-1)], axis=-2)
+    return np.asarray(np.einsum("rij,pj->rpi", turn, shape) + np.stack([x, y], axis=-1)[:, None])
+
+
+def _show_links(scene: Scene, time: float, places: np.ndarray) -> None:
+    """The half of each line that is at a robot tells how fresh what it hears of the other is."""
+    film = scene.film
+    if film.hears is None:
+        return
+    receivers, senders, ages = film.stale.at(time)
+    receivers, senders = receivers.astype(int), senders.astype(int)
+    young = film.hears.copy()
+    young[receivers, senders] = False
+    heard = np.isfinite(ages)
+    old = _halves(places, receivers[heard], senders[heard])
+    scene.old.set_segments(list(old))
+    # They fade with age; and many lines must not hide the robots.
+    fading = np.maximum(0.5, np.exp(-(ages[heard] - film.stale_after) / 8))
+    colors = np.zeros((len(old), 4))
+    colors[:, 3] = (0.3 if len(old) > 100 else 0.8) * fading
+    scene.old.set_color(list(colors))
+    many = int(film.hears.sum()) > _MANY_LINKS
+    scene.fresh.set_segments([] if many else list(_halves(places, *np.nonzero(young))))
+
+
+def _halves(places: np.ndarray, receivers: np.ndarray, senders: np.ndarray) -> np.ndarray:
+    """From every receiver half the way to the sender: (links, 2, 2)."""
+    return np.stack([places[receivers], (places[receivers] + places[senders]) / 2], axis=1)
+
+
+def _draw_chart(ax: Axes, film: Replay, colors: list[str]) -> None:
+    """Progress over time, or without such a thing the distance to the target; faults shaded and named."""
+    few = len(film.x) <= FEW
+    values = film.progress
+    if values is None:
+        values = np.hypot(film.x_target - film.x, film.y_target - film.y)
+    for i, row in enumerate(values):
+        row = np.where(film.time > film.stops[i], np.nan, row)
+        line = LINES[i % len(LINES)] if few else "-"
+        look = {"linewidth": 1.1, "alpha": 1.0} if few else {"linewidth": 0.5, "alpha": 0.6}
+        draw_line(ax, film.time, row, color=colors[i], linestyle=line, label=f"{i + 1}", **look)
+    ax.set(xlim=(film.time[0], film.time[-1]), xlabel="time [s]")
+    ax.set_ylabel("progress s" if film.progress is not None else "to the target [m]")
+    shade_faults(ax, film.faults, film.time[0], film.time[-1])
+    if few:
+        ax.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncol=FEW, handlelength=2.2)
+
+
+def shade_faults(ax: Axes, faults: Any, start: float, end: float, named: bool = True) -> None:
+    """Grey, hatched by kind, while a robot is at fault from ``start`` to ``end`` [s]; its number and fault in words."""
+    taken: list[tuple[float, int]] = []
+    shown = [f for f in faults if f.start < end and f.end > start]
+    wide = float(figure_of(ax).get_figwidth() * ax.get_position().width)  # inches
+    for f in sorted(shown, key=lambda f: f.start):
+        a, b = max(f.start, start), min(f.end, end)
+        with rc_context({"hatch.color": "0.75"}):
+            ax.axvspan(a, b, facecolor=(0, 0, 0, 0.07), hatch=HATCHES[f.kind][:2], linewidth=0, zorder=0)
+        if not named:
+            continue
+        text = f"{f.robot + 1}: {WORDS[f.kind]}"
+        busy = {level for until, level in taken if until > a}
+        level = next(n for n in range(len(shown)) if n not in busy)
+        taken.append((a + (text_width(text, 6.5) + 0.08) / wide * (end - start), level))
+        if level < 4:
+            box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.8}
+            place = (a, 0.97 - 0.13 * level)
+            ax.text(*place, text, transform=ax.get_xaxis_transform(), va="top", fontsize=6.5, bbox=box, zorder=6)
+
+
+def _note(film: Replay, enlarged: float, speed: float) -> str:
+    size = f"robots drawn {enlarged:.1f} times their size" if enlarged > 1.05 else "robots to scale"
+    parts = [f"{speed:g} times real time", "dashed: path", "+: target", size, "outline only: standing"]
+    if film.faults:
+        parts.append("hatched: at fault")
+    if film.hears is None:
+        return "; ".join(parts)
+    many = "only the latter drawn" if int(film.hears.sum()) > _MANY_LINKS else ""
+    links = f"half a line at a robot: what it hears of the other, dashed if older than {film.stale_after:g} s"
+    return "; ".join(parts) + "\n" + "; ".join(filter(None, [links, many]))

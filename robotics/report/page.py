@@ -1,0 +1,302 @@
+"""The report of a comparison: figures, tables and verdicts in one HTML file that needs nothing else.
+
+The file is the same, byte for byte, whenever the same comparison is reported by the same versions.
+"""
+
+import base64
+import io
+import platform
+import re
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from importlib import metadata, resources
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from jinja2 import Environment, StrictUndefined
+from matplotlib.figure import Figure
+
+from fuzzy.atomic import replacing
+from fuzzy.drawing import style
+from robotics.comparison import Comparison, label, terms
+from robotics.figures.drawing import looks, seeds_as_text
+from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
+from robotics.figures.saving import plot_comparison, plot_errors, plot_paths, plot_velocities
+from robotics.playback.player import player_script
+from robotics.report.chapter import Chapter, Picture
+from robotics.report.claims import Claim, Verdict
+from robotics.report.summarytable import SummaryTable, summary_table
+from robotics.robot import Robot
+from robotics.scenario import Member, Scenario
+
+SYMBOLS: dict[Verdict, str] = {"holds": "✔", "holds in part": "◐", "does not hold": "✘"}
+_DPI = 200
+_PER_ROBOT = 4  # robots of a scenario that get their own pictures of errors and speeds
+
+
+class _Section(NamedTuple):
+    """One scenario's part of the report."""
+
+    scenario: Scenario
+    place: str  # its name as an anchor and in file names
+    facts: list[tuple[str, str]]
+    table: SummaryTable
+    divergences: list[str]
+    pictures: list[Picture]
+
+
+def write_report(
+    comparison: Comparison,
+    claims: Sequence[Claim],
+    folder: str | Path,
+    *,
+    chapters: Sequence[Chapter] = (),
+    command: str | None = None,
+    advance: Callable[[], None] | None = None,
+) -> Path:
+    """Write ``folder``/report.html and ``folder``/figures/*.png; the path of the former comes back.
+
+    Without claims their section is left out; the claims of ``chapters`` join them. ``command`` is the command line
+    that made the comparison; ``advance``
+    is called after every figure, :func:`figure_count` times. Every file appears whole or not at all. Raises OSError.
+    """
+    folder = Path(folder)
+    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    sections = [_section(comparison, scenario) for scenario in comparison.scenarios]
+    laws = _law_pictures()
+    images: dict[str, str] = {}
+    claims = [*claims, *(claim for chapter in chapters for claim in chapter.claims)]
+    own = [picture for section in sections for picture in section.pictures]
+    for picture in [*own, *(picture for chapter in chapters for picture in chapter.pictures), *laws]:
+        data = _png(picture.draw())
+        with replacing(folder / "figures" / f"{picture.name}.png") as path:
+            path.write_bytes(data)
+        images[picture.name] = base64.b64encode(data).decode("ascii")
+        if advance is not None:
+            advance()
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    template = environment.from_string(
+        (resources.files("robotics") / "report" / "report.html.j2").read_text(encoding="utf-8"),
+    )
+    page = template.render(
+        comparison=comparison,
+        claims=claims,
+        symbols=SYMBOLS,
+        counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in SYMBOLS},
+        terms=terms(comparison).to_dict(orient="records"),
+        changed={name: name.partition(":")[2] for name in comparison.controllers},
+        seeds=seeds_as_text(comparison.seeds),
+        first_seed=comparison.seeds[0],
+        sections=sections,
+        chapters=chapters,
+        laws=laws,
+        images=images,
+        films={film.caption: film.make() for chapter in chapters for film in chapter.films},
+        script=player_script(),
+        command=command,
+        program=_program(comparison),
+        versions=_versions(),
+    )
+    with replacing(folder / "report.html") as path:
+        path.write_text(page, encoding="utf-8")
+    return folder / "report.html"
+
+
+def figure_count(comparison: Comparison, chapters: Sequence[Chapter] = ()) -> int:
+    """How many figures :func:`write_report` draws."""
+    drawn = sum(len(_pictures(comparison, s)) for s in comparison.scenarios) + len(_law_pictures())
+    return drawn + sum(len(chapter.pictures) for chapter in chapters)
+
+
+def _png(figure: Figure) -> bytes:
+    buffer = io.BytesIO()
+    with style(), warnings.catch_warnings():
+        # A name that a user gave in letters which the font lacks is drawn with boxes; that is no error.
+        warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
+        figure.savefig(buffer, format="png", dpi=_DPI, metadata={"Software": None})
+    return buffer.getvalue()
+
+
+# What is drawn -------------------------------------------------------------------------------------------------
+
+
+def _section(comparison: Comparison, scenario: Scenario) -> _Section:
+    runs = [comparison.runs[scenario.name, name] for name in comparison.controllers]
+    return _Section(
+        scenario,
+        _slug(comparison, scenario),
+        _facts(scenario),
+        summary_table(comparison, scenario.name),
+        [line for run in runs for line in run.divergences()],
+        _pictures(comparison, scenario),
+    )
+
+
+def _slug(comparison: Comparison, scenario: Scenario) -> str:
+    """A scenario's name with nothing in it that a file name or an anchor cannot have; no two are the same."""
+    slugs = [re.sub(r"[^A-Za-z0-9_-]+", "-", s.name).strip("-").lower() for s in comparison.scenarios]
+    place = [s.name for s in comparison.scenarios].index(scenario.name)
+    return slugs[place] if slugs[place] and slugs.count(slugs[place]) == 1 else f"{slugs[place]}-{place + 1}".strip("-")
+
+
+def _pictures(comparison: Comparison, scenario: Scenario) -> list[Picture]:
+    name, slug, seed = scenario.name, _slug(comparison, scenario), comparison.seeds[0]
+    looked = looks(comparison.controllers)
+    runs = [comparison.runs[name, specification] for specification in comparison.controllers]
+    who = ", ".join(label(specification) for specification in comparison.controllers)
+    several = len(scenario.robots) > 1
+    pictures = [
+        Picture(
+            f"{slug}-metrics",
+            f"Figures of merit on {name}: a dot for each of the {len(comparison.seeds)} seeds, and the mean with its "
+            "95 % interval. Smaller is better everywhere.",
+            f"Strip charts of six figures of merit on {name} for {who}; the table above has the same numbers.",
+            lambda: plot_comparison(comparison, name, looks=looked),
+        ),
+        Picture(
+            f"{slug}-paths",
+            f"Driven paths on {name}, seed {seed}, and where they lie furthest apart in the second half, magnified.",
+            f"Top view of the reference and of the paths that {who} drove on {name}, with a magnified detail.",
+            lambda: plot_paths(runs, looks=looked),
+        ),
+    ]
+    for i, member in enumerate(scenario.robots[:_PER_ROBOT]):
+        suffix, of = (f"-robot-{i + 1}", f", robot {i + 1}") if several else ("", "")
+        pictures += [
+            Picture(
+                f"{slug}-errors{suffix}",
+                f"Tracking errors on {name}{of}, seed {seed}: the true posture against the reference at the same time, "
+                "in the robot's frame (5.9).",
+                f"Errors in x, y and heading over time of {who} on {name}{of}.",
+                lambda i=i: plot_errors(runs, robot=i, looks=looked),  # type: ignore[misc]
+            ),
+            Picture(
+                f"{slug}-speeds{suffix}",
+                f"Speeds on {name}{of}, seed {seed}, with the reference's.",
+                f"Linear and angular speed over time of {who} on {name}{of}, one row a controller.",
+                lambda i=i, m=member: plot_velocities(runs, robot=i, machine=m.robot, looks=looked),  # type: ignore[misc]
+            ),
+        ]
+    return pictures
+
+
+def _law_pictures() -> list[Picture]:
+    return [
+        Picture(
+            "law-switching",
+            "The push K/Q(S) sign S of the sliding modes over S, with α = 3 s/m (thesis Fig 2.3). Left: the same K; "
+            "right: other K beside the conventional law with the thesis's K = 1. At equal K the exponential law "
+            "never pushes less than the conventional one.",
+            "Curves of the exponential reaching law for several K and μ₀, with steps for the conventional law.",
+            plot_switching,
+        ),
+        Picture(
+            "law-memberships",
+            "Membership functions of the distance to the target and of its bearing α (thesis Fig 2.19). The thesis's "
+            "figure is missing: the shapes are choices.",
+            "Five overlapping membership functions each of distance and of α.",
+            plot_tracking_memberships,
+        ),
+        Picture(
+            "law-velocities",
+            "Above: v over the distance and ω over α (thesis Fig 2.20). Below: what x_err does to them; where the "
+            "target lies behind (x_err < 0) rule 11 stops a robot that faces along its path.",
+            "Two curves of the fuzzy controller's speeds, and two contour pictures over x_err.",
+            plot_tracking_velocities,
+        ),
+        Picture(
+            "law-lateral",
+            "Membership functions of y_err and the turn λ over y_err (thesis Figs 2.23 and 2.24). The presets steer "
+            "by the bearing and do not use λ.",
+            "Five membership functions of y_err, and λ as a rising curve over y_err.",
+            plot_lateral,
+        ),
+    ]
+
+
+# What is said --------------------------------------------------------------------------------------------------
+
+
+def _facts(scenario: Scenario) -> list[tuple[str, str]]:
+    """A scenario's conditions, in words."""
+    sensing = scenario.sensing
+    noise = _spread(sensing.position_noise, sensing.heading_noise)
+    start = _spread(sensing.start_position, sensing.start_heading)
+    measured = "the true one" if sensing.posture == "pose" else "from the wheel encoders alone"
+    facts = [("posture", measured + (f" with white noise, standard deviations {noise}" if noise else ""))]
+    if start:
+        facts.append(("true start", f"off by standard deviations {start} over the seeds"))
+    if not noise and not start:
+        facts.append(("noise", "none: every seed gives the same run"))
+    facts += [
+        ("time", f"{scenario.duration:g} s; a command every {1000 * scenario.period:g} ms"),
+        ("latency", f"{1000 * scenario.latency:g} ms from decision to effect"),
+        ("plant", scenario.plant),
+        ("stopped at", f"more than {scenario.divergence:g} m from the reference"),
+    ]
+    for i, member in enumerate(scenario.robots, start=1):
+        facts.append((f"robot {i}" if len(scenario.robots) > 1 else "robot", _member(member)))
+    return facts
+
+
+def _spread(position: float, heading: float) -> str:
+    """Standard deviations [m], [rad] in words; "" if both are 0."""
+    return f"{1000 * position:g} mm in x and y, {1000 * heading:g} mrad" if position or heading else ""
+
+
+def _member(member: Member) -> str:
+    start = ", ".join(f"{v:g}" for v in member.start)
+    timing = ", ".join(f"{name} {value}" for name, value in _set(member.timing))
+    shape = ", ".join(f"{name} {value}" for name, value in _set(member.path))
+    robot = ", ".join(f"{name} {value}" for name, value in _set(member.robot))
+    text = f"starts at [{start}] (m, m, rad); {type(member.path).__name__.lower()}: {shape}; timing: {timing}"
+    return text + (f"; robot differs from the standard one: {robot}" if robot else "; standard robot")
+
+
+def _set(instance: Any) -> list[tuple[str, str]]:
+    """The fields of a dataclass with their units, less what is not there; of a robot, what is not standard."""
+    result = []
+    for f in fields(instance):
+        value = getattr(instance, f.name)
+        if not f.init or value is None or (value == f.default and (isinstance(instance, Robot) or value == 0)):
+            continue
+        if isinstance(value, float):
+            unit = f.metadata.get("unit", "")
+            result.append((f.name, f"{value:.5g}" + (f" {unit}" if unit not in ("", "1") else "")))
+        elif isinstance(value, tuple):
+            pair = len(value) == 2 and not isinstance(value[0], tuple)
+            result.append((f.name, f"({value[0]:g}, {value[1]:g}) m" if pair else f"({len(value)} points)"))
+        else:
+            result.append((f.name, str(value)))
+    return result
+
+
+def _program(comparison: Comparison) -> str:
+    """Python that makes the same comparison."""
+    seeds = comparison.seeds
+    row = tuple(range(seeds[0], seeds[0] + len(seeds)))
+    if seeds == row:
+        chosen = f"range({len(seeds)})" if seeds[0] == 0 else f"range({seeds[0]}, {seeds[-1] + 1})"
+    else:
+        chosen = repr(list(seeds))
+    names = ", ".join(f'"{s.name}"' for s in comparison.scenarios)
+    laws = ", ".join(f'"{c}"' for c in comparison.controllers)
+    return (
+        "from robotics.comparison import compare\n"
+        "from robotics.report.page import write_report\n"
+        "from robotics.scenario import load_scenario\n\n"
+        f"scenarios = [load_scenario(name) for name in [{names}]]\n"
+        f"comparison = compare(scenarios, [{laws}], {chosen})\n"
+        'write_report(comparison, [], "out")\n'
+    )
+
+
+def _versions() -> list[tuple[str, str]]:
+    try:
+        own = metadata.version("fuzzyfleet")
+    except metadata.PackageNotFoundError:
+        own = "not installed"
+    libraries = [(name, metadata.version(name)) for name in ("numba", "scipy", "pandas", "matplotlib")]
+    return [("fuzzyfleet", own), ("Python", platform.python_version()), ("NumPy", np.__version__), *libraries]

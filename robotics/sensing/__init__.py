@@ -1,0 +1,1 @@
+"""How a robot knows where it is, and what is around it."""

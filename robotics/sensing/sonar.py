@@ -1,0 +1,284 @@
+"""Range sensors: sonars and lidars, their noise, what they miss, and what they overhear.
+
+A sensor sends a cone of rays (one for a beam of a lidar) and reads the shortest echo. Nothing seen reads infinite, as
+in REP 117; what is nearer than the minimum range reads the minimum. The noise is normal, with the standard deviation
+√(noise² + (relative_noise · distance)²), and never takes a reading out of the range. Between its updates a sensor
+keeps its reading.
+
+An echo is lost beyond the incidence angle, where a smooth surface reflects the sound away; a sharp corner that points
+at the sensor has no other surface, so that corners below 2 (90° − incidence) are not seen head-on. At random an echo
+is lost with the probability ``dropout``, and another robot's ping is heard with the probability ``crosstalk`` if it
+arrives straight on: half its way reads as a distance.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import gcd, pi
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from fuzzy.errors import InputError
+from robotics.environment.collision import as_poses, for_runs
+from robotics.environment.world import Geometry
+from robotics.quantity import check_quantities, quantity
+from robotics.sensing.raycasting import (
+    COS_AXIS,
+    COS_HALF,
+    COS_INCIDENCE,
+    CROSSTALK,
+    DROPOUT,
+    MINIMUM,
+    MOUNT_X,
+    MOUNT_Y,
+    NOISE,
+    RANGE,
+    RELATIVE,
+    SENSOR_ROWS,
+    SIN_AXIS,
+    SIN_HALF,
+    cast,
+    overhear,
+)
+
+SONAR_STREAM = 5  # of a seed's random streams, beside those of robotics.radio
+_DRAWS = 4096  # random numbers of one kind that a run draws at a time: bounds memory, and does not depend on the runs
+_NORMAL, _LOST, _TALK = 1, 2, 3  # kinds of random numbers, each from a generator of its own
+
+
+class SonarError(InputError):
+    """A range sensor that cannot be. The message names the field, its value and what is accepted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RangeSensor:
+    """One sensor of a robot, in the robot's frame: x forward, y left, from the axle midpoint."""
+
+    x: float = quantity(0.0, "m", least=-10, most=10)  # where it is mounted
+    y: float = quantity(0.0, "m", least=-10, most=10)
+    axis: float = quantity(0.0, "rad", least=-2 * pi, most=2 * pi)  # where it looks, from straight ahead to the left
+    half_cone: float = quantity(0.0, "rad", least=0, most=pi)
+    rays: int = 1  # spread evenly over the cone, its edges included; a single one on the axis
+    range: float = quantity(2.0, "m", above=0, most=1000)
+    minimum: float = quantity(0.0, "m", least=0, most=1000)
+    period: float = quantity(0.05, "s", above=0, most=60)  # from update to update
+    noise: float = quantity(0.0, "m", least=0, most=10)  # standard deviation
+    relative_noise: float = quantity(0.0, "1", least=0, most=1)  # of the distance
+    incidence: float = quantity(pi / 2, "rad", above=0, most=pi / 2)  # from the surface's normal; beyond: no echo
+    dropout: float = quantity(0.0, "1", least=0, most=1)  # of echoes, independently
+    crosstalk: float = quantity(0.0, "1", least=0, most=1)  # that a robot straight on pings meanwhile
+
+    def __post_init__(self) -> None:
+        check_quantities(self, SonarError)
+        if isinstance(self.rays, bool) or not isinstance(self.rays, int) or not 1 <= self.rays <= 10_000:
+            raise _about("rays", f"rays must be a whole number >= 1 and <= 10000, got {self.rays!r}")
+        if self.rays == 1 and self.half_cone > 0:
+            raise _about("rays", f"rays must be >= 2 to fill a half_cone of {self.half_cone:g} rad, got 1")
+        if self.minimum >= self.range:
+            raise _about("minimum", f"minimum must be < range, {self.range:g} m; got {self.minimum:g}")
+
+
+def _about(name: str, message: str) -> SonarError:
+    problem = SonarError(message)
+    problem.field = name  # type: ignore[attr-defined]
+    return problem
+
+
+def _sonar(x: float, y: float, axis: float, half_cone: float, reach: float) -> RangeSensor:
+    # Noise, minimum and incidence are typical of 40 kHz transducers and of surfaces that are not quite smooth.
+    return RangeSensor(
+        x=x, y=y, axis=axis, half_cone=half_cone, rays=7, range=reach, minimum=0.03,
+        noise=0.005, relative_noise=0.01, incidence=pi / 3,
+    )  # fmt: skip
+
+
+# Two sonars on the nose and one on each side (thesis 6.2); the thesis says neither where nor what they can do.
+SONAR = (
+    _sonar(0.115, 0.06, pi / 9, 37 * pi / 180, 2.0),
+    _sonar(0.115, -0.06, -pi / 9, 37 * pi / 180, 2.0),
+    _sonar(0.0, 0.10, pi / 2, pi / 12, 1.2),
+    _sonar(0.0, -0.10, -pi / 2, pi / 12, 1.2),
+)
+FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT = range(4)  # of SONAR
+
+
+def lidar(beams: int = 121, span: float = 4 * pi / 3, reach: float = 4.0) -> tuple[RangeSensor, ...]:
+    """A scanner above the axle: ``beams`` from right to left over ``span`` [rad], up to ``reach`` [m].
+
+    Ten scans a second, with 1 cm + 1 % of noise: a small scanner such as the Hokuyo URG-04LX. Raises SonarError.
+    """
+    if isinstance(beams, bool) or not isinstance(beams, int) or not 2 <= beams <= 10_000:
+        raise _about("beams", f"beams must be a whole number >= 2 and <= 10000, got {beams!r}")
+    axes = np.linspace(-span / 2, span / 2, beams).tolist()
+    return tuple(
+        RangeSensor(axis=a, range=reach, minimum=0.02, period=0.1, noise=0.01, relative_noise=0.01) for a in axes
+    )
+
+
+LIDAR = lidar()
+PRESETS: dict[str, tuple[RangeSensor, ...]] = {"sonar": SONAR, "lidar": LIDAR}
+
+
+class Echoes(NamedTuple):
+    """What the sensors remember."""
+
+    readings: np.ndarray  # (runs, robots, sensors) m
+    block: int  # which block of random numbers the draws are; -1: none yet
+    draws: tuple[np.ndarray | None, ...]  # normal, lost, talk: (updates, runs, robots, sensors)
+
+
+@dataclass(frozen=True)
+class SensorArray:
+    """The same sensors on every robot of a simulation; their state is an :class:`Echoes`."""
+
+    table: np.ndarray = field(repr=False)  # (SENSOR_ROWS, sensors)
+    rays: np.ndarray = field(repr=False)  # (2, rays of all): directions in the robot's frame
+    first_ray: np.ndarray = field(repr=False)  # (sensors + 1,)
+    every: np.ndarray  # (sensors,) control periods from update to update
+    seeds: tuple[int, ...] = field(repr=False)
+    stride: int  # control periods from any update to the next
+
+    @classmethod
+    def opened(cls, sensors: Sequence[RangeSensor], seeds: Sequence[int], tick: float) -> "SensorArray":
+        """``sensors`` in the runs of ``seeds``, for control periods of ``tick`` [s]. Raises SonarError."""
+        if not sensors:
+            raise SonarError("at least one range sensor is needed")
+        every = np.array([max(1, round(sensor.period / tick)) for sensor in sensors])
+        for sensor, periods in zip(sensors, every, strict=True):
+            if abs(sensor.period - periods * tick) > 1e-9:
+                raise _about("period", f"period must be a multiple of {tick:g} s, got {sensor.period:g}")
+        angles = [sensor.axis + np.linspace(-1, 1, sensor.rays) * sensor.half_cone for sensor in sensors]
+        angles = [a if len(a) > 1 else np.array([sensor.axis]) for a, sensor in zip(angles, sensors, strict=True)]
+        joined = np.concatenate(angles)
+        return cls(
+            np.stack([_column(sensor) for sensor in sensors], axis=1),
+            np.stack([np.cos(joined), np.sin(joined)]),
+            np.concatenate([[0], np.cumsum([len(a) for a in angles])]),
+            every,
+            tuple(seeds),
+            gcd(*every.tolist()),
+        )
+
+    def init(self, robots: int) -> Echoes:
+        """Nothing seen yet."""
+        return Echoes(np.full((len(self.seeds), robots, len(self.every)), np.inf), -1, (None, None, None))
+
+    def echoes(
+        self, x: np.ndarray, y: np.ndarray, heading: np.ndarray, sizes: np.ndarray, geometry: Geometry
+    ) -> np.ndarray:
+        """The exact distances that all sensors would read now [m] (runs, robots, sensors): no noise, no minimum.
+
+        ``x``, ``y`` [m] and ``heading`` [rad] are (runs, robots), ``sizes`` and ``geometry`` as of
+        :mod:`robotics.environment.collision`.
+        """
+        return self._cast(np.ones(len(self.every), dtype=bool), x, y, heading, sizes, geometry)
+
+    def sense(
+        self,
+        state: Echoes,
+        k: int,
+        x: np.ndarray,
+        y: np.ndarray,
+        heading: np.ndarray,
+        sizes: np.ndarray,
+        geometry: Geometry,
+    ) -> tuple[np.ndarray, Echoes]:
+        """The readings [m] (runs, robots, sensors) in control period ``k``; infinite: nothing seen.
+
+        The rest as of :meth:`echoes`. A period's noise depends on the seed and ``k`` alone.
+        """
+        due = k % self.every == 0
+        if not due.any():
+            return state.readings, state
+        exact = self._cast(due, x, y, heading, sizes, geometry)
+        update = k // self.stride
+        length = max(1, _DRAWS // state.readings[0].size)
+        if update // length != state.block:
+            state = state._replace(block=update // length, draws=self._drawn(update // length, length, x.shape[1]))
+        normal, lost, talk = (None if d is None else d[update % length] for d in state.draws)
+        if talk is not None:
+            x, y, heading = as_poses(x, y, heading)
+            overhear(exact, x, y, heading, sizes, *geometry, self.table, due, talk < self.table[CROSSTALK])
+        none = np.empty((0, 0, 0))
+        readings = _read(
+            exact, state.readings, due, self.table, none if normal is None else normal, none if lost is None else lost
+        )
+        return readings, state._replace(readings=readings)
+
+    def _cast(
+        self,
+        due: np.ndarray,
+        x: np.ndarray,
+        y: np.ndarray,
+        heading: np.ndarray,
+        sizes: np.ndarray,
+        geometry: Geometry,
+    ) -> np.ndarray:
+        x, y, heading = as_poses(x, y, heading)
+        sensors = (self.table, self.rays, self.first_ray, due)
+        return np.asarray(cast(x, y, heading, sizes, *for_runs(geometry, len(x)), *sensors))
+
+    def _drawn(self, block: int, length: int, robots: int) -> tuple[np.ndarray | None, ...]:
+        """A block of random numbers of each kind that is needed; each run draws from its own generators."""
+        shape = (length, robots, len(self.every))
+        wanted = {
+            _NORMAL: self.table[[NOISE, RELATIVE]].any(),
+            _LOST: self.table[DROPOUT].any(),
+            _TALK: self.table[CROSSTALK].any() and robots > 1,
+        }
+        blocks: list[np.ndarray | None] = []
+        for kind, needed in wanted.items():
+            if not needed:
+                blocks.append(None)
+                continue
+            draws, rows = np.empty((length, len(self.seeds), *shape[1:])), np.empty(shape)
+            for r, seed in enumerate(self.seeds):
+                generator = np.random.default_rng([seed, SONAR_STREAM, kind, block])
+                if kind == _NORMAL:
+                    generator.standard_normal(out=rows)
+                else:
+                    generator.random(out=rows)
+                draws[:, r] = rows
+            blocks.append(draws)
+        return tuple(blocks)
+
+
+def _column(sensor: RangeSensor) -> np.ndarray:
+    rows = {
+        MOUNT_X: sensor.x,
+        MOUNT_Y: sensor.y,
+        COS_AXIS: np.cos(sensor.axis),
+        SIN_AXIS: np.sin(sensor.axis),
+        COS_HALF: np.cos(sensor.half_cone),
+        SIN_HALF: np.sin(sensor.half_cone),
+        RANGE: sensor.range,
+        COS_INCIDENCE: np.cos(sensor.incidence) if sensor.incidence < pi / 2 else 0.0,
+        MINIMUM: sensor.minimum,
+        NOISE: sensor.noise,
+        RELATIVE: sensor.relative_noise,
+        DROPOUT: sensor.dropout,
+        CROSSTALK: sensor.crosstalk,
+    }
+    return np.array([rows[i] for i in range(SENSOR_ROWS)])
+
+
+@njit(cache=True, error_model="numpy")
+def _read(exact, held, due, table, normal, lost):  # type: ignore[no-untyped-def]
+    """The readings of all sensors: those due anew, with noise and losses, the others as they are ``held``."""
+    out = np.empty_like(exact)
+    for r in range(exact.shape[0]):
+        for i in range(exact.shape[1]):
+            for q in range(exact.shape[2]):
+                if not due[q]:
+                    out[r, i, q] = held[r, i, q]
+                    continue
+                d = exact[r, i, q]
+                if d < np.inf and lost.size and lost[r, i, q] < table[DROPOUT, q]:
+                    d = np.inf
+                if d < np.inf:
+                    if normal.size:
+                        d += np.sqrt(table[NOISE, q] ** 2 + (table[RELATIVE, q] * d) ** 2) * normal[r, i, q]
+                    d = min(max(d, table[MINIMUM, q]), table[RANGE, q])
+                out[r, i, q] = d
+    return out

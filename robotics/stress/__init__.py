@@ -1,0 +1,1 @@
+"""Thousands of random scenarios, and what went wrong in which."""

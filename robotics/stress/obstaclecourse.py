@@ -1,0 +1,161 @@
+"""Obstacle courses: one robot or a team on lanes through random fields of obstacles, or into U-shaped traps.
+
+Lanes are 7 m of quintics, side by side; a field's obstacles lie along them, class A with gaps a robot fits through,
+class B overlapping; kind "U" has a trap across the first lane. Judged as crossings are, and against the obstacles.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from robotics import plant as p
+from robotics.controller import Controller
+from robotics.ensemble import Ensemble, EvenTiming, join_tables, quintic_table, table_length
+from robotics.environment.collision import footprints, obstacle_clearance, robot_contacts
+from robotics.environment.obstaclefields import GAP, random_field, random_trap
+from robotics.environment.world import World, WorldError, compile_worlds
+from robotics.events import FOLLOW
+from robotics.path import Path, Quintic, X, Y
+from robotics.radio import Radio
+from robotics.scenario import Member, Scenario, Sensing
+from robotics.simulation import drive
+from robotics.stress.outcome import ARRIVED, NEAREST, Outcome
+from robotics.trajectory import Timing
+
+COURSE_STREAM = 7  # of a seed's random streams: see robotics.radio
+Kind = Literal["A", "B", "U"]
+LENGTH = 7.0  # m, along x
+APART = 1.5  # m between the starts of lanes
+BEND = {1: 1.5, 3: 0.4}  # m: a lane ends up to so far beside where it starts
+SPEED = 0.22  # m/s: mean speed on the longest lane
+LONGEST = 8.0  # times the nominal duration: the end of a run
+
+
+def obstacle_ensemble(
+    seeds: Sequence[int], kind: Kind = "A", robots: int = 1, *, radio: Radio | None = None
+) -> Ensemble:
+    """A course for every seed. A seed's course is the same whatever the other seeds are."""
+    drawn = [random_course(np.random.default_rng([seed, COURSE_STREAM]), kind, robots) for seed in seeds]
+    tables = [course[0] for course in drawn]
+    paths = join_tables(tables)
+    durations = paths.lengths.max(axis=1) / SPEED
+    starts = np.array([[(t[X, 0], t[Y, 0], t[2, 0]) for t in row] for row in tables])
+    shared = Member(
+        start=(0.0, 0.0, 0.0),
+        path=Quintic(start=(0.0, 0.0), end=(5.0, 0.0)),
+        timing=Timing(duration=float(np.ceil(durations.max()))),
+    )
+    scenario = Scenario(
+        name=f"obstacles-{robots}-{kind}",
+        robots=(shared,) * robots,
+        duration=float(np.ceil(LONGEST * durations.max())),
+        kind="team" if robots > 1 else "tracking",
+        sensing=Sensing(posture="pose", position_noise=0.003, heading_noise=0.003),
+        radio=radio or Radio(),
+    )
+    return Ensemble(scenario, starts, EvenTiming(paths, durations), compile_worlds([course[1] for course in drawn]))
+
+
+def random_course(rng: np.random.Generator, kind: Kind, robots: int) -> tuple[list[np.ndarray], World]:
+    """The tables of one course's lanes, and its obstacles."""
+    while True:
+        bend = BEND.get(robots, 0.4)
+        tables = []
+        for i in range(robots):
+            y = APART * ((robots - 1) / 2 - i)
+            end = y + rng.uniform(-bend, bend)
+            tables.append(quintic_table(Quintic(start=(0.0, y), end=(LENGTH, end))))
+        lanes = [Path(table_length(table), table) for table in tables]
+        try:
+            if kind == "U":
+                world = random_trap(rng, lanes[0])
+            else:
+                world = random_field(rng, lanes, gap=GAP if kind == "A" else None)
+        except WorldError:  # no place: another course
+            continue
+        return tables, world
+
+
+@dataclass(frozen=True, eq=False)
+class ObstacleOutcome(Outcome):
+    """Also what the obstacles did; ``collided`` says only if two robots touched."""
+
+    hit: np.ndarray  # (runs,) bool: a robot touched an obstacle
+    clearance: np.ndarray  # (runs,) m: the least distance of a robot's rectangle from an obstacle
+    trapped: np.ndarray  # (runs,) bool: a robot followed a wall
+
+    @property
+    def succeeded(self) -> np.ndarray:
+        """(runs,) bool: all arrived, and nothing touched."""
+        return np.asarray(self.arrived & ~self.collided & ~self.hit)
+
+    def summary(self) -> dict[str, Any]:
+        """The figures that ``robotics stress obstacles --json`` prints."""
+        figures = super().summary()
+        seeds = np.array(self.seeds)
+        figures["arrived"] = int(self.succeeded.sum())
+        figures["arrived_together"] = int((self.succeeded & (self.spread <= 1.0)).sum())
+        figures["contacts"] = int((self.collided | self.hit).sum())
+        figures["obstacle_contacts"] = int(self.hit.sum())
+        figures["min_clearance_m"] = float(self.clearance.min())
+        figures["followed_wall"] = int(self.trapped.sum())
+        if not np.isfinite(figures["min_distance_m"] or 0.0):
+            figures["min_distance_m"] = None  # of one robot there is none
+        figures["failed_seeds"]["obstacle"] = seeds[self.hit][:50].tolist()
+        return figures
+
+
+def stress_obstacles(
+    controller: Controller,
+    seeds: Sequence[int],
+    kind: Kind = "A",
+    robots: int = 1,
+    begin: Callable[[str, int], Callable[[], None]] | None = None,
+) -> ObstacleOutcome:
+    """``controller`` on a random course for every seed; ``begin`` starts the bars of a progress display."""
+    start = begin or (lambda text, total: lambda: None)
+    ensemble = obstacle_ensemble(seeds, kind, robots)
+    return run_course(ensemble, controller, seeds, start("simulating", ensemble.ticks + 1))
+
+
+def run_course(
+    ensemble: Ensemble,
+    controller: Controller,
+    seeds: Sequence[int],
+    advance: Callable[[], None] | None = None,
+) -> ObstacleOutcome:
+    """Drive until all have arrived or touched something in every run, or the time is up."""
+    runs, robots = len(seeds), len(ensemble.robots)
+    assert ensemble.world is not None
+    paths = ensemble.trajectory.joined
+    ends = paths.at(paths.lengths)
+    sizes = footprints([member.robot for member in ensemble.robots])
+    arrivals = np.full((runs, robots), np.inf)
+    collided, hit, trapped = (np.zeros(runs, dtype=bool) for _ in range(3))
+    nearest, clearance = np.full(runs, np.inf), np.full(runs, np.inf)
+    pairs = np.triu_indices(robots, 1)
+    for period in drive(ensemble, controller, seeds):
+        x, y, heading = period.state[[p.X, p.Y, p.HEADING]]
+        geometry = ensemble.world.at(period.time)
+        if robots > 1:
+            gaps = np.hypot(x[:, pairs[0]] - x[:, pairs[1]], y[:, pairs[0]] - y[:, pairs[1]]).min(axis=1)
+            nearest = np.minimum(nearest, gaps)
+            if (gaps < 2 * sizes[2].max()).any():
+                collided |= (robot_contacts(x, y, heading, sizes) >= 0).any(axis=1)
+        free = obstacle_clearance(x, y, heading, sizes, geometry).min(axis=1)
+        clearance = np.minimum(clearance, free)
+        hit |= free <= 0
+        if period.command.mode is not None:
+            trapped |= (period.command.mode & 3 == FOLLOW).any(axis=1)
+        there = np.hypot(x - ends.x, y - ends.y) < np.maximum(ARRIVED * paths.lengths, NEAREST)
+        arrivals = np.where(there & np.isinf(arrivals), period.time, arrivals)
+        if advance is not None:
+            advance()
+        if (np.isfinite(arrivals).all(axis=1) | hit | collided).all():
+            break
+    refused = np.zeros(runs, dtype=bool)
+    return ObstacleOutcome(
+        tuple(seeds), ensemble.trajectory.durations, arrivals, collided, refused, nearest, hit, clearance, trapped
+    )

@@ -1,0 +1,1 @@
+"""Sweeps: many scenarios on many workers, that survive being killed."""
