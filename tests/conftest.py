@@ -1,4 +1,12 @@
-"""The order of the files: long ones first, so that both workers have something to do until the end."""
+"""The order of the files: long ones first, so that both workers have something to do until the end.
+
+Two workers share two cores: threads of their own in every linear algebra call would only wait for each other.
+"""
+
+import os
+
+for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(name, "1")  # before anything imports numpy or torch; commands that are started inherit it
 
 # Files that take long although they hold few tests; the option --no-loadscope-reorder keeps this order.
 LONG = (

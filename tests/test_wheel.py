@@ -40,12 +40,13 @@ def python(tmp_path_factory):
 
 def test_the_installed_package_compares_from_any_folder(python, tmp_path):
     script = python.parent / "robotics"
-    command = [script, "compare", "fuzzy-off-path", "--controllers", "fuzzy,esm", "--seeds", "2", "--out", "here", "-q"]
-    clean = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+    command = [script, "compare", "fuzzy-on-path", "--controllers", "fuzzy,esm", "--seeds", "1", "--out", "here", "-q"]
+    # Interpreted: to compile everything once more, in a folder that is thrown away, takes longer than the comparison.
+    clean = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")} | {"NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run(command, cwd=tmp_path, env=clean, capture_output=True, text=True, timeout=240, check=False)
     assert done.returncode == 0, done.stderr
     lines = (tmp_path / "here" / "results.csv").read_text(encoding="utf-8").splitlines()
-    assert len(lines) == 1 + 2 * 2
+    assert len(lines) == 1 + 2
     assert "<html" in (tmp_path / "here" / "report.html").read_text(encoding="utf-8")
     where = subprocess.run(
         [python, "-c", "import robotics, fuzzy; print(robotics.__file__, fuzzy.__file__)"],

@@ -18,7 +18,7 @@ from robotics.learning.formationlearning import FormationLearningError, learn_ne
 from robotics.scenario import load_scenario
 from robotics.simulation import simulate
 
-SEEDS = range(10)
+SEEDS = range(3)
 
 
 def learnt(seed, method="hybrid"):
@@ -40,18 +40,14 @@ def folders(tmp_path_factory):
 
 @pytest.mark.parametrize(("experiment", "aligned_by"), [("formation-behind", 32.0), ("formation-ahead", 50.0)])
 def test_learnt_networks_drive_leader_and_followers(folders, experiment, aligned_by):
-    """Chapters 5-6, I: with own-pose correction, at least 9 of 10 training seeds."""
-    good = 0
-    for folder in folders.values():
+    """Chapters 5-6, I: with own-pose correction, of every training seed."""
+    for seed, folder in folders.items():
         m = driven(folder, experiment)
         lateral = m["max_lateral_error_m"][0]
-        good += bool(
-            m["alignment_time_s"][0, 0] <= aligned_by
-            and m["final_spread_m"][0, 0] <= 0.03
-            and lateral[0] <= 0.08
-            and lateral[1:].max() <= 0.02
-        )
-    assert good >= 9
+        assert m["alignment_time_s"][0, 0] <= aligned_by, seed
+        assert m["final_spread_m"][0, 0] <= 0.03, seed
+        assert lateral[0] <= 0.08, seed
+        assert lateral[1:].max() <= 0.02, seed
 
 
 def test_the_thesis_open_loop_followers_align_too_but_drift(folders):

@@ -306,7 +306,7 @@ def test_a_dask_cluster_gives_the_same_table(place, tmp_path, cluster):
 def test_what_a_worker_of_a_cluster_refuses_is_said(place, tmp_path, cluster):
     """As if the sweep had been planned with another numpy than the workers have."""
     script = (
-        "import sys\nfrom robotics import sweep\nfrom robotics.command import main\n"
+        "import sys\nfrom robotics.sweeping import sweep\nfrom robotics.command import main\n"
         "true = sweep.versions\nsweep.versions = lambda: true() | {'numpy': '1.0'}\n"
         f"sys.exit(main({command(place, tmp_path / 'out', '--dask', cluster)!r}))"
     )
