@@ -233,6 +233,12 @@ class Path:
         rows = _points(self.table, self.length, np.atleast_1d(s).ravel())
         return PathPoint(*(row.reshape(s.shape) for row in rows))
 
+    def beside(self, x: np.ndarray) -> PathPoint:
+        """The points that have these ``x`` [m] of any shape, or the nearer end; x must grow along the path."""
+        x = np.asarray(x, dtype=float)
+        rows = _points_beside(self.table, self.length, np.atleast_1d(x).ravel())
+        return PathPoint(*(row.reshape(x.shape) for row in rows))
+
     def abscissa(self, u: np.ndarray) -> np.ndarray:
         """The abscissae [m] of parameters ``u`` in [0, 1] of the shape, linear between nodes (to about 1e-5 m)."""
         nodes = np.linspace(0.0, self.length, self.table.shape[1])
@@ -318,4 +324,26 @@ def _points(table, length, s):  # type: ignore[no-untyped-def]
     out = np.empty((4, s.shape[0]))
     for i in range(s.shape[0]):
         out[0, i], out[1, i], out[2, i], out[3, i] = point(table, 0, table.shape[1] - 1, length, s[i])
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def _points_beside(table, length, x):  # type: ignore[no-untyped-def]
+    out = np.empty((4, x.shape[0]))
+    cells = table.shape[1] - 1
+    spacing = length / cells
+    for i in range(x.shape[0]):
+        low, high = 0, cells  # the cell with table[0, low] <= x < table[0, low + 1], or the first or last
+        while high - low > 1:
+            middle = (low + high) // 2
+            if table[0, middle] <= x[i]:
+                low = middle
+            else:
+                high = middle
+        share = low + (x[i] - table[0, low]) / (table[0, low + 1] - table[0, low])
+        s = min(max(share, 0.0), cells) * spacing
+        for _ in range(2):  # Newton: dx/ds = cos(heading)
+            there = point(table, 0, cells, length, s)
+            s = min(max(s + (x[i] - there[0]) / np.cos(there[2]), 0.0), length)
+        out[0, i], out[1, i], out[2, i], out[3, i] = point(table, 0, cells, length, s)
     return out

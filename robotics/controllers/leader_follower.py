@@ -35,7 +35,7 @@ from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 from robotics.controller import Command, ControllerError, Observation, wrapped
 from robotics.controllers.fuzzy_tracking import load_rule_base
-from robotics.path import Path, PathPoint, X
+from robotics.path import Path, X
 from robotics.plant import Level
 from robotics.quantity import check_quantities, quantity
 
@@ -61,23 +61,9 @@ class Memory(NamedTuple):
     over: np.ndarray  # (runs,) bool: has the leader reached the end of its path? Then all stand still.
 
 
-def beside(path: Path, x: np.ndarray) -> PathPoint:
-    """The point of ``path`` that has these ``x`` [m] of any shape; beyond an end it is that end.
-
-    x must grow along the path.
-    """
-    nodes = path.table[X]
-    k = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, len(nodes) - 2)
-    s = np.clip(k + (x - nodes[k]) / (nodes[k + 1] - nodes[k]), 0, len(nodes) - 1) * path.spacing
-    for _ in range(2):  # Newton: dx/ds = cos(heading)
-        point = path.at(s)
-        s = np.clip(s + (x - point.x) / np.cos(point.heading), 0.0, path.length)
-    return path.at(s)
-
-
 def correction(path: Path, x: Any, y: Any, heading: Any, v: Any, ky: float, kpsi: float) -> np.ndarray:
     """−K_y v e − K_ψ ψ [rad/s] for robots at these poses, driving at ``v`` [m/s] along ``path``."""
-    point = beside(path, x)
+    point = path.beside(x)
     lateral = (y - point.y) * np.cos(point.heading)
     return -ky * v * lateral - kpsi * wrapped(heading - point.heading)
 
@@ -91,8 +77,8 @@ def law(
     """
     v_l = speed * np.clip(1 - dx, 0.0, 3.0)
     v_f = speed * np.clip(1 + dx / 4, 0.5, 1.0)
-    w_l = v_l * beside(path, x).curvature + correction(path, x, y, heading, v_l, ky, kpsi)
-    return Velocities(v_l, w_l, v_f, v_f * beside(path, x - dx).curvature)
+    w_l = v_l * path.beside(x).curvature + correction(path, x, y, heading, v_l, ky, kpsi)
+    return Velocities(v_l, w_l, v_f, v_f * path.beside(x - dx).curvature)
 
 
 def literal_speeds(first_lead: np.ndarray, together: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray]:
@@ -132,8 +118,8 @@ class FormationTeacher:
             wish = law(path, x, y, heading, dx, self.speed, self.ky, self.kpsi)
         else:
             v_l, v_f = literal_speeds(memory.first_lead, memory.together, self.speed)
-            w_l = v_l * beside(path, x).curvature + correction(path, x, y, heading, v_l, self.ky, self.kpsi)
-            wish = Velocities(v_l, w_l, v_f, v_f * beside(path, x - dx).curvature)
+            w_l = v_l * path.beside(x).curvature + correction(path, x, y, heading, v_l, self.ky, self.kpsi)
+            wish = Velocities(v_l, w_l, v_f, v_f * path.beside(x - dx).curvature)
         return _command(seen, wish, memory, self.correction, self.ky, self.kpsi), memory
 
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from fuzzy.atomic import replacing
 from fuzzy.errors import InputError
-from robotics.controllers.leader_follower import FormationTeacher, beside, law, lead
+from robotics.controllers.leader_follower import FormationTeacher, law, lead
 from robotics.formation import PERIOD, formation_scenario, leader_path
 from robotics.path import compile_path
 from robotics.quantity import check_quantities, is_number, quantity
@@ -127,8 +127,8 @@ def _literal(recipe: Recipe) -> np.ndarray:
     rows = []
     for start in recipe.starts:
         s = _sampled_run(recipe, start, recipe.samples)
-        w_l = s.v_l * beside(path, s.x).curvature
-        w_f = s.v_f * beside(path, s.x - s.dx).curvature
+        w_l = s.v_l * path.beside(s.x).curvature
+        w_f = s.v_f * path.beside(s.x - s.dx).curvature
         rows.append(np.stack([s.x, s.y, s.heading, s.v_l, w_l, s.v_f, w_f], axis=1))
     return np.concatenate(rows)
 
@@ -144,11 +144,11 @@ def _well_posed(recipe: Recipe) -> np.ndarray:
     x, y, heading, dx = (np.concatenate([s[i] for s in runs] or [np.empty(0)]) for i in range(4))
     dx = dx + np.where(rng.random(len(dx)) < recipe.jitter, rng.uniform(-recipe.lead, recipe.lead, len(dx)), 0.0)
     x_cover, dx_cover = _cover(recipe, covered, rng)
-    point = beside(path, x_cover)
+    point = path.beside(x_cover)
     x, dx = np.concatenate([x, x_cover]), np.concatenate([dx, dx_cover])
     y, heading = np.concatenate([y, point.y]), np.concatenate([heading, point.heading])
     displaced = rng.random(total) < recipe.jitter
-    sideways = rng.uniform(-recipe.lateral, recipe.lateral, total) / np.cos(beside(path, x).heading)
+    sideways = rng.uniform(-recipe.lateral, recipe.lateral, total) / np.cos(path.beside(x).heading)
     y = y + np.where(displaced, sideways, 0.0)
     heading = heading + np.where(displaced, rng.uniform(-recipe.heading, recipe.heading, total), 0.0)
     wish = law(path, x, y, heading, dx, recipe.speed, teacher.ky, teacher.kpsi)

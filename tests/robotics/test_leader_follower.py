@@ -16,7 +16,6 @@ from robotics.controllers import CATALOGUE, gains_of, make_controller
 from robotics.controllers.leader_follower import (
     FormationTeacher,
     LeaderFollower,
-    beside,
     correction,
     law,
     lead,
@@ -37,11 +36,11 @@ def test_lead_is_over_the_followers_mean():
 
 def test_beside_is_the_point_with_that_x():
     x = np.array([[-4.0, -1.0], [0.5, np.pi]])
-    point = beside(PATH, x)
+    point = PATH.beside(x)
     np.testing.assert_allclose(point.x, x, atol=1e-9)
     np.testing.assert_allclose(point.y, 0.5 * np.cos(np.maximum(x, 0)), atol=1e-9)
     assert point.curvature[1, 1] == pytest.approx(0.5, abs=1e-5)
-    assert beside(PATH, np.array(99.0)).x == pytest.approx(2 * np.pi)
+    assert PATH.beside(np.array(99.0)).x == pytest.approx(2 * np.pi)
 
 
 def test_law_by_hand():
