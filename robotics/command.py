@@ -6,7 +6,8 @@ Data goes to stdout, progress and messages to stderr. What a command needs is im
 
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from robotics.comparison import Comparison
-    from robotics.report.chapter import Chapter
+    from robotics.report.chapters import Judgement
     from robotics.report.claims import Claim
 
 app = application("Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.")
@@ -126,7 +127,13 @@ def list_(json: Json = False) -> None:
 
 @app.command("run")
 def run_(
-    scenario: Annotated[str, typer.Argument(help="A scenario's name, or a .toml file.", show_default=False)],
+    scenario: Annotated[
+        str,
+        typer.Argument(
+            help="A scenario's name, or a .toml file; crossing or obstacles: the random one of --seed.",
+            show_default=False,
+        ),
+    ],
     controller: Annotated[
         str | None,
         typer.Option("--controller", "-c", help="name or name:gain=value,... Default: the scenario's own, or fuzzy."),
@@ -136,11 +143,23 @@ def run_(
     plot: Annotated[Path | None, typer.Option(metavar="PICTURE", help="Draw the first seed: .png, .pdf, .svg.")] = None,
     save: Annotated[Path | None, typer.Option(metavar="FILE.npz", help="Save the run without loss.")] = None,
     table: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Save every sample as CSV.")] = None,
+    events: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Save who avoided, yielded or timed out, and when.")
+    ] = None,
+    player: Annotated[
+        bool, typer.Option("--animate", help="Write a page that plays the first seed: SCENARIO-seed-N.html.")
+    ] = False,
+    robots: Annotated[int | None, typer.Option(min=1, max=200, help="Of a crossing (3) or obstacles (1).")] = None,
+    kind: Annotated[str | None, typer.Option("--class", help="Of a crossing: A or B; of obstacles: A, B or U.")] = None,
+    loss: Annotated[float, typer.Option(min=0.0, max=1.0, help="In a crossing: share of messages lost.")] = 0.0,
+    latency: Annotated[float, typer.Option(min=0.0, max=10.0, help="In a crossing: of the messages, s.")] = 0.0,
+    freeze: Annotated[float, typer.Option(min=0.0, max=600.0, help="In a crossing: s one robot is held up.")] = 0.0,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """One scenario under one controller: its figures of merit, and a picture if asked.
 
+    "crossing" and "obstacles" repeat exactly what `robotics stress` made of a seed, with the options it had.
     Example: robotics run lyapunov-sine --controller lyapunov:ky=10,kpsi=5 --seed 3 --plot out.png
     """
     import numpy as np
@@ -151,38 +170,74 @@ def run_(
     from robotics.scenario import load_scenario
     from robotics.simulation import simulate
 
-    setting = load_scenario(scenario)
-    controller = controller or setting.controller or "fuzzy"
-    law = make_controller(controller)
+    random = scenario if scenario in ("crossing", "obstacles") else None
+    if random is not None:
+        from robotics.stress.single import ALIASES, STRESSES
+
+        if seeds > 1:
+            raise InputError(f"{random}: one seed at a time; `robotics stress {random}` runs many")
+        controller = controller or STRESSES[random]
+        law = make_controller(ALIASES[random].get(controller, controller))
+    else:
+        if robots is not None or kind is not None or loss or latency or freeze:
+            raise InputError(
+                "--robots, --class, --loss, --latency and --freeze belong to `robotics run crossing` (--robots and "
+                f"--class also to `obstacles`); {scenario} says in its file what it has"
+            )
+        setting = load_scenario(scenario)
+        controller = controller or setting.controller or "fuzzy"
+        law = make_controller(controller)
     if plot is not None:
         from fuzzy.drawing import check_picture
 
         check_picture(plot)
-    for path, suffix in ((save, ".npz"), (table, ".csv")):
+    for path, suffix in ((save, ".npz"), (table, ".csv"), (events, ".csv")):
         if path is not None and path.suffix != suffix:
             raise InputError(f"{path}: the file's name must end in {suffix}")
+    outcome: dict[str, Any] | None = None
     with progress_bar(quiet) as begin:
-        advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
-        # How old each message is, for moving pictures: as many numbers as robots squared.
-        links = save is not None and setting.kind == "team"
-        if links and seeds * len(setting.robots) ** 2 * setting.ticks > _MOST_AGES:
-            links = False
-            print("robotics: too many robots and seeds to save the age of every message; the rest is", file=sys.stderr)
-        result = simulate(setting, law, range(seed, seed + seeds), name=controller, links=links, progress=advance)
+        if random is not None:
+            from robotics.stress.single import single_run
+
+            links = save is not None or player
+            disturbed = {"loss": loss, "latency": latency, "freeze": freeze}
+            result, about, team_kind = single_run(random, law, seed, robots, kind, disturbed, controller, links, begin)
+            outcome = about.summary()
+            name, count = result.scenario, result.samples.shape[3]
+        else:
+            advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
+            # How old each message is, for moving pictures: as many numbers as robots squared.
+            links = (save is not None or player) and setting.kind == "team"
+            if links and seeds * len(setting.robots) ** 2 * setting.ticks > _MOST_AGES:
+                links = False
+                print(
+                    "robotics: too many robots and seeds to save the age of every message; the rest is", file=sys.stderr
+                )
+            result = simulate(setting, law, range(seed, seed + seeds), name=controller, links=links, progress=advance)
+            name, count, team_kind = setting.name, len(setting.robots), setting.kind
     if save is not None:
         result.save(save)
     if table is not None:
         write_frame(result.frame(), table)
+    if events is not None:
+        from robotics.events import events_of
+
+        write_frame(events_of(result), events)
     if plot is not None:
         from fuzzy.drawing import save_figure
         from robotics.figures.saving import plot_run
 
         save_figure(plot_run(result), plot)
-    values, meanings = measure_all(result, setting.kind), metrics_of(setting.kind)
+    page = Path(f"{name}-seed-{seed}.html")
+    if player:
+        from robotics.playback.player import write_player
+
+        write_player(result, page)
+    values, meanings = measure_all(result, team_kind), metrics_of(team_kind)
     if json:
         print_json(
             {
-                "scenario": setting.name,
+                "scenario": name,
                 "controller": controller,
                 "level": law.level,
                 "seeds": list(result.seeds),
@@ -190,19 +245,22 @@ def run_(
                 "diverged": result.diverged,
                 "versions": versions(),
             }
+            | ({"outcome": outcome} if outcome is not None else {})
+            | ({"player": str(page)} if player else {})
         )
     else:
-        robots = len(setting.robots)
         for name, metric in meanings.items():
             shown = values[name].mean(axis=0)
-            if robots > _COLUMNS:
+            if count > _COLUMNS:
                 shown = np.array([shown.min(), np.median(shown), shown.max()])
             print(f"{name:28} {'  '.join(f'{v:10.4g}' for v in shown)}  {metric.unit:8} {metric.title}")
-        if seeds > 1 or robots > 1:
-            columns = (
-                "; one column a robot" if robots <= _COLUMNS else f"; least, median and largest of {robots} robots"
-            )
-            print(f"(mean over {seeds} seeds{columns if robots > 1 else ''})")
+        if seeds > 1 or count > 1:
+            columns = "; one column a robot" if count <= _COLUMNS else f"; least, median and largest of {count} robots"
+            print(f"(mean over {seeds} seeds{columns if count > 1 else ''})")
+        if outcome is not None:
+            print(", ".join(f"{name} {outcome[name]}" for name in ("collisions", "deadlocks", "contacts", "arrived")))
+        if player:
+            print(page)
     _report_divergences(result.divergences())
 
 
@@ -232,9 +290,11 @@ def compare(
     """Every controller on every scenario with the same seeds: tables, figures and a report.
 
     Writes results.csv (one row a seed), summary.csv (mean and 95 % interval), claims.csv, configuration.json,
-    figures/ and report.html. The suite thesis also learns formation networks, drives teams, and judges every claim.
+    figures/ and report.html. The suite thesis also learns formation networks, drives teams, also among obstacles, and
+    judges every claim.
     Example: robotics compare lyapunov-sine --controllers fuzzy,esm:k=0.5 --seeds 5 --out out
     """
+    import pandas as pd
     from threadpoolctl import threadpool_limits
 
     from fuzzy.table import write_frame
@@ -264,31 +324,40 @@ def compare(
         write_frame(rows, results)
         done = len(rows)
 
-    verdicts: list[Claim] = []
-    chapters: list[Chapter] = []
+    judgement = None
     try:
         # Matrices here are small: with more threads they wait for each other, and last digits depend on the machine.
-        with threadpool_limits(1, "blas"), progress_bar(quiet) as begin:
+        with (
+            threadpool_limits(1, "blas"),
+            progress_bar(quiet) as begin,
+            _judging(judged, begin, out, seed, report) as wait,
+        ):
             advance = begin("simulating", sum(s.ticks + 1 for s in settings) * len(laws))
             comparison = compare_all(settings, laws, range(seed, seed + seeds), advance=advance, finished=keep)
             summary = summarise(comparison.table)
             write_frame(summary, out / "summary.csv")
-            if judged:
-                verdicts, chapters = _judge(begin, out, seed)
             if report:
-                from robotics.report.page import figure_count, write_report
+                from robotics.report.page import draw_sections, figure_count
+
+                sections = draw_sections(comparison, begin("drawing", figure_count(comparison)))
+            judgement = wait()
+            if judgement is not None:
+                write_frame(pd.DataFrame([vars(c) for c in judgement.all_claims]), out / "claims.csv")
+            if report:
+                from robotics.report.page import write_report
 
                 command = ["robotics", "compare", *(scenarios or []), f"--seeds={seeds}", f"--seed={seed}"]
                 if suite is not Suite.thesis:
                     command.append(f"--suite={suite.value}")
                 if controllers is not None:
                     command.append(f"--controllers={','.join(laws)}")
-                advance = begin("drawing", figure_count(comparison, chapters))
-                write_report(comparison, verdicts, out, chapters=chapters, command=shlex.join(command), advance=advance)
+                claimed, chapters = (judgement.claims, judgement.chapters) if judgement else ([], [])
+                said = shlex.join(command)
+                write_report(comparison, claimed, out, chapters=chapters, command=said, sections=sections)
     except KeyboardInterrupt:
         print(f"robotics: interrupted; {done} of {wanted} rows are in {results}", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
-    judgements = [*verdicts, *(claim for chapter in chapters for claim in chapter.claims)]
+    judgements = judgement.all_claims if judgement else []
     if json:
         print_json(
             {
@@ -328,23 +397,17 @@ def _expect_distinct(names: Sequence[str], what: str) -> None:
             raise InputError(f"{what} {name!r} is given twice")
 
 
-def _judge(begin: Begin, out: Path, seed: int) -> "tuple[list[Claim], list[Chapter]]":
-    import pandas as pd
+@contextmanager
+def _judging(
+    wanted: bool, begin: Begin, out: Path, seed: int, draw: bool
+) -> "Iterator[Callable[[], Judgement | None]]":
+    if not wanted:
+        yield lambda: None
+        return
+    from robotics.report.chapters import judging
 
-    from fuzzy.table import write_frame
-    from robotics.report import formation as formationchapter
-    from robotics.report import team as teamchapter
-    from robotics.report import teamexperiments
-    from robotics.report.claims import EXPERIMENTS, judge_claims
-
-    verdicts = judge_claims(begin("judging the thesis's claims", EXPERIMENTS))
-    chapters = [
-        formationchapter.formation_chapter(out, seed, begin("learning formations", formationchapter.STEPS)),
-        teamchapter.team_chapter(seed, begin("driving teams", teamexperiments.STEPS)),
-    ]
-    claims = [*verdicts, *(claim for chapter in chapters for claim in chapter.claims)]
-    write_frame(pd.DataFrame([vars(c) for c in claims]), out / "claims.csv")
-    return verdicts, chapters
+    with judging(begin, out, seed, draw) as wait:
+        yield wait
 
 
 def _write_configuration(out: Path, scenarios: list[str], laws: list[str], seeds: int, seed: int) -> None:

@@ -11,6 +11,8 @@ import numpy as np
 
 from fuzzy.atomic import replacing
 from fuzzy.errors import InputError
+from robotics.environment.world import Geometry
+from robotics.events import MODES
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -62,6 +64,9 @@ class Run:
     stopped: np.ndarray = field(repr=False)  # (runs, robots) int: the sample at which it diverged, or -1
     team: np.ndarray | None = field(default=None, repr=False)  # (samples, team channels, runs, robots)
     links: np.ndarray | None = field(default=None, repr=False)  # (samples, runs, receivers, senders) s: age of messages
+    modes: np.ndarray | None = field(default=None, repr=False)  # (samples, runs, robots) int8: robotics.events.MODES
+    ranges: np.ndarray | None = field(default=None, repr=False)  # (samples, runs, robots, sensors) m: as sensed
+    obstacles: Geometry | None = field(default=None, repr=False)  # its first axis: the samples, or 1 if all rest
 
     def __getitem__(self, channel: str) -> np.ndarray:
         """One channel (runs, robots, samples); those of TEAM_CHANNELS only in a team's run."""
@@ -97,6 +102,8 @@ class Run:
             "time": np.tile(self.time, runs * robots),
         }
         columns |= {name: self[name].ravel() for name in (*CHANNELS, *(TEAM_CHANNELS if self.team is not None else ()))}
+        if self.modes is not None:
+            columns["mode"] = np.array(MODES)[np.moveaxis(self.modes, 0, -1).ravel()]
         columns |= {f"{name}_reference": np.tile(self.target(name).ravel(), runs) for name in REFERENCE}
         return pd.DataFrame(columns)
 
@@ -104,7 +111,9 @@ class Run:
         """Write the run to ``path`` (.npz), whole or not at all; :func:`load_run` reads it back without loss."""
         about = {k: getattr(self, k) for k in ("scenario", "controller", "level")} | {"format": 1}
         arrays: dict[str, Any] = {f"path_{i}": nodes for i, nodes in enumerate(self.paths)}
-        arrays |= {k: v for k in ("team", "links") if (v := getattr(self, k)) is not None}
+        arrays |= {k: v for k in ("team", "links", "modes", "ranges") if (v := getattr(self, k)) is not None}
+        if self.obstacles is not None:
+            arrays |= {f"obstacles_{name}": part for name, part in self.obstacles._asdict().items()}
         try:
             with replacing(path) as temporary, temporary.open("wb") as file:
                 np.savez_compressed(
@@ -126,6 +135,9 @@ def load_run(path: str | Path) -> Run:
     try:
         with Path(path).open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             about = json.loads(str(file["about"]))
+            obstacles = None
+            if "obstacles_circles" in file:
+                obstacles = Geometry(*(file[f"obstacles_{name}"] for name in Geometry._fields))
             return Run(
                 about["scenario"],
                 about["controller"],
@@ -138,6 +150,9 @@ def load_run(path: str | Path) -> Run:
                 file["stopped"],
                 file.get("team"),
                 file.get("links"),
+                file.get("modes"),
+                file.get("ranges"),
+                obstacles,
             )
     except OSError as error:
         raise RunError(f"{path}: cannot be read: {error.strerror or error}") from None

@@ -14,6 +14,8 @@ from fuzzy.errors import InputError
 from robotics import plant as p
 from robotics.controller import Command, Controller, Observation
 from robotics.environment.collision import footprints
+from robotics.environment.world import Geometry
+from robotics.events import STOPPED
 from robotics.radio import Channel, Condition, Faults, Heard
 from robotics.run import CHANNELS, TEAM_CHANNELS, Run
 from robotics.scenario import STEP, Scenario
@@ -43,6 +45,7 @@ class Period(NamedTuple):
     heard: Heard | None
     stopped: np.ndarray  # int: the period before in which the robot was stopped, or -1
     lost: np.ndarray  # bool: it is stopped in this one
+    ranges: np.ndarray | None = None  # (runs, robots, sensors) m: what their sensors read
 
 
 def drive(
@@ -125,7 +128,7 @@ def drive(
             alone = held_for > watchdog + 1e-9
             wish = np.where(condition.held, order, wish)
             wish = np.where(condition.failed | alone, 0.0, wish)
-        yield Period(k, time, now, posture, aim, command, wish, condition, heard, stopped, lost)
+        yield Period(k, time, now, posture, aim, command, wish, condition, heard, stopped, lost, ranges)
         order = wish
         if lost.any() or (stopped >= 0).any():
             stopped = np.where(lost, k, stopped)
@@ -166,8 +169,18 @@ def simulate(
     samples = np.empty((ticks + 1, len(CHANNELS), *shape))
     team = np.empty((ticks + 1, len(TEAM_CHANNELS), *shape)) if scenario.kind == "team" else None
     ages = np.full((ticks + 1, *shape, robots), np.inf, dtype=np.float32) if links else None
+    modes: np.ndarray | None = None
+    ranges: np.ndarray | None = None
     for period in drive(scenario, controller, seeds, faults):
         k, now, command = period.k, period.state, period.command
+        if command.mode is not None:
+            if modes is None:
+                modes = np.zeros((ticks + 1, *shape), dtype=np.int8)
+            modes[k] = np.where(period.stopped >= 0, STOPPED, command.mode)
+        if period.ranges is not None:
+            if ranges is None:
+                ranges = np.empty((ticks + 1, *period.ranges.shape), dtype=np.float32)
+            ranges[k] = period.ranges
         row = samples[k]
         row[:5] = now[: p.W + 1]
         row[5:8] = period.posture
@@ -197,7 +210,21 @@ def simulate(
         np.where(period.lost, period.k, period.stopped),
         team,
         ages,
+        modes,
+        ranges,
+        _obstacles(scenario),
     )
+
+
+def _obstacles(scenario: Scenario) -> Geometry | None:
+    """Where the obstacles are at every sample; once, if none moves."""
+    world = scenario.world
+    if world is None or world.motion is None:
+        return None if world is None else world.rest
+    seen = [world.at(time) for time in scenario.times]
+    circles, segments = (np.concatenate([getattr(g, name) for g in seen]) for name in ("circles", "segments"))
+    bodies, counts = (np.repeat(getattr(world.rest, name), len(seen), axis=0) for name in ("bodies", "counts"))
+    return Geometry(circles, bodies, segments, counts)
 
 
 def _checked(seeds: Sequence[int]) -> tuple[int, ...]:

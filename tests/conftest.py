@@ -12,6 +12,9 @@ for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 LONG = (
     "test_formation_learning.py",
     "test_team_chapter.py",
+    "test_avoidance_chapter.py",
+    "test_crossings.py",
+    "test_stress_command.py",
     "test_readme.py",
     "test_sweep_command.py",
     "test_coordination.py",

@@ -1,7 +1,7 @@
 """``robotics stress obstacles``: thousands of random courses among unknown obstacles."""
 
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -34,6 +34,9 @@ def obstacles(
         str, typer.Option(help="committed, literal, or a controller that `robotics list` names.")
     ] = "committed",
     seed: Annotated[int, typer.Option(min=0, help="The first course's seed.")] = 0,
+    loss: Annotated[float, typer.Option(min=0, max=0.95, help="Share of messages lost.")] = 0.0,
+    latency: Annotated[float, typer.Option(min=0, max=10, help="Of messages, s.")] = 0.0,
+    moving: Annotated[int, typer.Option(min=0, max=10, help="Discs that cross the lanes, 0.2 m/s at most.")] = 0,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
 ) -> None:
@@ -44,11 +47,26 @@ def obstacles(
     """
     from robotics.controllers import make_controller
     from robotics.stress.obstaclecourse import stress_obstacles
+    from robotics.stress.outcome import Disturbance
 
     law = make_controller({"committed": "obstacles", "literal": "obstacles-literal"}.get(controller, controller))
     with progress_bar(quiet) as begin:
-        outcome = stress_obstacles(law, range(seed, seed + runs), field.value, int(robots.value), begin)
-    about = {"controller": controller, "class": field.value, "robots": int(robots.value), "first_seed": seed}
+        outcome = stress_obstacles(
+            law,
+            range(seed, seed + runs),
+            field.value,
+            int(robots.value),
+            begin,
+            disturbance=Disturbance(loss=loss, latency=latency),
+            moving=moving,
+        )
+    about: dict[str, Any] = {
+        "controller": controller,
+        "class": field.value,
+        "robots": int(robots.value),
+        "first_seed": seed,
+    }
+    about |= {"loss": loss, "latency_s": latency, "moving": moving}
     figures = outcome.summary()
     if json:
         print_json(about | figures)

@@ -1,5 +1,6 @@
 """The command line ``robotics stress``: thousands of random scenarios, and what went wrong in which."""
 
+import os
 from enum import StrEnum
 from typing import Annotated
 
@@ -11,6 +12,14 @@ from robotics.commands.obstacles import obstacles
 
 stress = typer.Typer(help="Thousands of random scenarios.", rich_markup_mode=None, no_args_is_help=True)
 stress.command("obstacles")(obstacles)
+
+
+CHUNK, MOST = 600, 20_000  # robots, and pairs of them, that are simulated in one pass
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class Ends(StrEnum):
@@ -28,27 +37,52 @@ def crossing(
         Ends, typer.Option("--class", help="A: ends clear of the other paths; B: ends only apart from each other.")
     ] = Ends.A,
     controller: Annotated[
-        str, typer.Option(help="right-of-way, literal, or a controller that `robotics list` names.")
+        str,
+        typer.Option(help="right-of-way, literal, lag-clock, yielding, none, or one that `robotics list` names."),
     ] = "right-of-way",
     loss: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share of the messages that are lost.")] = 0.0,
     latency: Annotated[float, typer.Option(min=0.0, max=10.0, help="Of the messages, s.")] = 0.0,
-    freeze: Annotated[float, typer.Option(min=0.0, help="Seconds for which one robot is held up.")] = 0.0,
+    freeze: Annotated[float, typer.Option(min=0.0, max=600.0, help="Seconds for which one robot is held up.")] = 0.0,
     seed: Annotated[int, typer.Option(min=0, help="The first crossing's seed.")] = 0,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, max=1000, help="Processes. Default: as many as there are cores, if it pays.")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
 ) -> None:
     """Random crossings of paths: who arrives, who waits for ever, and who touches.
 
-    The full plant and noise of the postures; a crossing depends on its seed alone, so that --seed N --runs 1 repeats
-    one that failed. Example: robotics stress crossing --robots 3 --runs 2000 --json
+    The full plant and noise of the postures; a crossing depends on its seed alone, so that `robotics run crossing
+    --seed N` with the same options repeats, draws and saves one that failed. The number of processes changes nothing.
+    Example: robotics stress crossing --robots 3 --runs 2000 --json
     """
     from robotics.controllers import make_controller
-    from robotics.stress.outcome import Disturbance, stress_crossing
+    from robotics.stress.outcome import Disturbance, joined, stress_crossing
+    from robotics.stress.single import ALIASES
 
-    law = make_controller({"literal": "crash-literal"}.get(controller, controller))
+    law = make_controller(ALIASES["crossing"].get(controller, controller))
     disturbance = Disturbance(loss=loss, latency=latency, freeze=freeze)
+    seeds = range(seed, seed + runs)
+    size = max(1, min(CHUNK // robots, MOST // robots**2))
+    chunks = [seeds[k : k + size] for k in range(0, runs, size)]
+    workers = min(len(chunks), jobs or cores())
     with progress_bar(quiet) as begin:
-        outcome = stress_crossing(law, robots, range(seed, seed + runs), ends.value, disturbance, begin)
+        if workers == 1:
+            outcome = joined([stress_crossing(law, robots, chunk, ends.value, disturbance, begin) for chunk in chunks])
+        else:
+            from robotics.sweeping import executors
+
+            advance = begin("crossings", len(chunks))
+            with executors.processes(workers, ["robotics.stress.outcome", "robotics.controllers"]) as crew:
+                work = [
+                    crew.executor.submit(stress_crossing, law, robots, chunk, ends.value, disturbance)
+                    for chunk in chunks
+                ]
+                parts = []
+                for future in work:
+                    parts.append(future.result())
+                    advance()
+            outcome = joined(parts)
     figures = {"controller": controller, "class": ends.value, "robots": robots, "first_seed": seed} | outcome.summary()
     if json:
         print_json(figures)

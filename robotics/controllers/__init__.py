@@ -111,6 +111,13 @@ CATALOGUE: dict[str, Preset] = {
     "crash-literal": Preset(
         CrashAvoidance, {}, "Crash avoidance, literal", "(6.4), (6.5) and (5.14) as printed; d_min 0.6 m", "team"
     ),
+    "crash-lag-clock": Preset(
+        CrashAvoidance,
+        {"variant": "lag-clock"},
+        "Crash avoidance, clock of the lag",
+        "(6.4), (6.5) with a clock that waits for robots behind only; d_min 0.6 m",
+        "team",
+    ),
     "crash-yielding": Preset(
         CrashAvoidance,
         {"variant": "yielding", "d_min": 1.0},

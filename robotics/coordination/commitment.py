@@ -19,12 +19,18 @@ from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR
 # What is remembered: mode; way round, 1 to the left, -1 to the right; s for which all has been free; since the tracking
 # ended, the largest place [m], s since it grew, and the largest place less the distance from the path; s along the
 # wall, since the last flip; the angle [rad] turned without a wall; is there a wall? and where it was seen last, x and
-# y [m]
-ROWS = 11
-MODE, WAY, FREE, BEST, STALLED, NET, ALONG, TURNED, WALL, WALL_X, WALL_Y = range(ROWS)
+# y [m]; by how much the left front reads more than the right one, smoothed [m]
+ROWS = 12
+MODE, WAY, FREE, BEST, STALLED, NET, ALONG, TURNED, WALL, WALL_X, WALL_Y, LEAN = range(ROWS)
 
 BESIDE = 0.45  # m: what a side sonar reads where an obstacle is beside the robot
 HELD = 0.3  # m: with so little ahead a robot's target does not pull it at all towards the obstacle
+TIGHT, LOOSE = 0.21, 0.29  # m: nor with TIGHT beside it; more and more up to LOOSE, but by PULL at most
+PULL = 1.0  # rad
+UNSEEN = 0.5  # rad: the same where nothing is seen beside, for a front sonar may just have lost it
+SHY = 4.0  # rad/m: it turns away where there is less than TIGHT beside it
+RELIEF = 0.16  # m: an obstacle that only one front sonar sees is not in the way, and may be so much nearer
+NOTICED, SMOOTH, ALIKE = 1.0, 0.8, 0.02  # m, s, m: which of the front readings is smaller, and are they alike?
 CLEAR = 1.2  # s for which all has to be free before the side is given up
 CRUISE = 0.28  # m/s, while avoiding
 STOP, SLOW = 0.12, 0.4  # m: the speed falls to 0 where the front reads STOP, from STOP + SLOW on
@@ -49,6 +55,7 @@ class Steering(NamedTuple):
     alpha: np.ndarray  # rad: where to go, from the heading; Θ is still to be added
     v: np.ndarray  # m/s at most; along a wall: as is
     w: np.ndarray  # rad/s, along a wall only
+    front: np.ndarray  # m: the distance that Θ is taken of
 
 
 def commit(
@@ -78,7 +85,7 @@ def commit(
 
 @njit(cache=True, error_model="numpy")
 def _commit(state, ranges, fresh, pose, alpha, place, off, remaining, near, dt):  # type: ignore[no-untyped-def]
-    after, steer = state.copy(), np.zeros((3, *alpha.shape))
+    after, steer = state.copy(), np.zeros((4, *alpha.shape))
     for r in range(alpha.shape[0]):
         for i in range(alpha.shape[1]):
             one = after[:, r, i]
@@ -86,31 +93,50 @@ def _commit(state, ranges, fresh, pose, alpha, place, off, remaining, near, dt):
             front = min(seen[FRONT_LEFT], seen[FRONT_RIGHT])
             # What is behind the end of the path is in nobody's way.
             limit = min(near, remaining[r, i] + 0.05)
+            if one[MODE] == TRACK:
+                _lean(one, seen, front, dt)
             if one[MODE] == TRACK and front < limit:
-                _begin(one, seen, alpha[r, i], place[r, i], off[r, i])
+                _begin(one, alpha[r, i], place[r, i], off[r, i])
             elif one[MODE] == AVOID:
                 _avoid(one, seen, front, limit, place[r, i], off[r, i], dt)
             elif one[MODE] == FOLLOW:
                 _follow(one, seen, front, limit, alpha[r, i], place[r, i], off[r, i], dt)
             ease = min(max((front - STOP) / SLOW, 0.0), 1.0)
-            steer[0, r, i], steer[1, r, i] = alpha[r, i], CRUISE * ease
+            steer[0, r, i], steer[1, r, i], steer[3, r, i] = alpha[r, i], CRUISE * ease, front
             if one[MODE] == TRACK:
                 steer[1, r, i] = max(1.2 * (front - STOP), 0.0)
             elif one[MODE] == AVOID:
-                beside = seen[RIGHT] if one[WAY] > 0 else seen[LEFT]
+                beside, other = seen[RIGHT], seen[FRONT_LEFT]
+                if one[WAY] < 0:
+                    beside, other = seen[LEFT], seen[FRONT_RIGHT]
+                if other >= limit:
+                    steer[3, r, i] += RELIEF
                 if alpha[r, i] * one[WAY] < 0:
-                    steer[0, r, i] *= 0.0 if beside < BESIDE else min(max((front - HELD) / (limit - HELD), 0.0), 1.0)
+                    pull = alpha[r, i] * min(max((front - HELD) / (limit - HELD), 0.0), 1.0)
+                    most = PULL if beside < BESIDE else UNSEEN
+                    pull = min(max(pull, -most), most)
+                    if beside < BESIDE:
+                        pull *= min(max((beside - TIGHT) / (LOOSE - TIGHT), 0.0), 1.0)
+                    steer[0, r, i] = pull
+                steer[0, r, i] += one[WAY] * SHY * max(TIGHT - beside, 0.0)
             else:
                 steer[1, r, i], steer[2, r, i] = _along(one, seen, fresh[r, i], pose[:, r, i], alpha[r, i], dt)
-    return after, (steer[0], steer[1], steer[2])
+    return after, (steer[0], steer[1], steer[2], steer[3])
 
 
 @njit(cache=True, error_model="numpy")
-def _begin(one, seen, alpha, place, off):  # type: ignore[no-untyped-def]
-    """Away from the smaller reading; where both are alike, the way that the path goes."""
+def _lean(one, seen, front, dt):  # type: ignore[no-untyped-def]
+    """Which front sonar reads more: of an obstacle that comes nearer, smoothed."""
     apart = min(seen[FRONT_LEFT], 3.0) - min(seen[FRONT_RIGHT], 3.0)
-    if abs(apart) < 0.04:
-        apart = alpha
+    if front > NOTICED or one[LEAN] == 0:
+        one[LEAN] = apart
+    one[LEAN] += dt / SMOOTH * (apart - one[LEAN])
+
+
+@njit(cache=True, error_model="numpy")
+def _begin(one, alpha, place, off):  # type: ignore[no-untyped-def]
+    """Away from the smaller reading; where both are alike, the way that the path goes."""
+    apart = one[LEAN] if abs(one[LEAN]) > ALIKE else alpha
     one[MODE], one[WAY] = AVOID, 1.0 if apart >= 0 else -1.0
     one[FREE] = one[STALLED] = 0.0
     one[BEST], one[NET] = place, place - off
@@ -174,7 +200,8 @@ def _along(one, seen, fresh, pose, alpha, dt):  # type: ignore[no-untyped-def]
         return speed, way * min(max(away, -1.0), 1.5)
     if beside < BESIDE:
         one[TURNED] = 0.0
-        return speed, way * min(max(2.0 * (DISTANCE - beside) - 0.2, -0.6), 0.6)
+        away = 2.0 * (DISTANCE - beside) - 0.2 + 8.0 * max(0.14 - beside, 0.0)
+        return speed, way * min(max(away, -0.6), 1.0)
     # Round its end: a circle about where it was seen last
     dx, dy = one[WALL_X] - pose[0], one[WALL_Y] - pose[1]
     distance = max(np.sqrt(dx * dx + dy * dy), 0.1)

@@ -7,7 +7,9 @@ until that one has moved away; one that is as near to robots of higher number on
     otherwise  α_i(new) = λ_i + α_i + η_i                                (6.4)
     η_i = −Σ_j sign(bearing of j) η(d_ij)                                away from the others
 
-with η(d_ij) the rule base ``eta``, 0 at d_min. It shows how far local rules carry, and is measured beside
+with η(d_ij) the rule base ``eta``: 0 at d_min, and still growing where two robots overlap, so that one that has driven
+into another is turned away from it and not let through. Bearings and distances are heard, so measured. A robot that
+stands keeps no angular velocity. It shows how far local rules carry, and is measured beside
 :mod:`robotics.coordination.right_of_way`: a robot that waits on another's path is run into, and the other waits for
 nobody.
 
@@ -28,6 +30,8 @@ from robotics.controllers.fuzzy_tracking import load_rule_base
 from robotics.coordination.cooperation import FuzzyCooperation
 from robotics.plant import Level
 from robotics.quantity import check_quantities, quantity
+
+TOUCHING = 0.3  # m: where two robots touch; η is 1.2 rad there, whatever d_min is
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,8 +87,8 @@ class CrashAvoidance:
         return wish._replace(first=v, second=w, v=v, w=w, message=message), memory
 
     def turn_at(self, distance: np.ndarray) -> np.ndarray:
-        """|η| [rad] at ``distance`` [m] of any shape: the rule base, its range stretched to end at d_min."""
-        touching, far = self.turn.fis.inputs[0].universe
-        stretched = far - (self.d_min - distance) * (far - touching) / (self.d_min - touching)
-        known = np.clip(np.where(np.isnan(stretched), far, stretched), touching, far)
+        """|η| [rad] at ``distance`` [m] of any shape: the rule base, stretched so that it ends at d_min."""
+        near, far = self.turn.fis.inputs[0].universe
+        stretched = far - (self.d_min - distance) * (far - TOUCHING) / (self.d_min - TOUCHING)
+        known = np.clip(np.where(np.isnan(stretched), far, stretched), near, far)
         return np.asarray(self.eta * self.turn(known[..., None])[..., 0])

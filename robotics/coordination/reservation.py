@@ -3,8 +3,9 @@
 All paths are cut into the same number of cells, and time into ticks of a common clock; a plan says in which cell each
 robot is at each tick. Robots plan one after the other, by priority: each finds, by dynamic programming over the grid,
 the plan that stays nearest to its nominal timing and keeps clear of all that planned before it. At a tick it stays,
-moves one cell (the nominal speed), or two. Where somebody finds no plan, another order is tried, and then a longer
-horizon; where none of these has a plan, there is none: the team is refused before it starts.
+moves one cell (the nominal speed), or two. Where somebody finds no plan, it is the first in the next order, and after
+all orders a longer horizon is tried; where none of these has a plan, there is none. Robots may be made to arrive
+together: then nobody is at its end before the last moment, and whoever would be in the way there comes last.
 
 What makes the plan safe on robots is that it is a plan of the clock, not of time: who is late slows the clock of all
 (:mod:`robotics.coordination.right_of_way`), so that the robots stay together in it. Clear means farther apart than
@@ -21,6 +22,7 @@ from numba import njit
 
 CELLS = 160
 FACTORS = (1.0, 1.1, 1.2, 1.35, 1.6, 2.0, 2.6, 3.4)  # of the nominal duration: horizons tried
+PARKED = 0.035  # m: a robot nearer to its end may count as arrived
 _STOP = 2e-4  # cost of a tick at rest, in squared shares of the path
 
 
@@ -40,12 +42,18 @@ class Plan:
 
 
 def plan_right_of_way(
-    nodes: np.ndarray, clearance: float = 0.5, margin: float = 0.05, orders: int = 12, seed: int = 0
+    nodes: np.ndarray,
+    clearance: float = 0.5,
+    margin: float = 0.05,
+    orders: int = 12,
+    seed: int = 0,
+    together: np.ndarray | None = None,
 ) -> Plan:
     """Plans for ``nodes`` (runs, robots, CELLS + 1, 2) [m], the paths at equal shares of their lengths.
 
-    ``clearance`` [m] is between the robots' centers; ``margin`` is a share of the nominal duration. The orders after
-    the first, in which robot 1 has precedence, are drawn with ``seed``.
+    ``clearance`` [m] is between the robots' centers; ``margin`` is a share of the nominal duration. In the first order
+    robot 1 has precedence; those that no failure suggests are drawn with ``seed``. ``together`` (runs,) is the share
+    of the nominal duration at the end of the plan within which all arrive; without it they may arrive earlier.
     """
     runs, robots = nodes.shape[:2]
     rng = np.random.default_rng(seed)
@@ -55,7 +63,13 @@ def plan_right_of_way(
     ticks = np.zeros(runs, dtype=np.int64)
     count = np.zeros(runs, dtype=np.int64)
     horizons = np.array([ceil(CELLS * f) for f in FACTORS])
-    _plan_runs(np.ascontiguousarray(nodes), clearance**2, ceil(margin * CELLS), tried, horizons, cells, ticks, count)
+    if together is None:
+        late = np.full(runs, longest + 1)
+    else:
+        late = np.maximum((together * CELLS).astype(np.int64), 1)
+    _plan_runs(
+        np.ascontiguousarray(nodes), clearance**2, ceil(margin * CELLS), tried, horizons, late, cells, ticks, count
+    )
     found = ticks > 0
     nominal = np.minimum(np.arange(longest + 1), CELLS)
     progress = np.where(found[:, None, None], cells, nominal) / CELLS
@@ -63,7 +77,7 @@ def plan_right_of_way(
 
 
 @njit(cache=True, error_model="numpy")
-def _plan_runs(nodes, clear, margin, tried, horizons, cells, ticks, count):  # type: ignore[no-untyped-def]
+def _plan_runs(nodes, clear, margin, tried, horizons, late, cells, ticks, count):  # type: ignore[no-untyped-def]
     robots = nodes.shape[1]
     longest = horizons[-1]
     cost = np.empty((longest + 1, CELLS + 1))
@@ -72,26 +86,36 @@ def _plan_runs(nodes, clear, margin, tried, horizons, cells, ticks, count):  # t
         if _hopeless(nodes[run], clear):
             continue
         for horizon in horizons:
+            order = tried[0].copy()
             for o in range(tried.shape[0]):
                 count[run] += 1
-                good = True
+                failed = -1
                 for place in range(robots):
-                    if not _plan_one(nodes[run], cells[run], tried[o], place, clear, margin, horizon, cost, blocked):
-                        good = False
+                    if not _plan_one(
+                        nodes[run], cells[run], order, place, clear, margin, horizon, late[run], cost, blocked
+                    ):
+                        failed = place
                         break
-                if good:
+                if failed < 0:
                     ticks[run] = horizon
                     for i in range(robots):
                         for k in range(horizon + 1, longest + 1):
                             cells[run, i, k] = CELLS
                     break
+                if o % 3 == 2 and o + 1 < tried.shape[0]:
+                    order[:] = tried[o + 1]  # lest the same few take turns for ever
+                else:
+                    first = order[failed]
+                    for place in range(failed, 0, -1):
+                        order[place] = order[place - 1]
+                    order[0] = first
             if ticks[run] > 0:
                 break
 
 
 @njit(cache=True, error_model="numpy")
 def _hopeless(nodes, clear):  # type: ignore[no-untyped-def]
-    """Do two robots start, or end, closer than the clearance?"""
+    """Is there a pair of robots that cannot pass each other at any timing?"""
     for i in range(nodes.shape[0]):
         for j in range(i):
             for end in (0, CELLS):
@@ -99,16 +123,44 @@ def _hopeless(nodes, clear):  # type: ignore[no-untyped-def]
                 dy = nodes[i, end, 1] - nodes[j, end, 1]
                 if dx * dx + dy * dy < clear:
                     return True
+            if not _passable(nodes[i], nodes[j], clear):
+                return True
     return False
 
 
 @njit(cache=True, error_model="numpy")
-def _plan_one(nodes, cells, order, place, clear, margin, horizon, cost, blocked):  # type: ignore[no-untyped-def]
+def _passable(a, b, clear):  # type: ignore[no-untyped-def]
+    """Is there a way through the plane of two robots' cells, from both starts to both ends, without going back?"""
+    row = np.zeros(CELLS + 1, dtype=np.bool_)
+    for i in range(CELLS + 1):
+        before = False  # the cell (i - 1, j - 1)
+        for j in range(CELLS + 1):
+            above = row[j]
+            dx = a[i, 0] - b[j, 0]
+            dy = a[i, 1] - b[j, 1]
+            free = dx * dx + dy * dy >= clear
+            row[j] = free and ((i == 0 and j == 0) or above or before or (j > 0 and row[j - 1]))
+            before = above
+    return row[CELLS]
+
+
+@njit(cache=True, error_model="numpy")
+def _square(a, b):  # type: ignore[no-untyped-def]
+    """The squared distance of two points."""
+    return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2
+
+
+@njit(cache=True, error_model="numpy")
+def _plan_one(nodes, cells, order, place, clear, margin, horizon, late, cost, blocked):  # type: ignore[no-untyped-def]
     """Plan robot ``order[place]`` around those before it in the order; False if there is no way."""
     robot = order[place]
+    parked = CELLS  # the first cell that counts as the end
+    while parked > CELLS // 2 and _square(nodes[robot, parked - 1], nodes[robot, CELLS]) < PARKED * PARKED:
+        parked -= 1
+    latest = horizon - max(late, (CELLS - parked + 2) // 2)  # two cells a tick are left
     for k in range(horizon + 1):
         for c in range(CELLS + 1):
-            blocked[k, c] = False
+            blocked[k, c] = k < latest and c >= parked
     for before in range(place):
         other = order[before]
         # Where the other stays within the clearance of each of this robot's cells, tick by tick

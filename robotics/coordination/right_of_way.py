@@ -5,12 +5,16 @@ robot keeps a copy of the clock, follows its own plan by it, and tells the other
 late, or not heard of any more, slows the clocks of all, as the copies agree on the slowest: what the plan keeps apart
 in the clock stays apart in the room, whoever is held up.
 
+Where there is no plan because a robot waits at its start or is parked at its end on another's path, the other's path is
+bent around it (:mod:`robotics.coordination.sidestep`). If that is not enough, robots come a little nearer to each
+other, and at last some may arrive early. Where there is no plan even so, the team is refused before it starts.
+
 Against what no plan foresees (a robot off its path, a message too late) each robot brakes by itself: it stops while
 another is within ``near`` and its own braking distance, and ahead of it. Of two that stand in each other's way the
 one with the lower number goes first.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,15 +23,42 @@ from numba import njit
 from robotics.controller import Command, ControllerError, Observation, wrapped
 from robotics.controllers.lyapunov import Lyapunov
 from robotics.coordination.neighbours import ALONE, PATIENCE, alone_for, current, least
-from robotics.coordination.reservation import CELLS, plan_right_of_way
+from robotics.coordination.reservation import CELLS, Plan, plan_right_of_way
+from robotics.coordination.sidestep import sidestepped
+from robotics.ensemble import Ensemble, join_tables
 from robotics.graph import is_connected
+from robotics.paths import Paths
 from robotics.plant import Level
 from robotics.quantity import check_quantities, quantity
 from robotics.trajectory import Reference
 
 WINDOW, WIDE = 0.5, 3.0  # m: how far from the last place the next is looked for; the same after an outage
+TOGETHER = 0.6  # s: within which the plan lets all arrive
+ROOM = 0.1  # m: how much farther than the clearance a side-step goes
 CONE = 0.9  # rad: what is ahead
 BRAKING = 1.0  # m/s²
+
+
+class _Way(NamedTuple):
+    """A way to make a plan where there is none as the paths are."""
+
+    bent: bool
+    mirrored: bool = False
+    share: float = 1.0  # of the clearance
+    together: bool = True
+
+
+_WAYS = (
+    _Way(True),
+    _Way(True, True),
+    _Way(False, share=0.9),
+    _Way(True, share=0.9),
+    _Way(True, True, share=0.9),
+    _Way(False, together=False),
+    _Way(True, together=False),
+    _Way(True, True, together=False),
+    _Way(True, share=0.85, together=False),
+)
 
 
 class _Memory(NamedTuple):
@@ -40,7 +71,7 @@ class _Memory(NamedTuple):
     end: np.ndarray  # (runs, 1) s: the plan's duration
     duration: np.ndarray  # (runs, 1) s: the nominal one
     found: np.ndarray  # (runs, 1) bool: is there a plan? Robots without stay where they are
-    lengths: np.ndarray  # (robots,) or (runs, robots) m
+    paths: Paths  # with the side-steps
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,24 +102,24 @@ class RightOfWay:
         return ALONE
 
     def init(self, scenario: Any, runs: int) -> _Memory:
-        """The plans. Raises ControllerError where the graph is not connected, or no run has a safe plan."""
+        """The plans. Raises ControllerError where the graph is not connected, or a scenario has no safe plan.
+
+        Of an ensemble the runs without one are refused: ``Command.refused`` says which.
+        """
         if scenario.kind != "team":
             raise ControllerError(f'{scenario.name}: right of way needs a scenario of kind = "team"')
         robots = len(scenario.robots)
         if not is_connected(scenario.radio.adjacency(robots)):
             raise ControllerError(f"{scenario.name}: the graph {scenario.radio.graph!r} is not connected")
-        paths = scenario.trajectory.joined
-        lengths = paths.lengths
-        nodes = np.stack(
-            [np.stack(paths.at(share * lengths)[:2], axis=-1) for share in np.linspace(0, 1, CELLS + 1)], axis=-2
-        ).reshape(-1, robots, CELLS + 1, 2)
-        plan = plan_right_of_way(nodes, self.clearance, self.margin)
-        if not plan.found.any():
+        spans = np.atleast_2d(scenario.trajectory.ends)[:, :1]
+        plan, paths = self._planned(scenario.trajectory.joined, robots, spans[:, 0])
+        if not isinstance(scenario, Ensemble) and not plan.found.any():
             raise ControllerError(
-                f"{scenario.name}: there is no safe plan: no order of the robots and no horizon up to 3.4 times the "
-                f"duration keeps them {self.clearance:g} m apart; move starts or ends away from each other's paths"
+                f"{scenario.name}: there is no safe plan: no order of the robots, no side-step around who waits or is "
+                f"parked, and no horizon up to 3.4 times the duration keeps them {self.clearance:g} m apart; move "
+                "starts or ends away from each other's paths"
             )
-        duration = np.broadcast_to(scenario.trajectory.ends, (len(nodes), robots))[:, :1]
+        duration = np.broadcast_to(spans, (len(plan.found), 1))
         zero = np.zeros((runs, robots))
         pose = np.broadcast_to(scenario.starts, (runs, robots, 3))
         place = paths.nearest(pose[..., 0], pose[..., 1], zero, zero + WIDE)
@@ -100,14 +131,43 @@ class RightOfWay:
             np.broadcast_to(plan.factor[:, None] * duration, (runs, 1)),
             np.broadcast_to(duration, (runs, 1)),
             np.broadcast_to(plan.found[:, None], (runs, 1)),
-            lengths,
+            paths,
         )
+
+    def _planned(self, paths: Paths, robots: int, durations: np.ndarray) -> tuple[Plan, Paths]:
+        """The plan of every run, by the first of these ways that has one, and the paths it is for."""
+        together = np.minimum(TOGETHER / durations, 1.0)
+        nodes = _nodes(paths, robots)
+        plan = plan_right_of_way(nodes, self.clearance, self.margin, together=np.broadcast_to(together, len(nodes)))
+        if plan.found.all():
+            return plan, paths
+        tables = [
+            [paths.table[:, f : f + c + 1] for f, c in zip(first, cells, strict=True)]
+            for first, cells in zip(paths.first.reshape(-1, robots), paths.cells.reshape(-1, robots), strict=True)
+        ]
+        original = list(tables)
+        for way in _WAYS:
+            rest = np.flatnonzero(~plan.found)
+            if not len(rest):
+                break
+            clear = way.share * self.clearance
+            tried = [sidestepped(original[r], clear + ROOM, way.mirrored) if way.bent else original[r] for r in rest]
+            span = np.broadcast_to(together, len(nodes))[rest] if way.together else None
+            found = plan_right_of_way(_nodes(join_tables(tried), robots), clear, self.margin, together=span)
+            for k in np.flatnonzero(found.found):
+                tables[rest[k]] = tried[k]
+                for mine, theirs in zip(
+                    (plan.progress, plan.found, plan.factor), (found.progress, found.found, found.factor), strict=True
+                ):
+                    mine[rest[k]] = theirs[k]
+        joined = join_tables(tables)
+        return plan, replace(joined, lengths=joined.lengths.reshape(paths.lengths.shape))
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """The clock, the plan, the tracker, the brake."""
         heard = seen.heard
         assert heard is not None  # a simulation gives it to every law that says something
-        paths, lengths = seen.trajectory.joined, memory.lengths
+        paths, lengths = memory.paths, memory.paths.lengths
         reach = np.where(alone_for(heard, seen.time) > ALONE, WIDE, WINDOW)
         place = paths.nearest(seen.x, seen.y, memory.place, reach)
         # the clock
@@ -154,6 +214,13 @@ class RightOfWay:
         facing = -(dx * heard.values[6] + dy * heard.values[7]) > np.cos(CONE) * distance * other
         mutual = facing & (other > 0.01)
         return np.asarray((ahead & ~(first & mutual)).any(axis=-1))
+
+
+def _nodes(paths: Paths, robots: int) -> np.ndarray:
+    """The paths at equal shares of their lengths, (runs, robots, CELLS + 1, 2) m."""
+    shares = np.linspace(0, 1, CELLS + 1)
+    points = [np.stack(paths.at(share * paths.lengths)[:2], axis=-1) for share in shares]
+    return np.stack(points, axis=-2).reshape(-1, robots, CELLS + 1, 2)
 
 
 @njit(cache=True, error_model="numpy")

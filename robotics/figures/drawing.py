@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 
 from fuzzy.drawing import COLORS, LINES
@@ -13,6 +14,10 @@ from robotics.run import Run
 
 TARGET = {"color": "0.45", "linestyle": (0, (4, 2)), "linewidth": 1.0}  # how every reference is drawn
 POINTS = 2000  # of a line, at most about: a double column printed at 300 dpi is that wide
+OBSTACLE: dict[str, Any] = {"facecolor": "0.82", "edgecolor": "0.3", "linewidth": 0.8}
+# How the modes of robotics.events look, by code & 3: colours that no robot of a team of three has, and lines
+MODE_COLORS = ("0.7", "#E69F00", "#CC79A7", "#56B4E9")
+MODE_LINES: tuple[Any, ...] = ("-", "-", (0, (4, 1.5)), (0, (1, 1)))
 _MARKERS = "os^DvPX*"
 # A preset's place among the colours; the palest, orange, stays for what users add.
 _PLACES = {"fuzzy": 0, "lyapunov": 1, "csm": 2, "assm": 3, "qssm": 4, "esm": 6}
@@ -117,3 +122,34 @@ def last_known(values: np.ndarray) -> int:
     """The place of the last finite sample of (n,), or -1."""
     known = np.flatnonzero(np.isfinite(values))
     return int(known[-1]) if known.size else -1
+
+
+def draw_obstacles(ax: Axes, lines: Iterable[np.ndarray], **style: Any) -> None:
+    """Obstacles in a top view, from the outlines of :func:`robotics.environment.world.outlines`; walls are lines."""
+    look: dict[str, Any] = OBSTACLE | {"zorder": 1.5} | style
+    closed, walls = split_outlines(lines)
+    ax.add_collection(PolyCollection(closed, **look))
+    ax.add_collection(LineCollection(walls, colors=look["edgecolor"], linewidths=2.0, zorder=look["zorder"]))
+
+
+def split_outlines(lines: Iterable[np.ndarray]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """The outlines that come back to their first point, which enclose a solid, and the walls."""
+    listed = list(lines)
+    closed = [len(points) > 2 and bool(np.allclose(points[0], points[-1])) for points in listed]
+    return (
+        [points for points, solid in zip(listed, closed, strict=True) if solid],
+        [points for points, solid in zip(listed, closed, strict=True) if not solid],
+    )
+
+
+def rectangles(x: np.ndarray, y: np.ndarray, heading: np.ndarray, length: float, width: float) -> np.ndarray:
+    """The corners (n, 4, 2) [m] of robots at the poses (n,)."""
+    body = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * (length, width)
+    return placed(body, x, y, heading)
+
+
+def placed(shape: np.ndarray, x: np.ndarray, y: np.ndarray, heading: np.ndarray) -> np.ndarray:
+    """``shape`` (points, 2) turned and moved to every pose (n,): (n, points, 2)."""
+    cos, sin = np.cos(heading), np.sin(heading)
+    turn = np.stack([np.stack([cos, -sin], axis=-1), np.stack([sin, cos], axis=-1)], axis=-2)
+    return np.asarray(np.einsum("rij,pj->rpi", turn, shape) + np.stack([x, y], axis=-1)[:, None])

@@ -14,6 +14,13 @@ const STANDS = 0.005; // m/s and, tenfold, rad/s
 
 const PAIRS = 3; // where the looks of pairs begin, so that none is that of robot 1
 const dash = (i) => DASHES[i % DASHES.length];
+// What robots are about, by code & 3: colours beside those of three robots, each with its dashes; words come with the run
+const MODES = {
+  light: ["#8C959F", "#B87900", "#B04A82", "#1F86C4"],
+  dark: ["#8C959F", "#F0B429", "#E39CC4", "#8FD0F5"],
+};
+const MODE_DASHES = [[], [], [5, 3], [2, 2]];
+const GONE = 8; // the code of a stopped robot
 const words = { failure: "failure", delay: "delay", silence: "silent", stall: "stalled" };
 // A number as text: no −0, a true minus sign
 const fixed = (value, digits) =>
@@ -73,10 +80,23 @@ function unpack(run) {
     const a = values[i * frames + k], b = values[i * frames + Math.min(k + 1, frames - 1)];
     return a + share * (b - a);
   };
+  const modes = run.modes ? { ...run.modes, codes: new Int8Array(bytes(run.modes.codes)) } : null;
+  const mode = (i, { k, share }) => (modes ? modes.codes[i * frames + (share >= 1 ? Math.min(k + 1, frames - 1) : k)] : 0);
+  const sonar = run.sonar ? { ...run.sonar, readings: numbers(run.sonar.readings) } : null;
+  let obstacles = null;
+  if (run.obstacles) {
+    const places = Object.fromEntries(["x", "y", "turn"].map((name) => [name, numbers(run.obstacles[name])]));
+    obstacles = { bodies: run.obstacles.bodies, ...places, moving: places.x.length > run.obstacles.bodies.length };
+  }
+  // Where a body is: x, y [m] and its turn [rad]
+  const body = (b, { k, share }) => {
+    const n = obstacles.moving ? frames : 1, from = b * n + (n > 1 ? k : 0), to = b * n + Math.min(n - 1, n > 1 ? k + 1 : 0);
+    return ["x", "y", "turn"].map((name) => obstacles[name][from] + share * (obstacles[name][to] - obstacles[name][from]));
+  };
   const fault = (i, t) => run.faults.find(([robot, , start, end]) => robot === i && start <= t && t < end)?.[1];
   const stopped = (i, t) => run.stops[i] !== null && t >= run.stops[i];
   const ends = { start: time[0], end: time[frames - 1] };
-  return { ...run, ...ends, count, time, frames, channels, links, stale, locate, at, fault, stopped };
+  return { ...run, ...ends, count, time, frames, channels, links, stale, locate, at, fault, stopped, modes, mode, sonar, obstacles, body };
 }
 
 // What the chart can show: a line a robot, or a line a pair
@@ -115,8 +135,8 @@ function ticks(low, high, most) {
   return { values: out, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
 }
 
-function sized(canvas, height) {
-  const width = Math.max(160, canvas.parentNode.clientWidth), ratio = window.devicePixelRatio || 1;
+function sized(canvas, height, least = 160) {
+  const width = Math.max(least, canvas.parentNode.clientWidth), ratio = window.devicePixelRatio || 1;
   canvas.width = Math.round(width * ratio);
   canvas.height = Math.round(height * ratio);
   canvas.style.height = `${height}px`;
@@ -180,10 +200,26 @@ function axes(pen, box, view, theme, xs, ys, labels) {
   pen.fillText(labels[1], 4, box.top - 11);
 }
 
+// A model that says so when its run changes is shown anew, from the same time on if the run has it.
 function render({ model, el }) {
+  let shown = mount(model, el, null);
+  const again = () => {
+    const time = shown.time();
+    shown.remove();
+    shown = mount(model, el, time);
+  };
+  model.on?.("change:run", again);
+  return () => {
+    model.off?.("change:run", again);
+    shown.remove();
+  };
+}
+
+function mount(model, el, time) {
   const data = unpack(model.get("run")), { count } = data, few = count <= FEW;
   const calm = window.matchMedia("(prefers-reduced-motion: reduce)"), dark = window.matchMedia("(prefers-color-scheme: dark)");
-  const state = { t: data.start, playing: false, before: null, picked: few ? -1 : 0, over: -1, hidden: new Set() };
+  const begun = time === null ? data.start : Math.min(data.end, Math.max(data.start, time));
+  const state = { t: begun, playing: false, before: null, picked: few ? -1 : 0, over: -1, hidden: new Set() };
   const seen = (i) => !state.hidden.has(i);
 
   // Parts
@@ -193,8 +229,8 @@ function render({ model, el }) {
     return [make("label", {}, `${label} `, select), select];
   };
   const speeds = [...new Set([...SPEEDS, model.get("speed") || 1])].sort((a, b) => a - b);
-  const begun = String(model.get("speed") || 1);
-  const [speedLabel, speed] = choice("Speed", speeds.map((s) => [String(s), `${s}×`]), begun, () => {});
+  const pace = String(model.get("speed") || 1);
+  const [speedLabel, speed] = choice("Speed", speeds.map((s) => [String(s), `${s}×`]), pace, () => {});
   const tails = [["0", "none"], ["10", "10 s"], ["1e9", "all"]];
   const [trailLabel, trail] = choice("Trail", tails, count > 20 ? "10" : "1e9", () => draw());
   const shares = [["all", "all"], ["stale", "stale"], ["mine", "of the selected robot"], ["none", "hide"]];
@@ -209,6 +245,17 @@ function render({ model, el }) {
   const range = { type: "range", min: data.start, max: data.end, step: "any", value: data.start, "aria-label": "Time" };
   const slider = make("input", { ...range, oninput: () => seek(Number(slider.value)) });
   const clock = make("output", { class: "clock" });
+  const events = data.modes?.events ?? [];
+  const said = `What robots are about over time, and ${events.length} hand-overs; click to go to a time`;
+  const marks = make("canvas", { class: "marks", role: "img", "aria-label": said });
+  const timeline = data.modes ? make("div", { class: "timeline" }, slider, marks) : slider;
+  const jump = (way) => {
+    const times = events.map(([at]) => at).filter((at) => way * (at - state.t) > 1e-3);
+    if (times.length) seek(way > 0 ? Math.min(...times) : Math.max(...times));
+  };
+  const jumps = [["◂ hand-over", "to the hand-over before (key P)", -1], ["hand-over ▸", "to the next hand-over (key N)", 1]];
+  const cones = make("input", { type: "checkbox", checked: true, onchange: () => draw() });
+  const conesLabel = make("label", { class: "robot" }, cones, "Sonar cones");
   const about = `Top view of ${count} robot${count > 1 ? "s" : ""}, their paths and messages; the table has the numbers`;
   const scene = make("canvas", { role: "img", "aria-label": about });
   const plot = make("canvas", { role: "img", "aria-label": "Chart over time; click to go to a time" });
@@ -250,8 +297,10 @@ function render({ model, el }) {
   }
   const root = make("div", { class: "fp-root" },
     make("div", { class: "fp-scene" }, make("div", { class: "fp-canvas" }, scene),
-      make("div", { class: "controls" }, play, step("−1 s", "back 1 s", -1), step("+1 s", "forward 1 s", 1), slider, clock),
-      make("div", { class: "controls" }, speedLabel, trailLabel, ...(data.hears === null ? [] : [linksLabel])), note),
+      make("div", { class: "controls" }, play, step("−1 s", "back 1 s", -1), step("+1 s", "forward 1 s", 1), timeline, clock),
+      make("div", { class: "controls" }, speedLabel, trailLabel, ...(data.hears === null ? [] : [linksLabel]),
+        ...(data.sonar ? [conesLabel] : []), ...(events.length ? jumps.map(([text, label, way]) => button(text, () => jump(way), label)) : [])),
+      note),
     make("div", { class: "fp-side" }, make("div", { class: "controls" }, chartLabel),
       make("div", { class: "fp-canvas" }, plot), keys, summary, ...side));
   el.querySelectorAll(".fp-waiting").forEach((node) => node.remove());
@@ -264,11 +313,59 @@ function render({ model, el }) {
     root.classList.toggle("narrow", el.clientWidth < 600);
     const style = getComputedStyle(el), name = (v) => style.getPropertyValue(v).trim();
     const colors = COLORS[dark.matches ? "dark" : "light"], color = (i) => colors[i % colors.length];
-    theme = { color, ink: name("--fp-ink"), quiet: name("--fp-quiet"), line: name("--fp-line"), paper: name("--fp-paper") };
+    const modes = MODES[dark.matches ? "dark" : "light"], mode = (code) => modes[code & 3];
+    theme = { color, mode, ink: name("--fp-ink"), quiet: name("--fp-quiet"), line: name("--fp-line"), paper: name("--fp-paper") };
     root.querySelectorAll(".swatch").forEach((node) => drawSwatch(node));
     layoutScene();
     layoutChart();
+    if (data.modes) layoutMarks();
     draw();
+  }
+
+  // Under the slider: a row a robot, coloured while it does something else than track, and a tick at every hand-over
+  let strip = null;
+  function layoutMarks() {
+    const rows = few ? count : 0, size = sized(marks, 8 + 7 * rows, 60), left = 8, right = size.width - 8; // as a slider's thumb
+    strip = { size, x: (t) => left + ((right - left) * (t - data.start)) / (data.end - data.start) };
+    strip.time = (px) => data.start + ((data.end - data.start) * (px - left)) / (right - left);
+    strip.still = make("canvas");
+    strip.still.width = marks.width;
+    strip.still.height = marks.height;
+    const pen = begin(strip.still, size), { codes } = data.modes;
+    pen.font = "9px system-ui, 'DejaVu Sans', sans-serif";
+    pen.textBaseline = "middle";
+    for (let i = 0; i < rows; i++) {
+      const y = 7 + 7 * i;
+      pen.fillStyle = theme.quiet;
+      pen.fillText(`${i + 1}`, 0, y);
+      pen.lineWidth = 1;
+      pen.setLineDash([]);
+      pen.strokeStyle = theme.line;
+      pen.beginPath(); pen.moveTo(left, y); pen.lineTo(right, y); pen.stroke();
+      for (let k = 0, from = 0; k < data.frames; k++) {
+        const code = codes[i * data.frames + k];
+        if (k + 1 < data.frames && codes[i * data.frames + k + 1] === code) continue;
+        if (code > 0 && code < GONE) {
+          pen.lineWidth = 5;
+          pen.strokeStyle = theme.mode(code);
+          pen.setLineDash(MODE_DASHES[code & 3]);
+          pen.beginPath(); pen.moveTo(strip.x(data.time[from]), y); pen.lineTo(strip.x(data.time[Math.min(k + 1, data.frames - 1)]), y); pen.stroke();
+        }
+        from = k + 1;
+      }
+    }
+    pen.setLineDash([]);
+    pen.lineWidth = 1;
+    pen.strokeStyle = theme.ink;
+    for (const [at] of events) { pen.beginPath(); pen.moveTo(strip.x(at), 0); pen.lineTo(strip.x(at), size.height); pen.stroke(); }
+  }
+
+  function drawMarks(t) {
+    const pen = begin(marks, strip.size);
+    pen.drawImage(strip.still, 0, 0, strip.size.width, strip.size.height);
+    pen.strokeStyle = theme.ink;
+    pen.lineWidth = 2;
+    pen.beginPath(); pen.moveTo(strip.x(t), 0); pen.lineTo(strip.x(t), strip.size.height); pen.stroke();
   }
 
   function drawSwatch(node) {
@@ -290,8 +387,9 @@ function render({ model, el }) {
     const across = frame.right - frame.left, down = frame.bottom - frame.top;
     const scale = Math.min(across / (right - left + 2 * margin), down / (top - bottom + 2 * margin));
     const cx = (left + right) / 2, cy = (bottom + top) / 2, mx = frame.left + across / 2, my = frame.top + down / 2;
-    const grown = Math.max(1, (few ? 18 : count > 60 ? 8 : 11) / (data.size[0] * scale));
-    view = { size, scale, grown, x: (v) => mx + scale * (v - cx), y: (v) => my - scale * (v - cy) };
+    // Among obstacles a robot that is drawn too large would seem to touch them.
+    const grown = data.obstacles ? 1 : Math.max(1, (few ? 18 : count > 60 ? 8 : 11) / (data.size[0] * scale));
+    view = { size, scale, grown, frame, x: (v) => mx + scale * (v - cx), y: (v) => my - scale * (v - cy) };
     still = make("canvas");
     still.width = scene.width;
     still.height = scene.height;
@@ -299,6 +397,7 @@ function render({ model, el }) {
     const wide = across / scale / 2, high = down / scale / 2, rows = Math.max(2, (most * high) / wide);
     const xs = ticks(cx - wide, cx + wide, most), ys = ticks(cy - high, cy + high, rows);
     axes(pen, frame, view, theme, xs, ys, ["x [m]", "y [m]"]);
+    if (data.obstacles && !data.obstacles.moving) drawObstacles(pen, { k: 0, share: 0 });
     const nodes = data.channels.path_x.length / count;
     pen.strokeStyle = theme.quiet;
     pen.globalAlpha = few ? 0.9 : 0.5;
@@ -315,8 +414,11 @@ function render({ model, el }) {
     const old = `dashed if older than ${fixed(data.stale_after, 2)} s`;
     if (data.hears !== null) parts.push(`the half of a line at a robot: what it hears of the other, ${old}`);
     if (data.faults.length) parts.push("hatched: at fault");
+    if (data.obstacles) parts.push("grey: obstacle");
+    if (data.sonar) parts.push("cone: what a sonar reads, faint if nothing");
+    if (data.modes) parts.push("ring and bars under the slider: what a robot is about");
     if (calm.matches) parts.push("reduced motion: twice a second");
-    note.textContent = `${parts.join(" · ")}. Keys: space, ←, →, with shift 10 s.`;
+    note.textContent = `${parts.join(" · ")}. Keys: space, ←, →, with shift 10 s${data.sonar ? ", S: sonar" : ""}${events.length ? ", P and N: hand-overs" : ""}.`;
   }
 
   function layoutChart() {
@@ -393,6 +495,7 @@ function render({ model, el }) {
     const { t } = state, place = data.locate(t), ages = data.stale(t);
     drawScene(t, place, ages);
     drawChart(t, place);
+    if (strip) drawMarks(t);
     slider.value = t;
     const text = `${fixed(t, 2)} s`;
     slider.setAttribute("aria-valuetext", `${text} of ${fixed(data.end, 0)} s`);
@@ -403,6 +506,7 @@ function render({ model, el }) {
   function drawScene(t, place, ages) {
     const pen = begin(scene, view.size), { x, y, x_target: xt, y_target: yt } = data.channels, { frames } = data;
     pen.drawImage(still, 0, 0, view.size.width, view.size.height);
+    if (data.obstacles?.moving) drawObstacles(pen, place);
     const from = data.locate(t - Number(trail.value)).k;
     const where = Array.from({ length: count }, (_, i) => [view.x(data.at("x", i, place)), view.y(data.at("y", i, place))]);
     const marked = state.over >= 0 ? state.over : state.picked;
@@ -428,7 +532,51 @@ function render({ model, el }) {
       pen.moveTo(px - arm, py); pen.lineTo(px + arm, py); pen.moveTo(px, py - arm); pen.lineTo(px, py + arm);
       pen.stroke();
     }
+    if (data.sonar && cones.checked) for (let i = 0; i < count; i++) if (seen(i)) drawCones(pen, i, where[i], place);
     for (let i = 0; i < count; i++) if (seen(i)) drawRobot(pen, i, where[i], t, place, i === marked);
+  }
+
+  function drawObstacles(pen, place) {
+    pen.save();
+    pen.setLineDash([]);
+    pen.strokeStyle = theme.quiet;
+    data.obstacles.bodies.forEach(({ points, radius, solid }, b) => {
+      const [x, y, turn] = data.body(b, place), c = Math.cos(turn), s = Math.sin(turn);
+      pen.beginPath();
+      if (radius) pen.arc(view.x(x), view.y(y), radius * view.scale, 0, 7);
+      else for (const [px, py] of points) pen.lineTo(view.x(x + c * px - s * py), view.y(y + s * px + c * py));
+      pen.globalAlpha = 0.35;
+      pen.fillStyle = theme.quiet;
+      if (solid) pen.fill();
+      pen.globalAlpha = 1;
+      pen.lineWidth = solid ? 1.2 : 3;
+      pen.stroke();
+    });
+    pen.restore();
+  }
+
+  // A cone as far as its sonar reads; to its range, and faint, where it sees nothing
+  function drawCones(pen, i, [px, py], place) {
+    const { sensors, readings } = data.sonar, k = place.share >= 1 ? place.k + 1 : place.k;
+    const { left, right, top, bottom } = view.frame;
+    pen.save();
+    pen.beginPath(); pen.rect(left, top, right - left, bottom - top); pen.clip();
+    pen.translate(px, py);
+    pen.rotate(-data.at("heading", i, place));
+    pen.strokeStyle = pen.fillStyle = theme.color(i);
+    pen.lineWidth = 1;
+    sensors.forEach(([x, y, axis, half, range], q) => {
+      const read = readings[(i * sensors.length + q) * data.frames + k], echo = Number.isFinite(read);
+      pen.beginPath();
+      pen.moveTo(x * view.scale, -y * view.scale);
+      pen.arc(x * view.scale, -y * view.scale, (echo ? read : range) * view.scale, -axis - half, -axis + half);
+      pen.closePath();
+      pen.globalAlpha = echo ? 0.16 : 0.04;
+      pen.fill();
+      pen.globalAlpha = echo ? 0.8 : 0.2;
+      pen.stroke();
+    });
+    pen.restore();
   }
 
   function drawLinks(pen, where, ages, marked) {
@@ -489,13 +637,22 @@ function render({ model, el }) {
     const ring = Math.hypot(long, across) / 2 + 3;
     pen.strokeStyle = theme.ink;
     pen.lineWidth = 1.4;
-    if (marked) { pen.beginPath(); pen.arc(0, 0, ring + 1, 0, 7); pen.stroke(); }
+    const doing = stopped ? 0 : data.mode(i, place);
+    if (doing > 0 && doing < GONE) {
+      pen.save();
+      pen.strokeStyle = theme.mode(doing);
+      pen.setLineDash(MODE_DASHES[doing & 3]);
+      pen.lineWidth = few ? 3 : 2;
+      pen.beginPath(); pen.arc(0, 0, ring + 3, 0, 7); pen.stroke();
+      pen.restore();
+    }
+    if (marked) { pen.beginPath(); pen.arc(0, 0, ring + (doing ? 7 : 1), 0, 7); pen.stroke(); }
     if (stopped) {
       pen.beginPath();
       for (const sign of [1, -1]) { pen.moveTo(-ring, -sign * ring); pen.lineTo(ring, sign * ring); }
       pen.stroke();
     }
-    const trouble = stopped ? "stopped" : kind ? words[kind] : "";
+    const trouble = stopped ? "stopped" : kind ? words[kind] : doing && (few || marked) ? data.modes.words[doing] : "";
     if (few || marked || trouble) {
       const text = `${i + 1}${trouble ? `: ${trouble}` : ""}`;
       pen.font = "600 12px system-ui, 'DejaVu Sans', sans-serif";
@@ -532,6 +689,8 @@ function render({ model, el }) {
       if (data.stopped(i, t)) return "stopped";
       const kind = data.fault(i, t);
       if (kind) return words[kind];
+      const doing = data.mode(i, place);
+      if (doing) return data.modes.words[doing];
       return Math.abs(data.at("v", i, place)) < STANDS && Math.abs(data.at("w", i, place)) < 10 * STANDS ? "standing" : "driving";
     };
     const heard = (i) => {
@@ -563,6 +722,8 @@ function render({ model, el }) {
     }
     const named = faulty.slice(0, 6).map((i) => `robot ${i + 1}: ${condition(i)}`);
     said.push(faulty.length ? named.join(", ") + (faulty.length > 6 ? ", …" : "") : "no faults");
+    const last = events.filter(([at]) => at <= t + 1e-9).at(-1);
+    if (last) said.push(`${fixed(last[0], 2)} s, robot ${last[1] + 1}: ${last[2]} → ${last[3]} (${last[4]})`);
     if (ages.size) said.push(`${ages.size} of ${data.links.length} links stale`);
     put(summary, said.join(" · "));
   }
@@ -626,13 +787,20 @@ function render({ model, el }) {
   const scrub = (event) => seek(span.time(event.clientX - plot.getBoundingClientRect().left));
   plot.addEventListener("pointerdown", (event) => { plot.setPointerCapture(event.pointerId); scrub(event); });
   plot.addEventListener("pointermove", (event) => { if (event.buttons & 1) scrub(event); });
+  const atMark = (event) => seek(strip.time(event.clientX - marks.getBoundingClientRect().left));
+  marks.addEventListener("pointerdown", (event) => { marks.setPointerCapture(event.pointerId); atMark(event); });
+  marks.addEventListener("pointermove", (event) => { if (event.buttons & 1) atMark(event); });
   const hands = model.get("page") ? document : root;
   const onKey = (event) => {
     const on = event.target, type = on.tagName;
     if (event.ctrlKey || event.metaKey || event.altKey || type === "SELECT") return;
     const by = event.shiftKey ? 10 : 1;
     const times = { ArrowLeft: state.t - by, ArrowRight: state.t + by, Home: data.start, End: data.end };
-    const act = event.key === " " ? () => toggle() : event.key in times ? () => seek(times[event.key]) : null;
+    const letters = {};
+    if (data.sonar) letters.s = () => { cones.checked = !cones.checked; draw(); };
+    if (events.length) Object.assign(letters, { n: () => jump(1), p: () => jump(-1) });
+    const letter = letters[event.key.toLowerCase()];
+    const act = event.key === " " ? () => toggle() : event.key in times ? () => seek(times[event.key]) : letter;
     // Space presses a button and ticks a box by itself; a scrolling table has its own arrows.
     if (!act || (event.key === " " && (type === "BUTTON" || on.type === "checkbox"))) return;
     event.preventDefault();
@@ -645,7 +813,7 @@ function render({ model, el }) {
   dark.addEventListener("change", layout);
   calm.addEventListener("change", layout);
   layout();
-  return () => {
+  const remove = () => {
     toggle(false);
     observer.disconnect();
     hands.removeEventListener("keydown", onKey);
@@ -653,6 +821,7 @@ function render({ model, el }) {
     calm.removeEventListener("change", layout);
     root.remove();
   };
+  return { remove, time: () => state.t };
 }
 
 export default { render };

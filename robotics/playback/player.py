@@ -1,7 +1,8 @@
 """A player of a run for a browser: one HTML file without a library, or a part of a page.
 
 The picture, the controls and the chart are ``player.js`` with the looks of ``player.css``; here the run is packed for
-them: at most 20 frames a second and about 100,000 poses, every channel as 16-bit numbers of its own range.
+them: at most 20 frames a second and about 100,000 poses, every channel as 16-bit numbers of its own range. What the
+sonars read is what the run recorded.
 """
 
 import base64
@@ -15,9 +16,12 @@ from typing import Any
 import numpy as np
 
 from fuzzy.atomic import replacing
+from robotics.environment.world import outlines
+from robotics.events import MODES
 from robotics.playback.replay import Replay, replay, span
 from robotics.robot import Robot
 from robotics.run import Run
+from robotics.sensing.sonar import SONAR
 
 RATE = 20.0  # frames a second, at most
 _POSES = 100_000  # frames × robots, at most
@@ -68,6 +72,9 @@ def player_data(
         "hears": None if film.hears is None else _coded(np.packbits(film.hears.ravel(), bitorder="little")),
         "stale": _coded(np.stack(film.stale, axis=1).astype("<f4")),
         "stale_after": film.stale_after,
+        "obstacles": _obstacles(film),
+        "sonar": _sonar(film),
+        "modes": _modes(film),
     }
 
 
@@ -148,6 +155,45 @@ def _packed(values: np.ndarray) -> dict[str, Any]:
     scale, offset = (high - low) / _STEPS or 1.0, (low + high) / 2
     whole = np.where(known, np.rint((np.where(known, values, offset) - offset) / scale), _UNKNOWN)
     return {"offset": offset, "scale": scale, "data": _coded(whole.astype("<i2"))}
+
+
+def _obstacles(film: Replay) -> dict[str, Any] | None:
+    """Each body's outline [m] about the center of its circle, and where that is and how it has turned, a frame each.
+
+    Of bodies at rest there is one frame. ``solid`` ones are filled, the others are walls.
+    """
+    if film.obstacles is None:
+        return None
+    count, circles, segments = int(film.obstacles.counts[0]), film.obstacles.circles, film.obstacles.segments
+    centers = np.moveaxis(circles[:, :count, :2], 0, -1)  # (bodies, 2, frames)
+    bodies, turns = [], np.zeros((count, len(circles)))
+    for b, line in enumerate(outlines(film.obstacles)):
+        first, number, closed, _ = film.obstacles.bodies[0, b]
+        shape = {"points": np.round(line - centers[b, :, 0], 4).tolist(), "solid": bool(closed or number == 0)}
+        if number == 0:
+            shape = {"radius": round(float(circles[0, b, 2]), 4), "solid": True}
+        else:
+            along = segments[:, first, 2:] - segments[:, first, :2]
+            angle = np.unwrap(np.arctan2(along[:, 1], along[:, 0]))
+            turns[b] = angle - angle[0]
+        bodies.append(shape)
+    return {"bodies": bodies, "x": _packed(centers[:, 0]), "y": _packed(centers[:, 1]), "turn": _packed(turns)}
+
+
+def _sonar(film: Replay) -> dict[str, Any] | None:
+    """Where the sonars are mounted, x, y [m], axis, half the cone [rad], range [m]; and what they read [m]."""
+    if film.ranges is None:
+        return None
+    mounted = [[round(v, 6) for v in (s.x, s.y, s.axis, s.half_cone, s.range)] for s in SONAR]
+    return {"sensors": mounted, "readings": _packed(film.ranges)}
+
+
+def _modes(film: Replay) -> dict[str, Any] | None:
+    """The words for the codes, a code a robot and frame, and the hand-overs: time [s], robot, from, to, why."""
+    if film.modes is None:
+        return None
+    events = [[round(e.time, 3), e.robot, e.before, e.after, e.why] for e in film.handovers]
+    return {"words": list(MODES), "codes": _coded(film.modes.astype(np.int8)), "events": events}
 
 
 def _thinned(film: Replay) -> np.ndarray:

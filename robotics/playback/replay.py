@@ -1,6 +1,7 @@
 """A replay: what a moving picture of one seed of a run shows.
 
-Beside poses, speeds and targets these are the faults and stops as spans of time, and which messages were stale when.
+Beside poses, speeds and targets these are the faults and stops as spans of time, which messages were stale when, the
+obstacles, what the sonars read, and what each robot was about.
 """
 
 from dataclasses import dataclass, field
@@ -9,8 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.errors import InputError
+from robotics.environment.world import NUMBER, Geometry, outlines
+from robotics.events import Event, mode_events
 from robotics.radio import FAULTS
 from robotics.run import Run
+from robotics.sensing.sonar import SONAR
 
 KINDS = {code: kind for kind, code in FAULTS.items()}  # what the codes of the channel "fault" mean
 _MOST_STALE = 40_000  # spans of stale messages kept: the longest
@@ -78,6 +82,10 @@ class Replay:
     hears: np.ndarray | None = field(repr=False)  # (receivers, senders) bool; none: no messages were recorded
     stale: StaleSpans = field(repr=False)
     stale_after: float = 0.0  # s: older messages are stale
+    obstacles: Geometry | None = field(default=None, repr=False)  # its first axis: the frames, or 1 if all rest
+    ranges: np.ndarray | None = field(default=None, repr=False)  # (robots, sensors of SONAR, frames) m; inf: nothing
+    modes: np.ndarray | None = field(default=None, repr=False)  # codes of robotics.events.MODES
+    handovers: tuple[Event, ...] = field(default=(), repr=False)  # changes of mode, in the order of time
 
     @property
     def title(self) -> str:
@@ -92,18 +100,51 @@ class Replay:
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """The least and greatest x, then y [m], of all paths and of all that was driven."""
-        points = np.concatenate([*self.paths, np.stack([self.x.ravel(), self.y.ravel()])], axis=1)
+        """The least and greatest x, then y [m], of all paths, of all that was driven, and of the obstacles."""
+        parts = [*self.paths, np.stack([self.x.ravel(), self.y.ravel()])]
+        if self.obstacles is not None:
+            circles = self.obstacles.circles[:, : self.obstacles.counts[0]]
+            centers, radius = np.moveaxis(circles[..., :2], -1, 0), circles[..., 2]
+            disc = self.obstacles.bodies[:, : circles.shape[1], NUMBER] == 0
+            ends = np.moveaxis(self.obstacles.segments.reshape(-1, 2), -1, 0)
+            parts += [ends, *((centers[:, disc] + way * radius[disc]) for way in (-1, 1))]
+        points = np.concatenate(parts, axis=1)
         (left, bottom), (right, top) = np.nanmin(points, axis=1), np.nanmax(points, axis=1)
         return float(left), float(right), float(bottom), float(top)
 
     def at(self, time: float) -> Moment:
         """The robots at ``time`` [s], interpolated between frames."""
+        k, after, share = self._between(time)
+        rows = (getattr(self, name) for name in Moment._fields)
+        return Moment(*((1 - share) * row[:, k] + share * row[:, after] for row in rows))
+
+    def _between(self, time: float) -> tuple[int, int, float]:
+        """The frames before and after ``time`` [s], and how far it is from the one to the other, 0 to 1."""
         k = int(np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, max(0, len(self.time) - 2)))
         after = min(k + 1, len(self.time) - 1)
         share = np.clip((time - self.time[k]) / ((self.time[after] - self.time[k]) or 1.0), 0.0, 1.0)
-        rows = (getattr(self, name) for name in Moment._fields)
-        return Moment(*((1 - share) * row[:, k] + share * row[:, after] for row in rows))
+        return k, after, float(share)
+
+    def obstacles_at(self, time: float) -> list[np.ndarray]:
+        """What to draw of the obstacles at ``time`` [s]: see :func:`robotics.environment.world.outlines`."""
+        if self.obstacles is None:
+            return []
+        if len(self.obstacles.counts) == 1:
+            return outlines(self.obstacles)
+        k, after, share = self._between(time)
+        circles, segments = (
+            (1 - share) * part[k : k + 1] + share * part[after : after + 1]
+            for part in (self.obstacles.circles, self.obstacles.segments)
+        )
+        rest = Geometry(circles, self.obstacles.bodies[k : k + 1], segments, self.obstacles.counts[k : k + 1])
+        return outlines(rest)
+
+    def mode_at(self, robot: int, time: float) -> int:
+        """The code of what that robot is about at ``time`` [s]; that of the last frame, as modes do not blend."""
+        if self.modes is None:
+            return 0
+        k = int(np.clip(np.searchsorted(self.time, time + 1e-9, side="right") - 1, 0, len(self.time) - 1))
+        return int(self.modes[robot, k])
 
     def kind_at(self, robot: int, time: float) -> str:
         """The fault of that robot at ``time`` [s], or ""."""
@@ -131,6 +172,20 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
         limit = stale or _usual(run, place)
         hears, spans = _staleness(run, place, limit)
     stopped = run.stopped[place]
+    # What does not blend is that of the last sample.
+    held = np.clip(np.searchsorted(run.time, times + 1e-9, side="right") - 1, 0, len(run.time) - 1)
+    obstacles = run.obstacles
+    if obstacles is not None and len(obstacles.counts) > 1:
+        obstacles = Geometry(*(part[held] for part in obstacles))
+    ranges = None
+    if run.ranges is not None and run.ranges.shape[-1] == len(SONAR):  # of other sensors the mounting is not known
+        ranges = np.moveaxis(run.ranges[held, place], 0, -1)
+    modes: np.ndarray | None = None
+    handovers: tuple[Event, ...] = ()
+    if run.modes is not None:
+        modes = run.modes[held, place].T
+        changes = mode_events(run.time, run.modes[:, place : place + 1])
+        handovers = tuple(e for e in changes if times[0] < e.time <= times[-1] + 1e-9)
     return Replay(
         run.scenario,
         run.controller,
@@ -150,6 +205,10 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
         hears,
         spans,
         limit,
+        obstacles,
+        ranges,
+        modes,
+        handovers,
     )
 
 

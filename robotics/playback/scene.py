@@ -15,7 +15,18 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from fuzzy.drawing import COLORS, DOUBLE, LINES, figure_of, new_figure, text_width
-from robotics.figures.drawing import TARGET, draw_line, strided
+from robotics.events import MODES, STOPPED
+from robotics.figures.drawing import (
+    MODE_COLORS,
+    MODE_LINES,
+    OBSTACLE,
+    TARGET,
+    draw_line,
+    draw_obstacles,
+    placed,
+    split_outlines,
+    strided,
+)
 from robotics.playback.replay import KINDS, Replay
 from robotics.robot import Robot
 
@@ -44,6 +55,9 @@ class Scene:
     fresh: LineCollection
     old: LineCollection
     stops: Line2D
+    rings: LineCollection  # around robots that do something else than track: what, by colour and line
+    solids: PolyCollection  # obstacles, if some move
+    walls: LineCollection
     labels: list[Text]  # numbers of the robots, if few; else those at fault
     clock: Text
     cursor: Line2D
@@ -88,7 +102,7 @@ class _Backdrop(Artist):
 
 def _moving(scene: Scene) -> list[Artist]:
     fixed = (scene.bodies, scene.marks, scene.trails, scene.targets, scene.fresh, scene.old, scene.stops, scene.clock)
-    return [*fixed, scene.cursor, *scene.hatched.values(), *scene.labels]
+    return [*fixed, scene.rings, scene.solids, scene.walls, scene.cursor, *scene.hatched.values(), *scene.labels]
 
 
 def _leaves(figure: Figure) -> list[Artist]:
@@ -103,7 +117,7 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     wide = DOUBLE - _LEFT - _RIGHT
     high = float(np.clip(wide * (top - bottom + 2 * margin) / (right - left + 2 * margin), 1.6, 5.2))
     scale = min(wide / (right - left + 2 * margin), high / (top - bottom + 2 * margin))  # inches a metre
-    height = _TITLE + high + _GAP + _NOTE + _CHART + _GAP
+    height = _TITLE + high + _GAP + _NOTE + (0.12 if film.modes is not None else 0) + _CHART + _GAP
     # A video has an even number of pixels each way.
     figure = new_figure(2 * round(DOUBLE * dpi / 2) / dpi, 2 * round(height * dpi / 2) / dpi, constrained=False)
     ax = figure.add_axes((_LEFT / DOUBLE, 1 - (_TITLE + high) / height, wide / DOUBLE, high / height))
@@ -114,7 +128,8 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     robots, few = len(film.x), len(film.x) <= FEW
     machine = Robot()
     least = 0.16 if few else 0.09 if robots <= 60 else 0.07  # inches
-    enlarged = max(1.0, least / (machine.length * scale))
+    # Among obstacles a robot that is drawn too large would seem to touch them.
+    enlarged = 1.0 if film.obstacles is not None else max(1.0, least / (machine.length * scale))
     colors = [COLORS[i % len(COLORS)] for i in range(robots)]
     for nodes in film.paths:
         quiet = TARGET if few else TARGET | {"linewidth": 0.5, "alpha": 0.5}
@@ -133,7 +148,12 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     bodies, marks, hatched, trails = collections
     fresh = LineCollection([], colors="black", linewidths=0.6, alpha=0.5 if few else 0.25, zorder=3)
     old = LineCollection([], colors="black", linewidths=0.8, linestyles=[(0, (3, 3))], zorder=3)
-    for collection in (bodies, marks, *hatched.values(), trails, fresh, old):
+    rings = LineCollection([], linewidths=2.0 if few else 1.2, zorder=4.5)
+    solids = PolyCollection([], **OBSTACLE, zorder=1.5)
+    walls = LineCollection([], colors="0.3", linewidths=2.0, zorder=1.5)
+    if film.obstacles is not None and len(film.obstacles.counts) == 1:
+        draw_obstacles(ax, film.obstacles_at(film.time[0]))
+    for collection in (bodies, marks, *hatched.values(), trails, fresh, old, rings, solids, walls):
         ax.add_collection(collection, autolim=False)
     aims = np.zeros(robots)
     targets = ax.scatter(aims, aims, marker="+", s=30 if few else 8, c=colors, linewidths=thin, zorder=4)
@@ -144,7 +164,24 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     cursor = chart.axvline(film.time[0], color="black", linewidth=1.0)
     size = (machine.length * enlarged, machine.width * enlarged)
     return Scene(
-        figure, film, enlarged, size, bodies, marks, hatched, trails, targets, fresh, old, stops, labels, clock, cursor
+        figure,
+        film,
+        enlarged,
+        size,
+        bodies,
+        marks,
+        hatched,
+        trails,
+        targets,
+        fresh,
+        old,
+        stops,
+        rings,
+        solids,
+        walls,
+        labels,
+        clock,
+        cursor,
     )
 
 
@@ -160,7 +197,7 @@ def show_frame(scene: Scene, time: float) -> None:
     long, across = scene.size
     body = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * (long, across)
     arrow = np.array([[0.44, 0.0], [-0.3, 0.24], [-0.3, -0.24]]) * (long, across)
-    outlines, arrows = _placed(body, x, y, heading), _placed(arrow, x, y, heading)
+    outlines, arrows = placed(body, x, y, heading), placed(arrow, x, y, heading)
     scene.bodies.set_verts(list(outlines))
     scene.bodies.set_facecolor(list(np.where(hollow, "white", colors)))
     scene.marks.set_verts(list(arrows))
@@ -175,21 +212,32 @@ def show_frame(scene: Scene, time: float) -> None:
     scene.trails.set_segments(list(np.concatenate([driven, places[:, None]], axis=1)))
     scene.targets.set_offsets(np.stack([now.x_target, now.y_target], axis=-1))
     _show_links(scene, time, places)
+    if film.obstacles is not None and len(film.obstacles.counts) > 1:
+        solids, walls = split_outlines(film.obstacles_at(time))
+        scene.solids.set_verts(solids)
+        scene.walls.set_segments(walls)
+    doing = [film.mode_at(i, time) for i in range(len(x))]
+    _show_modes(scene, doing, places)
     scene.stops.set_data(x[stopped], y[stopped])
     shift = hypot(long, across) / 2
     for i, (label, kind) in enumerate(zip(scene.labels, kinds, strict=True)):
-        trouble = "stopped" if stopped[i] else WORDS.get(kind, "")
+        about = MODES[doing[i]] if 0 < doing[i] < STOPPED and (few or doing[i] > 3) else ""
+        trouble = "stopped" if stopped[i] else WORDS.get(kind, about)
         label.set_text(f"{i + 1}: {trouble}" if trouble else f"{i + 1}" if few else "")
         label.set_position((x[i] + 0.8 * shift, y[i] + 0.8 * shift))
     scene.clock.set_text(f"t = {time:6.2f} s")
     scene.cursor.set_xdata([time, time])
 
 
-def _placed(shape: np.ndarray, x: np.ndarray, y: np.ndarray, heading: np.ndarray) -> np.ndarray:
-    """``shape`` (points, 2) turned and moved to every robot: (robots, points, 2)."""
-    cos, sin = np.cos(heading), np.sin(heading)
-    turn = np.stack([np.stack([cos, -sin], axis=-1), np.stack([sin, cos], axis=-1)], axis=-2)
-    return np.asarray(np.einsum("rij,pj->rpi", turn, shape) + np.stack([x, y], axis=-1)[:, None])
+def _show_modes(scene: Scene, doing: list[int], places: np.ndarray) -> None:
+    """A ring around every robot that does something else than track; the label says what."""
+    busy = [i for i, code in enumerate(doing) if 0 < code < STOPPED]
+    angle, radius = np.linspace(0, 2 * np.pi, 33), 0.62 * hypot(*scene.size)
+    circle = radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    scene.rings.set_segments([places[i] + circle for i in busy])
+    if busy:
+        scene.rings.set_color([MODE_COLORS[doing[i] & 3] for i in busy])
+        scene.rings.set_linestyle([MODE_LINES[doing[i] & 3] for i in busy])
 
 
 def _show_links(scene: Scene, time: float, places: np.ndarray) -> None:
@@ -232,8 +280,27 @@ def _draw_chart(ax: Axes, film: Replay, colors: list[str]) -> None:
     ax.set(xlim=(film.time[0], film.time[-1]), xlabel="time [s]")
     ax.set_ylabel("progress s" if film.progress is not None else "to the target [m]")
     shade_faults(ax, film.faults, film.time[0], film.time[-1])
+    if film.modes is not None:
+        _draw_modes(ax, film, few)
     if few:
         ax.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncol=FEW, handlelength=2.2)
+
+
+def _draw_modes(ax: Axes, film: Replay, few: bool) -> None:
+    """Above the time axis a row a robot, coloured while it does something else than track; hand-overs as ticks."""
+    assert film.modes is not None
+    across = ax.get_xaxis_transform()
+    rows = len(film.modes) if few else 0
+    for i in range(rows):
+        level = 0.03 + 0.05 * (rows - 1 - i)
+        for code in (1, 2, 3):
+            busy = np.where((film.modes[i] & 3 == code) & (film.modes[i] < STOPPED), level, np.nan)
+            look: dict[str, Any] = {"color": MODE_COLORS[code], "linestyle": MODE_LINES[code], "linewidth": 3.0}
+            ax.plot(film.time, busy, transform=across, **look)
+    ticks = [[(event.time, 0.0), (event.time, 0.03 + 0.05 * rows)] for event in film.handovers]
+    ax.add_collection(
+        LineCollection(ticks, colors="0.3", linewidths=0.6, linestyles="-", transform=across), autolim=False
+    )
 
 
 def shade_faults(ax: Axes, faults: Any, start: float, end: float, named: bool = True) -> None:
@@ -262,8 +329,11 @@ def _note(film: Replay, enlarged: float, speed: float) -> str:
     parts = [f"{speed:g} times real time", "dashed: path", "+: target", size, "outline only: standing"]
     if film.faults:
         parts.append("hatched: at fault")
-    if film.hears is None:
-        return "; ".join(parts)
-    many = "only the latter drawn" if int(film.hears.sum()) > _MANY_LINKS else ""
-    links = f"half a line at a robot: what it hears of the other, dashed if older than {film.stale_after:g} s"
-    return "; ".join(parts) + "\n" + "; ".join(filter(None, [links, many]))
+    lines = ["; ".join(parts)]
+    if film.hears is not None:
+        links = f"half a line at a robot: what it hears of the other, dashed if older than {film.stale_after:g} s"
+        lines.append(links + ("; only the latter drawn" if int(film.hears.sum()) > _MANY_LINKS else ""))
+    if film.modes is not None:
+        meaning = "orange: avoiding, pink dashed: along the wall, light blue dotted: yielding; ticks: hand-overs"
+        lines.insert(0, f"ring, and bars in the chart (robot 1 on top): {meaning}")
+    return "\n".join(lines)

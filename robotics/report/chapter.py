@@ -18,6 +18,15 @@ class Picture(NamedTuple):
     draw: Callable[[], Figure]
 
 
+class Plate(NamedTuple):
+    """A figure that is drawn."""
+
+    name: str
+    caption: str
+    alt: str
+    png: bytes
+
+
 class Film(NamedTuple):
     """A run to play in the report; ``make`` gives its HTML when its turn comes."""
 
@@ -42,7 +51,7 @@ class Chapter:
     text: tuple[str, ...]  # paragraphs
     tables: Sequence[Grid]
     details: Sequence[Grid]  # tables that are folded away
-    pictures: Sequence[Picture]
+    pictures: Sequence[Picture | Plate]
     claims: Sequence[Claim]
     films: Sequence[Film] = ()
     folded: str = "More tables"  # what the folded-away tables are called

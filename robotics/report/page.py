@@ -25,7 +25,7 @@ from robotics.figures.drawing import looks, seeds_as_text
 from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
 from robotics.figures.saving import plot_comparison, plot_errors, plot_paths, plot_velocities
 from robotics.playback.player import player_script
-from robotics.report.chapter import Chapter, Picture
+from robotics.report.chapter import Chapter, Picture, Plate
 from robotics.report.claims import Claim, Verdict
 from robotics.report.summarytable import SummaryTable, summary_table
 from robotics.robot import Robot
@@ -36,7 +36,7 @@ _DPI = 200
 _PER_ROBOT = 4  # robots of a scenario that get their own pictures of errors and speeds
 
 
-class _Section(NamedTuple):
+class Section(NamedTuple):
     """One scenario's part of the report."""
 
     scenario: Scenario
@@ -44,7 +44,7 @@ class _Section(NamedTuple):
     facts: list[tuple[str, str]]
     table: SummaryTable
     divergences: list[str]
-    pictures: list[Picture]
+    pictures: list[Plate]
 
 
 def write_report(
@@ -54,28 +54,25 @@ def write_report(
     *,
     chapters: Sequence[Chapter] = (),
     command: str | None = None,
-    advance: Callable[[], None] | None = None,
+    sections: Sequence[Section] | None = None,
 ) -> Path:
     """Write ``folder``/report.html and ``folder``/figures/*.png; the path of the former comes back.
 
     Without claims their section is left out; the claims of ``chapters`` join them. ``command`` is the command line
-    that made the comparison; ``advance``
-    is called after every figure, :func:`figure_count` times. Every file appears whole or not at all. Raises OSError.
+    that made the comparison; ``sections`` are those of :func:`draw_sections` if they are drawn already. Every file
+    appears whole or not at all. Raises OSError.
     """
     folder = Path(folder)
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    sections = [_section(comparison, scenario) for scenario in comparison.scenarios]
-    laws = _law_pictures()
+    sections = draw_sections(comparison) if sections is None else sections
+    laws = [plate(picture) for picture in _law_pictures()]
     images: dict[str, str] = {}
     claims = [*claims, *(claim for chapter in chapters for claim in chapter.claims)]
     own = [picture for section in sections for picture in section.pictures]
-    for picture in [*own, *(picture for chapter in chapters for picture in chapter.pictures), *laws]:
-        data = _png(picture.draw())
+    for picture in [*own, *(plate(picture) for chapter in chapters for picture in chapter.pictures), *laws]:
         with replacing(folder / "figures" / f"{picture.name}.png") as path:
-            path.write_bytes(data)
-        images[picture.name] = base64.b64encode(data).decode("ascii")
-        if advance is not None:
-            advance()
+            path.write_bytes(picture.png)
+        images[picture.name] = base64.b64encode(picture.png).decode("ascii")
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     template = environment.from_string(
         (resources.files("robotics") / "report" / "report.html.j2").read_text(encoding="utf-8"),
@@ -104,10 +101,21 @@ def write_report(
     return folder / "report.html"
 
 
-def figure_count(comparison: Comparison, chapters: Sequence[Chapter] = ()) -> int:
-    """How many figures :func:`write_report` draws."""
-    drawn = sum(len(_pictures(comparison, s)) for s in comparison.scenarios) + len(_law_pictures())
-    return drawn + sum(len(chapter.pictures) for chapter in chapters)
+def draw_sections(comparison: Comparison, advance: Callable[[], None] | None = None) -> list[Section]:
+    """The parts of a report on the comparison's scenarios; ``advance`` is called after every figure."""
+    return [_section(comparison, scenario, advance) for scenario in comparison.scenarios]
+
+
+def figure_count(comparison: Comparison) -> int:
+    """How many figures :func:`draw_sections` draws."""
+    return sum(len(_pictures(comparison, scenario)) for scenario in comparison.scenarios)
+
+
+def plate(picture: Picture | Plate) -> Plate:
+    """The picture, drawn."""
+    if isinstance(picture, Plate):
+        return picture
+    return Plate(picture.name, picture.caption, picture.alt, _png(picture.draw()))
 
 
 def _png(figure: Figure) -> bytes:
@@ -122,15 +130,20 @@ def _png(figure: Figure) -> bytes:
 # What is drawn -------------------------------------------------------------------------------------------------
 
 
-def _section(comparison: Comparison, scenario: Scenario) -> _Section:
+def _section(comparison: Comparison, scenario: Scenario, advance: Callable[[], None] | None) -> Section:
     runs = [comparison.runs[scenario.name, name] for name in comparison.controllers]
-    return _Section(
+    plates = []
+    for picture in _pictures(comparison, scenario):
+        plates.append(plate(picture))
+        if advance is not None:
+            advance()
+    return Section(
         scenario,
         _slug(comparison, scenario),
         _facts(scenario),
         summary_table(comparison, scenario.name),
         [line for run in runs for line in run.divergences()],
-        _pictures(comparison, scenario),
+        plates,
     )
 
 

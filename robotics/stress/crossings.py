@@ -1,8 +1,8 @@
 """Random crossings: teams whose paths meet, so that robots which keep their timing would collide.
 
-As the prototype behind the thesis's errata drew them: paths in a square of 16 m² a robot, at least one pair nearer
-than 0.4 m at equal progress; starts and ends at least 0.6 m clear of the other paths (class A), or only 0.9 m apart
-from each other (class B).
+Paths lie in a field of 16 m² a robot, 8 × 6 m for three, at least one pair nearer than 0.4 m at equal progress; starts
+and ends are at least 0.6 m clear of the other paths (class A), or only 0.9 m apart from each other (class B). The
+thesis has its two tests only; the classes are a choice.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,17 +11,18 @@ from typing import Literal
 import numpy as np
 
 from robotics.ensemble import Ensemble, EvenTiming, join_tables, quintic_table
-from robotics.path import CURVATURE, Quintic, X, Y
+from robotics.path import Quintic, X, Y
 from robotics.radio import Radio
 from robotics.scenario import Member, Scenario, Sensing
 from robotics.trajectory import Timing
 
 CROSSING_STREAM = 6  # of a seed's random streams: see robotics.radio
-AREA = 16.0  # m² a robot
+AREA, ASPECT = 16.0, 4 / 3  # m² a robot; of the field's sides
 CLEAR, APART, CONFLICT = 0.6, 0.9, 0.4  # m
 TIGHTEST = 0.35  # m: the smallest radius of a path
 SPEED = 0.22  # m/s: mean speed on the longest path
 _SAMPLES = 101  # of a path, for distances
+_FINE = np.linspace(0.0, 1.0, 201)  # of its parameter
 
 
 def crossing_ensemble(
@@ -31,9 +32,10 @@ def crossing_ensemble(
     *,
     radio: Radio | None = None,
     factor: float = 4.0,
+    extra: float = 0.0,
     advance: Callable[[], None] | None = None,
 ) -> Ensemble:
-    """A crossing for every seed, simulated for ``factor`` times the longest nominal duration at most.
+    """A crossing for every seed, for ``factor`` times the longest nominal duration and ``extra`` [s] at most.
 
     A seed's crossing is the same whatever the other seeds are.
     """
@@ -53,7 +55,7 @@ def crossing_ensemble(
     scenario = Scenario(
         name=f"crossing-{robots}-{kind}",
         robots=(shared,) * robots,
-        duration=float(np.ceil(factor * durations.max())),
+        duration=float(np.ceil(factor * durations.max() + extra)),
         kind="team",
         sensing=Sensing(posture="pose", position_noise=0.003, heading_noise=0.003),
         radio=radio or Radio(),
@@ -63,35 +65,37 @@ def crossing_ensemble(
 
 def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B"] = "A") -> list[np.ndarray]:
     """The tables of one crossing's paths, one a robot."""
-    side = np.sqrt(AREA * robots)
+    field = np.sqrt(AREA * robots * np.array([ASPECT, 1 / ASPECT]))
     while True:
-        tables: list[np.ndarray] = []
+        shapes: list[Quintic] = []
         points: list[np.ndarray] = []
         for _ in range(400 * robots):
-            table = _random_path(rng, side)
-            if table is None:
-                continue
-            sampled = table[:2, np.linspace(0, table.shape[1] - 1, _SAMPLES).astype(int)].T
-            if all(_clear(sampled, other, kind) for other in points):
-                tables.append(table)
-                points.append(sampled)
-            if len(tables) == robots:
+            drawn = _random_path(rng, field)
+            if drawn is not None and all(_clear(drawn[1], other, kind) for other in points):
+                shapes.append(drawn[0])
+                points.append(drawn[1])
+            if len(shapes) == robots:
                 break
-        if len(tables) == robots and _conflict(np.array(points)):
-            return tables
+        if len(shapes) == robots and _conflict(np.array(points)):
+            return [quintic_table(shape) for shape in shapes]
 
 
-def _random_path(rng: np.random.Generator, side: float) -> np.ndarray | None:
-    start, end = rng.uniform(0.0, side, (2, 2))
+def _random_path(rng: np.random.Generator, field: np.ndarray) -> tuple[Quintic, np.ndarray] | None:
+    """A path, and points (samples, 2) [m] at equal shares of its length, to a few millimetres."""
+    start, end = rng.uniform(0.0, 1.0, (2, 2)) * field
     gap = end - start
     reach = float(np.hypot(*gap))
     bends = np.arctan2(gap[1], gap[0]) + rng.uniform(-0.7, 0.7, 2)
-    if reach < 0.5 * side or reach < 2.0:
+    if reach < 0.5 * np.sqrt(field.prod()) or reach < 2.0:
         return None
     out, into = (reach * np.array([np.cos(a), np.sin(a)]) for a in bends)
     shape = Quintic(start=tuple(start), end=tuple(end), start_tangent=tuple(out), end_tangent=tuple(into))
-    table = quintic_table(shape)
-    return table if np.abs(table[CURVATURE]).max() <= 1 / TIGHTEST else None
+    position, slope, bend = shape.curve(_FINE)
+    if np.any(np.abs(slope[0] * bend[1] - slope[1] * bend[0]) * TIGHTEST > np.hypot(*slope) ** 3):
+        return None
+    measured = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(position, axis=1)))])
+    wanted = np.linspace(0.0, measured[-1], _SAMPLES)
+    return shape, np.stack([np.interp(wanted, measured, row) for row in position], axis=1)
 
 
 def _clear(a: np.ndarray, b: np.ndarray, kind: str) -> bool:

@@ -1,4 +1,8 @@
-"""Stress tests: thousands of random scenarios in one pass, and what went wrong in which of them."""
+"""Stress tests: thousands of random scenarios in one pass, and what went wrong in which of them.
+
+A run goes on after a contact, as if robots could overlap: collisions and deadlocks are counted apart, and a run may
+have both. A deadlock is a run that started and in which not all have arrived after 4 times the nominal duration.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,6 +20,8 @@ from robotics.stress.crossings import crossing_ensemble
 
 ARRIVED = 0.005  # of the path's length from its end, as in robotics.team; but
 NEAREST = 0.03  # m at least
+LIMIT = 4.0  # nominal durations after which a robot that has not arrived never will; as long as a plan may take, and
+HELD = 2.0  # times as long as one robot is held up
 TOGETHER = 1.0  # s: a spread of arrivals that counts as together
 _SHOWN = 50  # seeds of failures that are named
 
@@ -83,6 +89,15 @@ class Outcome:
         }
 
 
+def joined(outcomes: Sequence[Outcome]) -> Outcome:
+    """The outcomes of all runs, in their order, as one."""
+    arrays = [name for name in Outcome.__dataclass_fields__ if name != "seeds"]
+    return Outcome(
+        tuple(seed for part in outcomes for seed in part.seeds),
+        *(np.concatenate([getattr(part, name) for part in outcomes]) for name in arrays),
+    )
+
+
 @dataclass(frozen=True, kw_only=True)
 class Disturbance:
     """What is wrong in every run."""
@@ -102,10 +117,24 @@ def stress_crossing(
 ) -> Outcome:
     """``controller`` on a random crossing for every seed; ``begin`` starts the bars of a progress display."""
     start = begin or (lambda text, total: lambda: None)
+    ensemble, faults = disturbed_crossing(robots, seeds, kind, disturbance, start("drawing crossings", len(seeds)))
+    return run_ensemble(
+        ensemble, controller, seeds, faults, start("simulating", ensemble.ticks + 1), HELD * disturbance.freeze
+    )
+
+
+def disturbed_crossing(
+    robots: int,
+    seeds: Sequence[int],
+    kind: Any,
+    disturbance: Disturbance,
+    advance: Callable[[], None] | None = None,
+) -> tuple[Ensemble, Faults | None]:
+    """The crossing of every seed, long enough to judge it, and what goes wrong in it."""
     radio = Radio(loss=disturbance.loss, latency=disturbance.latency)
-    ensemble = crossing_ensemble(robots, seeds, kind, radio=radio, advance=start("drawing crossings", len(seeds)))
-    faults = _freeze(ensemble, seeds, disturbance.freeze) if disturbance.freeze > 0 else None
-    return run_ensemble(ensemble, controller, seeds, faults, start("simulating", ensemble.ticks + 1))
+    held = HELD * disturbance.freeze
+    ensemble = crossing_ensemble(robots, seeds, kind, radio=radio, factor=LIMIT, extra=held, advance=advance)
+    return ensemble, _freeze(ensemble, seeds, disturbance.freeze) if disturbance.freeze > 0 else None
 
 
 def _freeze(ensemble: Ensemble, seeds: Sequence[int], duration: float) -> Faults:
@@ -125,8 +154,12 @@ def run_ensemble(
     seeds: Sequence[int],
     faults: Faults | None = None,
     advance: Callable[[], None] | None = None,
+    extra: float = 0.0,
 ) -> Outcome:
-    """Drive until all have arrived in every run, or the time is up."""
+    """Drive until all have arrived in every run, or the time is up: 4 nominal durations and ``extra`` [s].
+
+    After that nothing of a run counts, so that it does not matter which runs are beside it.
+    """
     runs, robots = len(seeds), len(ensemble.robots)
     paths = ensemble.trajectory.joined
     ends = paths.at(paths.lengths)
@@ -136,18 +169,21 @@ def run_ensemble(
     nearest = np.full(runs, np.inf)
     refused = np.zeros(runs, dtype=bool)
     pairs = np.triu_indices(robots, 1)
+    limit = LIMIT * ensemble.trajectory.durations + extra
+    goes_on = np.ones(runs, dtype=bool)
     for period in drive(ensemble, controller, seeds, faults):
         if period.k == 0 and period.command.refused is not None:
             refused = period.command.refused
         x, y, heading = period.state[[p.X, p.Y, p.HEADING]]
         gaps = np.hypot(x[:, pairs[0]] - x[:, pairs[1]], y[:, pairs[0]] - y[:, pairs[1]]).min(axis=1)
-        nearest = np.minimum(nearest, gaps)
+        nearest = np.where(goes_on, np.minimum(nearest, gaps), nearest)
         if (gaps < 2 * sizes[2].max()).any():
-            collided |= (robot_contacts(x, y, heading, sizes) >= 0).any(axis=1)
+            collided |= goes_on & (robot_contacts(x, y, heading, sizes) >= 0).any(axis=1)
         there = np.hypot(x - ends.x, y - ends.y) < np.maximum(ARRIVED * paths.lengths, NEAREST)
-        arrivals = np.where(there & np.isinf(arrivals), period.time, arrivals)
+        arrivals = np.where(there & np.isinf(arrivals) & goes_on[:, None], period.time, arrivals)
+        goes_on = ~(np.isfinite(arrivals).all(axis=1) | refused) & (period.time < limit)
         if advance is not None:
             advance()
-        if (np.isfinite(arrivals).all(axis=1) | refused).all():
+        if not goes_on.any():
             break
     return Outcome(tuple(seeds), ensemble.trajectory.durations, arrivals, collided, refused, nearest)

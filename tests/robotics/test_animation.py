@@ -16,6 +16,9 @@ from PIL import Image
 from fuzzy.drawing import COLORS, style
 from robotics.command import main
 from robotics.controllers import make_controller
+from robotics.environment.world import Disc, Geometry, Polygon, Wall, World, box, compile_world
+from robotics.events import ALONE, AVOID, FOLLOW, YIELD
+from robotics.path import Line
 from robotics.playback import animation
 from robotics.playback.animation import AnimationError, check_animation, frame_times, write_animation
 from robotics.playback.replay import ReplayError, replay
@@ -24,6 +27,7 @@ from robotics.radio import FAULTS
 from robotics.run import Run, load_run
 from robotics.scenario import parse_scenario
 from robotics.simulation import simulate
+from robotics.trajectory import Timing
 
 TEAM = """
 kind = "team"
@@ -415,3 +419,87 @@ def test_a_saved_team_has_its_messages(tmp_path: Path, capsys: pytest.CaptureFix
     capsys.readouterr()
     assert main(["animate", "--help"]) == 0
     assert "Example: robotics run" in " ".join(capsys.readouterr().out.split())
+
+
+# Among obstacles ------------------------------------------------------------------------------------------------
+
+
+def among_obstacles(run: Run) -> Run:
+    """The same run, as if a disc rested in it, a box moved through it, and its robots had had modes."""
+    line = Line(start=(0.5, 2.0), end=(2.5, 2.0))
+    moving = Polygon(corners=box(0.4, 0.2), path=line, timing=Timing(speed=0.1), orientation="fixed")
+    wall = Wall(points=((2.5, -2.0), (2.5, 0.0)))
+    world = compile_world(World(obstacles=(Disc(position=(1.0, -0.5), radius=0.2), moving, wall)))
+    placed = Geometry(*(np.concatenate(parts) for parts in zip(*(world.at(t) for t in run.time), strict=True)))
+    modes = np.zeros((len(run.time), 2, 3), dtype=np.int8)
+    modes[40:80, 1, 0], modes[60:100, 1, 1], modes[90:, 1, 2] = AVOID, YIELD, FOLLOW + ALONE
+    return replace(run, obstacles=placed, modes=modes)
+
+
+@pytest.mark.usefixtures("styled")
+def test_obstacles_are_where_they_are_at_the_time(run: Run) -> None:
+    scene = scene_of(among_obstacles(run))
+    for time in (0.0, 3.0, 3.025, 9.0):
+        show_frame(scene, time)
+        disc, moved = (path.vertices for path in scene.solids.get_paths())
+        np.testing.assert_allclose(np.hypot(*(disc - (1.0, -0.5)).T), 0.2)
+        np.testing.assert_allclose(moved[:4].mean(axis=0), (0.5 + 0.1 * time, 2.0), atol=1e-9)
+        np.testing.assert_allclose(np.ptp(moved, axis=0), (0.4, 0.2), atol=1e-9)
+        (wall,) = scene.walls.get_segments()
+        np.testing.assert_allclose(wall, [(2.5, -2.0), (2.5, 0.0)])
+    left, right, bottom, top = scene.film.bounds
+    assert (left, right) == (0.0, pytest.approx(2.5))
+    assert (bottom, top) == (pytest.approx(-2.0), pytest.approx(2.1))
+
+
+@pytest.mark.usefixtures("styled")
+def test_among_obstacles_robots_are_never_enlarged(run: Run) -> None:
+    samples = run.samples.copy()
+    samples[:, :2] *= 30
+    large = replace(run, samples=samples, paths=tuple(30 * p for p in run.paths))
+    assert scene_of(large).enlarged > 2
+    assert scene_of(replace(large, obstacles=among_obstacles(run).obstacles)).enlarged == 1.0
+
+
+@pytest.mark.usefixtures("styled")
+def test_modes_have_a_ring_and_a_word(run: Run) -> None:
+    scene = scene_of(among_obstacles(run))
+    seen = {}
+    for time in (1.0, 2.0, 3.5, 11.9):
+        show_frame(scene, time)
+        seen[time] = [label.get_text() for label in scene.labels]
+        busy = [i for i in range(3) if scene.film.mode_at(i, time)]
+        middles = [ring.mean(axis=0) for ring in np.array(scene.rings.get_segments())[:, :-1]] if busy else []
+        k = round(time / 0.05)
+        assert len(middles) == len(scene.rings.get_segments()) == len(busy)
+        for i, middle in zip(busy, middles, strict=True):
+            np.testing.assert_allclose(middle, (run["x"][1, i, k], run["y"][1, i, k]), atol=1e-9)
+    assert seen[1.0] == ["1", "2", "3"]
+    assert seen[2.0] == ["1: avoiding", "2", "3"]
+    assert seen[3.5] == ["1: avoiding", "2: failure", "3"]  # a fault is named before a mode
+    assert seen[11.9] == ["1", "2", "3: following the wall, left behind"]
+    assert [(e.time, e.robot, e.before, e.after) for e in scene.film.handovers] == [
+        (2.0, 0, "tracking", "avoiding"),
+        (3.0, 1, "tracking", "yielding"),
+        (4.0, 0, "avoiding", "tracking"),
+        (4.5, 2, "tracking", "following the wall, left behind"),
+        (5.0, 1, "yielding", "tracking"),
+    ]
+
+
+def test_a_gif_among_obstacles_from_a_file(run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    among_obstacles(run).save(tmp_path / "run.npz")
+    out = tmp_path / "x.gif"
+    command = ["animate", str(tmp_path / "run.npz"), "--seed", "7", "--to", "4", "--fps", "1", "--dpi", "50", "-q"]
+    assert main([*command, "-o", str(out)]) == 0
+    assert "robots to scale" in capsys.readouterr().out
+    with Image.open(out) as picture:
+        frames = []
+        for k in range(picture.n_frames):
+            picture.seek(k)
+            frames.append(np.asarray(picture.convert("RGB")).astype(int))
+    # The grey of the box above all robots moves to the right.
+    top = frames[0].shape[0] // 5
+    grey = [np.nonzero((np.abs(f[18:top] - 209) < 12).all(axis=-1).sum(axis=0) > 3)[0].mean() for f in frames]
+    assert grey == sorted(grey)
+    assert grey[-1] > grey[0] + 5

@@ -1,20 +1,53 @@
 """Obstacle avoidance: the rule base is its formula, the side is kept, the group goes on without who is stuck."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
-from robotics import plant as p
 from robotics.controllers import gains_of, make_controller
-from robotics.coordination.commitment import BEST, MODE, NET, ROWS, STALL, WALL, WAY, commit
-from robotics.environment.collision import footprints, obstacle_clearance, robot_contacts
-from robotics.events import ALONE, AVOID, FOLLOW, MODES, TRACK, Event, mode_events
-from robotics.scenario import ScenarioError, load_scenario, parse_scenario, scenario_names
-from robotics.simulation import drive, simulate
+from robotics.coordination.commitment import (
+    BEST,
+    LOOSE,
+    MODE,
+    NET,
+    RELIEF,
+    ROWS,
+    STALL,
+    TIGHT,
+    UNSEEN,
+    WALL,
+    WAY,
+    commit,
+)
+from robotics.environment.collision import obstacle_clearance
+from robotics.environment.world import Disc
+from robotics.events import (
+    ALONE,
+    AVOID,
+    FOLLOW,
+    MODES,
+    REJOINED,
+    STOPPED,
+    TIMED_OUT,
+    TRACK,
+    YIELD,
+    Event,
+    events_of,
+    mode_events,
+    reason,
+)
+from robotics.path import Line
+from robotics.run import load_run
+from robotics.scenario import ScenarioError, load_scenario, parse_scenario
+from robotics.simulation import simulate
+from robotics.trajectory import Timing
 
 DT = 0.05
 FREE = np.inf
+SIZES = np.array([[0.115], [0.1], [0.153]])  # m: half a robot's length and width, and its half diagonal
+POINT = np.full((3, 1), 1e-6)
 
 
 def looks(*readings):
@@ -82,12 +115,29 @@ def test_the_side_is_given_up_once_all_has_been_free_for_1_2_s():
     assert state[MODE, 0, 0] == TRACK
 
 
-def test_the_target_does_not_pull_towards_an_obstacle_beside():
+def test_the_target_pulls_the_less_towards_an_obstacle_the_nearer_it_is_beside():
     state, _ = step(fresh(), (0.4, 0.6, FREE, FREE))  # on the left: round it to the right
-    beside = (FREE, FREE, 0.3, FREE)
-    assert step(state, beside, alpha=0.7)[1].alpha[0, 0] == 0.0
-    assert step(state, beside, alpha=-0.7)[1].alpha[0, 0] == -0.7
-    assert step(state, (FREE, FREE, FREE, FREE), alpha=0.7)[1].alpha[0, 0] == 0.7
+    pulls = [step(state, (FREE, FREE, beside, FREE), alpha=0.4)[1].alpha[0, 0] for beside in (0.1, TIGHT, 0.25, LOOSE)]
+    assert pulls[0] < 0  # away
+    assert pulls[1] == pytest.approx(0.0)
+    assert pulls[2] == pytest.approx(0.4 * (0.25 - TIGHT) / (LOOSE - TIGHT))
+    assert pulls[3] == pytest.approx(0.4)
+    assert step(state, (FREE, FREE, 0.3, FREE), alpha=-0.7)[1].alpha[0, 0] == -0.7
+    assert step(state, (FREE, FREE, FREE, FREE), alpha=0.7)[1].alpha[0, 0] == UNSEEN  # it may just have lost it
+
+
+def test_an_obstacle_that_one_front_sonar_sees_counts_as_farther():
+    state, steer = step(fresh(), (0.4, 0.45, FREE, FREE))
+    assert steer.front[0, 0] == 0.4
+    assert step(state, (0.4, FREE, FREE, FREE))[1].front[0, 0] == pytest.approx(0.4 + RELIEF)
+
+
+def test_the_side_is_chosen_by_what_the_sonars_read_for_a_while():
+    state = fresh()
+    for _ in range(40):
+        state, _ = step(state, (0.7, 0.75, FREE, FREE))
+    state, _ = step(state, (0.49, 0.45, FREE, FREE))  # noise
+    assert state[WAY, 0, 0] == -1
 
 
 def test_it_stops_where_the_front_is_blocked():
@@ -140,73 +190,177 @@ def test_round_the_end_of_a_wall_it_circles_where_it_saw_it_last():
 # Runs -------------------------------------------------------------------------------------------------------------
 
 
-def run(name, law, seeds=(0,)):
-    scenario = load_scenario(name)
-    sizes = footprints([member.robot for member in scenario.robots])
-    paths = scenario.trajectory.joined
-    ends = paths.at(paths.lengths)
-    shape = (len(seeds), len(scenario.robots))
-    arrivals, clear, modes, times, touched = np.full(shape, np.inf), np.inf, [], [], False
-    for period in drive(scenario, law, seeds):
-        x, y, heading = period.state[[p.X, p.Y, p.HEADING]]
-        clear = min(clear, obstacle_clearance(x, y, heading, sizes, scenario.world.at(period.time)).min())
-        touched |= bool((robot_contacts(x, y, heading, sizes) >= 0).any())
-        there = np.hypot(x - ends.x, y - ends.y) < 0.036
-        arrivals = np.where(there & np.isinf(arrivals), period.time, arrivals)
-        modes.append(period.command.mode)
-        times.append(period.time)
-        if np.isfinite(arrivals).all():
-            break
-    return arrivals, clear, touched, np.array(modes), np.array(times)
+@cache
+def ran(name, law):
+    return simulate(load_scenario(name), make_controller(law), (0,))
 
 
-@pytest.mark.parametrize("name", [n for n in scenario_names() if n.startswith(("chapter-6-s", "chapter-6-e"))])
-def test_teams_pass_and_arrive_together(name):
-    arrivals, clear, touched, modes, _ = run(name, make_controller("obstacles"), (0, 1))
-    assert np.isfinite(arrivals).all()
-    assert (np.ptp(arrivals, axis=1) <= 0.2).all()
-    assert clear > 0.1
-    assert not touched
-    assert (modes[-1] == TRACK).all()
+def arrivals(run):
+    """(robots,) s: when each first was at the end of its path; infinite: never."""
+    ends = np.array([nodes[:, -1] for nodes in run.paths])
+    there = np.hypot(run["x"][0] - ends[:, :1], run["y"][0] - ends[:, 1:]) < 0.036
+    return np.where(there.any(axis=1), run.time[there.argmax(axis=1)], np.inf)
 
 
-def test_case_study_3():
-    arrivals, clear, touched, modes, times = run("chapter-6-case-3", make_controller("obstacles"))
-    assert np.isfinite(arrivals).all()
-    assert clear > 0.05
-    assert not touched
-    events = mode_events(times, modes)
-    assert [e.time for e in events] == sorted(e.time for e in events)
-    assert {e.robot for e in events} >= {0, 1}
+def clearance(run, sizes=SIZES):
+    """(samples, robots) m from the obstacles."""
+    x, y, heading = (run[name][0].T for name in ("x", "y", "heading"))
+    return obstacle_clearance(x, y, heading, np.tile(sizes, (1, x.shape[1])), run.obstacles)
 
 
-def test_the_group_goes_on_without_a_stuck_robot():
-    arrivals, clear, _, modes, times = run("chapter-6-simulation-3", make_controller("obstacles-literal"))
-    assert np.isinf(arrivals[0, 0])
-    assert np.isfinite(arrivals[0, 1:]).all()
-    assert np.ptp(arrivals[0, 1:]) <= 0.2
-    assert clear > 0
-    avoids, alone = (times[np.argmax(modes[:, 0, 0] == code)] for code in (AVOID, AVOID + ALONE))
-    assert alone - avoids >= 15.0
-    assert (modes[:, 0, 1:] & ALONE == 0).all()
+def off_path(run):
+    """(robots, samples) m"""
+    x, y = run["x"][0], run["y"][0]
+    return np.array([np.hypot(x[i, :, None] - p[0], y[i, :, None] - p[1]).min(axis=1) for i, p in enumerate(run.paths)])
+
+
+def least_distance(run):
+    x, y = run["x"][0], run["y"][0]
+    return min(np.hypot(x[i] - x[j], y[i] - y[j]).min() for i in range(len(x)) for j in range(i))
+
+
+def stopped_for(run, robot):
+    """s, while it should be driving"""
+    still = np.abs(run["v"][0, robot]) < 0.02
+    return DT * np.count_nonzero(still & (run.time > 3) & (run.time < 30))
+
+
+def duration(name):
+    return load_scenario(name).trajectory.ends.max()
+
+
+@pytest.mark.parametrize("name", ["chapter-6-simulation-1", "chapter-6-experiment", "chapter-6-case-1"])
+def test_obstacles_on_the_way_are_passed_narrowly(name):
+    """Rows S1 and E1: centre clearance ≥ 0.25 m, ≤ 0.6 m off the path, back in ≤ 9 s, arriving together."""
+    run = ran(name, "obstacles")
+    assert np.ptp(arrivals(run)) <= 0.2
+    assert clearance(run).min() > 0.1
+    assert clearance(run, POINT).min() >= 0.25
+    off = off_path(run)
+    assert off.max() <= 0.6
+    assert (off > 0.1).sum(axis=1).max() * DT <= 9.0
+    assert (run.modes[-1] == TRACK).all()
+
+
+@pytest.mark.parametrize("name", ["chapter-6-simulation-1", "chapter-6-experiment"])
+def test_the_literal_scheme_passes_them_as_well(name):
+    run = ran(name, "obstacles-literal")
+    assert np.ptp(arrivals(run)) <= 0.2
+    assert clearance(run).min() > 0
+    assert (off_path(run) > 0.1).sum(axis=1).max() * DT <= 9.0
+
+
+@pytest.mark.parametrize("name", ["chapter-6-simulation-2", "chapter-6-case-2"])
+@pytest.mark.parametrize("law", ["obstacles", "obstacles-literal"])
+def test_the_lower_priority_stops_for_who_avoids(name, law):
+    """Row S2: robot 2 stops ≥ 1 s, no two robots are nearer than 0.45 m, t ≤ 1.1 T."""
+    run = ran(name, law)
+    arrived = arrivals(run)
+    assert np.ptp(arrived) <= 0.2
+    assert arrived.max() <= 1.1 * duration(name)
+    assert least_distance(run) >= 0.45
+    assert stopped_for(run, 1) >= 1.0
+    assert (run.modes[:, 0, 1] == YIELD).any()
+    assert not (run.modes[:, 0, 0] == YIELD).any()
+    if law == "obstacles":
+        assert clearance(run).min() > 0.1
+
+
+def test_who_avoids_towards_each_other_passes():
+    run = ran("chapter-6-case-3", "obstacles")
+    assert np.ptp(arrivals(run)) <= 0.2
+    assert clearance(run).min() > 0.05
+    assert least_distance(run) > 0.31
+    assert set(events_of(run)["robot"]) >= {1, 2}
+
+
+@pytest.mark.parametrize(("name", "stuck"), [("chapter-6-simulation-3", 0), ("chapter-6-case-4", 1)])
+def test_the_group_goes_on_without_a_stuck_robot(name, stuck):
+    """Row S3, literal: out of the group after the time-out, and the others arrive together."""
+    run = ran(name, "obstacles-literal")
+    arrived, others = arrivals(run), np.arange(3) != stuck
+    assert np.isinf(arrived[stuck])
+    assert np.ptp(arrived[others]) <= 0.2
+    assert clearance(run).min() > 0
+    events = events_of(run)
+    events = events[events["robot"] == stuck + 1]
+    out = events[events["why"].str.contains(TIMED_OUT)].iloc[0]
+    before = events[(events["time"] < out["time"]) & (events["from"] == "tracking")].iloc[0]
+    assert out["time"] - before["time"] >= 15.0
+    assert (run.modes[:, 0, others] & ALONE == 0).all()
+
+
+@pytest.mark.parametrize("name", ["chapter-6-simulation-3", "chapter-6-case-4"])
+def test_the_committed_scheme_escapes(name):
+    """Row S3, smarter."""
+    run = ran(name, "obstacles")
+    assert np.ptp(arrivals(run)) <= 0.2
+    assert clearance(run).min() > 0.05
 
 
 def test_a_robot_that_comes_free_is_taken_back():
     """Left behind after 2 s, and yet all arrive together: the group waits as soon as the robot tracks again."""
-    arrivals, _, _, modes, _ = run("chapter-6-simulation-3", make_controller("obstacles:patience=2"))
-    assert (modes[:, 0, 0] == AVOID + ALONE).any()
-    assert np.isfinite(arrivals).all()
-    assert np.ptp(arrivals) <= 0.5
+    run = ran("chapter-6-simulation-3", "obstacles:patience=2")
+    assert np.ptp(arrivals(run)) <= 0.5
+    why = "; ".join(events_of(run)["why"])
+    assert why.index(TIMED_OUT) < why.index(REJOINED)
+
+
+def test_it_stops_or_turns_before_a_disc_that_crosses_its_lane():
+    """0.2 m/s, across all three lanes."""
+    disc = Disc(
+        radius=0.2,
+        path=Line(start=(3.3, -1.2), end=(3.3, 4.0)),
+        timing=Timing(speed=0.2),
+    )
+    scenario = replace(load_scenario("chapter-6-case-1"), obstacles=(disc,), duration=45.0)
+    run = simulate(scenario, make_controller("obstacles"), (0,))
+    assert len(run.obstacles.counts) == len(run.time)
+    assert clearance(run).min() > 0
+    assert np.isfinite(arrivals(run)).all()
+    assert (run.modes[:, 0] == AVOID).any()
+
+
+# Events -----------------------------------------------------------------------------------------------------------
 
 
 def test_events_are_the_changes_of_mode():
-    modes = np.array([[[0, 0]], [[1, 0]], [[1, 3]], [[1, 0]]])
+    modes = np.array([[[0, 0]], [[1, 0]], [[5, 3]], [[1, 0]]])
     assert mode_events(np.arange(4) * 0.5, modes) == [
-        Event(0.5, 0, 0, "tracking", "avoiding"),
-        Event(1.0, 0, 1, "tracking", "yielding"),
-        Event(1.5, 0, 1, "yielding", "tracking"),
+        Event(0.5, 0, 0, "tracking", "avoiding", "an obstacle is near"),
+        Event(1.0, 0, 0, "avoiding", "avoiding, left behind", TIMED_OUT),
+        Event(1.0, 0, 1, "tracking", "yielding", "another robot is near"),
+        Event(1.5, 0, 0, "avoiding, left behind", "avoiding", REJOINED),
+        Event(1.5, 0, 1, "yielding", "tracking", "the other robot is out of its way"),
     ]
-    assert len(MODES) == 8
+    assert reason(AVOID, STOPPED).startswith("its command")
+
+
+def test_every_change_between_two_modes_has_a_reason():
+    codes = range(2 * ALONE)
+    assert all(reason(a, b) for a in codes for b in codes if a != b)
+    assert len(MODES) == STOPPED + 1
+
+
+def test_a_run_keeps_its_modes_ranges_and_obstacles(tmp_path):
+    run = ran("chapter-6-simulation-2", "obstacles")
+    run.save(tmp_path / "run.npz")
+    again = load_run(tmp_path / "run.npz")
+    assert again.modes.dtype == np.int8
+    assert np.array_equal(again.modes, run.modes)
+    assert np.array_equal(again.ranges, run.ranges)
+    assert all(np.array_equal(a, b) for a, b in zip(again.obstacles, run.obstacles, strict=True))
+    assert events_of(again).equals(events_of(run))
+    assert list(events_of(run).columns) == ["seed", "time", "robot", "from", "to", "why"]
+    assert (run.frame()["mode"] == "yielding").sum() == (run.modes == YIELD).sum()
+
+
+def test_a_law_without_modes_has_no_events():
+    scenario = replace(load_scenario("chapter-6-simulation-1"), obstacles=(), duration=1.0)
+    run = simulate(scenario, make_controller("cooperation"), (0,))
+    assert run.modes is None
+    assert run.obstacles is None
+    assert events_of(run).empty
 
 
 # Wiring -----------------------------------------------------------------------------------------------------------

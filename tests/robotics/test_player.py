@@ -15,11 +15,16 @@ from browser import CHROMIUM, Browser
 
 from robotics.command import main
 from robotics.controllers import make_controller
+from robotics.environment.world import Disc, Geometry, Polygon, Wall, World, box, compile_world
+from robotics.events import ALONE, AVOID, FOLLOW, MODES, YIELD
+from robotics.path import Circle, Line
 from robotics.playback.player import player_data, player_fragment, player_script, write_player
 from robotics.playback.replay import ReplayError, replay
 from robotics.run import CHANNELS, TEAM_CHANNELS, Run
 from robotics.scenario import parse_scenario
+from robotics.sensing.sonar import SONAR
 from robotics.simulation import simulate
+from robotics.trajectory import Timing
 
 TEAM = """
 kind = "team"
@@ -81,6 +86,21 @@ def large(robots: int, seconds: float) -> Run:
     return Run(
         "many", "law", "velocity", (0,), time, samples, np.zeros((6, len(time), robots)), paths, stopped, team, links
     )
+
+
+@pytest.fixture(scope="module")
+def world_run(run: Run) -> Run:
+    """The same run, as if obstacles had been in it, one of them moving, and its robots had had sonars and modes."""
+    line = Line(start=(0.5, 2.0), end=(2.5, 2.0))
+    moving = Polygon(corners=box(0.4, 0.2), path=line, timing=Timing(speed=0.1), orientation="fixed")
+    obstacles = (Disc(position=(1.0, -0.5), radius=0.2), moving, Wall(points=((2.5, -2.0), (2.5, 0.0))))
+    world = compile_world(World(obstacles=obstacles))
+    placed = Geometry(*(np.concatenate(parts) for parts in zip(*(world.at(t) for t in run.time), strict=True)))
+    modes = np.zeros((len(run.time), 2, 3), dtype=np.int8)
+    modes[20:40, 1, 0], modes[120:, 1, 1], modes[170:, 1, 2] = AVOID, YIELD, FOLLOW + ALONE
+    ranges = np.full((len(run.time), 2, 3, 4), np.inf, dtype=np.float32)
+    ranges[20:40, 1, 0, 1] = np.linspace(1.5, 0.5, 20)
+    return replace(run, obstacles=placed, modes=modes, ranges=ranges)
 
 
 def unpacked(packed: dict[str, Any]) -> np.ndarray:
@@ -158,6 +178,49 @@ def test_stale_by_default_is_what_is_unusual(run: Run) -> None:
     assert player_data(replace(run, links=None))["hears"] is None
     with pytest.raises(ReplayError, match="must be > 0 s, got -1"):
         player_data(run, stale=-1.0)
+
+
+def test_obstacles_sonars_and_modes_come_back(world_run: Run) -> None:
+    data = player_data(world_run, 7)
+    places = {name: unpacked(data["obstacles"][name]).reshape(3, -1) for name in ("x", "y", "turn")}
+    disc, moving, wall = data["obstacles"]["bodies"]
+    assert disc == {"radius": 0.2, "solid": True}
+    np.testing.assert_allclose(places["x"][1], 0.5 + 0.1 * world_run.time, atol=1e-4)
+    np.testing.assert_allclose(places["turn"], 0.0, atol=1e-4)
+    assert moving["solid"]
+    assert not wall["solid"]
+    np.testing.assert_allclose(np.ptp(moving["points"], axis=0), (0.4, 0.2), atol=1e-4)
+    ends = np.add(wall["points"], [places["x"][2, 0], places["y"][2, 0]])
+    np.testing.assert_allclose(ends, [(2.5, -2.0), (2.5, 0.0)], atol=1e-3)
+    read = unpacked(data["sonar"]["readings"]).reshape(3, 4, -1)
+    there = np.isfinite(read)
+    np.testing.assert_array_equal(there, np.isfinite(np.moveaxis(world_run.ranges[:, 1], 0, -1)))  # type: ignore[index]
+    np.testing.assert_allclose(read[0, 1, 20:40], np.linspace(1.5, 0.5, 20), atol=1e-4)
+    assert [mount[4] for mount in data["sonar"]["sensors"]] == [sensor.range for sensor in SONAR]
+    codes = np.frombuffer(base64.b64decode(data["modes"]["codes"]), dtype=np.int8).reshape(3, -1)
+    np.testing.assert_array_equal(codes, world_run.modes[:, 1].T)  # type: ignore[index]
+    assert data["modes"]["words"] == list(MODES)
+    times_and_who = [(event[0], event[1]) for event in data["modes"]["events"]]
+    assert times_and_who == [(1.0, 0), (2.0, 0), (6.0, 1), (8.5, 2)]
+    later = player_data(world_run, 7, start=1.5, end=7.0)
+    assert [event[0] for event in later["modes"]["events"]] == [2.0, 6.0]
+    rest = replace(world_run, obstacles=Geometry(*(part[:1] for part in world_run.obstacles)))  # type: ignore[union-attr]
+    assert unpacked(player_data(rest)["obstacles"]["x"]).shape == (3,)
+    none = player_data(replace(world_run, obstacles=None, ranges=None, modes=None))
+    assert none["obstacles"] is none["sonar"] is none["modes"] is None
+
+
+def test_a_box_that_turns_is_packed_as_it_turns(run: Run) -> None:
+    circle = Circle(radius=1.0)
+    world = compile_world(World(obstacles=(Polygon(corners=box(0.4, 0.2), path=circle, timing=Timing(speed=0.3)),)))
+    placed = Geometry(*(np.concatenate(parts) for parts in zip(*(world.at(t) for t in run.time), strict=True)))
+    data = player_data(replace(run, obstacles=placed))["obstacles"]
+    turn, x, y = (unpacked(data[name]) for name in ("turn", "x", "y"))
+    np.testing.assert_allclose(turn, 0.3 * run.time, atol=2e-3)
+    k, points = 160, np.array(data["bodies"][0]["points"])
+    c, s = np.cos(turn[k]), np.sin(turn[k])
+    drawn = points @ np.array([[c, s], [-s, c]]) + (x[k], y[k])
+    np.testing.assert_allclose(drawn[:4], placed.segments[k, :, :2], atol=2e-3)
 
 
 def test_a_part_of_the_time_and_a_seed_that_is_not_there(run: Run) -> None:
@@ -487,3 +550,118 @@ def test_two_hundred_robots_and_several_players_on_a_page(run: Run, browser: Bro
     page.key(" ")
     assert page.js("all('.fp-waiting').length") == 0
     assert browser.problems == []
+
+
+# Among obstacles ------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def world_page(browser: Browser, world_run: Run, tmp_path: Path) -> Iterator[Browser]:
+    write_player(world_run, tmp_path / "world.html", 7)
+    browser.media()
+    browser.size(1300, 900)
+    yield visit(browser, tmp_path / "world.html")
+    assert browser.problems == []
+
+
+def states(page: Browser) -> list[str]:
+    return page.js("all('td[data-label=\"state\"]').map((cell) => cell.textContent)")
+
+
+def test_modes_are_words_and_keys_go_to_hand_overs(world_page: Browser) -> None:
+    found = []
+    for _ in range(5):
+        world_page.key("n")
+        found.append(world_page.js("clock()"))
+    assert found == [1.0, 2.0, 6.0, 8.5, 8.5]
+    assert "robot 3: tracking → following the wall, left behind (" in world_page.js("$('.summary').textContent")
+    assert states(world_page)[2] == "following the wall, left behind"
+    world_page.key("p")
+    assert world_page.js("clock()") == 6.0
+    assert states(world_page)[1] == "yielding"
+    world_page.js("slide(1.5)")
+    assert states(world_page)[0] == "avoiding"
+    marks = world_page.js("$('canvas.marks').getBoundingClientRect().toJSON()")
+    slider = world_page.js("$('input[type=range]').getBoundingClientRect().toJSON()")
+    assert (marks["left"], marks["width"]) == pytest.approx((slider["left"], slider["width"]))
+    world_page.click(marks["left"] + 8 + (marks["width"] - 16) / 4, marks["top"] + 4)
+    assert world_page.js("clock()") == pytest.approx(3.0, abs=0.05)
+
+
+def test_sonar_cones_are_toggled(world_page: Browser) -> None:
+    world_page.js("slide(1.5)")
+    with_cones = world_page.js("pixels()")
+    world_page.key("s")
+    without = world_page.js("pixels()")
+    assert with_cones != without
+    label = "all('label').find((node) => node.textContent.includes('Sonar cones')).querySelector('input')"
+    assert world_page.js(f"{label}.checked") is False
+    world_page.js(f"{label}.click()")
+    assert world_page.js("pixels()") == with_cones
+
+
+def test_the_moving_obstacle_moves(world_page: Browser) -> None:
+    """Of what is drawn above all robots only the box changes: where it is darkest moves to the right by 0.9 m."""
+    world_page.key("s")
+    world_page.js("choose('Trail', '0')")
+    middle = """(() => {
+      const canvas = $('.fp-canvas canvas'), copy = document.createElement('canvas');
+      copy.width = canvas.width; copy.height = canvas.height;
+      const pen = copy.getContext('2d', { willReadFrequently: true }), row = Math.round(canvas.height * SHARE);
+      pen.drawImage(canvas, 0, 0);
+      const dots = pen.getImageData(0, row, canvas.width, 1).data, dark = [];
+      for (let x = 60; x < canvas.width - 20; x++) if (dots[4 * x] < 215 && dots[4 * x] > 190) dark.push(x);
+      return dark.reduce((a, b) => a + b, 0) / dark.length;
+    })()"""
+    share = world_page.js("""(() => {
+      const canvas = $('.fp-canvas canvas'), copy = document.createElement('canvas');
+      copy.width = canvas.width; copy.height = canvas.height;
+      const pen = copy.getContext('2d', { willReadFrequently: true }), inside = canvas.width / 3;
+      pen.drawImage(canvas, 0, 0);
+      for (let y = 30; y < canvas.height / 2; y++) {
+        const dots = pen.getImageData(45, y, canvas.width - 60, 1).data;
+        let n = 0;
+        for (let x = 0; x < dots.length; x += 4) n += dots[x] < 215 && dots[x] > 190;
+        if (n > 20 && n < inside) return (y + 5) / canvas.height;
+      }
+      return null;
+    })()""")
+    places = []
+    for time in (0, 3, 9):
+        world_page.js(f"slide({time})")
+        places.append(world_page.js(middle.replace("SHARE", str(share))))
+    assert places[1] - places[0] > 10
+    assert places[2] - places[0] == pytest.approx(3 * (places[1] - places[0]), abs=4)
+
+
+def test_a_model_with_another_run_is_shown_anew(browser: Browser, run: Run, world_run: Run, tmp_path: Path) -> None:
+    code = player_script().split(">", 1)[1].split("document.head.append", 1)[0]
+    given = json.dumps([player_data(run, 7), player_data(world_run, 7, end=6.0)])
+    (tmp_path / "widget.html").write_text(
+        f'<!doctype html><meta charset="utf-8"><div id="box" class="fleet-player"></div>'
+        f'<script type="module">{code}\nwindow.render = render; window.given = {given};</script>',
+        encoding="utf-8",
+    )
+    browser.media()
+    browser.size(1300, 900)
+    page = visit(browser, tmp_path / "widget.html")
+    page.until("window.render !== undefined")
+    page.js("""
+      window.listeners = new Set();
+      window.model = { run: given[0], get: (name) => (name === "run" ? model.run : undefined),
+        on: (event, f) => { if (event === "change:run") listeners.add(f); },
+        off: (event, f) => listeners.delete(f) };
+      window.stop = render({ model, el: $("#box") });
+    """)
+    assert page.js("all('.fp-root').length") == 1
+    assert page.js("all('canvas.marks').length") == 0
+    page.js("slide(9)")
+    page.js("model.run = given[1]; listeners.forEach((f) => f())")
+    assert page.js("all('.fp-root').length") == 1
+    assert page.js("all('canvas.marks').length") == 1
+    assert page.js("clock()") == 6.0  # the new run ends there
+    page.js("stop()")
+    assert page.js("[all('.fp-root').length, listeners.size]") == [0, 0]
+    # A model that never changes needs no on().
+    page.js("window.stop = render({ model: { get: model.get }, el: $('#box') }); stop()")
+    assert page.problems == []

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.collections import FillBetweenPolyCollection
+from matplotlib.collections import FillBetweenPolyCollection, PolyCollection
 from matplotlib.colors import same_color
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
@@ -16,14 +16,18 @@ from matplotlib.text import Text
 from fuzzy.drawing import COLORS
 from robotics.command import main
 from robotics.controllers import make_controller
+from robotics.environment.world import Disc, Geometry, World, box, compile_world
+from robotics.environment.world import Polygon as Block
 from robotics.figures.drawing import POINTS
 from robotics.figures.run import plot_run
 from robotics.figures.team import plot_team
 from robotics.metrics import tracking_error
+from robotics.path import Line
 from robotics.playback.replay import ReplayError
 from robotics.run import Run
 from robotics.scenario import parse_scenario
 from robotics.simulation import simulate
+from robotics.trajectory import Timing
 
 FAULTS = """
 [[faults]]
@@ -225,3 +229,34 @@ def test_long_runs_are_thinned(run: Run) -> None:
         reference=np.repeat(run.reference, many, axis=1),
     )
     assert max(len(line.get_xdata()) for ax in plot_team(long).axes for line in ax.lines) <= 2 * POINTS
+
+
+def test_obstacles_and_robots_are_drawn_in_true_size(run: Run, page: Figure) -> None:
+    line = Line(start=(0.5, 3.0), end=(2.5, 3.0))
+    block = Block(corners=box(0.4, 0.2), path=line, timing=Timing(speed=0.1), orientation="fixed")
+    world = compile_world(World(obstacles=(Disc(position=(1.0, 0.7), radius=0.2), block)))
+    moving = Geometry(*(np.concatenate(parts) for parts in zip(*(world.at(t) for t in run.time), strict=True)))
+
+    def shapes(obstacles: Geometry) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """What is drawn of obstacles, and of robots."""
+        found = panel(plot_team(replace(run, obstacles=obstacles)), "y [m]").collections
+        polygons = [c for c in found if isinstance(c, PolyCollection)]
+        solid = [p.vertices for c in polygons if c.get_zorder() == 1.5 for p in c.get_paths()]
+        return solid, [p.vertices[:4] for c in polygons if c.get_zorder() == 3 for p in c.get_paths()]
+
+    solid, bodies = shapes(moving)
+    assert len(solid) == 2 * 8  # at eight times
+    places = [points[:4].mean(axis=0) for points in solid[1::2]]
+    np.testing.assert_allclose(np.array(places)[:, 1], 3.0)
+    assert places[0][0] == pytest.approx(0.5)
+    assert np.diff(np.array(places)[:, 0]).min() > 0.05
+    assert len(bodies) == 3 * 8
+    for body in bodies:
+        sides = np.linalg.norm(np.diff(body, axis=0), axis=1)
+        np.testing.assert_allclose(sides, [0.23, 0.20, 0.23])
+    starts = [body.mean(axis=0) for body in bodies[::8]]
+    np.testing.assert_allclose(starts, np.stack([run["x"][0, :, 0], run["y"][0, :, 0]], axis=-1), atol=1e-9)
+    rest, _ = shapes(Geometry(*(part[:1] for part in moving)))
+    assert len(rest) == 2
+    np.testing.assert_allclose(np.hypot(*(rest[0] - (1.0, 0.7)).T), 0.2)
+    assert not any(isinstance(c, PolyCollection) for c in panel(page, "y [m]").collections)

@@ -1,0 +1,295 @@
+"""One page about how robots avoided each other or obstacles: a column a law, a row for each of the thesis's figures.
+
+Tests of crash avoidance have the thesis's Figs 6.9-6.18: trajectories and where two came nearest, distances d_ij,
+errors and speeds. Runs among obstacles have Figs 6.28-6.43: trajectories, errors, speeds, and what the sonars of
+robot 1 saw; beside them its true clearance, and what each robot was about.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import combinations
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from fuzzy.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from robotics.comparison import label
+from robotics.controller import ControllerError
+from robotics.environment.collision import footprints, obstacle_clearance
+from robotics.environment.world import outlines
+from robotics.events import ALONE, MODES, STOPPED
+from robotics.figures.drawing import (
+    MODE_COLORS,
+    MODE_LINES,
+    TARGET,
+    draw_line,
+    draw_obstacles,
+    mark_stop,
+    rectangles,
+    strided,
+)
+from robotics.metrics import cross_track_error, tracking_error
+from robotics.playback.replay import seed_place
+from robotics.robot import Robot
+from robotics.run import Run
+from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT
+
+CRASH_ROWS = ("trajectories", "distances", "cross-track", "heading", "v", "w", "progress")
+OBSTACLE_ROWS = ("trajectories", "cross-track", "sonar", "v", "w", "distances", "modes")
+_MOMENTS = 8  # at which robots are drawn
+_STANDS = 0.05  # m/s
+_AFTER = 4.0  # s shown after the last robot came to rest
+_FAR = 2.05  # m: what the panels of distances show at least
+_LEFT, _RIGHT, _GAP, _ROW, _TOP, _BETWEEN = 0.6, 0.1, 0.24, 0.82, 0.6, 0.2  # inches
+
+
+class _View(NamedTuple):
+    """A run, and what of it is drawn."""
+
+    run: Run
+    place: int  # of the seed
+    end: int  # samples shown
+
+
+def plot_avoidance(
+    runs: Sequence[Run],
+    seed: int | None = None,
+    figures: Mapping[str, str] | None = None,
+    rows: Sequence[str] | None = None,
+) -> Figure:
+    """The page of one seed (the first by default) of ``runs``: some laws, at most three, on one scenario.
+
+    ``figures`` names the thesis's figure of a row, such as {"distances": "Fig 6.11"}; ``rows`` chooses those that are
+    drawn, by default CRASH_ROWS, among obstacles OBSTACLE_ROWS; what no run has is left out. The distances have a line
+    at what the law keeps: d_min, or the clearance of its plan. Robots are drawn in true size at equal times, and
+    filled where two of them came nearest. Raises ReplayError for a seed that was not run, ValueError for no run, or
+    runs of several scenarios.
+    """
+    if not 1 <= len(runs) <= 3 or len({run.scenario for run in runs}) > 1:
+        raise ValueError("a page about avoidance needs one to three runs on one scenario")
+    shown = max(_last_move(run, seed_place(run, seed)) for run in runs)
+    views = [_View(run, seed_place(run, seed), int(np.searchsorted(run.time, shown + 1e-9))) for run in runs]
+    usual = CRASH_ROWS if runs[0].obstacles is None else OBSTACLE_ROWS
+    chosen = [row for row in rows or usual if any(_has(run, row) for run in runs)]
+    with style():
+        width = (DOUBLE - _LEFT - _RIGHT - _BETWEEN * (len(runs) - 1)) / len(runs)
+        heights = [_height(views, width) if row == "trajectories" else _ROW for row in chosen]
+        breaks = [_GAP + (0.26 if row == "trajectories" else 0.0) for row in chosen]
+        total = _TOP + sum(heights) + sum(breaks) + 0.17
+        figure = new_figure(DOUBLE, total, constrained=False)
+        top = total - _TOP
+        for row, height, gap in zip(chosen, heights, breaks, strict=True):
+            axes: list[Axes] = []
+            for column, view in enumerate(views):
+                box = (_LEFT + column * (width + _BETWEEN), top - height, width, height)
+                place = (box[0] / DOUBLE, box[1] / total, box[2] / DOUBLE, box[3] / total)
+                ax = figure.add_axes(place, sharey=axes[0] if axes else None)
+                axes.append(ax)
+                _DRAW[row](ax, view)
+                if row != "trajectories":
+                    ax.set_xlim(0.0, shown)
+                    ax.tick_params(labelbottom=row == chosen[-1])
+                if row == chosen[-1]:
+                    ax.set_xlabel("time [s]")
+                if column:
+                    ax.tick_params(labelleft=False)
+                    ax.set_ylabel("")
+                if column == 0 and figures and row in figures:
+                    ax.set_title(f"thesis {figures[row]}", loc="left", fontsize=7, pad=2.5, color="0.3")
+            _legend(axes)
+            top -= height + gap
+        for column, view in enumerate(views):
+            x = (_LEFT + column * (width + _BETWEEN) + width / 2) / DOUBLE
+            figure.text(x, 1 - 0.42 / total, _law(view.run), ha="center", fontsize=9, parse_math=False)
+        title = f"{runs[0].scenario}, seed {runs[0].seeds[views[0].place]}"
+        figure.text(_LEFT / DOUBLE, 1 - 0.2 / total, title, fontsize=9, parse_math=False)
+        return figure
+
+
+def kept_distance(controller: str) -> float | None:
+    """The distance [m] between centers that a law keeps, by its specification: d_min (6.1), or its plan's clearance."""
+    from robotics.controllers import make_controller
+
+    try:
+        law = make_controller(controller)
+    except ControllerError:  # a run from a file or of a controller without a preset
+        return None
+    found = getattr(law, "d_min", getattr(law, "clearance", None))
+    return None if found is None else float(found)
+
+
+def robot_gaps(run: Run, place: int) -> dict[tuple[int, int], np.ndarray]:
+    """(6.1) for every pair of robots: the distance between their centers (samples,) [m], of the seed at that place."""
+    x, y = run["x"][place], run["y"][place]
+    return {(i, j): np.hypot(x[i] - x[j], y[i] - y[j]) for i, j in combinations(range(len(x)), 2)}
+
+
+def clearances(run: Run, place: int) -> np.ndarray:
+    """The distance [m] of each robot's rectangle from the nearest obstacle (robots, samples); infinite without any.
+
+    Robots are those of the standard size: a run does not say how large they are.
+    """
+    x, y, heading = (run[name][place].T for name in ("x", "y", "heading"))
+    if run.obstacles is None:
+        return np.full(x.T.shape, np.inf)
+    return obstacle_clearance(x, y, heading, footprints([Robot()] * x.shape[1]), run.obstacles).T
+
+
+def _law(run: Run) -> str:
+    try:
+        return label(run.controller)
+    except KeyError:
+        return run.controller
+
+
+def _last_move(run: Run, place: int) -> float:
+    """The time [s] up to which there is something to see."""
+    moving = (np.abs(np.nan_to_num(run["v"][place])) > _STANDS).any(axis=0)
+    last = int(np.flatnonzero(moving)[-1]) if moving.any() else len(run.time) - 1
+    return float(min(run.time[last] + _AFTER, run.time[-1]))
+
+
+def _has(run: Run, row: str) -> bool:
+    if row == "sonar":
+        return run.obstacles is not None
+    if row == "modes":
+        return run.modes is not None
+    return row != "progress" or (run.team is not None and bool(np.isfinite(run["progress"]).any()))
+
+
+def _height(views: Sequence[_View], width: float) -> float:
+    points = np.concatenate([nodes for view in views for nodes in view.run.paths], axis=1)
+    across, up = points.max(axis=1) - points.min(axis=1) + 0.5
+    return float(np.clip(width * up / across, 1.2, 2.3))
+
+
+def _look(robot: int) -> dict[str, Any]:
+    return {"color": COLORS[robot % len(COLORS)], "linestyle": LINES[robot % 7]}
+
+
+def _legend(axes: Sequence[Axes]) -> None:
+    """One legend for a row, over its last panel."""
+    ax = axes[-1]
+    unique: dict[str, Any] = {}
+    for each in axes:
+        handles, names = each.get_legend_handles_labels()
+        unique |= dict(zip(names, handles, strict=True))
+    if unique:
+        place: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.98), "borderaxespad": 0.1}
+        ax.legend(unique.values(), unique.keys(), ncol=6, fontsize=6.5, handlelength=2.0, columnspacing=1.0, **place)
+
+
+# One panel each ---------------------------------------------------------------------------------------------------
+
+
+def _trajectories(ax: Axes, view: _View) -> None:
+    run, place, end = view
+    x, y, heading = (run[name][place, :, :end] for name in ("x", "y", "heading"))
+    moments = np.linspace(0, end - 1, _MOMENTS).round().astype(int)
+    if run.obstacles is not None:
+        moving = len(run.obstacles.counts) > 1
+        for k in moments if moving else moments[:1]:
+            draw_obstacles(ax, outlines(run.obstacles, k), **({"alpha": 0.4} if moving else {}))
+    size = (Robot().length, Robot().width)
+    nearest = _nearest(view)
+    for i, nodes in enumerate(run.paths):
+        ax.plot(*strided(*nodes), **TARGET, zorder=1, label=None if i else "path")  # type: ignore[arg-type]
+        ax.plot(*strided(x[i], y[i]), **_look(i), linewidth=1.1, label=f"robot {i + 1}")
+        there = moments[np.isfinite(x[i, moments])]
+        bodies = rectangles(x[i, there], y[i, there], heading[i, there], *size)
+        color = COLORS[i % len(COLORS)]
+        ax.add_collection(PolyCollection(list(bodies), facecolors="white", edgecolors=color, linewidths=0.6, zorder=3))
+        if nearest is not None and i in nearest[:2]:
+            k = nearest[2]
+            body = rectangles(x[i, k : k + 1], y[i, k : k + 1], heading[i, k : k + 1], *size)
+            ax.add_collection(PolyCollection(list(body), facecolors=color, edgecolors=color, linewidths=0.6, zorder=4))
+        if run.diverged[place, i] and there.size:
+            mark_stop(ax, x[i, there[-1]], y[i, there[-1]], color)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set(xlabel="x [m]", ylabel="y [m]")
+
+
+def _nearest(view: _View) -> tuple[int, int, int] | None:
+    """Which two robots came nearest, and at which sample."""
+    gaps = robot_gaps(view.run, view.place)
+    least = {pair: np.where(np.isfinite(gap), gap, np.inf)[: view.end] for pair, gap in gaps.items()}
+    if not least:
+        return None
+    i, j = min(least, key=lambda pair: float(least[pair].min()))
+    return i, j, int(least[i, j].argmin())
+
+
+def _distances(ax: Axes, view: _View) -> None:
+    for n, ((i, j), gap) in enumerate(robot_gaps(view.run, view.place).items(), start=3):
+        draw_line(ax, view.run.time[: view.end], gap[: view.end], **_look(n), label=f"$d_{{{i + 1}{j + 1}}}$")
+    touching = Robot().width
+    ax.axhspan(0.0, touching, color="0.85", linewidth=0)
+    kept = kept_distance(view.run.controller)
+    if kept is not None:
+        line: dict[str, Any] = TARGET | {"color": "0.2"}
+        ax.axhline(kept, **line, label="$d_{min}$")
+        ax.text(0.99, kept, f" {kept:g} m", transform=ax.get_yaxis_transform(), ha="right", va="bottom", fontsize=6.5)
+    ax.set_ylim(0.0, max(_FAR, ax.get_ylim()[1] if ax.get_ylim()[1] < 4 else 4.0))
+    ax.set_ylabel("distance [m]")
+
+
+def _per_robot(values: Callable[[_View], np.ndarray], name: str) -> Callable[[Axes, _View], None]:
+    def draw(ax: Axes, view: _View) -> None:
+        ax.axhline(0.0, **TARGET)  # type: ignore[arg-type]
+        for i, row in enumerate(values(view)):
+            draw_line(ax, view.run.time[: view.end], row[: view.end], **_look(i), linewidth=0.9)
+        ax.set_ylabel(name)
+
+    return draw
+
+
+def _sonar(ax: Axes, view: _View) -> None:
+    run, place, end = view
+    time = run.time[:end]
+    if run.ranges is not None:
+        read = run.ranges[:end, place, 0].astype(float)
+        pairs = {"front sonars": (FRONT_LEFT, FRONT_RIGHT), "side sonars": (LEFT, RIGHT)}
+        for n, (name, sensors) in enumerate(pairs.items()):
+            nearest = read[:, sensors].min(axis=1)
+            look = {"color": COLORS[n + 4], "linestyle": "-", "linewidth": 0.8}
+            draw_line(ax, time, np.where(np.isfinite(nearest), nearest, np.nan), label=f"robot 1, {name}", **look)
+    free = np.minimum(clearances(run, place)[0, :end], 10.0)
+    draw_line(ax, time, free, color="black", linestyle="--", linewidth=0.9, label="true clearance")
+    ax.set_ylim(0.0, _FAR)
+    ax.set_ylabel("obstacle [m]")
+
+
+def _modes(ax: Axes, view: _View) -> None:
+    run, place, end = view
+    robots = run.samples.shape[3]
+    codes = np.zeros((end, robots), dtype=int) if run.modes is None else run.modes[:end, place].astype(int)
+    for i in range(robots):
+        code = codes[:, i]
+        for mode, (color, line) in enumerate(zip(MODE_COLORS, MODE_LINES, strict=True)):
+            row = np.where((code & 3 == mode) & (code < STOPPED), float(i + 1), np.nan)
+            width = 4.0 if mode else 1.0
+            name = MODES[mode] if np.isfinite(row).any() else None
+            ax.plot(run.time[:end], row, color=color, linestyle=line, linewidth=width, label=name)
+        alone = np.where((code & ALONE > 0) & (code < STOPPED), i + 1.3, np.nan)
+        name = "left behind" if np.isfinite(alone).any() else None
+        ax.plot(run.time[:end], alone, color="black", linestyle="-", linewidth=1.2, label=name)
+        ticks = [[(run.time[k + 1], i + 0.7), (run.time[k + 1], i + 1.3)] for k in np.flatnonzero(np.diff(code))]
+        ax.add_collection(LineCollection(ticks, colors="0.3", linewidths=0.5, linestyles="-"))
+    ax.set_yticks(range(1, robots + 1))
+    ax.set_ylim(robots + 0.6, 0.4)
+    ax.set_ylabel("robot")
+
+
+_DRAW: dict[str, Callable[[Axes, _View], None]] = {
+    "trajectories": _trajectories,
+    "distances": _distances,
+    "cross-track": _per_robot(lambda view: cross_track_error(view.run)[view.place], "$y_{err}$ [m]"),
+    "heading": _per_robot(lambda view: tracking_error(view.run).heading[view.place], "$ψ_{err}$ [rad]"),
+    "sonar": _sonar,
+    "v": _per_robot(lambda view: view.run["v"][view.place], "v [m/s]"),
+    "w": _per_robot(lambda view: view.run["w"][view.place], "ω [rad/s]"),
+    "progress": _per_robot(lambda view: view.run["progress"][view.place], "progress s"),
+    "modes": _modes,
+}
