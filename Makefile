@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: venv demo test lint format bench clean
+.PHONY: venv demo design test lint format bench clean
 
 $(VENV)/.runtime: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "fuzzyfleet needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
@@ -23,10 +23,18 @@ $(VENV)/.peers: $(VENV)/.development
 	@$(PIP) install -c constraints.txt -e '.[bench]'
 	@touch $@
 
+$(VENV)/.designer: $(VENV)/.runtime
+	@echo "installing the designer"
+	@$(PIP) install -c constraints.txt -e '.[design]'
+	@touch $@
+
 venv: $(VENV)/.development
 
 demo: $(VENV)/.runtime
 	$(BIN)/robotics compare --out out
+
+design: $(VENV)/.designer
+	$(BIN)/fuzzy design $(FILE)
 
 test: lint
 	$(BIN)/python -m pytest

@@ -63,6 +63,7 @@ from fuzzy.table import DataError
 
 if TYPE_CHECKING:
     from fuzzy.compiled import CompiledSugeno, compile_sugeno
+    from fuzzy.designer.notebook import editor
     from fuzzy.plot import (
         gensurf,
         plot_memberships,
@@ -92,6 +93,7 @@ _ON_FIRST_USE = {
         ),
         "fuzzy.plot",
     ),
+    "editor": "fuzzy.designer.notebook",
     "plot_rules_error": "fuzzy.searchplot",
 }
 
@@ -143,6 +145,7 @@ __all__ = [
     "check",
     "compile_sugeno",
     "dsigmf",
+    "editor",
     "explain",
     "fit_consequents",
     "format_fis",

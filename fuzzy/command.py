@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from fuzzy import datacommand
+from fuzzy import datacommand, designcommand
 from fuzzy.errors import InputError
 from fuzzy.terminal import FAILED, application, plain, print_json, run
 
@@ -299,6 +299,7 @@ def convert(
 
 app.command()(datacommand.identify)
 app.command()(datacommand.search)
+app.command()(designcommand.design)
 
 
 def _read(path: Path) -> "Sugeno":

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from robotics.graph import adjacency, laplacian
     from robotics.merits import measure_all, metrics_of
     from robotics.metrics import METRICS, cross_track_error, measure, tracking_error
+    from robotics.notebook import player
     from robotics.path import Circle, Line, Path, PathError, Quintic, Sine, Waypoints, compile_path
     from robotics.radio import Fault, Heard, Radio, RadioError
     from robotics.recovery import Recovery, recovery_curve
@@ -82,6 +83,7 @@ _MODULES = {
         "measure",
         "tracking_error",
     ),
+    "robotics.notebook": ("player",),
     "robotics.path": (
         "Circle",
         "Line",
@@ -200,6 +202,7 @@ __all__ = [
     "metrics_of",
     "nearest_distance",
     "parse_scenario",
+    "player",
     "progress_gap",
     "random_team",
     "recovery_curve",

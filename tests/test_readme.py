@@ -34,7 +34,7 @@ def _run(command, folder):
 def test_the_readme_has_what_a_newcomer_needs():
     kinds = [kind for kind, _ in SNIPPETS]
     assert kinds.count("python") == 4
-    assert kinds.count("sh") == 5
+    assert kinds.count("sh") == 7
 
 
 def test_snippets_run_in_order(folder):
@@ -55,6 +55,7 @@ def test_snippets_run_in_order(folder):
         "sinc.fis",
         "team.png",
         "team.html",
+        "crossing-3-A-seed-4.html",
     ):
         assert (folder / name).stat().st_size > 200, name
     assert "within 5 cm of the path after" in output

@@ -1,0 +1,59 @@
+"""The command ``fuzzy design``: the designer in the browser."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fuzzy.errors import InputError
+
+
+class DesignError(InputError):
+    """The designer cannot start as it was told to."""
+
+
+def design(
+    file: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[FILE.fis]", help="The system; a new one if there is no such file.", show_default=False
+        ),
+    ] = None,
+    port: Annotated[
+        int | None,
+        typer.Option(min=1, max=65535, help="By default 8080, or the next that is free.", show_default=False),
+    ] = None,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
+    folder: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="What can be opened and saved; by default FILE's folder, else this one."),
+    ] = None,
+) -> None:
+    """Design a rule base in the browser: drag membership functions, edit rules, see what they do.
+
+    The page is served on this machine only, and nothing outside the folder is read or written. Unsaved work is kept
+    beside the files and is back after a crash.
+
+    Example: fuzzy design tipper.fis
+    """
+    try:
+        import nicegui  # noqa: F401
+    except ImportError:
+        raise DesignError("the designer needs NiceGUI: pip install 'fuzzyfleet[design]'") from None
+    from fuzzy.designer.folder import open_folder
+    from fuzzy.designer.server import serve
+
+    if folder is None:
+        folder = Path() if file is None else file.resolve().parent
+        if not folder.is_dir():
+            raise DesignError(f"{file}: there is no folder {str(folder)!r} to put a new system into")
+    opened = open_folder(folder)
+    if file is None:
+        name = opened.free_name()
+    else:
+        # A file is given from here, or from the folder.
+        path = file.resolve() if file.exists() or not (opened.path / file).exists() else (opened.path / file).resolve()
+        if not path.is_relative_to(opened.path):
+            raise DesignError(f"{file} is not in the folder {opened.path}")
+        name = opened.name(path)
+    serve(opened, name, port, browser)

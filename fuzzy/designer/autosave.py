@@ -1,0 +1,142 @@
+"""Unsaved work beside its file: FOLDER/.fuzzy-design/NAME.json, whole or not at all, so that a crash loses nothing."""
+
+import json
+import math
+import os
+import re
+import secrets
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from fuzzy.atomic import replacing
+from fuzzy.designer.design import Design, RuleLine, read, sentence, with_lines
+from fuzzy.errors import InputError
+from fuzzy.fisfile import format_fis, parse_fis
+
+FOLDER = ".fuzzy-design"
+PROCESS = secrets.token_hex(8)  # tells this process from one before it that had the same number
+_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Unsaved:
+    """Work that was not saved, as it was found."""
+
+    path: Path  # the .json file
+    design: Design
+    when: datetime
+    base: str | None  # the digest of the file that it goes on from; None for a file that was not there
+    elsewhere: bool  # has a designer in another process, which is still running, this in hand?
+
+
+def place_for(file: Path) -> Path:
+    """Where the unsaved work of ``file`` stands."""
+    return file.parent / FOLDER / f"{file.name}.json"
+
+
+def write(file: Path, design: Design, base: str | None) -> Path:
+    """Write ``design`` as the unsaved work of ``file``; give the path. OSError where that cannot be.
+
+    Where a designer in another process has its own unsaved work, this one's stands beside it under another name.
+    """
+    target = place_for(file)
+    if _in_other_hands(target):
+        target = target.with_name(f"{file.name}.{PROCESS}.json")
+    target.parent.mkdir(exist_ok=True)
+    if target.is_symlink():
+        target.unlink()  # it would be followed, and might lead anywhere
+    content = {
+        "format": _FORMAT,
+        "file": file.name,
+        "when": datetime.now(UTC).isoformat(),
+        "pid": os.getpid(),
+        "process": PROCESS,
+        "base": base,
+        "system": format_fis(replace(design.system, rules=())),
+        "rules": [
+            {
+                "key": line.key,
+                "rule": str(line.rule),
+                "enabled": line.enabled,
+                "text": line.text if line.problem else None,
+            }
+            for line in design.lines
+        ],
+        "next_key": design.next_key,
+        "point": list(design.point),
+    }
+    text = json.dumps(content, indent=1)
+    with replacing(target) as part:
+        part.write_text(text, encoding="utf-8", newline="\n")
+    return target
+
+
+def find(file: Path) -> list[Unsaved]:
+    """The unsaved work of ``file`` that can be read, the newest first."""
+    folder = place_for(file).parent
+    names = re.compile(re.escape(file.name) + r"(\.[0-9a-f]{16})?\.json")
+    try:
+        paths = [path for path in folder.iterdir() if names.fullmatch(path.name) and not path.is_symlink()]
+    except OSError:
+        return []
+    works = [work for path in paths if (work := _read(path, file)) is not None]
+    return sorted(works, key=lambda work: work.when, reverse=True)
+
+
+_DAMAGED = (OSError, InputError, ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError)
+
+
+def _read(path: Path, file: Path) -> Unsaved | None:
+    """The unsaved work in ``path``, or None where it is none of ``file``'s."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if content["format"] != _FORMAT or content["file"] != file.name:
+            return None
+        when = datetime.fromisoformat(content["when"]).astimezone()
+        base = None if content["base"] is None else str(content["base"])
+        return Unsaved(path, _design(content), when, base, _elsewhere(content))
+    except _DAMAGED:
+        return None  # of another version, or damaged: the file itself is still there
+
+
+def _in_other_hands(path: Path) -> bool:
+    """Does ``path`` hold the unsaved work of a designer in another process?"""
+    try:
+        return not path.is_symlink() and _elsewhere(json.loads(path.read_text(encoding="utf-8")))
+    except _DAMAGED:
+        return False
+
+
+def _elsewhere(content: dict[str, Any]) -> bool:
+    return content["process"] != PROCESS and _runs(int(content["pid"]))
+
+
+def _design(content: dict[str, Any]) -> Design:
+    system = parse_fis(content["system"])
+    lines = []
+    for entry in content["rules"]:
+        rule = sentence(system, entry["rule"])
+        line = RuleLine(int(entry["key"]), rule, str(rule), bool(entry["enabled"]))
+        lines.append(read(system, line, entry["text"]) if entry["text"] is not None else line)
+    point = tuple(float(value) for value in content["point"])
+    whole = len({line.key for line in lines}) == len(lines) and all(map(math.isfinite, point))
+    if not whole or len(point) != len(system.inputs):
+        raise ValueError("the point or the keys do not fit")
+    return with_lines(Design(system, (), point, int(content["next_key"])), lines)
+
+
+def _runs(pid: int) -> bool:
+    """Is another process of this number running?"""
+    if os.name != "posix" or pid <= 0 or pid == os.getpid():  # elsewhere than on POSIX, asking would end it
+        return False
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except OverflowError:
+        return False
+    except PermissionError:
+        return True
+    return True

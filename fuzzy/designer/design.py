@@ -1,0 +1,174 @@
+"""A system under design: its rules as lines of a table, of which some may be switched off or misspelt."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal, get_args, get_origin, get_type_hints
+
+from fuzzy.detached import detached
+from fuzzy.fisfile import format_fis
+from fuzzy.language import RuleError, parse_rule
+from fuzzy.rule import Rule
+from fuzzy.system import FuzzySystemError, Sugeno, Variable
+
+# What a system can choose, in the order of its fields: and_method, or_method, defuzzification, ...
+CHOICES: dict[str, tuple[str, ...]] = {
+    name: get_args(hint) for name, hint in get_type_hints(Sugeno).items() if get_origin(hint) is Literal
+}
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is wrong with a sentence: ``text[start:end]`` is the word at fault (empty where one is missing)."""
+
+    message: str
+    start: int  # in characters (code points), from 0
+    end: int
+
+
+@dataclass(frozen=True)
+class RuleLine:
+    """One line of the rule table."""
+
+    key: int  # stays with the line through edits and moves
+    rule: Rule  # the last good rule, with its weight
+    text: str  # what stands in the editor: str(rule), or a sentence with a problem
+    enabled: bool = True
+    problem: Problem | None = None
+
+
+@dataclass(frozen=True)
+class Design:
+    """A system with its rules as lines, and the point at which one looks. Made by :func:`design_of`.
+
+    ``system.rules`` are the lines' rules, enabled or not, in the lines' order.
+    """
+
+    system: Sugeno
+    lines: tuple[RuleLine, ...]
+    point: tuple[float, ...]  # (inputs,), each in the unit of its variable
+    next_key: int = 0  # a key is never given twice in a design's history
+
+    @cached_property
+    def in_force(self) -> Sugeno:
+        """The system with the enabled rules only: what is shown and tried."""
+        if all(line.enabled for line in self.lines):
+            return self.system
+        return replace(self.system, rules=tuple(line.rule for line in self.lines if line.enabled))
+
+    @cached_property
+    def written(self) -> Sugeno:
+        """The system as a file holds it: a disabled rule has the weight 0, because MATLAB knows no "off"."""
+        if all(line.enabled for line in self.lines):
+            return self.system
+        rules = (line.rule if line.enabled else replace(line.rule, weight=0.0) for line in self.lines)
+        return replace(self.system, rules=tuple(rules))
+
+    def line(self, key: int) -> RuleLine:
+        """The line with that key; FuzzySystemError where there is none."""
+        return self.lines[self.place(key)]
+
+    def place(self, key: int) -> int:
+        """Where the line with that key stands, from 0; FuzzySystemError where there is none."""
+        for place, line in enumerate(self.lines):
+            if line.key == key:
+                return place
+        raise FuzzySystemError(f"there is no rule with the key {key}; it may have been removed meanwhile")
+
+
+def design_of(fis: Sugeno, first_key: int = 0) -> Design:
+    """``fis`` as a design, looked at in the middle of its inputs.
+
+    A rule of the weight 0 does nothing: it becomes a disabled rule of the weight 1. Parameters that are arrays
+    (torch tensors in training, say) become numbers. The lines' keys count from ``first_key``.
+    """
+    fis = detached(fis)
+    lines = []
+    for key, rule in enumerate(fis.rules, start=first_key):
+        enabled = rule.weight > 0
+        rule = rule if enabled else replace(rule, weight=1.0)
+        lines.append(RuleLine(key, rule, str(rule), enabled))
+    return with_lines(Design(fis, (), tuple(v.midrange for v in fis.inputs)), lines)
+
+
+def with_lines(design: Design, lines: Iterable[RuleLine]) -> Design:
+    """``design`` with other lines; keys that are new are counted."""
+    lines = tuple(lines)
+    rules = tuple(line.rule for line in lines)
+    system = design.system if rules == design.system.rules else replace(design.system, rules=rules)
+    next_key = max([design.next_key, *(line.key + 1 for line in lines)])
+    return replace(design, system=system, lines=lines, next_key=next_key)
+
+
+def with_variables(
+    design: Design, inputs: Sequence[Variable], outputs: Sequence[Variable], rules: Sequence[Rule | None] | None = None
+) -> Design:
+    """``design`` with other variables, and with ``rules`` in the place of its lines' rules (None: the line goes).
+
+    Sentences with a problem are read again, because the names that they want may exist now. The point keeps the
+    values of the inputs that stay (by name), and those of a renamed input where their number stays.
+    """
+    kept = [line.rule for line in design.lines] if rules is None else list(rules)
+    pairs = [(line, rule) for line, rule in zip(design.lines, kept, strict=True) if rule is not None]
+    system = replace(design.system, inputs=tuple(inputs), outputs=tuple(outputs), rules=tuple(r for _, r in pairs))
+    lines = []
+    for line, rule in pairs:
+        lines.append(replace(line, rule=rule, text=line.text if line.problem else str(rule)))
+    if any(line.problem for line in lines):
+        lines = [read(system, line, line.text) if line.problem else line for line in lines]
+        system = replace(system, rules=tuple(line.rule for line in lines))
+    return replace(design, system=system, lines=tuple(lines), point=point_in(system, design))
+
+
+def point_in(system: Sugeno, before: Design) -> tuple[float, ...]:
+    """The point of ``before`` for ``system``: by name, by place where the inputs are as many, else the middle.
+
+    A value stays as it is while its universe does, and is moved to the edge of one that is another.
+    """
+    inputs = before.system.inputs
+    places = {v.name: i for i, v in enumerate(inputs)}
+    point = []
+    for i, variable in enumerate(system.inputs):
+        old = places.get(variable.name, i if len(inputs) == len(system.inputs) else None)
+        value = variable.midrange if old is None else before.point[old]
+        if old is None or inputs[old].universe != variable.universe:
+            value = min(max(value, variable.universe[0]), variable.universe[1])
+        point.append(value)
+    return tuple(point)
+
+
+def read(system: Sugeno, line: RuleLine, text: str) -> RuleLine:
+    """``line`` with the sentence ``text``: its rule where it is one, else the old rule and what is wrong with it."""
+    try:
+        rule = sentence(system, text)
+    except RuleError as error:
+        return replace(line, text=text, problem=Problem(error.reason, error.start, error.end))
+    return replace(line, rule=rule, text=str(rule), problem=None)
+
+
+def sentence(system: Sugeno, text: str) -> Rule:
+    """The rule that ``text`` says; RuleError where it says none, or one that a .fis file cannot hold."""
+    rule = parse_rule(
+        text, {v.name: tuple(v.terms) for v in system.inputs}, {v.name: tuple(v.terms) for v in system.outputs}
+    )
+    for clause in rule.when:
+        if not holds_power(clause.power):
+            raise RuleError(POWERS, text, 0, len(text))
+    return rule
+
+
+POWERS = "a hedge's power must be one of 0.1, 0.2, ... 9.9: a .fis file has no room for others"
+
+
+def holds_power(power: float) -> bool:
+    """Can a .fis file hold a hedge of this power? Tenths below 10, as Octave writes them."""
+    tenths = round(10 * power) if 0 < power < 10 else 0
+    return 1 <= tenths <= 99 and tenths / 10 == power
+
+
+def file_text(design: Design) -> str:
+    """The text of the .fis file; a disabled rule has the weight 0 there.
+
+    Raises FisFileError where the format cannot hold the system, which no edit leads to.
+    """
+    return format_fis(design.written)

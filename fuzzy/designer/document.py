@@ -1,0 +1,349 @@
+"""A file under design: the design, its history, saving, and unsaved work that outlives a crash."""
+
+import hashlib
+import os
+import warnings
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fuzzy.designer import autosave
+from fuzzy.designer.design import Design, design_of, file_text, point_in
+from fuzzy.designer.edits import edited
+from fuzzy.designer.variableedits import new_variable
+from fuzzy.errors import InputError
+from fuzzy.fisfile import FisFileWarning, read_fis, write_fis
+from fuzzy.system import Sugeno
+
+DEPTH = 100  # edits that can be undone
+_LONGEST = 200  # bytes of a file's name: file systems take 255, and unsaved work's is longer
+
+
+class DocumentError(InputError):
+    """A file that cannot be opened or saved as asked. The message names it and says what helps."""
+
+
+class _Entry(NamedTuple):
+    name: str  # of the edit
+    design: Design  # before it (undo) or after it (redo)
+
+
+def confined(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> Path:
+    """``path`` (relative to ``folder``, or absolute) with its links followed; a .fis file inside ``folder``.
+
+    Raises DocumentError for a path that leads out of the folder or is no .fis file's.
+    """
+    try:
+        root = Path(folder).resolve()
+        target = (root / os.fspath(path)).resolve()
+        longest = max(len(os.fsencode(part)) for part in target.parts)
+    except (OSError, ValueError, RuntimeError, TypeError) as error:  # a NUL, a ring of links
+        raise DocumentError(f"{str(path)!r} is no path of a file: {error}") from None
+    if longest > _LONGEST or len(target.parts) > _LONGEST:
+        raise DocumentError(f"{target.name[:40]}...: the name is too long, at most {_LONGEST} bytes are taken")
+    if not target.is_relative_to(root):
+        raise DocumentError(f"{os.fspath(path)} lies outside the opened folder {root}")
+    if target.suffix.casefold() != ".fis":
+        raise DocumentError(f"{os.fspath(path)}: a design is saved in a file that ends in .fis")
+    if any(part.startswith(".") for part in target.relative_to(root).parts):
+        raise DocumentError(f"{os.fspath(path)}: hidden files and folders are left alone")
+    return target
+
+
+def new_system(name: str) -> Sugeno:
+    """What a new file begins with: one input, one output, a rule for each term."""
+    rules = [f"if input1 is {term} then output1 is {term}" for term in ("low", "medium", "high")]
+    return Sugeno([new_variable("input", "input1")], [new_variable("output", "output1")], rules, name=name)
+
+
+class Document:
+    """A .fis file under design. All who look at the file share one document: its edits come one after another.
+
+    ``path`` is relative to ``folder``, outside which nothing is read or written; by default the file's own. A file
+    that does not exist begins with :func:`new_system`. Unsaved work of a run that ended is taken up again: then
+    ``restored`` says when it was written, and undoing leads back to the file. ``notes`` are sentences on what was
+    found while opening.
+
+    Raises DocumentError or FisFileError where there is nothing to open.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], folder: str | os.PathLike[str] | None = None) -> None:
+        if folder is None:
+            path = Path(path).absolute()
+            folder = path.parent
+        self.path = confined(folder, path)
+        self.folder = Path(folder).resolve()
+        self.revision = 0
+        self.compared: Sugeno | None = None
+        self.restored: datetime | None = None
+        self.notes: tuple[str, ...] = ()
+        self._undo: deque[_Entry] = deque(maxlen=DEPTH)
+        self._redo: list[_Entry] = []
+        self._gesture: Any = None
+        self._listeners: list[Callable[[], None]] = []
+        self._leftover: Path | None = None  # restored work that still stands in a file that is not ours
+        if not self.path.parent.is_dir():
+            raise DocumentError(f"{self.path}: there is no folder {self.path.parent}")
+        self.design = self._from_file()
+        self._restore()
+
+    def _from_file(self, first_key: int = 0) -> Design:
+        """The design in the file; what is known of the file is then what it holds now."""
+        self._digest = _digest(self.path)
+        if self._digest is None:
+            fis = new_system(self.path.stem)
+        else:
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always", FisFileWarning)
+                fis = read_fis(self.path)
+            self.notes = (*self.notes, *(str(warning.message) for warning in caught))
+        design = design_of(fis, first_key)
+        self._saved_text = file_text(design)
+        return design
+
+    def _restore(self) -> None:
+        if not _inside(self.folder, autosave.place_for(self.path).parent):
+            return
+        for work in autosave.find(self.path):
+            when = f"{work.when:%Y-%m-%d %H:%M:%S}"
+            if work.elsewhere:
+                self.notes += (f"another designer has unsaved work of {when} on {self.path.name} open",)
+            elif work.base != self._digest and self._changed_after(work.when):
+                older = work.path.with_name(f"{self.path.name}.older")
+                with suppress(OSError):
+                    work.path.replace(older)
+                    self.notes += (f"unsaved work of {when} is older than the file; it is kept in {older}",)
+            elif self.restored is None and (file_text(work.design) != self._saved_text or _misspelt(work.design)):
+                self.restored = work.when
+                self._undo.append(_Entry(f"take up unsaved work of {when}", self.design))
+                self.design = work.design
+                self._digest = work.base
+                self._leftover = work.path
+
+    def _changed_after(self, when: datetime) -> bool:
+        try:
+            return datetime.fromtimestamp(self.path.stat().st_mtime, UTC) > when
+        except OSError:
+            return False
+
+    @property
+    def saved(self) -> bool:
+        """Does the file hold the design (as far as this document knows)?"""
+        return self._digest is not None and self.text() == self._saved_text
+
+    def text(self) -> str:
+        """The design as the text of a .fis file."""
+        return file_text(self.design)
+
+    # Edits and history ----------------------------------------------------------------------------------------
+
+    def apply(self, message: Mapping[str, Any]) -> None:
+        """One message: an edit, a look at another point (no edit), or ``{"do": "undo"}``, ``{"do": "redo"}``.
+
+        An edit with the same ``gesture`` (not null) as the one before it continues that: both are undone together.
+        Raises InputError, with a sentence, for what is none; the design is then as it was.
+        """
+        if isinstance(message, Mapping) and "edit" not in message and "do" in message:
+            self._do(message["do"])
+            return
+        new, name = edited(self.design, message)
+        if "edit" not in message:
+            self.design = new
+            self._tell()
+            return
+        gesture = message.get("gesture")
+        self._record(new, name, gesture if isinstance(gesture, (str, int)) else None)
+
+    def _do(self, what: Any) -> None:
+        if what == "undo":
+            self.undo()
+        elif what == "redo":
+            self.redo()
+        else:
+            raise DocumentError("a document can do 'undo' and 'redo'")
+
+    def _record(self, new: Design, name: str, gesture: Any = None) -> None:
+        continues = gesture is not None and gesture == self._gesture and self._undo
+        before = self._undo[-1].design if continues else self.design
+        if new != self.design:
+            if continues:
+                self._undo.pop()
+            if new != before:  # a gesture that came back to where it began is none
+                self._undo.append(_Entry(name, before))
+            self._redo.clear()
+            self._gesture = gesture if new != before else None
+            self.design = new
+        self._tell()
+
+    @property
+    def can_undo(self) -> str | None:
+        """The name of the edit that :meth:`undo` takes back."""
+        return self._undo[-1].name if self._undo else None
+
+    @property
+    def can_redo(self) -> str | None:
+        """The name of the edit that :meth:`redo` makes again."""
+        return self._redo[-1].name if self._redo else None
+
+    def undo(self) -> None:
+        """Take back the last edit, if there is one."""
+        if self._undo:
+            name, design = self._undo.pop()
+            self._redo.append(_Entry(name, self.design))
+            self._go_to(design)
+
+    def redo(self) -> None:
+        """Make the edit again that was taken back last, if there is one."""
+        if self._redo:
+            name, design = self._redo.pop()
+            self._undo.append(_Entry(name, self.design))
+            self._go_to(design)
+
+    def _go_to(self, design: Design) -> None:
+        # One keeps looking at the same point, and a key that was given once is not given again.
+        point = point_in(design.system, self.design)
+        self.design = replace(design, point=point, next_key=max(design.next_key, self.design.next_key))
+        self._gesture = None
+        self._tell()
+
+    def replace(self, fis: Sugeno, what: str) -> None:
+        """A whole new system (uploaded, trained) as one edit of the name ``what``.
+
+        Raises FisFileError where no .fis file can hold it.
+        """
+        new = design_of(fis, self.design.next_key)
+        file_text(new)
+        self._record(replace(new, point=point_in(new.system, self.design)), what)
+
+    def compare(self, fis: Sugeno | None) -> None:
+        """Show ``fis`` beside the design, or nothing."""
+        self.compared = fis
+        self._tell()
+
+    def listen(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call ``callback()`` after every change; what is returned ends that."""
+        self._listeners.append(callback)
+
+        def unlisten() -> None:
+            with suppress(ValueError):
+                self._listeners.remove(callback)
+
+        return unlisten
+
+    def _tell(self) -> None:
+        self.revision += 1
+        problems = []
+        for callback in tuple(self._listeners):
+            try:
+                callback()
+            except Exception as error:  # the others are told all the same
+                problems.append(error)
+        if problems:
+            raise problems[0]
+
+    # Files ----------------------------------------------------------------------------------------------------
+
+    def save(self, path: str | os.PathLike[str] | None = None, overwrite: bool = False) -> None:
+        """Write the .fis file, whole or not at all; with ``path`` (in the folder), that becomes the document's file.
+
+        Raises DocumentError where the file changed on disk since it was read, or another file is there already,
+        unless ``overwrite``; FisFileError where it cannot be written.
+        """
+        target = confined(self.folder, self.path if path is None else path)
+        text = self.text()
+        if not target.parent.is_dir():
+            raise DocumentError(f"{target}: there is no folder {target.parent}")
+        with _alone(target.parent):
+            if not overwrite:
+                present = _digest(target)
+                if target != self.path and present is not None:
+                    raise DocumentError(f"{target.name} is there already; overwrite it, or take another name")
+                if present is not None and present != self._digest:
+                    raise DocumentError(
+                        f"{target.name} was changed on disk by another program since it was opened here; "
+                        "save under another name, or overwrite it"
+                    )
+            write_fis(self.design.written, target)
+        self.path, self._saved_text = target, text
+        self._digest = hashlib.sha256(text.encode()).hexdigest()
+        self._forget()
+        self._tell()
+
+    def autosave(self) -> None:
+        """Write the design beside the file now, or remove what stands there once the file holds it.
+
+        Raises DocumentError where it cannot be written.
+        """
+        if self.text() == self._saved_text and not _misspelt(self.design):  # nothing that the file does not tell
+            self._forget()
+            return
+        target = autosave.place_for(self.path)
+        if not _inside(self.folder, target.parent):
+            raise DocumentError(f"{target} leads out of the opened folder: unsaved work is not kept")
+        try:
+            written = autosave.write(self.path, self.design, self._digest)
+            if self._leftover not in (None, written):
+                self._leftover.unlink(missing_ok=True)
+        except OSError as error:
+            raise DocumentError(f"unsaved work cannot be kept in {target}: {error.strerror or error}") from None
+        self._leftover = written
+
+    def discard(self) -> None:
+        """Go back to what the file holds now, as an edit that can be undone."""
+        self.path, self.notes = confined(self.folder, self.path), ()
+        design = self._from_file(self.design.next_key)
+        self._forget()
+        self.restored = None
+        self._record(replace(design, point=point_in(design.system, self.design)), "discard unsaved changes")
+
+    def _forget(self) -> None:
+        """Remove the unsaved work that this document wrote or took up."""
+        if self._leftover is not None:
+            with suppress(OSError):
+                self._leftover.unlink(missing_ok=True)
+        self._leftover = None
+
+
+def _misspelt(design: Design) -> bool:
+    """Are there sentences that a .fis file cannot keep?"""
+    return any(line.problem for line in design.lines)
+
+
+def _inside(folder: Path, path: Path) -> bool:
+    """Does ``path``, with its links followed, lie in ``folder``?"""
+    return Path(os.path.realpath(path)).is_relative_to(folder)
+
+
+def _digest(path: Path) -> str | None:
+    """The digest of the file's bytes; None where there is none. DocumentError where it cannot be read."""
+    try:
+        if not path.is_file():
+            if path.exists():
+                raise DocumentError(f"{path} is no file")
+            return None
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise DocumentError(f"{path} cannot be read: {error.strerror or error}") from None
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Keep other processes from saving in the folder meanwhile, where the system can."""
+    try:
+        import fcntl
+    except ImportError:  # Windows: two programs that save within the same millisecond are not told apart
+        yield
+        return
+    try:
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError as error:
+        raise DocumentError(f"{folder} cannot be opened: {error.strerror or error}") from None
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)

@@ -1,0 +1,269 @@
+// The designer's header: the file and its state, undo and redo, saving, the menu of the file with its dialogs, what is
+// said to the designer, and the keys that work everywhere. Model: "design" and "shell" ({ file, files, compared,
+// restored }); Python's messages: { say, problem }, { ask, then }, { moved }.
+
+function make(tag, attributes = {}, ...children) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
+    else if (value === true) node.setAttribute(name, "");
+    else if (value !== false && value !== null) node.setAttribute(name, value);
+  }
+  node.append(...children);
+  return node;
+}
+
+const MAC = /Mac|iPhone|iPad/.test(navigator.platform);
+const key = (letters) => (MAC ? `⌘${letters.replace("Shift+", "⇧")}` : `Ctrl+${letters}`);
+const withEnding = (name) => (/\.fis$/i.test(name) ? name : `${name}.fis`);
+const address = (name) => `${location.pathname}?file=${encodeURIComponent(name)}`;
+const FIGURES = { memberships: "Membership functions", rules: "Rule viewer at the point", structure: "Structure", surface: "Surface" };
+const FORMATS = { svg: "SVG", pdf: "PDF", png: "PNG" };
+const LARGEST = 2_000_000; // bytes of an upload; the server refuses more too
+const SHOWN = 7000; // ms that a sentence stays; a problem stays until it is put away
+
+let count = 0; // ids must differ between pages' headers; nothing else is kept
+
+function select(label, options, chosen = null) {
+  const field = make("select", { "aria-label": label }, ...Object.entries(options).map(([value, text]) => make("option", { value, selected: value === chosen }, text)));
+  return { field, row: make("label", { class: "row" }, make("span", {}, label), field) };
+}
+
+/** A dialog with a heading; `done` is called when its first button is pressed or Enter is. */
+function dialog(host, heading, rows, accept, done) {
+  const id = `shell-dialog-${++count}`;
+  const box = make("dialog", { "aria-labelledby": id });
+  const form = make("form", {
+    onsubmit: (event) => {
+      event.preventDefault();
+      box.close();
+      done();
+    },
+  });
+  const buttons = make("div", { class: "buttons" }, make("button", { type: "button", onclick: () => box.close() }, "Cancel"));
+  if (accept) buttons.append(make("button", { type: "submit", class: "first" }, accept));
+  form.append(make("h2", { id }, heading), ...rows, buttons);
+  box.append(form);
+  // The field that had the focus gets it back by itself; what was shown goes.
+  box.addEventListener("close", () => box.remove());
+  host.append(box);
+  box.showModal();
+  return box;
+}
+
+function render({ model, el }) {
+  el.classList.add("shell-header");
+  const send = (content) => model.send(content);
+  const shell = () => model.get("shell");
+
+  // What is said ---------------------------------------------------------------------------------------------
+  const status = make("div", { role: "status", "aria-live": "polite", class: "said" });
+  const alertText = make("span");
+  const alert = make("div", { role: "alert", class: "said problem", hidden: true }, alertText,
+    make("button", { type: "button", "aria-label": "Put this message away", onclick: () => (alert.hidden = true) }, "×"));
+  let timer = 0;
+  function say(text, problem = false) {
+    if (problem) {
+      alertText.textContent = text;
+      alert.hidden = false;
+      return;
+    }
+    alert.hidden = true;
+    status.textContent = text;
+    clearTimeout(timer);
+    timer = setTimeout(() => (status.textContent = ""), SHOWN);
+  }
+
+  // Dialogs --------------------------------------------------------------------------------------------------
+  function openFile() {
+    const { file, files } = shell();
+    const list = make("ul", { class: "files" });
+    for (const name of files) {
+      list.append(make("li", {}, make("a", { href: address(name), "aria-current": name === file ? "page" : null }, name)));
+    }
+    const name = make("input", { type: "text", autocomplete: "off", spellcheck: "false", placeholder: "name.fis", required: true });
+    const rows = [
+      make("p", {}, files.length ? "Files of this folder:" : "This folder has no .fis files yet."),
+      list,
+      make("label", { class: "row" }, make("span", {}, "New file"), name),
+    ];
+    dialog(el, "Open", rows, "Create", () => location.assign(address(withEnding(name.value.trim()))));
+    list.querySelector("a")?.focus();
+  }
+
+  function saveAs() {
+    const name = make("input", { type: "text", autocomplete: "off", spellcheck: "false", required: true, value: shell().file });
+    dialog(el, "Save as", [make("label", { class: "row" }, make("span", {}, "File in this folder"), name)], "Save", () =>
+      send({ do: "save_as", name: withEnding(name.value.trim()) }));
+    name.select();
+  }
+
+  function compare() {
+    const { file, files, compared } = shell();
+    const others = Object.fromEntries([["", "nothing"], ...files.filter((name) => name !== file).map((name) => [name, name])]);
+    others[file] = `${file} as it was saved`;
+    const choice = select("Compare with", others, compared ?? "");
+    const rows = [choice.row, make("p", { class: "note" }, "The other design is drawn dashed and grey.")];
+    dialog(el, "Compare", rows, "Compare", () => send({ do: "compare", name: choice.field.value || null }));
+  }
+
+  function exportFigure() {
+    const kind = select("Figure", FIGURES), format = select("Format", FORMATS);
+    dialog(el, "Export a figure", [kind.row, format.row], "Export", () => {
+      say("The figure is being drawn …");
+      send({ do: "export", kind: kind.field.value, format: format.field.value });
+    });
+  }
+
+  const chooser = make("input", { type: "file", accept: ".fis,.txt", hidden: true, "aria-label": "File to upload", onchange: upload });
+  async function upload() {
+    const [file] = chooser.files;
+    chooser.value = "";
+    if (!file) return;
+    if (file.size > LARGEST) return say(`${file.name} is larger than ${LARGEST / 1e6} MB, the most that can be uploaded.`, true);
+    const query = new URLSearchParams({ file: shell().file, name: file.name });
+    try {
+      const reply = await fetch(`/upload?${query}`, { method: "POST", body: file, headers: { "Content-Type": "application/octet-stream" } });
+      const { said, problem } = await reply.json();
+      say(problem ?? said, problem !== undefined);
+    } catch {
+      say(`${file.name} could not be uploaded: the server does not answer.`, true);
+    }
+  }
+
+  function ask({ ask: question, accept, then }) {
+    dialog(el, "Are you sure?", [make("p", {}, question)], accept, () => send(then));
+  }
+
+  // The menu -------------------------------------------------------------------------------------------------
+  const entries = [
+    ["Open or new …", openFile],
+    ["Save as …", saveAs],
+    ["Upload a .fis file …", () => chooser.click()],
+    ["Download the .fis file", () => send({ do: "download" })],
+    ["Compare with …", compare],
+    ["Export a figure …", exportFigure],
+    ["Back to the saved file", () => send({ do: "discard" })],
+  ];
+  const menuId = `shell-menu-${++count}`;
+  const menu = make("div", { role: "menu", id: menuId, "aria-label": "File", hidden: true });
+  const menuButton = make("button", { type: "button", class: "file", "aria-haspopup": "menu", "aria-expanded": "false", "aria-controls": menuId }, "File ▾");
+  for (const [text, act] of entries) {
+    menu.append(make("button", { type: "button", role: "menuitem", tabindex: "-1", onclick: () => (toggle(false), act()) }, text));
+  }
+  function toggle(open) {
+    menu.hidden = !open;
+    menuButton.setAttribute("aria-expanded", String(open));
+    if (open) menu.firstChild.focus();
+    else if (menu.contains(document.activeElement)) menuButton.focus();
+  }
+  menuButton.addEventListener("click", () => toggle(menu.hidden));
+  menuButton.addEventListener("keydown", (event) => {
+    if (event.key === "ArrowDown") (event.preventDefault(), toggle(true));
+  });
+  menu.addEventListener("keydown", (event) => {
+    const all = [...menu.children], at = all.indexOf(document.activeElement);
+    const to = { ArrowDown: (at + 1) % all.length, ArrowUp: (at + all.length - 1) % all.length, Home: 0, End: all.length - 1 }[event.key];
+    if (to !== undefined) (event.preventDefault(), all[to].focus());
+    else if (event.key === "Escape") (event.stopPropagation(), toggle(false));
+    else if (event.key === "Tab") toggle(false);
+  });
+  const onOutside = (event) => {
+    if (!menu.hidden && !menu.contains(event.target) && !menuButton.contains(event.target)) toggle(false);
+  };
+  document.addEventListener("pointerdown", onOutside);
+
+  // The bar --------------------------------------------------------------------------------------------------
+  const name = make("span", { class: "name" }), state = make("span", { class: "state" });
+  const undo = make("button", { type: "button", onclick: () => send({ do: "undo" }) }, "↶", make("span", { class: "word" }, " Undo"));
+  const redo = make("button", { type: "button", onclick: () => send({ do: "redo" }) }, "↷", make("span", { class: "word" }, " Redo"));
+  const save = make("button", { type: "button", class: "first", title: key("S"), onclick: () => send({ do: "save" }) }, "Save");
+  // On a narrow screen the tree is a menu: the style sheet shows it while data-tree is "open".
+  const tree = make("button", { type: "button", class: "tree-button", "aria-expanded": "false", "aria-controls": "shell-tree",
+    onclick: () => {
+      const open = el.dataset.tree !== "open";
+      el.dataset.tree = open ? "open" : "";
+      tree.setAttribute("aria-expanded", String(open));
+    } }, "System");
+  const restored = make("div", { class: "restored", role: "status" });
+  el.append(
+    make("div", { class: "bar" },
+      make("h1", {}, name, " ", state),
+      make("div", { class: "tools", role: "toolbar", "aria-label": "Design" }, tree, undo, redo, save,
+        make("span", { class: "menu" }, menuButton, menu))),
+    restored, chooser, status, alert);
+
+  function show() {
+    const design = model.get("design"), { file, compared } = shell();
+    name.textContent = file;
+    state.textContent = design.saved ? "saved" : "not saved";
+    state.classList.toggle("unsaved", !design.saved);
+    for (const [button, what, label, letters] of [[undo, design.undo, "Undo", "Z"], [redo, design.redo, "Redo", "Shift+Z"]]) {
+      // Not "disabled": a button that loses the focus while one undoes step by step is lost for the keyboard.
+      button.setAttribute("aria-disabled", String(!what));
+      button.title = what ? `${label}: ${what} (${key(letters)})` : `Nothing to ${label.toLowerCase()}`;
+      button.setAttribute("aria-label", what ? `${label}: ${what}` : label);
+    }
+    document.title = `${design.saved ? "" : "• "}${file} – Fuzzy designer`;
+    el.dataset.compared = compared ?? "";
+  }
+
+  function showRestored() {
+    const when = shell().restored;
+    restored.replaceChildren();
+    if (!when) return;
+    restored.append(
+      make("span", {}, `Unsaved work of ${when} has been restored.`),
+      make("button", { type: "button", onclick: () => send({ do: "discard" }) }, "Back to the saved file"),
+      make("button", { type: "button", onclick: () => restored.replaceChildren() }, "Keep it"));
+  }
+
+  // Keys -----------------------------------------------------------------------------------------------------
+  let edited = null; // the text field in which something was typed that is not taken over yet: its undo is its own
+  const onInput = (event) => (edited = event.target);
+  const onTaken = () => (edited = null);
+  function onKey(event) {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey || el.querySelector("dialog[open]")) return;
+    const letter = event.key.toLowerCase();
+    const typing = edited === event.target && event.target.matches?.("input:not([type=range]), textarea");
+    if (letter === "s" && !event.shiftKey) send({ do: "save" });
+    else if (letter === "z" && !typing) send({ do: event.shiftKey ? "redo" : "undo" });
+    else if (letter === "y" && !typing) send({ do: "redo" });
+    else return;
+    event.preventDefault();
+  }
+  document.addEventListener("keydown", onKey);
+  document.addEventListener("input", onInput);
+  document.addEventListener("change", onTaken);
+  document.addEventListener("focusout", onTaken);
+
+  const onMessage = (message) => {
+    if (message.say !== undefined) say(message.say, message.problem);
+    if (message.ask !== undefined) ask(message);
+    if (message.moved !== undefined) history.replaceState(null, "", address(message.moved));
+  };
+  let shown = null;
+  const onShell = () => {
+    show();
+    if (shell().restored !== shown) showRestored();
+    shown = shell().restored;
+  };
+  model.on("change:design", show);
+  model.on("change:shell", onShell);
+  model.on("msg:custom", onMessage);
+  onShell();
+
+  return () => {
+    clearTimeout(timer);
+    model.off("change:design", show);
+    model.off("change:shell", onShell);
+    model.off("msg:custom", onMessage);
+    document.removeEventListener("pointerdown", onOutside);
+    document.removeEventListener("keydown", onKey);
+    document.removeEventListener("input", onInput);
+    document.removeEventListener("change", onTaken);
+    document.removeEventListener("focusout", onTaken);
+  };
+}
+
+export default { render };

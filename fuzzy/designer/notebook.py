@@ -1,0 +1,161 @@
+"""The designer in a notebook: the page's modules as one anywidget."""
+
+import asyncio
+import itertools
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fuzzy.designer.composition import ModuleError, composed
+from fuzzy.designer.design import Design, design_of
+from fuzzy.designer.document import DEPTH
+from fuzzy.designer.edits import edited
+from fuzzy.designer.views import design_data, surface_data, viewer_data
+from fuzzy.errors import InputError
+from fuzzy.system import Sugeno
+
+_SOON = 0.004  # s that edits in hand may take to arrive before they are shown together
+
+
+class Session:
+    """A design with its history, what one looks at, and the traits that show it; there is no file."""
+
+    def __init__(self, fis: Sugeno) -> None:
+        self.design = design_of(fis)
+        self._undo: list[tuple[str, Design]] = []
+        self._redo: list[tuple[str, Design]] = []
+        self._gesture: Any = None
+        self._axes: list[int] | None = None
+        self._output = 0
+        self._selected: dict[str, Any] = {"kind": "input", "variable": self.design.system.inputs[0].name, "term": None}
+        self._problem: dict[str, Any] | None = None
+        self._problems = itertools.count(1)
+        self._revision = 0
+
+    def hear(self, content: Any) -> None:
+        """One message of a module. What is wrong with it becomes the trait ``problem``; nothing is raised."""
+        try:
+            self._take(content if isinstance(content, Mapping) else {})
+            self._problem = None
+        except InputError as error:
+            self._problem = {"message": str(error), "number": next(self._problems)}
+
+    def traits(self) -> dict[str, Any]:
+        """What the modules show now."""
+        design = self.design
+        names = [entries[-1][0] if entries else None for entries in (self._undo, self._redo)]
+        return {
+            "design": design_data(design, revision=self._revision, undo=names[0], redo=names[1]),
+            "point": list(design.point),
+            "selected": self._selected,
+            "problem": self._problem,
+            "viewer": _or_none(viewer_data, design),
+            "surface": _or_none(surface_data, design, *self._known_axes()),
+            "compared": None,
+        }
+
+    def _take(self, content: Mapping[str, Any]) -> None:
+        look = content.get("look")
+        if look == "select":
+            self._selected = {name: content.get(name) for name in ("kind", "variable", "term")}
+        elif look == "surface":
+            before = self._axes, self._output
+            self._axes, self._output = content.get("inputs"), content.get("output")  # type: ignore[assignment]
+            if self._known_axes() != (self._axes, self._output):
+                self._axes, self._output = before
+                raise InputError("a surface has one or two of the inputs and one output, each by its number")
+        elif content.get("do") in ("undo", "redo"):
+            self._step(*((self._undo, self._redo) if content["do"] == "undo" else (self._redo, self._undo)))
+        else:
+            self._edit(content)
+
+    def _edit(self, content: Mapping[str, Any]) -> None:
+        new, name = edited(self.design, content)
+        if "edit" in content and new != self.design:
+            gesture = content.get("gesture")
+            if not (isinstance(gesture, (str, int)) and gesture == self._gesture and self._undo):
+                self._undo = [*self._undo, (name, self.design)][-DEPTH:]
+            self._gesture = gesture
+            self._redo = []
+            self._revision += 1
+        self.design = new
+
+    def _step(self, back: list[tuple[str, Design]], forth: list[tuple[str, Design]]) -> None:
+        if back:
+            name, design = back.pop()
+            forth.append((name, self.design))
+            self.design, self._gesture = design, None
+            self._revision += 1
+
+    def _known_axes(self) -> tuple[list[int] | None, int]:
+        inputs, outputs = len(self.design.system.inputs), len(self.design.system.outputs)
+        axes, output = self._axes, self._output
+        known = isinstance(axes, list) and all(type(i) is int and 0 <= i < inputs for i in axes)
+        if not (known and axes is not None and 0 < len(set(axes)) == len(axes) <= 2):
+            axes = None
+        return axes, output if type(output) is int and 0 <= output < outputs else 0
+
+
+def _or_none(view: Any, *args: Any) -> Any:
+    try:
+        return view(*args)
+    except InputError:  # a system that shows nothing there
+        return None
+
+
+def editor(fis: Sugeno) -> Any:
+    """The designer of ``fis`` as a widget for Jupyter, marimo and other notebooks that show anywidgets.
+
+    The widget's ``fis`` is the system as edited so far. ``fis`` itself stays as it is. Raises ModuleError without
+    the extra ``notebook``.
+    """
+    anywidget, traitlets = widget_library()
+    folder = Path(__file__).parent
+    session = Session(fis)
+    traits = session.traits()
+
+    class Editor(anywidget.AnyWidget):  # type: ignore[name-defined]
+        """The designer; ``fis`` is the system as edited so far."""
+
+        _esm = composed(folder / "notebook.js")
+        _css = (folder / "static" / "designer.css").read_text(encoding="utf-8")
+        locals().update({name: traitlets.Any(value).tag(sync=True) for name, value in traits.items()})
+
+        def __init__(self) -> None:
+            super().__init__()
+            self._waiting = False
+            self.on_msg(self._heard)
+
+        @property
+        def fis(self) -> Sugeno:
+            return session.design.in_force
+
+        def _heard(self, widget: Any, content: Any, buffers: Any) -> None:
+            session.hear(content)
+            try:
+                loop = asyncio.get_running_loop()
+            except RuntimeError:
+                self._show()
+                return
+            # As on the page: what arrives together is shown once.
+            if not self._waiting:
+                self._waiting = True
+                loop.call_later(_SOON, self._show)
+
+        def _show(self) -> None:
+            self._waiting = False
+            with self.hold_sync():
+                for name, value in session.traits().items():
+                    setattr(self, name, value)
+
+    return Editor()
+
+
+def widget_library() -> tuple[Any, Any]:
+    """The modules anywidget and traitlets. Raises ModuleError without the extra ``notebook``."""
+    try:
+        import anywidget
+        import traitlets
+    except ImportError:
+        raise ModuleError("a notebook's widgets need anywidget: pip install 'fuzzyfleet[notebook]'") from None
+    return anywidget, traitlets

@@ -1,0 +1,324 @@
+"""The designer's page: one for each browser tab, over the document that the tabs share."""
+
+import asyncio
+import itertools
+from collections.abc import Callable, Mapping
+from functools import partial
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nicegui import background_tasks, ui
+from nicegui.elements.mixins.text_element import TextElement
+
+from fuzzy.designer.bridge import Bridge
+from fuzzy.designer.document import Document, DocumentError
+from fuzzy.designer.figures import check_figure, figure_bytes
+from fuzzy.designer.panel import Place, Workbench, find_panels
+from fuzzy.designer.tabs import Tab, tab_group
+from fuzzy.designer.views import compared_data, document_data, surface_data, viewer_data
+from fuzzy.designer.workers import WorkError
+from fuzzy.errors import InputError
+
+if TYPE_CHECKING:
+    from fuzzy.designer.server import Desk, Modules
+
+SOON = 0.004  # s that edits in hand may take to arrive before they are shown together
+_HERE = Path(str(resources.files("fuzzy") / "designer"))
+
+
+async def build_page(desk: "Desk", modules: "Modules", name: str) -> None:
+    """Fill the page of a new browser tab with the designer of the file ``name``, or with what is wrong with it."""
+    for sheet in ("static/designer.css", "page.css"):
+        if (_HERE / sheet).is_file():
+            ui.add_head_html(f'<link rel="stylesheet" href="{modules.url(_HERE / sheet)}">')
+    try:
+        document = desk.document(name)
+    except (InputError, OSError) as error:
+        with ui.element("main").classes("shell shell-nothing"):
+            TextElement(tag="h1", text="This file cannot be opened")
+            TextElement(tag="p", text=str(error)).props('role="alert"')
+            TextElement(tag="a", text="Back to the designer").props('href="/"')
+        return
+    _Page(desk, modules, document)
+
+
+class _Page:
+    """What one browser tab shows, and what it asks for."""
+
+    def __init__(self, desk: "Desk", modules: "Modules", document: Document) -> None:
+        self.desk, self.document = desk, document
+        self.client = ui.context.client
+        self.bench = Workbench(document, desk.workers, modules.url, self._say)
+        self.selected: dict[str, Any] = {
+            "kind": "input",
+            "variable": document.design.system.inputs[0].name,
+            "term": None,
+        }
+        self.axes: list[int] | None = None
+        self.output = 0
+        self.compared: str | None = None
+        self._problems = itertools.count(1)
+        self._timer: asyncio.TimerHandle | None = None
+        self._rested = False  # a change while no browser was connected
+        self._name = desk.folder.name(document.path)
+        self._everywhere: list[Bridge] = []
+        self._shown: dict[str, Any] = {}  # the traits as of the last change
+        self._build()
+        self._unlisten = document.listen(self._changed_soon)
+        desk.arrive(document)
+        self.client.on_connect(self._connected)
+        self.client.on_delete(self._gone)
+
+    # What stands where ----------------------------------------------------------------------------------------
+
+    def _build(self) -> None:
+        static = _HERE / "static"
+        traits = self._traits() | {"viewer": self._viewer(), "surface": None, "problem": None}
+        views = ("design", "point", "selected", "compared", "problem", "viewer")
+        shown = {name: traits[name] for name in views}
+        panels, missing = find_panels()
+        with ui.element("div").classes("shell"):
+            with ui.element("header"):
+                self.header = self.bench.widget(_HERE / "header.js", design=traits["design"], shell=self._shell())
+                self.header.on_message(self._asked)
+            with ui.element("aside").classes("shell-tree").props('aria-label="System" id="shell-tree"'):
+                self._module(static / "tree.js", shown)
+            with ui.element("main"):
+                self.surface: Bridge | None = None
+                left = [
+                    Tab("Memberships", lambda: self._module(static / "terms.js", shown)),
+                    Tab("Rules", lambda: self._module(static / "rules.js", self._now())),
+                ]
+                self.surface_place = Place(shown=False)
+                right = [
+                    Tab("Viewer", lambda: self._module(static / "viewer.js", self._now())),
+                    Tab("Surface", lambda: self._build_surface(static / "surface.js"), self.surface_place),
+                    *(Tab(panel.title, partial(self._build_panel, panel)) for panel in panels),
+                ]
+                tab_group("Edit the design", left, self.bench)
+                tab_group("Look and try", right, self.bench)
+        for sentence in (*self.document.notes, *missing):
+            self.bench.notify(sentence)
+
+    def _module(self, path: Path, traits: dict[str, Any]) -> Bridge:
+        bridge = self.bench.widget(path, **traits)
+        bridge.on_message(partial(self._heard, bridge))
+        self._everywhere.append(bridge)
+        # In a hidden tab it is told once, when it is shown again.
+        self.bench.on_change(lambda: bridge.update(**self._shown))
+        return bridge
+
+    def _build_surface(self, path: Path) -> None:
+        self.surface = self._module(path, self._now() | {"surface": self._surface()})
+        self.bench.on_change(self._show_surface)
+
+    def _build_panel(self, panel: Any) -> None:
+        try:
+            panel.build(self.bench)
+        except ImportError as error:  # an extra that only the panel needs
+            TextElement(tag="p", text=f"{panel.title} cannot be used: {error}")
+
+    # What is shown --------------------------------------------------------------------------------------------
+
+    def _traits(self) -> dict[str, Any]:
+        design = self.document.design
+        return {
+            "design": document_data(self.document),
+            "point": list(design.point),
+            "selected": self.selected,
+            "compared": self._compared(),
+        }
+
+    def _now(self) -> dict[str, Any]:
+        return self._traits() | {"viewer": self._viewer(), "problem": None}
+
+    def _viewer(self) -> dict[str, Any] | None:
+        try:
+            return viewer_data(self.document.design)
+        except InputError:
+            return None
+
+    def _known_axes(self) -> tuple[list[int] | None, int]:
+        """The surface's axes, as far as the system has them still."""
+        system = self.document.design.system
+        if self.axes is not None and any(i >= len(system.inputs) for i in self.axes):
+            self.axes = None
+        if self.output >= len(system.outputs):
+            self.output = 0
+        return self.axes, self.output
+
+    def _surface(self) -> dict[str, Any] | None:
+        try:
+            return surface_data(self.document.design, *self._known_axes())
+        except InputError:
+            return None
+
+    def _compared(self) -> dict[str, Any] | None:
+        if self.document.compared is None:
+            return None
+        return compared_data(
+            self.document.compared,
+            self.compared or self.document.compared.name,
+            *self._known_axes(),
+            self.document.design.point,
+        )
+
+    def _shell(self) -> dict[str, Any]:
+        restored = self.document.restored
+        return {
+            "file": self.desk.folder.name(self.document.path),
+            "files": self.desk.folder.files(),
+            "compared": self.compared if self.document.compared is not None else None,
+            "restored": f"{restored:%Y-%m-%d %H:%M}" if restored is not None else None,
+        }
+
+    def _changed_soon(self) -> None:
+        """Show what the edits in hand lead to: once for all that arrive together, the latest wins."""
+        if self._timer is None:
+            self._timer = asyncio.get_running_loop().call_later(SOON, self._show)
+
+    def _show(self) -> None:
+        self._timer = None
+        if self.bench.closed:
+            return
+        if not self.client.has_socket_connection:
+            self._rested = True
+            return
+        self._shown = self._traits() | {"viewer": self._viewer()}
+        self.header.update(design=self._shown["design"])
+        name = self.desk.folder.name(self.document.path)
+        if name != self._name:
+            self._name = name
+            self.header.update(shell=self._shell())
+            self.header.send({"moved": name})
+        background_tasks.create(self.bench.changed())
+
+    def _show_surface(self) -> None:
+        if self.surface is not None:
+            self.surface.update(surface=self._surface())
+
+    def _connected(self) -> None:
+        if self._rested:
+            self._rested = False
+            self._changed_soon()
+
+    async def _gone(self) -> None:
+        self._unlisten()
+        self.desk.leave(self.document)
+        await self.bench.close()
+
+    def _say(self, sentence: str, problem: bool) -> None:
+        self.header.send({"say": sentence, "problem": problem})
+
+    # What the modules send ------------------------------------------------------------------------------------
+
+    def _heard(self, bridge: Bridge, content: Any) -> None:
+        """An edit or a look; what is wrong with it becomes a sentence beside the module that sent it."""
+        try:
+            look = content.get("look") if isinstance(content, Mapping) else None
+            if look == "surface":
+                self._look_at_surface(content)
+            elif look == "select":
+                self._select(content)
+            else:
+                self.document.apply(content)
+        except InputError as error:
+            bridge.update(problem={"message": str(error), "number": next(self._problems)})
+        else:
+            bridge.update(problem=None)
+
+    def _look_at_surface(self, content: Mapping[str, Any]) -> None:
+        system = self.document.design.system
+        inputs, output = content.get("inputs"), content.get("output")
+        if not isinstance(inputs, list) or not isinstance(output, int) or any(type(i) is not int for i in inputs):
+            raise InputError("a surface has one or two inputs and one output, each by its number")
+        if not 0 < len(set(inputs)) == len(inputs) <= 2:
+            raise InputError("a surface has one input or two different ones")
+        if not all(0 <= i < len(system.inputs) for i in inputs) or not 0 <= output < len(system.outputs):
+            raise InputError("the surface's inputs and output must be among the system's")
+        self.axes, self.output = inputs, output
+        self._show_surface()
+        if self.document.compared is not None:
+            self._changed_soon()
+
+    def _select(self, content: Mapping[str, Any]) -> None:
+        kind, variable, term = (content.get(name) for name in ("kind", "variable", "term"))
+        if kind not in ("input", "output") or not isinstance(variable, str) or not isinstance(term, (str, type(None))):
+            raise InputError("a selection names its kind, 'input' or 'output', and its variable")
+        self.selected = {"kind": kind, "variable": variable, "term": term}
+        for bridge in self._everywhere:
+            bridge.update(selected=self.selected)
+
+    # What the header asks for ---------------------------------------------------------------------------------
+
+    async def _asked(self, content: Any) -> None:
+        tasks: dict[str, Callable[[Mapping[str, Any]], Any]] = {
+            "undo": self._undo,
+            "redo": self._undo,
+            "save": self._save,
+            "save_as": self._save,
+            "download": self._download,
+            "export": self._export,
+            "compare": self._compare,
+            "discard": self._discard,
+        }
+        what = content.get("do") if isinstance(content, Mapping) else None
+        if not isinstance(what, str) or what not in tasks:
+            raise InputError(f"the page asked for {str(what)[:40]!r}; known: {', '.join(tasks)}")
+        try:
+            result = tasks[what](content)
+            if result is not None:
+                await result
+        except OSError as error:
+            raise InputError(f"{what}: {error.strerror or error}") from None
+        except WorkError as error:
+            raise InputError(f"{what}: {error}") from None
+
+    def _undo(self, content: Mapping[str, Any]) -> None:
+        self.document.apply({"do": content["do"]})
+
+    def _save(self, content: Mapping[str, Any]) -> None:
+        name = content.get("name")
+        if name is not None and not isinstance(name, str):
+            raise InputError("save as: the name must be a text")
+        try:
+            self.desk.save(self.document, name, overwrite=content.get("overwrite") is True)
+        except DocumentError as error:
+            if content.get("overwrite") is True or "overwrite it" not in str(error):
+                raise
+            again = {"do": content["do"], "name": name, "overwrite": True}
+            self.header.send({"ask": f"{error}.", "accept": "Overwrite", "then": again})
+            return
+        self.header.update(shell=self._shell())
+        self.bench.notify(f"saved in {self.document.path.name}")
+
+    def _download(self, content: Mapping[str, Any]) -> None:
+        self.client.download(self.document.text().encode(), self.document.path.name, "text/plain")
+
+    async def _export(self, content: Mapping[str, Any]) -> None:
+        kind, ending = check_figure(content.get("kind"), content.get("format"))
+        design = self.document.design
+        axes, output = self._known_axes()
+        axes = list(range(min(2, len(design.system.inputs)))) if axes is None else axes
+        data = await self.bench.background(figure_bytes, design.in_force, kind, ending, design.point, axes, output)
+        if not self.bench.closed:
+            name = f"{self.document.path.stem}-{kind}.{ending}"
+            self.client.download(data, name)
+            self.bench.notify(f"{name} is drawn")
+
+    def _compare(self, content: Mapping[str, Any]) -> None:
+        name = content.get("name")
+        if name is None:
+            self.compared = None
+            self.document.compare(None)
+        else:
+            fis = self.desk.folder.read(name if isinstance(name, str) else "")
+            self.compared = name
+            self.document.compare(fis)
+        self.header.update(shell=self._shell())
+
+    def _discard(self, content: Mapping[str, Any]) -> None:
+        self.document.discard()
+        self.header.update(shell=self._shell())
+        self.bench.notify("back to the saved file; undo brings the changes back")

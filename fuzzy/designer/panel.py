@@ -1,0 +1,160 @@
+"""What the designer offers to the panels beside the rule base, and how it finds them.
+
+``fuzzy`` knows no other package: a panel is an entry point of the group "fuzzyfleet.designer".
+"""
+
+import asyncio
+import inspect
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from fuzzy.designer.workers import Workers
+from fuzzy.errors import InputError
+
+if TYPE_CHECKING:
+    from fuzzy.designer.bridge import Bridge
+    from fuzzy.designer.document import Document
+
+GROUP = "fuzzyfleet.designer"
+
+
+class Panel(Protocol):
+    """A tab of the designer."""
+
+    @property
+    def title(self) -> str:
+        """What the tab says."""
+
+    @property
+    def order(self) -> int:
+        """Tabs with lower numbers stand further left."""
+
+    def build(self, bench: "Workbench") -> None:
+        """Put the panel on the page, once a browser tab, when it is first looked at."""
+
+
+@dataclass
+class Place:
+    """A part of the page that is shown or hidden; what depends on the design rests while it is hidden."""
+
+    shown: bool = True
+    missed: bool = False  # a change while it was hidden
+
+
+class Workbench:
+    """One browser tab's view of a document, as panels see it."""
+
+    def __init__(
+        self,
+        document: "Document",
+        workers: Workers,
+        module_url: Callable[[Path], str],
+        say: Callable[[str, bool], None],
+    ) -> None:
+        self.document = document
+        self.closed = False
+        self._workers, self._module_url, self._say = workers, module_url, say
+        self._change_callbacks: list[tuple[Place, Callable[[], Any]]] = []
+        self._close_callbacks: list[Callable[[], Any]] = []
+        self._styles: set[str] = set()
+        self._here = Place()
+
+    def widget(self, module: Path, **traits: Any) -> "Bridge":
+        """Show the ES module in the file ``module``, a part of an installed package, with its model's first values."""
+        from fuzzy.designer.bridge import Bridge
+
+        return Bridge(self._module_url(module), traits, lambda sentence: self.notify(sentence, problem=True))
+
+    def style(self, sheet: Path) -> None:
+        """Use the style sheet in the file ``sheet``, a part of an installed package."""
+        from nicegui import ui
+
+        url = self._module_url(sheet)
+        if url not in self._styles:
+            self._styles.add(url)
+            ui.element("link").props(f'rel="stylesheet" href="{url}"')
+
+    def on_change(self, callback: Callable[[], Any]) -> None:
+        """Call ``callback()``, a function or a coroutine, after the edits in hand, until the tab closes.
+
+        While the panel that is being built now is hidden, its callbacks rest; they are called once when it is
+        shown again.
+        """
+        self._change_callbacks.append((self._here, callback))
+
+    def on_close(self, callback: Callable[[], Any]) -> None:
+        """Call ``callback()`` when the browser tab has been closed for good, or shows another file."""
+        self._close_callbacks.append(callback)
+
+    async def background(self, function: Callable[..., Any], *args: Any) -> Any:
+        """``function(*args)`` in a worker process; both must be picklable.
+
+        Raises InputError where the function did, :class:`fuzzy.designer.workers.WorkError` for anything else.
+        """
+        return await self._workers.run(function, *args)
+
+    def notify(self, sentence: str, problem: bool = False) -> None:
+        """Show a sentence for some seconds; a problem stays until the next one or until it is put away."""
+        if not self.closed:
+            self._say(sentence, problem)
+
+    # For the page --------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def building(self, place: Place) -> Iterator[None]:
+        """What is built now stands in ``place``."""
+        before, self._here = self._here, place
+        try:
+            yield
+        finally:
+            self._here = before
+
+    async def changed(self, place: Place | None = None) -> None:
+        """The document changed: tell all that is shown, or all in ``place``."""
+        waiting = []
+        for where, callback in list(self._change_callbacks):
+            if self.closed or (place is not None and where is not place):
+                continue
+            if not where.shown:
+                where.missed = True
+                continue
+            waiting += self._called(callback)
+        for outcome in await asyncio.gather(*waiting, return_exceptions=True):
+            if isinstance(outcome, InputError):
+                self.notify(str(outcome), problem=True)
+            elif isinstance(outcome, BaseException):
+                raise outcome
+
+    async def close(self) -> None:
+        """The tab is gone."""
+        if not self.closed:
+            self.closed = True
+            for callback in self._close_callbacks:
+                for result in self._called(callback):
+                    await result
+
+    def _called(self, callback: Callable[[], Any]) -> list[Any]:
+        try:
+            result = callback()
+        except InputError as error:
+            self.notify(str(error), problem=True)
+            return []
+        return [result] if inspect.isawaitable(result) else []
+
+
+def find_panels() -> tuple[list[Panel], list[str]]:
+    """The installed panels in their order, and a sentence for each that cannot be used."""
+    panels: list[Panel] = []
+    sentences = []
+    for point in sorted(metadata.entry_points(group=GROUP), key=lambda point: point.name):
+        try:
+            found = point.load()
+            panel = found() if callable(found) and not hasattr(found, "build") else found
+            panels.append(panel)
+        except (ImportError, AttributeError) as error:
+            sentences.append(f"the panel {point.name!r} is left out: {error}")
+    return sorted(panels, key=lambda panel: (panel.order, panel.title)), sentences

@@ -1,0 +1,135 @@
+"""Variables and terms in a design: found by a message's names, put in place, and followed into the rules."""
+
+import math
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from fuzzy.designer.design import Design, with_variables
+from fuzzy.designer.message import EditError, Message
+from fuzzy.naming import expected
+from fuzzy.rule import Rule
+from fuzzy.system import Constant, Linear, Terms, Variable
+
+CONSEQUENTS = ("constant", "linear")
+
+
+class Place(NamedTuple):
+    """A variable of the design."""
+
+    kind: str  # "input" or "output"
+    at: int  # among the variables of its kind
+    variable: Variable
+
+
+def found(design: Design, message: Message) -> Place:
+    """The variable that the message names; "kind" says which where an input and an output share the name."""
+    kinds = (message.one_of("kind", ("input", "output"), "kind"),) if message.has("kind") else ("input", "output")
+    name = message.text("variable")
+    for kind in kinds:
+        for index, variable in enumerate(variables_of(design, kind)):
+            if variable.name == name:
+                return Place(kind, index, variable)
+    raise EditError(expected(name, [v.name for kind in kinds for v in variables_of(design, kind)], " or ".join(kinds)))
+
+
+def term_of(message: Message, variable: Variable) -> str:
+    """The name of the term that the message names."""
+    return message.one_of("term", tuple(variable.terms), f"term of {variable.name!r}")
+
+
+def variables_of(design: Design, kind: str) -> tuple[Variable, ...]:
+    """The variables of a kind, "input" or "output"."""
+    return tuple(design.system.inputs if kind == "input" else design.system.outputs)
+
+
+def put(design: Design, place: Place, variable: Variable, rules: Sequence[Rule | None] | None = None) -> Design:
+    """``design`` with ``variable`` at the place."""
+    variables = list(variables_of(design, place.kind))
+    variables[place.at] = variable
+    if place.kind == "input":
+        return with_variables(design, variables, design.system.outputs, rules)
+    return with_variables(design, design.system.inputs, variables, rules)
+
+
+def with_terms(variable: Variable, terms: Sequence[tuple[str, Any]]) -> Variable:
+    """The variable with other terms."""
+    return replace(variable, terms=Terms(terms))
+
+
+def with_term(variable: Variable, label: str, term: Any) -> Variable:
+    """The variable with ``term`` in the place of the one that is named ``label``."""
+    return with_terms(variable, [(name, term if name == label else old) for name, old in variable.terms.items()])
+
+
+def consequent(kind: str, parameters: Sequence[float], inputs: int, label: str) -> Constant | Linear:
+    """A consequent of the kind "constant" or "linear"; EditError where the numbers make none."""
+    wanted = 1 if kind == "constant" else inputs + 1
+    if len(parameters) != wanted:
+        what = "one number" if wanted == 1 else f"{inputs} slopes, one an input, and a constant"
+        raise EditError(f"{label}: a {kind} consequent has {what}, got {len(parameters)} numbers")
+    if not all(map(math.isfinite, parameters)):
+        raise EditError(f"{label}: the numbers of a consequent must be finite, got {list(parameters)}")
+    return Constant(parameters[0]) if kind == "constant" else Linear(tuple(parameters[:-1]), parameters[-1])
+
+
+def without(design: Design, place: Place, gone: Callable[[str], bool]) -> tuple[list[Rule | None], str]:
+    """The rules without the clauses about the terms that are gone, None where none is left; what to say of it."""
+    rules: list[Rule | None] = []
+    changed = removed = 0
+    for rule in (line.rule for line in design.lines):
+        name = place.variable.name
+        if place.kind == "input":
+            when = tuple(c for c in rule.when if not (c.variable == name and gone(c.term)))
+            left = replace(rule, when=when)
+        else:
+            left = replace(rule, then=tuple(t for t in rule.then if not (t[0] == name and gone(t[1]))))
+        whole = bool(left.when and left.then)
+        removed += not whole
+        changed += whole and left != rule
+        rules.append(left if whole else None)
+    parts = [f"from {_count(changed)}"] if changed else []
+    parts += [f"with {_count(removed)} that had nothing else"] if removed else []
+    return rules, "".join(f", {part}" for part in parts)
+
+
+def _count(rules: int) -> str:
+    return f"{rules} rule" if rules == 1 else f"{rules} rules"
+
+
+def renamed(design: Design, place: Place, name: str, terms: dict[str, str]) -> list[Rule | None]:
+    """The rules with another name for the variable and for some of its terms."""
+    old = place.variable.name
+    rules: list[Rule | None] = []
+    for rule in (line.rule for line in design.lines):
+        if place.kind == "input":
+            when = (
+                replace(c, variable=name, term=terms.get(c.term, c.term)) if c.variable == old else c for c in rule.when
+            )
+            rules.append(replace(rule, when=tuple(when)))
+        else:
+            then = (
+                (name, terms.get(label, label)) if output == old else (output, label) for output, label in rule.then
+            )
+            rules.append(replace(rule, then=tuple(then)))
+    return rules
+
+
+def new_name(name: str, taken: Collection[str], what: str) -> str:
+    """``name``, unless it is taken."""
+    if name in taken:
+        raise EditError(f"there is already a {what} named {name!r}")
+    return name
+
+
+def numbered(stem: str, number: int, taken: Collection[str]) -> str:
+    """The first of ``stem`` with a number, from ``number`` on, that is not taken."""
+    while f"{stem}{number}" in taken:
+        number += 1
+    return f"{stem}{number}"
+
+
+def room(present: int, most: int, what: str) -> None:
+    """Raise EditError where there are so many already."""
+    if present >= most:
+        raise EditError(f"there are {present} {what}; no more are added, because nobody could look at them")

@@ -1,0 +1,234 @@
+"""Edits of rules, as sentences and in a table: each takes the design and a message, gives design and edit's name."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+from math import prod
+
+import numpy as np
+
+from fuzzy.designer.design import POWERS, Design, RuleLine, holds_power, read, sentence, with_lines
+from fuzzy.designer.message import EditError, Message
+from fuzzy.rule import Clause, Rule
+from fuzzy.system import Sugeno
+
+MOST_RULES = 1000  # more than that is for data, not for a table to look at
+
+
+def _line(design: Design, message: Message) -> tuple[int, RuleLine]:
+    """Place and line that the message's key names."""
+    place = design.place(message.whole("key"))
+    return place, design.lines[place]
+
+
+def _put(design: Design, place: int, line: RuleLine) -> Design:
+    return with_lines(design, (*design.lines[:place], line, *design.lines[place + 1 :]))
+
+
+def _of_rule(line: RuleLine, rule: Rule) -> RuleLine:
+    """The line with a rule from the table: its sentence follows, and a misspelt one is given up."""
+    return replace(line, rule=rule, text=str(rule), problem=None)
+
+
+def _room(design: Design, more: int) -> None:
+    if len(design.lines) + more > MOST_RULES:
+        raise EditError(
+            f"{len(design.lines)} rules and {more} more would be above {MOST_RULES}: "
+            "no table shows so many; take fewer terms, or learn the rules from data"
+        )
+
+
+def rule_text(design: Design, message: Message) -> tuple[Design, str]:
+    """rule_text {key, text}: a sentence that is no rule stays with its problem; the last good rule counts."""
+    place, line = _line(design, message)
+    changed = read(design.system, line, message.text("text"))
+    return _put(design, place, changed), f"sentence of rule {place + 1}"
+
+
+def add_rule(design: Design, message: Message) -> tuple[Design, str]:
+    """add_rule {after, text?}: below the line with the key ``after``, or at the end.
+
+    Without a sentence it is the first combination of terms that no rule has yet.
+    """
+    _room(design, 1)
+    place = design.place(message.whole("after")) + 1 if message.has("after") else len(design.lines)
+    rule = sentence(design.system, message.text("text")) if message.has("text") else _next_rule(design)
+    line = RuleLine(design.next_key, rule, str(rule))
+    return with_lines(design, (*design.lines[:place], line, *design.lines[place:])), "add a rule"
+
+
+def copy_rule(design: Design, message: Message) -> tuple[Design, str]:
+    """copy_rule {key}: the copy stands below."""
+    _room(design, 1)
+    place, line = _line(design, message)
+    copied = replace(line, key=design.next_key)
+    lines = (*design.lines[: place + 1], copied, *design.lines[place + 1 :])
+    return with_lines(design, lines), f"copy rule {place + 1}"
+
+
+def remove_rule(design: Design, message: Message) -> tuple[Design, str]:
+    """remove_rule {key}."""
+    place, _ = _line(design, message)
+    return with_lines(design, (*design.lines[:place], *design.lines[place + 1 :])), f"remove rule {place + 1}"
+
+
+def move_rule(design: Design, message: Message) -> tuple[Design, str]:
+    """move_rule {key, to}: to the place ``to``, from 0."""
+    place, _ = _line(design, message)
+    to = message.whole("to")
+    if not 0 <= to < len(design.lines):
+        raise EditError(f"a rule can be moved to the places 0 to {len(design.lines) - 1}, got {to}")
+    lines = list(design.lines)
+    lines.insert(to, lines.pop(place))
+    return with_lines(design, lines), f"move rule {place + 1} to {to + 1}"
+
+
+def rule_weight(design: Design, message: Message) -> tuple[Design, str]:
+    """rule_weight {key, weight}, in [0, 1]."""
+    place, line = _line(design, message)
+    weight = message.number("weight")
+    if not 0 <= weight <= 1:
+        raise EditError(f"rule {place + 1}: the weight must lie in [0, 1], got {weight:g}")
+    return _put(design, place, _of_rule(line, replace(line.rule, weight=weight))), f"weight of rule {place + 1}"
+
+
+def rule_enabled(design: Design, message: Message) -> tuple[Design, str]:
+    """rule_enabled {key, enabled}: a rule that is off does nothing and stays in the table."""
+    place, line = _line(design, message)
+    enabled = message.flag("enabled")
+    return _put(design, place, replace(line, enabled=enabled)), f"rule {place + 1} {'on' if enabled else 'off'}"
+
+
+def rule_clause(design: Design, message: Message) -> tuple[Design, str]:
+    """rule_clause {key, variable, term | null, negated?, power?}: null leaves the input out."""
+    place, line = _line(design, message)
+    inputs = {v.name: v for v in design.system.inputs}
+    name = message.one_of("variable", tuple(inputs), "input")
+    when = {clause.variable: clause for clause in line.rule.when}
+    if message.has("term"):
+        term = message.one_of("term", tuple(inputs[name].terms), f"term of {name!r}")
+        power = message.number("power") if message.has("power") else 1.0
+        if not holds_power(power):
+            raise EditError(f"rule {place + 1}: {POWERS}, got {power:g}")
+        new = name not in when
+        when[name] = Clause(name, term, message.flag("negated", False), power)
+        if new:  # where the inputs' order puts it
+            when = {n: when[n] for n in inputs if n in when}
+    else:
+        when.pop(name, None)
+        if not when:
+            raise EditError(f"rule {place + 1} needs at least one clause: {name} is its only one")
+    changed = _of_rule(line, replace(line.rule, when=tuple(when.values())))
+    return _put(design, place, changed), f"{name} in rule {place + 1}"
+
+
+def rule_then(design: Design, message: Message) -> tuple[Design, str]:
+    """rule_then {key, variable, term | null}: null leaves the output out."""
+    place, line = _line(design, message)
+    outputs = {v.name: v for v in design.system.outputs}
+    name = message.one_of("variable", tuple(outputs), "output")
+    then = dict(line.rule.then)
+    if message.has("term"):
+        new = name not in then
+        then[name] = message.one_of("term", tuple(outputs[name].terms), f"term of {name!r}")
+        if new:
+            then = {n: then[n] for n in outputs if n in then}
+    else:
+        then.pop(name, None)
+        if not then:
+            raise EditError(f"rule {place + 1} needs at least one consequent: {name} is its only one")
+    changed = _of_rule(line, replace(line.rule, then=tuple(then.items())))
+    return _put(design, place, changed), f"{name} in rule {place + 1}"
+
+
+def rule_connective(design: Design, message: Message) -> tuple[Design, str]:
+    """rule_connective {key, connective}: "and" or "or"."""
+    place, line = _line(design, message)
+    connective = message.one_of("connective", ("and", "or"), "connective")
+    rule = replace(line.rule, connective="or" if connective == "or" else "and")
+    return _put(design, place, _of_rule(line, rule)), f"{connective} in rule {place + 1}"
+
+
+def add_all_rules(design: Design, message: Message) -> tuple[Design, str]:
+    """add_all_rules {}: a rule for each combination of the inputs' terms that has none, on or off.
+
+    Its consequents are those of the nearest rule that asks for plain terms with "and" (the fewest steps in the terms'
+    order, the first of equals), and the first term of each output that this leaves out.
+    """
+    system = design.system
+    names, terms = _axes(system)
+    count = prod(len(t) for t in terms)
+    if count - len(design.lines) > MOST_RULES:
+        raise EditError(f"there are {count} combinations of terms; above {MOST_RULES} rules no table shows them")
+    present = {frozenset(_plain(line.rule)) for line in design.lines if _is_plain(line.rule)}
+    missing = [c for c in product(*terms) if frozenset(zip(names, c, strict=True)) not in present]
+    if not missing:
+        raise EditError("there is a rule for every combination of terms already")
+    _room(design, len(missing))
+    consequents = _nearest(design, names, terms, missing)
+    lines = list(design.lines)
+    for key, (combination, then) in enumerate(zip(missing, consequents, strict=True), start=design.next_key):
+        rule = Rule(tuple(map(Clause, names, combination)), then)
+        lines.append(RuleLine(key, rule, str(rule)))
+    return with_lines(design, lines), f"add {len(missing)} {'rule' if len(missing) == 1 else 'rules'}"
+
+
+def _axes(system: Sugeno) -> tuple[list[str], list[list[str]]]:
+    """The inputs that have terms, and these; EditError where there is nothing to make rules of."""
+    named = [v for v in system.inputs if v.terms]
+    if not named:
+        raise EditError("no input has a term, so there is nothing that a rule could ask for")
+    if not any(v.terms for v in system.outputs):
+        raise EditError("no output has a term, so there is nothing that a rule could propose")
+    return [v.name for v in named], [list(v.terms) for v in named]
+
+
+def _plain(rule: Rule) -> Iterator[tuple[str, str]]:
+    return ((clause.variable, clause.term) for clause in rule.when)
+
+
+def _is_plain(rule: Rule) -> bool:
+    """Does the rule ask for terms as they are, joined by "and"?"""
+    joined = rule.connective == "and" or len(rule.when) == 1
+    return joined and not any(clause.negated or clause.power != 1 for clause in rule.when)
+
+
+def _first(system: Sugeno) -> dict[str, str]:
+    return {v.name: next(iter(v.terms)) for v in system.outputs if v.terms}
+
+
+def _nearest(
+    design: Design, names: list[str], terms: list[list[str]], wanted: list[tuple[str, ...]]
+) -> list[tuple[tuple[str, str], ...]]:
+    """The consequents for each combination of terms that is wanted."""
+    first = _first(design.system)
+    rules = [line.rule for line in design.lines if _is_plain(line.rule)]
+    if not rules:
+        return [tuple(first.items())] * len(wanted)
+    steps = [{term: place for place, term in enumerate(t)} for t in terms]
+    places = np.full((len(rules), len(names)), -1)
+    for r, rule in enumerate(rules):
+        for variable, term in _plain(rule):
+            i = names.index(variable)
+            places[r, i] = steps[i][term]
+    chosen = []
+    for combination in wanted:
+        at = np.array([steps[i][term] for i, term in enumerate(combination)])
+        distance = np.where(places >= 0, np.abs(places - at), 0).sum(axis=1)
+        then = first | dict(rules[int(np.argmin(distance))].then)
+        chosen.append(tuple(then.items()))
+    return chosen
+
+
+def _next_rule(design: Design) -> Rule:
+    """The first combination of terms that no rule has yet, or the very first."""
+    names, terms = _axes(design.system)
+    present = {frozenset(_plain(line.rule)) for line in design.lines if _is_plain(line.rule)}
+    # More combinations than there are rules cannot all be taken: the search ends soon.
+    for combination in product(*terms):
+        if frozenset(zip(names, combination, strict=True)) not in present:
+            break
+    else:
+        combination = tuple(t[0] for t in terms)
+    (then,) = _nearest(design, names, terms, [combination])
+    return Rule(tuple(map(Clause, names, combination)), then)

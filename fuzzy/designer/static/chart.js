@@ -1,0 +1,223 @@
+// What the designer's modules share: elements, numbers as text, scales, ticks, axes and the model's news.
+
+/** An HTML element; "on..." adds a listener, true and null set and leave out an attribute. */
+export function element(tag, attributes = {}, ...children) {
+  return filled(document.createElement(tag), attributes, children);
+}
+
+/** An SVG element, in the same way. */
+export function shape(tag, attributes = {}, ...children) {
+  return filled(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
+}
+
+function filled(node, attributes, children) {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
+    else if (value === true) node.setAttribute(name, "");
+    else if (value !== false && value !== null && value !== undefined) node.setAttribute(name, value);
+  }
+  node.append(...children.filter((child) => child !== null));
+  return node;
+}
+
+/** Set attributes that differ. */
+export function put(node, attributes) {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === null || value === false) node.removeAttribute(name);
+    else if (node.getAttribute(name) !== String(value)) node.setAttribute(name, value);
+  }
+  return node;
+}
+
+/** Set a text that differs. */
+export function say(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+// Icons are drawn: not every system's typeface has the signs.
+const ICONS = {
+  plus: "M8 3v10M3 8h10",
+  cross: "M4 4l8 8M12 4l-8 8",
+  up: "M8 13V3M4 7l4-4 4 4",
+  down: "M8 3v10M4 9l4 4 4-4",
+  copy: "M6 5h7v9H6zM3 11V2h7",
+  check: "M3 8l3 4 7-8",
+  bin: "M3 4h10M6 4V2h4v2M4.5 4l.6 10h5.8l.6-10",
+};
+
+/** A button with a sign, and with words where `text` says so; `label` is its name. */
+export function button(icon, label, onclick, text = null) {
+  const sign =
+    icon &&
+    shape(
+      "svg",
+      { viewBox: "0 0 16 16", width: 14, height: 14, "aria-hidden": "true", class: "fd-icon" },
+      shape("path", { d: ICONS[icon] }),
+    );
+  const attributes = {
+    type: "button",
+    class: text ? "fd-button" : "fd-button fd-square",
+    "aria-label": label,
+    title: label,
+    onclick,
+  };
+  return element("button", attributes, sign || null, text ? element("span", {}, text) : null);
+}
+
+/** A list to choose from; options are [value, text]. */
+export function choices(label, options, chosen, react) {
+  const select = element("select", { "aria-label": label, onchange: () => react(select.value) });
+  offer(select, options, chosen);
+  return select;
+}
+
+/** Give a list other options, where they differ. */
+export function offer(select, options, chosen) {
+  const key = JSON.stringify(options);
+  if (select.dataset.options !== key) {
+    select.dataset.options = key;
+    select.replaceChildren(...options.map(([value, text]) => element("option", { value }, text)));
+  }
+  if (select.value !== String(chosen)) select.value = String(chosen);
+}
+
+// Numbers ------------------------------------------------------------------------------------------------------
+
+/** A number as a label shows it: four significant digits, a true minus sign, no −0. */
+export function said(value, digits = 4) {
+  if (value === null || !Number.isFinite(value)) return "–";
+  const rounded = Number(value.toPrecision(digits)) + 0,
+    size = Math.abs(rounded);
+  const text = size !== 0 && (size < 1e-4 || size >= 1e6) ? rounded.toExponential() : String(rounded);
+  return text.replace(/-/g, "−");
+}
+
+export const quantity = (value, unit, digits = 4) => (unit ? `${said(value, digits)} ${unit}` : said(value, digits));
+export const labelled = (variable) => (variable.unit ? `${variable.name} [${variable.unit}]` : variable.name);
+export const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
+export const color = (i) => `var(--fd-c${i % 7})`;
+
+/** A value rounded to about a thousandth of the range: what a hand can mean, and no more digits. */
+export function rounded(value, low, high) {
+  const step = 10 ** Math.floor(Math.log10((high - low || 1) / 1000));
+  return Number((Math.round(value / step) * step).toPrecision(12));
+}
+
+/** Round numbers from low to high, at most about `most`. */
+export function ticks(low, high, most) {
+  if (!(high > low)) return [low];
+  const rough = (high - low) / Math.max(1, most),
+    power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((m) => m * power).find((m) => m >= rough * 0.999);
+  const out = [];
+  for (let n = Math.ceil(low / step - 1e-9); n * step <= high + step * 1e-9; n++)
+    out.push(Number((n * step).toPrecision(12)));
+  return out;
+}
+
+/** A straight scale from [low, high] to pixels, with its inverse. */
+export function scale(low, high, from, to) {
+  const span = high - low || 1,
+    f = (value) => from + ((value - low) / span) * (to - from);
+  f.value = (pixel) => low + ((pixel - from) / (to - from)) * span;
+  f.ends = [low, high];
+  return f;
+}
+
+let pen = null;
+/** The width of a line of text in pixels. */
+export function widthOf(text, size = 12, weight = 400) {
+  pen ??= document.createElement("canvas").getContext("2d");
+  pen.font = `${weight} ${size}px system-ui, "Segoe UI", "DejaVu Sans", sans-serif`;
+  return pen.measureText(text).width;
+}
+
+/** As much of a text as is `width` pixels wide. */
+export function cut(text, width, size = 12, weight = 400) {
+  if (widthOf(text, size, weight) <= width) return text;
+  let rest = text;
+  while (rest && widthOf(`${rest}…`, size, weight) > width) rest = rest.slice(0, -1);
+  return `${rest.trimEnd()}…`;
+}
+
+// Drawing ------------------------------------------------------------------------------------------------------
+
+/** A path through points; a number that is none breaks the line. */
+export function line(xs, ys) {
+  let out = "",
+    down = false;
+  for (let k = 0; k < xs.length; k++) {
+    const known = Number.isFinite(xs[k]) && Number.isFinite(ys[k]);
+    if (known) out += `${down ? "L" : "M"}${xs[k].toFixed(2)} ${ys[k].toFixed(2)}`;
+    down = known;
+  }
+  return out;
+}
+
+/** The two axes of a box {left, right, top, bottom}: grid lines, numbers and names, into a group. */
+export function axes(box, x, y, names, ys = null) {
+  const group = shape("g", { class: "fd-axes", "aria-hidden": "true" });
+  const across = ticks(...x.ends, Math.max(2, Math.floor((box.right - box.left) / 70)));
+  for (const value of across) {
+    const px = x(value);
+    group.append(shape("line", { x1: px, x2: px, y1: box.top, y2: box.bottom, class: "fd-grid" }));
+    group.append(shape("text", { x: px, y: box.bottom + 22, "text-anchor": "middle", class: "fd-tick" }, said(value)));
+  }
+  for (const value of ys ?? ticks(...y.ends, Math.max(2, Math.floor((box.bottom - box.top) / 36)))) {
+    const py = y(value);
+    group.append(shape("line", { x1: box.left, x2: box.right, y1: py, y2: py, class: "fd-grid" }));
+    group.append(shape("text", { x: box.left - 12, y: py + 4, "text-anchor": "end", class: "fd-tick" }, said(value)));
+  }
+  group.append(shape("line", { x1: box.left, x2: box.right, y1: box.bottom, y2: box.bottom, class: "fd-axis" }));
+  const wide = box.right - box.left;
+  if (names[0])
+    group.append(
+      shape(
+        "text",
+        { x: (box.left + box.right) / 2, y: box.bottom + 42, "text-anchor": "middle", class: "fd-name" },
+        cut(names[0], wide, 12),
+      ),
+    );
+  if (names[1])
+    group.append(
+      shape("text", { x: Math.max(2, box.left - 36), y: box.top - 12, class: "fd-name" }, cut(names[1], wide, 12)),
+    );
+  return group;
+}
+
+/** Rows for labels that must not meet: the row of each {x, width}, from 0; they move a little sideways to fit in. */
+export function rowsOf(labels, low, high, gap = 8) {
+  const ends = [];
+  const order = labels.map((label, i) => [label, i]).sort((a, b) => a[0].x - b[0].x);
+  const out = new Array(labels.length);
+  for (const [label, i] of order) {
+    const left = clamp(label.x - label.width / 2, low, Math.max(low, high - label.width));
+    let row = ends.findIndex((end) => left >= end + gap);
+    if (row < 0) row = ends.length;
+    ends[row] = left + label.width;
+    out[i] = { row, x: left + label.width / 2 };
+  }
+  return out;
+}
+
+// News ------------------------------------------------------------------------------------------------------
+
+/** Call f when one of the model's values changes; returns what ends it. */
+export function watch(model, names, f) {
+  for (const name of names) model.on(`change:${name}`, f);
+  return () => {
+    for (const name of names) model.off(`change:${name}`, f);
+  };
+}
+
+/** Call f now and whenever the width of `node` changes; returns what ends it. */
+export function whenSized(node, f) {
+  let width = -1;
+  const observer = new ResizeObserver(() => {
+    if (node.clientWidth === width || node.clientWidth === 0) return;
+    width = node.clientWidth;
+    f();
+  });
+  observer.observe(node);
+  return () => observer.disconnect();
+}

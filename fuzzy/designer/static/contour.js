@@ -1,0 +1,104 @@
+// The contour picture of a surface: filled bands with their levels, a scale of colours, and the two sections' lines.
+import { axes, clamp, element, labelled, put, quantity, said, scale, shape } from "./chart.js";
+import { isoline, levelLabels, paintBands, tint } from "./field.js";
+
+const rgb = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16));
+
+/** The picture {node, svg, draw(scene)}; `cross` are the sections' lines; draw() gives the scales of x and y. */
+export function contourPicture(cross) {
+  const bands = element("canvas", { "aria-hidden": "true" }),
+    back = shape("g");
+  const over = shape("svg", { class: "fd-over-bands", role: "group", "aria-label": "Contour picture" }, back);
+  let shown = "";
+
+  function draw({ drawn, old, levels, map, title, width, colours, a, b, at }) {
+    const box = { left: 52, right: width - 76, top: 22, bottom: 22 + clamp((width - 128) * 0.78, 200, 400) };
+    const [wide, high] = [box.right - box.left, box.bottom - box.top];
+    const x = scale(a.low, a.high, box.left, box.right);
+    const y = scale(b.low, b.high, box.bottom, box.top);
+    const key = JSON.stringify([Array.from(drawn.z), Array.from(drawn.fired), levels, map, width, colours.paper]);
+    if (key !== shown) {
+      shown = key;
+      paintBands(bands, drawn, levels, map, {
+        width: wide,
+        height: high,
+        paper: rgb(colours.paper),
+        hatch: rgb(colours.hatch),
+      });
+      Object.assign(bands.style, { left: `${box.left}px`, top: `${box.top}px` });
+    }
+    put(over, { width, height: box.bottom + 50, viewBox: `0 0 ${width} ${box.bottom + 50}` });
+    const px = [x(clamp(at[0], a.low, a.high)), y(clamp(at[1], b.low, b.high))],
+      frame = axes(box, x, y, [labelled(a), labelled(b)]);
+    frame.querySelectorAll(".fd-grid").forEach((node) => node.remove());
+    const lines = old
+      ? levels.map((level) =>
+          shape("path", {
+            class: "fd-compared fd-iso",
+            d: isoline(old, level)
+              .map(
+                ([x1, y1, x2, y2]) =>
+                  `M${(box.left + x1 * wide).toFixed(1)} ${(box.bottom - y1 * high).toFixed(1)}L${(box.left + x2 * wide).toFixed(1)} ${(box.bottom - y2 * high).toFixed(1)}`,
+              )
+              .join(""),
+          }),
+        )
+      : [];
+    const kept = Array.from({ length: 12 }, (_, k) => [
+      { x: px[0] - box.left, y: (high * k) / 11 },
+      { x: (wide * k) / 11, y: px[1] - box.top },
+    ]).flat();
+    const texts = levelLabels(drawn, levels, wide, high, kept).map((label) =>
+      shape(
+        "text",
+        { x: box.left + label.x, y: box.top + label.y + 4, "text-anchor": "middle", class: "fd-level" },
+        label.text,
+      ),
+    );
+    back.replaceChildren(frame, ...lines, ...texts, ...colourBar(box, levels, map, title, width));
+    if (cross[0].parentNode !== over) over.append(...cross);
+    put(cross[0].children[0], { x1: px[0], x2: px[0], y1: box.top, y2: box.bottom });
+    put(cross[0].children[1], { x1: px[0], x2: px[0], y1: box.top, y2: box.bottom });
+    put(cross[0].children[2], { d: `M${px[0] - 6} ${box.bottom + 10}h12L${px[0]} ${box.bottom}z` });
+    put(cross[1].children[0], { x1: box.left, x2: box.right, y1: px[1], y2: px[1] });
+    put(cross[1].children[1], { x1: box.left, x2: box.right, y1: px[1], y2: px[1] });
+    put(cross[1].children[2], { d: `M${box.left - 10} ${px[1] - 6}v12L${box.left} ${px[1]}z` });
+    [a, b].forEach((v, k) =>
+      put(cross[k], {
+        "aria-label": `section at ${v.name}`,
+        "aria-valuemin": v.low,
+        "aria-valuemax": v.high,
+        "aria-valuenow": clamp(at[k], v.low, v.high),
+        "aria-valuetext": quantity(at[k], v.unit),
+      }),
+    );
+    return [x, y];
+  }
+
+  return { node: element("div", { class: "fd-bands" }, bands, over), svg: over, draw };
+}
+
+// The scale of colours with its numbers
+function colourBar(box, levels, map, title, width) {
+  const left = width - 60,
+    bands = levels.length - 1,
+    high = (box.bottom - box.top) / bands,
+    out = [];
+  const every = Math.max(1, Math.ceil(16 / high));
+  levels.forEach((level, k) => {
+    const y = box.bottom - k * high;
+    if (k < bands)
+      out.push(
+        shape("rect", {
+          x: left,
+          y: y - high - 0.3,
+          width: 14,
+          height: high + 0.6,
+          fill: `rgb(${tint(map, bands === 1 ? 0.5 : k / (bands - 1))})`,
+        }),
+      );
+    if (k % every === 0) out.push(shape("text", { x: left + 19, y: y + 4, class: "fd-tick" }, said(level, 3)));
+  });
+  out.push(shape("text", { x: width - 4, y: box.top - 12, "text-anchor": "end", class: "fd-name" }, labelled(title)));
+  return out;
+}

@@ -1,0 +1,356 @@
+// The rules as sentences and as a table; an error is underlined at the word, and the last good rule stays in force.
+import { button, choices, element, offer, put, said, say, watch } from "./chart.js";
+import { numberField, pressing, problemLine } from "./hands.js";
+
+const HEDGES = [
+  ["", 1],
+  ["somewhat ", 0.5],
+  ["very ", 2],
+  ["extremely ", 3],
+  ["very very ", 4],
+];
+
+// "is not very" as a choice's value: [negated, power]
+function manners(clause) {
+  const list = [false, true].flatMap((no) =>
+    HEDGES.map(([words, power]) => [JSON.stringify([no, power]), `is ${no ? "not " : ""}${words}`.trim()]),
+  );
+  const own = JSON.stringify([clause.negated, clause.power]);
+  if (!list.some(([value]) => value === own))
+    list.push([own, `is ${clause.negated ? "not " : ""}^${said(clause.power)}`]);
+  return [list, own];
+}
+
+export function render({ model, el }) {
+  const root = element("div", { class: "fd fd-rules" }),
+    rows = new Map(),
+    key = pressing();
+  const edit = (op, content, name = null) => model.send({ edit: op, ...content, gesture: name });
+  let form = "sentences",
+    waiting = null;
+
+  const views = ["sentences", "table"].map((name) =>
+    element(
+      "button",
+      {
+        type: "button",
+        class: "fd-tab",
+        "data-view": name,
+        onclick: () => {
+          form = name;
+          paint();
+        },
+      },
+      name === "table" ? "Table" : "Sentences",
+    ),
+  );
+  const list = element("ol", { class: "fd-list", "aria-label": "Rules" });
+  const count = element("p", { class: "fd-note" });
+  const problem = problemLine(model);
+  const bar = element(
+    "div",
+    { class: "fd-actions" },
+    button(
+      "plus",
+      "add a rule",
+      () => {
+        edit("add_rule", { after: model.get("design").rules.at(-1)?.key ?? null });
+      },
+      "Add rule",
+    ),
+    button("plus", "add all combinations", () => edit("add_all_rules", {}), "Add all combinations"),
+  );
+  root.append(
+    element(
+      "div",
+      { class: "fd-bar" },
+      element("div", { class: "fd-tabs", role: "group", "aria-label": "Show rules as" }, ...views),
+      count,
+    ),
+    list,
+    bar,
+    problem.node,
+    element(
+      "p",
+      { class: "fd-note" },
+      "Enter takes a sentence, Escape gives it up; Alt with an up or down arrow moves a rule.",
+    ),
+  );
+  el.append(root);
+
+  const rules = () => model.get("design").rules;
+  const place = (id) => rules().findIndex((rule) => rule.key === id);
+  function move(id, by) {
+    const to = place(id) + by;
+    if (to < 0 || to >= rules().length) return;
+    waiting = { id, label: document.activeElement?.dataset?.part ?? null };
+    edit("move_rule", { key: id, to });
+  }
+
+  // The sentence: a text field over the same text, which carries the underline and gives the height.
+  function sentence(id) {
+    const under = element("div", { class: "fd-under", "aria-hidden": "true" });
+    const field = element("textarea", { rows: 1, spellcheck: "false", "data-part": "text", autocomplete: "off" });
+    const told = element("p", { class: "fd-wrong", role: "alert" });
+    told.id = `fd-${Math.random().toString(36).slice(2)}`;
+    let shown = { text: "", problem: null };
+    const mark = () => {
+      const text = field.value,
+        wrong = text === shown.text ? shown.problem : null;
+      if (!wrong) {
+        under.replaceChildren(`${text} `);
+        return;
+      }
+      // Where a word is missing, the place before it is marked.
+      const end = Math.max(wrong.end, wrong.start + 1),
+        start = Math.min(wrong.start, Math.max(0, text.length - 1));
+      under.replaceChildren(
+        text.slice(0, start),
+        element("mark", {}, text.slice(start, end) || " "),
+        `${text.slice(end)} `,
+      );
+    };
+    const take = () => {
+      if (field.value !== shown.text) edit("rule_text", { key: id, text: field.value.replace(/\s+/g, " ").trim() });
+    };
+    field.addEventListener("input", mark);
+    field.addEventListener("change", take);
+    field.addEventListener("keydown", (event) => {
+      if (event.key === "Enter") {
+        event.preventDefault();
+        field.dispatchEvent(new Event("change"));
+      }
+      if (event.key === "Escape") {
+        field.value = shown.text;
+        mark();
+      }
+    });
+    const show = (rule, number) => {
+      const before = shown.text;
+      shown = { text: rule.text, problem: rule.problem };
+      // What is being written is not overwritten by news of other rules.
+      if (document.activeElement !== field || before !== rule.text || field.value === before) field.value = rule.text;
+      put(field, {
+        "aria-label": `rule ${number}`,
+        "aria-invalid": rule.problem ? "true" : null,
+        "aria-describedby": rule.problem ? told.id : null,
+      });
+      say(told, rule.problem ? rule.problem.message : "");
+      mark();
+    };
+    return {
+      node: element("div", { class: "fd-sentence" }, element("div", { class: "fd-over" }, under, field), told),
+      show,
+    };
+  }
+
+  // The table's cells: a manner and a term for each input, the connective, a term for each output.
+  function cells(id) {
+    const node = element("div", { class: "fd-cells" });
+    let parts = [],
+      form = "";
+    const mine = () => rules()[place(id)];
+    const clause = (name) =>
+      mine().when.find((each) => each.variable === name) ?? { variable: name, term: null, negated: false, power: 1 };
+    const build = (design) => {
+      parts = [];
+      const cell = (head, ...inside) =>
+        element(
+          "div",
+          { class: "fd-cell" },
+          element("span", { class: "fd-head", "aria-hidden": "true" }, head),
+          ...inside,
+        );
+      const ins = design.inputs.map(({ name }) => {
+        const how = choices(`${name}, manner`, [], "", (value) => {
+          const [negated, power] = JSON.parse(value);
+          edit("rule_clause", { ...clause(name), key: id, negated, power });
+        });
+        const term = choices(`${name}, term`, [], "", (value) =>
+          edit("rule_clause", { ...clause(name), key: id, term: value || null }),
+        );
+        how.dataset.part = `how ${name}`;
+        term.dataset.part = `term ${name}`;
+        parts.push({ name, how, term });
+        return cell(name, element("div", { class: "fd-pair" }, how, term));
+      });
+      const joint = choices(
+        "connective",
+        [
+          ["and", "and"],
+          ["or", "or"],
+        ],
+        "and",
+        (value) => edit("rule_connective", { key: id, connective: value }),
+      );
+      joint.dataset.part = "connective";
+      parts.joint = joint;
+      const outs = design.outputs.map(({ name }) => {
+        const term = choices(`${name}, consequent`, [], "", (value) =>
+          edit("rule_then", { key: id, variable: name, term: value || null }),
+        );
+        term.dataset.part = `then ${name}`;
+        parts.push({ name, then: term });
+        return cell(`then ${name}`, term);
+      });
+      node.replaceChildren(...ins, cell("joined by", joint), ...outs);
+    };
+    const show = (rule, number, design) => {
+      const now = JSON.stringify([design.inputs.map((v) => v.name), design.outputs.map((v) => v.name)]);
+      if (now !== form) {
+        form = now;
+        build(design);
+      }
+      for (const { name, how, term, then } of parts) {
+        const variable = [...design.inputs, ...design.outputs].find((v) => v.name === name),
+          terms = variable.terms.map((t) => [t.name, t.name]);
+        if (then) {
+          offer(then, [["", "–"], ...terms], rule.then.find((each) => each.variable === name)?.term ?? "");
+          continue;
+        }
+        const own = rule.when.find((each) => each.variable === name);
+        offer(term, [["", "any"], ...terms], own?.term ?? "");
+        offer(how, ...manners(own ?? { negated: false, power: 1 }));
+        how.disabled = !own;
+        put(term, { class: own ? null : "fd-any" });
+      }
+      offer(
+        parts.joint,
+        [
+          ["and", "and"],
+          ["or", "or"],
+        ],
+        rule.connective,
+      );
+      parts.joint.disabled = rule.when.length < 2;
+      put(node, { role: "group", "aria-label": `rule ${number} as a table` });
+    };
+    return { node, show };
+  }
+
+  function line(id) {
+    const on = element("input", {
+      type: "checkbox",
+      "data-part": "enabled",
+      onchange: () => edit("rule_enabled", { key: id, enabled: on.checked }),
+    });
+    const number = element("span", { class: "fd-number-of" });
+    const weight = numberField(
+      "weight",
+      () => [0, 1],
+      (value, event) => edit("rule_weight", { key: id, weight: value }, key(event)),
+      "×",
+    );
+    weight.input.dataset.part = "weight";
+    const words = { up: "move up", down: "move down", copy: "copy", bin: "delete" };
+    const tools = {
+      up: button("up", "", () => move(id, -1)),
+      down: button("down", "", () => move(id, 1)),
+      copy: button("copy", "", () => edit("copy_rule", { key: id })),
+      bin: button("bin", "", () => {
+        const next = rules()[place(id) + 1] ?? rules()[place(id) - 1];
+        waiting = next ? { id: next.key, label: "bin" } : null;
+        edit("remove_rule", { key: id });
+      }),
+    };
+    for (const [part, tool] of Object.entries(tools)) tool.dataset.part = part;
+    const text = sentence(id),
+      table = cells(id);
+    const node = element(
+      "li",
+      { class: "fd-rule" },
+      element("label", { class: "fd-switch" }, on, number),
+      text.node,
+      table.node,
+      weight.node,
+      element("div", { class: "fd-tools" }, ...Object.values(tools)),
+    );
+    node.addEventListener(
+      "keydown",
+      (event) => {
+        if (!event.altKey || !["ArrowUp", "ArrowDown"].includes(event.key)) return;
+        event.preventDefault();
+        event.stopPropagation();
+        move(id, event.key === "ArrowUp" ? -1 : 1);
+      },
+      true,
+    );
+    let drawn = "";
+    const show = (rule, n, design) => {
+      const state = JSON.stringify([
+        rule,
+        n,
+        form,
+        design.rules.length,
+        form === "table" ? [...design.inputs, ...design.outputs].map((v) => [v.name, v.terms.map((t) => t.name)]) : 0,
+      ]);
+      if (state === drawn) return;
+      drawn = state;
+      on.checked = rule.enabled;
+      put(on, { "aria-label": `rule ${n} in force` });
+      say(number, `${n}`);
+      put(node, {
+        class: `fd-rule${rule.enabled ? "" : " fd-off"}${rule.problem ? " fd-bad" : ""}`,
+        "data-key": rule.key,
+      });
+      text.node.hidden = form === "table" && !rule.problem;
+      table.node.hidden = form !== "table";
+      text.show(rule, n);
+      if (form === "table") table.show(rule, n, design);
+      weight.show(rule.weight);
+      put(weight.input, { "aria-label": `weight of rule ${n}`, "aria-valuemin": 0, "aria-valuemax": 1 });
+      for (const [part, tool] of Object.entries(tools))
+        put(tool, { "aria-label": `${words[part]} rule ${n}`, title: `${words[part]} rule ${n}` });
+      tools.up.disabled = n === 1;
+      tools.down.disabled = n === design.rules.length;
+    };
+    return { node, show };
+  }
+
+  function paint() {
+    const design = model.get("design"),
+      focused = document.activeElement,
+      keys = new Set(design.rules.map((rule) => rule.key));
+    root.classList.toggle("fd-as-table", form === "table");
+    for (const view of views) put(view, { "aria-pressed": String(view.dataset.view === form) });
+    for (const [id, { node }] of rows)
+      if (!keys.has(id)) {
+        node.remove();
+        rows.delete(id);
+      }
+    design.rules.forEach((rule, i) => {
+      if (!rows.has(rule.key)) rows.set(rule.key, line(rule.key));
+      const { node, show } = rows.get(rule.key);
+      show(rule, i + 1, design);
+      if (list.children[i] !== node) list.insertBefore(node, list.children[i] ?? null);
+    });
+    const off = design.rules.filter((rule) => !rule.enabled).length,
+      wrong = design.rules.filter((rule) => rule.problem).length;
+    const words = [
+      `${design.rules.length} rules`,
+      ...(off ? [`${off} off`] : []),
+      ...(wrong ? [`${wrong} with an error; its last good form is in force`] : []),
+    ];
+    say(count, words.join(", "));
+    // A rule that was moved takes the focus with it; one that was deleted leaves it to its neighbour.
+    if (root.contains(focused) && document.activeElement !== focused) focused.focus();
+    if (waiting) {
+      const node = rows.get(waiting.id)?.node,
+        part = node && [...node.querySelectorAll("[data-part]")].find((each) => each.dataset.part === waiting.label);
+      if (part && (document.activeElement === document.body || root.contains(document.activeElement))) {
+        const free = part.disabled ? part.parentNode.querySelector("button:not(:disabled)") : part;
+        if (document.activeElement !== free) free?.focus();
+      }
+      waiting = null;
+    }
+  }
+
+  const ends = [watch(model, ["design"], paint), watch(model, ["problem"], problem.show)];
+  paint();
+  return () => {
+    for (const end of ends) end();
+    root.remove();
+  };
+}
+
+export default { render };

@@ -1,0 +1,247 @@
+// The system as a tree: inputs, outputs, their terms, the rules, and the choices of inference.
+import { button, choices, color, element, offer, put, watch } from "./chart.js";
+import { problemLine, wordField } from "./hands.js";
+
+const CHOICE_WORDS = {
+  and_method: "and",
+  or_method: "or",
+  defuzzification: "defuzzification",
+  no_rule_fires: "where no rule fires",
+  out_of_range: "input out of range",
+  implication: "implication",
+  aggregation: "aggregation",
+};
+const VALUE_WORDS = {
+  prod: "product",
+  min: "minimum",
+  probor: "probabilistic or",
+  max: "maximum",
+  wtaver: "weighted average",
+  wtsum: "weighted sum",
+  midrange: "middle of the range",
+  nan: "not a number",
+  error: "an error",
+  warn: "warn",
+  ignore: "as it is",
+  clip: "clip to the range",
+  sum: "sum",
+};
+
+export function render({ model, el }) {
+  const root = element("div", { class: "fd fd-tree" });
+  const edit = (op, content) => model.send({ edit: op, ...content, gesture: null });
+  const title = wordField("system's name", (name) => edit("rename", { name }), "system");
+  const tree = element("ul", { role: "tree", "aria-label": "System", class: "fd-branches" });
+  const add = element(
+    "div",
+    { class: "fd-actions" },
+    button("plus", "add an input", () => edit("add_variable", { kind: "input" }), "Input"),
+    button("plus", "add an output", () => edit("add_variable", { kind: "output" }), "Output"),
+  );
+  const form = element("div", { class: "fd-choices", role: "group", "aria-label": "Choices" });
+  const problem = problemLine(model);
+  root.append(title.node, tree, add, element("h3", {}, "Inference"), form, problem.node);
+  el.append(root);
+
+  const shut = new Set(); // what is folded
+  let current = "inputs",
+    items = [],
+    drawn = "";
+
+  function branches(design) {
+    const branch = (kind, list) =>
+      list.map((variable) => ({
+        id: `${kind} ${variable.name}`,
+        text: variable.name,
+        more: `${variable.terms.length} terms`,
+        kind,
+        variable: variable.name,
+        remove: variable.name,
+        children: variable.terms.map((term, i) => ({
+          id: `${kind} ${variable.name} ${term.name}`,
+          text: term.name,
+          more: term.type,
+          kind,
+          variable: variable.name,
+          term: term.name,
+          color: color(i),
+          children: [],
+        })),
+      }));
+    const off = design.rules.filter((rule) => !rule.enabled).length,
+      wrong = design.rules.filter((rule) => rule.problem).length;
+    const rules = [
+      `${design.rules.length}`,
+      ...(off ? [`${off} off`] : []),
+      ...(wrong ? [`${wrong} with an error`] : []),
+    ].join(", ");
+    return [
+      {
+        id: "inputs",
+        text: "Inputs",
+        more: `${design.inputs.length}`,
+        head: true,
+        children: branch("input", design.inputs),
+      },
+      {
+        id: "outputs",
+        text: "Outputs",
+        more: `${design.outputs.length}`,
+        head: true,
+        children: branch("output", design.outputs),
+      },
+      { id: "rules", text: "Rules", more: rules, head: true, children: [] },
+    ];
+  }
+
+  function node(item, level) {
+    const open = item.children.length > 0 && !shut.has(item.id);
+    const group = open
+      ? element(
+          "ul",
+          { role: "group", "aria-label": item.text },
+          ...item.children.map((child) => node(child, level + 1)),
+        )
+      : null;
+    const line = element(
+      "span",
+      { class: item.head ? "fd-leaf fd-head" : "fd-leaf" },
+      element("span", { class: "fd-twist", "aria-hidden": "true" }, item.children.length ? (open ? "▾" : "▸") : ""),
+      item.color ? element("span", { class: "fd-swatch", style: `background: ${item.color}` }) : null,
+      element("span", { class: "fd-text" }, item.text),
+      element("span", { class: "fd-more" }, item.more),
+    );
+    const own = element(
+      "li",
+      {
+        role: "treeitem",
+        "aria-level": level,
+        "aria-label": `${item.text}, ${item.more}`,
+        "data-id": item.id,
+        tabindex: item.id === current ? 0 : -1,
+        "aria-expanded": item.children.length ? String(open) : null,
+        onclick: (event) => {
+          event.stopPropagation();
+          if (event.target.closest(".fd-twist")) fold(item.id, open);
+          else choose(item);
+        },
+      },
+      line,
+      group,
+    );
+    if (item.remove) {
+      // The bin is the mouse's; the keyboard has Delete, which a tree's item may have without being two things.
+      line.append(
+        element(
+          "span",
+          {
+            class: "fd-bin",
+            title: `remove ${item.text}`,
+            "aria-hidden": "true",
+            onclick: (event) => {
+              event.stopPropagation();
+              edit("remove_variable", { kind: item.kind, variable: item.remove });
+            },
+          },
+          "×",
+        ),
+      );
+      put(own, { "aria-keyshortcuts": "Delete" });
+    }
+    items.push({ item, own, open });
+    return own;
+  }
+
+  function fold(id, on) {
+    if (on) shut.add(id);
+    else shut.delete(id);
+    paint(true);
+  }
+  function choose(item) {
+    current = item.id;
+    if (item.variable)
+      model.send({ look: "select", kind: item.kind, variable: item.variable, term: item.term ?? null });
+    else if (item.children.length) shut.has(item.id) ? shut.delete(item.id) : shut.add(item.id);
+    paint(true);
+  }
+
+  function paint(focus = false) {
+    const design = model.get("design"),
+      selected = model.get("selected") ?? {};
+    title.show(design.name);
+    const list = branches(design),
+      text = JSON.stringify([list, [...shut], current]);
+    if (text !== drawn) {
+      const had = focus || tree.contains(document.activeElement);
+      drawn = text;
+      items = [];
+      tree.replaceChildren(...list.map((item) => node(item, 1)));
+      items = [...tree.querySelectorAll("[role=treeitem]")].map((own) => items.find((each) => each.own === own));
+      if (!items.some(({ item }) => item.id === current)) {
+        current = "inputs";
+        put(items[0].own, { tabindex: 0 });
+      }
+      if (had) items.find(({ item }) => item.id === current).own.focus();
+    }
+    for (const { item, own } of items) {
+      const on =
+        item.variable !== undefined &&
+        item.variable === selected.variable &&
+        (item.term ?? null) === (selected.term ?? null);
+      put(own, { "aria-selected": String(on) });
+      own.firstChild.classList.toggle("fd-on", on);
+    }
+    const names = Object.keys(design.choices ?? {}).filter((name) => (design.accepted?.[name]?.length ?? 0) > 1);
+    for (const name of names) {
+      const options = design.accepted[name].map((value) => [value, VALUE_WORDS[value] ?? value]);
+      const select = form.querySelector(`[data-choice="${CSS.escape(name)}"]`);
+      if (select) {
+        offer(select, options, design.choices[name]);
+        continue;
+      }
+      const word = CHOICE_WORDS[name] ?? name.replaceAll("_", " ");
+      const made = choices(word, options, design.choices[name], (value) => edit("choice", { name, value }));
+      made.dataset.choice = name;
+      form.append(element("label", { class: "fd-choice" }, element("span", { "aria-hidden": "true" }, word), made));
+    }
+  }
+
+  tree.addEventListener("keydown", (event) => {
+    const at = items.findIndex(({ item }) => item.id === current),
+      { item, open, own } = items[at];
+    const go = (to) => {
+      if (to) {
+        current = to.item.id;
+        paint(true);
+      }
+    };
+    const act = {
+      ArrowDown: () => go(items[at + 1]),
+      ArrowUp: () => go(items[at - 1]),
+      Home: () => go(items[0]),
+      End: () => go(items.at(-1)),
+      ArrowRight: () => (open ? go(items[at + 1]) : item.children.length && fold(item.id, false)),
+      ArrowLeft: () =>
+        open ? fold(item.id, true) : go(items.find((each) => each.own === own.parentNode.closest("[role=treeitem]"))),
+      Enter: () => choose(item),
+      " ": () => choose(item),
+      Delete: () => {
+        if (item.remove) edit("remove_variable", { kind: item.kind, variable: item.remove });
+        else if (item.term) edit("remove_term", { kind: item.kind, variable: item.variable, term: item.term });
+      },
+    }[event.key];
+    if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    event.stopPropagation();
+    act();
+  });
+
+  const ends = [watch(model, ["design", "selected"], () => paint()), watch(model, ["problem"], problem.show)];
+  paint();
+  return () => {
+    for (const end of ends) end();
+    root.remove();
+  };
+}
+
+export default { render };

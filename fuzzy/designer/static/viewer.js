@@ -1,0 +1,361 @@
+// The rule viewer: every rule's clauses cut at their degrees, its firing strength and its proposal, at a point to drag.
+import {
+  clamp,
+  color,
+  cut,
+  element,
+  line,
+  put,
+  quantity,
+  rounded,
+  said,
+  say,
+  shape,
+  watch,
+  whenSized,
+  widthOf,
+} from "./chart.js";
+import { drag, hold, stepped } from "./hands.js";
+import { clauseDegree, places } from "./membership.js";
+import { consequent } from "./outputs.js";
+import { columnsOf, paintFoot, strengthOf } from "./rulegrid.js";
+
+const ROW = 56,
+  FILL = 30,
+  HEAD = 50,
+  FOOT = 78; // px
+const HEDGE_WORDS = { 0.5: "somewhat ", 2: "very ", 3: "extremely ", 4: "very very " };
+const clauseText = ({ term, negated, power }) =>
+  `${negated ? "not " : ""}${power === 1 ? "" : (HEDGE_WORDS[power] ?? "")}${term}${power === 1 || HEDGE_WORDS[power] ? "" : `^${said(power)}`}`;
+
+export function render({ model, el }) {
+  const root = element("div", { class: "fd fd-viewer" }),
+    place = hold((message) => model.send(message));
+  const own = `fd${Math.random().toString(36).slice(2)}`; // for the names of clips, which the page shares
+  const fired = element("input", { type: "checkbox", onchange: () => build() });
+  const head = shape("svg", { class: "fd-headline", role: "group", "aria-label": "Input point" });
+  const body = shape("svg", { class: "fd-grid-of-rules", role: "img" });
+  const foot = shape("svg", { class: "fd-footline", role: "img" });
+  const back = shape("g"),
+    front = shape("g");
+  head.append(back, front);
+  const told = element("output", { class: "fd-told" }),
+    words = element("pre", { class: "fd-words", tabindex: 0, role: "region", "aria-label": "Explanation" });
+  const scroll = element(
+    "div",
+    { class: "fd-scroll", tabindex: 0, role: "region", "aria-label": "Rules at the point" },
+    head,
+    body,
+    foot,
+  );
+  root.append(
+    element("div", { class: "fd-bar" }, told, element("label", { class: "fd-check" }, fired, "only rules that fire")),
+    element(
+      "div",
+      { class: "fd-split" },
+      scroll,
+      element("div", { class: "fd-side" }, element("h3", {}, "In words"), words),
+    ),
+  );
+  el.append(root);
+
+  let width = 0,
+    columns = [],
+    parts = [],
+    sliders = [],
+    shownRules = "",
+    ends = null;
+  const design = () => model.get("design"),
+    viewer = () => model.get("viewer");
+  const point = () => place.value("point", model.get("point"));
+  const used = (i) => {
+    const v = design().inputs[i];
+    return design().choices?.out_of_range === "clip" ? clamp(point()[i], v.low, v.high) : point()[i];
+  };
+  const inForce = () => design().rules.filter((rule) => rule.enabled);
+  const results = () => new Map((viewer()?.rules ?? []).map((rule) => [rule.key, rule]));
+
+  function move(i, value, pressed) {
+    const v = design().inputs[i],
+      now = [...point()];
+    now[i] = clamp(rounded(value, v.low, v.high), v.low, v.high);
+    if (now[i] === point()[i]) return;
+    place.take("point", now, { look: "point", point: now }, model.get("point"), pressed);
+    paint();
+  }
+  // Anywhere in an input's column
+  for (const area of [head, body]) {
+    let i = -1;
+    drag(area, {
+      start(event) {
+        const at = event.clientX - area.getBoundingClientRect().left;
+        i = columns.findIndex((column) => column.kind === "input" && at >= column.from - 6 && at <= column.to + 6);
+        if (i < 0 || (event.pointerType === "touch" && area === body)) return false; // a finger scrolls the rules
+        sliders[i].focus({ preventScroll: true });
+        move(i, columns[i].x.value(at), true);
+      },
+      move(event) {
+        move(i, columns[i].x.value(event.clientX - area.getBoundingClientRect().left), true);
+      },
+      end() {
+        place.release();
+      },
+    });
+  }
+
+  // What changes with the design: curves, names, frames
+  function build() {
+    if (width === 0) return;
+    const { inputs, outputs } = design(),
+      [frames, total] = columnsOf(design(), width),
+      byKey = results();
+    const rules = inForce().filter((rule) => !fired.checked || (byKey.get(rule.key)?.firing ?? 0) > 0);
+    columns = frames;
+    shownRules = JSON.stringify(rules.map((rule) => rule.key));
+    const rank = new Map(design().rules.map((rule, i) => [rule.key, i + 1])),
+      high = Math.max(1, rules.length) * ROW;
+    for (const [svg, height] of [
+      [head, HEAD],
+      [body, high],
+      [foot, FOOT],
+    ])
+      put(svg, { width: total, height, viewBox: `0 0 ${total} ${height}` });
+    const clips = shape("defs"),
+      drawn = [],
+      written = [];
+    parts = rules.map((rule, r) => {
+      const top = r * ROW,
+        base = top + ROW - 8,
+        part = { rule, clauses: [], stems: [], free: [] };
+      drawn.push(shape("line", { x1: 0, x2: total, y1: top + ROW - 0.5, y2: top + ROW - 0.5, class: "fd-between" }));
+      const name = shape(
+        "text",
+        { x: 2, y: base - 10, class: "fd-rank" },
+        `${rank.get(rule.key)}`,
+        shape("title", {}, rule.text),
+      );
+      drawn.push(name);
+      if (rule.weight !== 1)
+        drawn.push(shape("text", { x: 2, y: base + 3, class: "fd-tick fd-small" }, `×${said(rule.weight, 2)}`));
+      if (rule.connective === "or" && rule.when.length > 1)
+        drawn.push(shape("text", { x: 2, y: base - 23, class: "fd-tick fd-small" }, "or"));
+      inputs.forEach((variable, i) => {
+        const column = columns[i],
+          clause = rule.when.find((each) => each.variable === variable.name),
+          wide = column.to - column.from;
+        drawn.push(shape("line", { x1: column.from, x2: column.to, y1: base, y2: base, class: "fd-base" }));
+        const t = variable.terms.findIndex((term) => term.name === clause?.term);
+        if (t < 0) {
+          const any = shape("text", { y: base - 11, "text-anchor": "middle", class: "fd-none" }, "any");
+          drawn.push(any);
+          part.free.push([any, i]);
+          return;
+        }
+        const { type, parameters } = variable.terms[t],
+          xs = places(type, parameters, variable.low, variable.high, 81);
+        const ys = xs.map((value) => base - FILL * clauseDegree(clause, type, value, parameters)),
+          path = line(xs.map(column.x), ys);
+        const clip = shape("rect", { x: column.from, width: wide, y: base, height: 0 }),
+          id = `${own}-${r}-${i}`;
+        clips.append(shape("clipPath", { id }, clip));
+        const text = cut(clauseText(clause), wide - 4, 11),
+          half = widthOf(text, 11) / wide;
+        // Written where the curve leaves room: over its lower side.
+        const mean = (list) => list.reduce((a, b) => a + b, 0) / Math.max(1, list.length),
+          side = (f) => mean(ys.filter((_, k) => f((xs[k] - variable.low) / (variable.high - variable.low || 1))));
+        const right = side((u) => u > 1 - half) > side((u) => u < half);
+        drawn.push(
+          shape("path", {
+            d: `${path}L${column.to} ${base}L${column.from} ${base}Z`,
+            class: "fd-cut",
+            style: `fill: ${color(t)}`,
+            "clip-path": `url(#${id})`,
+          }),
+          shape("path", { d: path, class: "fd-thin", style: `stroke: ${color(t)}` }),
+        );
+        written.push(
+          shape(
+            "text",
+            {
+              x: right ? column.to - 1 : column.from + 1,
+              y: top + 12,
+              "text-anchor": right ? "end" : "start",
+              class: "fd-clause",
+            },
+            text,
+          ),
+        );
+        part.clauses.push({ clip, base, i, clause, type, parameters });
+      });
+      const firing = columns[inputs.length];
+      part.bar = shape("rect", { x: firing.from, y: base - 19, height: 14, class: "fd-firing", "data-rule": rule.key });
+      part.number = shape("text", { y: base - 8, class: "fd-tick" });
+      drawn.push(
+        shape("line", { x1: firing.from, x2: firing.from, y1: base - 24, y2: base, class: "fd-base" }),
+        part.bar,
+        part.number,
+      );
+      outputs.forEach((variable, j) => {
+        const column = columns[inputs.length + 1 + j],
+          then = rule.then.find((each) => each.variable === variable.name);
+        const t = variable.terms.findIndex((term) => term.name === then?.term);
+        drawn.push(shape("line", { x1: column.from, x2: column.to, y1: base, y2: base, class: "fd-base" }));
+        if (t < 0) {
+          drawn.push(
+            shape(
+              "text",
+              { x: (column.from + column.to) / 2, y: base - 11, "text-anchor": "middle", class: "fd-none" },
+              "–",
+            ),
+          );
+          return;
+        }
+        const stem = shape("line", { y1: base, y2: base - FILL, class: "fd-stem" }),
+          share = shape("line", { y1: base, class: "fd-share" }),
+          text = shape("text", { y: top + 12, class: "fd-clause" });
+        drawn.push(stem, share);
+        written.push(text);
+        part.stems.push({ stem, share, text, base, j, term: variable.terms[t], column });
+      });
+      return part;
+    });
+    const lines = inputs.map(() => shape("line", { y1: 0, y2: high, class: "fd-now-line" }));
+    // Words stand over the lines of the inputs, which would cross them out.
+    body.replaceChildren(clips, ...drawn, ...lines, ...written);
+    body.lines = lines;
+    if (!rules.length)
+      body.append(
+        shape("text", { x: 8, y: 27, class: "fd-none" }, fired.checked ? "no rule fires here" : "no rules in force"),
+      );
+    buildHead(inputs, outputs);
+    paint();
+  }
+
+  function buildHead(inputs, outputs) {
+    if (sliders.length !== inputs.length) {
+      sliders = inputs.map((_, i) => {
+        const node = shape(
+          "g",
+          { class: "fd-point", role: "slider", tabindex: 0 },
+          shape("path", { d: "M-7 -11h14L0 0z" }),
+        );
+        node.addEventListener("keydown", (event) => {
+          const { low, high } = design().inputs[i],
+            to = stepped(event, point()[i], low, high);
+          if (to !== null) move(i, to, false);
+        });
+        return node;
+      });
+    }
+    const title = (column, first) =>
+      shape(
+        "text",
+        { x: column.from, y: 15, class: "fd-name fd-strong" },
+        cut(first, column.to - column.from + 8, 12, 600),
+        shape("title", {}, first),
+      );
+    head.values = columns.map((column) => shape("text", { x: column.from, y: 31, class: "fd-tick" }));
+    const titles = columns.map((column, c) =>
+      title(
+        column,
+        c < inputs.length ? inputs[c].name : c === inputs.length ? "firing" : outputs[c - inputs.length - 1].name,
+      ),
+    );
+    // The sliders stay in the page, and with them the focus.
+    back.replaceChildren(...titles, ...head.values);
+    if (front.childElementCount !== sliders.length) front.replaceChildren(...sliders);
+  }
+
+  // What changes with the point: at once the degrees, when Python has answered the firing and the output
+  function paint() {
+    if (width === 0) return;
+    const { inputs, outputs } = design(),
+      byKey = results(),
+      at = viewer();
+    const rules = inForce().filter((rule) => !fired.checked || (byKey.get(rule.key)?.firing ?? 0) > 0);
+    if (JSON.stringify(rules.map((rule) => rule.key)) !== shownRules) {
+      build();
+      return;
+    }
+    inputs.forEach((variable, i) => {
+      const value = point()[i],
+        inside = clamp(value, variable.low, variable.high),
+        px = columns[i].x(inside);
+      put(body.lines[i], { x1: px, x2: px });
+      put(sliders[i], {
+        transform: `translate(${px} ${HEAD - 1})`,
+        "aria-label": variable.name,
+        "aria-valuemin": variable.low,
+        "aria-valuemax": variable.high,
+        "aria-valuenow": inside,
+        "aria-valuetext": quantity(value, variable.unit),
+      });
+      say(head.values[i], `= ${quantity(value, variable.unit)}`);
+    });
+    for (const { rule, clauses, stems, free, bar, number } of parts) {
+      // "any" stands where the input's line does not pass.
+      for (const [text, i] of free) {
+        const { from, to, x } = columns[i];
+        put(text, { x: from + (x(point()[i]) > (from + to) / 2 ? 0.22 : 0.78) * (to - from) });
+      }
+      const degrees = clauses.map(({ clip, base, i, clause, type, parameters }) => {
+        const value = clauseDegree(clause, type, used(i), parameters),
+          height = FILL * (Number.isFinite(value) ? value : 0);
+        put(clip, { y: base - height, height });
+        return value;
+      });
+      const firing = strengthOf(rule, degrees, design().choices),
+        known = byKey.get(rule.key),
+        column = columns[inputs.length],
+        wide = Math.max(0, column.x(clamp(firing, 0, 1)) - column.from);
+      put(bar, { width: wide, "data-firing": firing });
+      put(number, { x: column.from + wide + 5, class: firing === 0 ? "fd-tick fd-zero" : "fd-tick" });
+      say(number, firing > 0 && firing < 0.005 ? "<0.01" : firing.toFixed(2));
+      for (const { stem, share, text, base, j, term, column: c } of stems) {
+        const value =
+            known?.proposed?.[j] ??
+            consequent(
+              term,
+              inputs.map((_, i) => used(i)),
+            ),
+          px = c.x(value),
+          part = known?.share?.[j] ?? 0,
+          left = px > (c.from + c.to) / 2;
+        put(stem, { x1: px, x2: px });
+        put(share, { x1: px, x2: px, y2: base - FILL * part });
+        put(text, { x: left ? c.to : c.from, "text-anchor": left ? "end" : "start" });
+        const figure = ` = ${said(value, 3)}`;
+        say(text, cut(term.name, c.to - c.from - widthOf(figure, 11), 11) + figure);
+      }
+    }
+    paintFoot(foot, columns, at, design());
+    say(words, at?.words ?? "");
+    const answer = outputs.map(
+      (v, j) =>
+        `${v.name} = ${at?.output?.[j] === null || at?.output?.[j] === undefined ? "not a number" : quantity(at.output[j], v.unit)}${at && at.fired?.[j] === false ? " (no rule fires)" : ""}`,
+    );
+    say(told, answer.join(",  "));
+    put(body, {
+      "aria-label": `${rules.length} rules at ${inputs.map((v, i) => `${v.name} ${quantity(point()[i], v.unit)}`).join(", ")}`,
+    });
+  }
+
+  ends = [
+    watch(model, ["design"], () => build()),
+    watch(model, ["viewer", "point"], () => {
+      place.settle("point", model.get("point"));
+      paint();
+    }),
+    whenSized(scroll, () => {
+      width = scroll.clientWidth;
+      build();
+    }),
+  ];
+  return () => {
+    for (const end of ends) end();
+    place.drop();
+    root.remove();
+  };
+}
+
+export default { render };

@@ -1,0 +1,64 @@
+"""Groups of tabs on the page; what a tab shows is built when one first looks at it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from nicegui import background_tasks, ui
+from nicegui.elements.mixins.text_element import TextElement
+from nicegui.events import GenericEventArguments
+
+from fuzzy.designer.panel import Place, Workbench
+
+_KEYS = """(event) => {
+  if (!["ArrowLeft", "ArrowRight", "Home", "End"].includes(event.key)) return;
+  event.preventDefault();
+  emit(event.key);
+}"""
+
+
+@dataclass
+class Tab:
+    """A title and what builds the tab's content, once."""
+
+    title: str
+    build: Callable[[], Any]
+    place: Place = field(default_factory=lambda: Place(shown=False))
+    built: bool = False
+
+
+def tab_group(label: str, tabs: Sequence[Tab], bench: Workbench) -> None:
+    """Tabs, the first of which is shown: pointer, arrow keys, Home and End choose another."""
+    with ui.element("section").classes("shell-group").props(f'aria-label="{label}"'):
+        with ui.element("div").classes("shell-tabs").props(f'role="tablist" aria-label="{label}"'):
+            buttons = [TextElement(tag="button", text=tab.title).props('type="button" role="tab"') for tab in tabs]
+        panels = [ui.element("div").classes("shell-view").props('role="tabpanel"') for _ in tabs]
+
+    def choose(chosen: int, focus: bool = False) -> None:
+        for number, (tab, button, panel) in enumerate(zip(tabs, buttons, panels, strict=True)):
+            tab.place.shown = number == chosen
+            button.props["aria-selected"] = "true" if tab.place.shown else "false"
+            button.props["tabindex"] = "0" if tab.place.shown else "-1"
+            panel.classes(add="shell-shown") if tab.place.shown else panel.classes(remove="shell-shown")
+            button.update()
+        tab = tabs[chosen]
+        if not tab.built:
+            tab.built = True
+            with panels[chosen], bench.building(tab.place):
+                tab.build()
+        elif tab.place.missed:
+            tab.place.missed = False
+            background_tasks.create(bench.changed(tab.place))
+        if focus:
+            buttons[chosen].run_method("focus")
+
+    def key(number: int, event: GenericEventArguments) -> None:
+        to = {"ArrowLeft": number - 1, "ArrowRight": number + 1, "Home": 0, "End": -1}.get(str(event.args), number)
+        choose(to % len(tabs), focus=True)
+
+    for number, (button, panel) in enumerate(zip(buttons, panels, strict=True)):
+        button.props["aria-controls"] = panel.html_id
+        panel.props["aria-labelledby"] = button.html_id
+        button.on("click", lambda number=number: choose(number), args=[])
+        button.on("keydown", lambda event, number=number: key(number, event), js_handler=_KEYS)
+    choose(0)

@@ -1,0 +1,208 @@
+"""What is shown of a design, in JSON's types: numbers, texts, lists and mappings; a number that is none is None."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fuzzy.designer.design import CHOICES, Design, Problem, RuleLine
+from fuzzy.explanation import explain
+from fuzzy.membership import as_number
+from fuzzy.surfacegrid import surface
+from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
+
+if TYPE_CHECKING:
+    from fuzzy.designer.document import Document
+
+POINTS = 41  # of a surface along each axis
+
+
+def document_data(document: "Document") -> dict[str, Any]:
+    """The trait ``design`` of a document: :func:`design_data` with its file and history."""
+    return design_data(
+        document.design,
+        revision=document.revision,
+        file=document.path.name,
+        saved=document.saved,
+        undo=document.can_undo,
+        redo=document.can_redo,
+    )
+
+
+def design_data(
+    design: Design,
+    *,
+    revision: int = 0,
+    file: str = "",
+    saved: bool = True,
+    undo: str | None = None,
+    redo: str | None = None,
+) -> dict[str, Any]:
+    """The trait ``design``: variables, choices and rules.
+
+    A problem's ``start`` and ``end`` count UTF-16 units, as JavaScript does.
+    """
+    system = design.system
+    return {
+        "revision": revision,
+        "name": system.name,
+        "file": file,
+        "saved": saved,
+        "choices": {name: getattr(system, name) for name in CHOICES},
+        "accepted": {name: list(values) for name, values in CHOICES.items()},
+        "inputs": [variable_data(v) for v in system.inputs],
+        "outputs": [variable_data(v) for v in system.outputs],
+        "rules": [_rule_data(line) for line in design.lines],
+        "undo": undo,
+        "redo": redo,
+    }
+
+
+def variable_data(variable: Variable) -> dict[str, Any]:
+    """A variable with its terms and their parameters, in MATLAB's order."""
+    low, high = variable.universe
+    terms = [
+        {"name": name, "type": _type(term), "parameters": [as_number(p) for p in term.parameters]}
+        for name, term in variable.terms.items()
+    ]
+    return {"name": variable.name, "unit": variable.unit, "low": low, "high": high, "terms": terms}
+
+
+def _type(term: Any) -> str:
+    return type(term).__name__.casefold() if isinstance(term, (Constant, Linear)) else term.matlab
+
+
+def _rule_data(line: RuleLine) -> dict[str, Any]:
+    rule = line.rule
+    return {
+        "key": line.key,
+        "text": line.text,
+        "weight": float(rule.weight),
+        "enabled": line.enabled,
+        "connective": rule.connective,
+        "when": [
+            {"variable": c.variable, "term": c.term, "negated": c.negated, "power": float(c.power)} for c in rule.when
+        ],
+        "then": [{"variable": output, "term": term} for output, term in rule.then],
+        "problem": _problem_data(line.problem, line.text) if line.problem else None,
+    }
+
+
+def _problem_data(problem: Problem, text: str) -> dict[str, Any]:
+    return {
+        "message": problem.message,
+        "start": _utf16(text[: problem.start]),
+        "end": _utf16(text[: problem.end]),
+    }
+
+
+def _utf16(text: str) -> int:
+    return len(text) + sum(c > "\uffff" for c in text)
+
+
+def _quiet(system: Sugeno) -> Sugeno:
+    """The system without errors where no rule fires or an input lies outside: both are shown instead."""
+    if system.out_of_range in ("error", "warn"):
+        system = replace(system, out_of_range="ignore")
+    return replace(system, no_rule_fires="nan") if system.no_rule_fires == "error" else system
+
+
+def viewer_data(design: Design, point: Sequence[float] | None = None) -> dict[str, Any]:
+    """The trait ``viewer``: what each enabled rule does at ``point`` (inputs,), by default the design's.
+
+    ``fired`` says for each output whether any rule for it fires; ``words`` is :func:`fuzzy.explanation.explain`.
+    """
+    system = design.in_force
+    at = np.asarray(design.point if point is None else point, dtype=float)
+    with np.errstate(all="ignore"):
+        told = explain(_quiet(system), at)
+    keys = [line.key for line in design.lines if line.enabled]
+    words = str(replace(told, system=system))
+    if told.outside and system.out_of_range == "error":
+        words += f"\n{system.name} refuses such a point: {', '.join(told.outside)} outside the universe."
+    return {
+        "point": _numbers(told.x),
+        "memberships": [_numbers(degrees.values()) for degrees in told.memberships],
+        "rules": [
+            {
+                "key": key,
+                "degrees": _numbers(row.degrees),
+                "firing": _number(row.firing),
+                "share": _numbers(row.share),
+                "proposed": _numbers(row.proposed),
+                "contribution": _numbers(row.contribution),
+            }
+            for key, row in zip(keys, told.rows, strict=True)
+        ],
+        "output": _numbers(told.output),
+        "fired": list(told.fired),
+        "outside": list(told.outside),
+        "words": words,
+    }
+
+
+def surface_data(
+    design: Design | Sugeno,
+    inputs: Sequence[int] | None = None,
+    output: int = 0,
+    point: Sequence[float] | None = None,
+    points: int = POINTS,
+) -> dict[str, Any]:
+    """The trait ``surface``: output number ``output`` over one or two inputs, the others held at the point.
+
+    ``z`` (points, points) has the second input along its first axis; where ``fired`` is false no rule fires and ``z``
+    is what the system says there, or None. ``low`` and ``high`` are the least and greatest ``z`` where a rule fires,
+    or the output's universe if none does anywhere.
+
+    Raises FuzzySystemError for inputs and outputs that do not exist.
+    """
+    system = design if isinstance(design, Sugeno) else design.in_force
+    if point is None:
+        point = [v.midrange for v in system.inputs] if isinstance(design, Sugeno) else design.point
+    if len(point) != len(system.inputs):
+        raise FuzzySystemError(f"a point has {len(system.inputs)} numbers, one an input, got {len(point)}")
+    axes = list(range(min(2, len(system.inputs)))) if inputs is None else list(inputs)
+    fixed = {i: value for i, value in enumerate(point) if i not in axes}
+    with np.errstate(all="ignore"):
+        grid = surface(_quiet(system), axes, output, fixed, points)
+    z, fired = grid.z, grid.fired
+    known = z[fired & np.isfinite(z)]
+    low, high = (float(known.min()), float(known.max())) if known.size else system.outputs[output].universe
+    return {
+        "inputs": axes,
+        "output": output,
+        "x": _numbers(grid.x[0] if grid.y is not None else grid.x),
+        "y": None if grid.y is None else _numbers(grid.y[:, 0]),
+        "z": _array(z),
+        "fired": fired.tolist(),
+        "fixed": _numbers(point),
+        "low": low,
+        "high": high,
+    }
+
+
+def compared_data(
+    fis: Sugeno, name: str, inputs: Sequence[int] | None = None, output: int = 0, point: Sequence[float] | None = None
+) -> dict[str, Any]:
+    """The trait ``compared``: another system's inputs, and its surface where it has the same axes (else None)."""
+    try:
+        other = surface_data(fis, inputs, output, point)
+    except FuzzySystemError:
+        other = None
+    return {"name": name, "inputs": [variable_data(v) for v in fis.inputs], "surface": other}
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _numbers(values: Any) -> list[float | None]:
+    return [_number(value) for value in values]
+
+
+def _array(values: np.ndarray) -> list[Any]:
+    if np.isfinite(values).all():
+        return values.tolist()
+    return [_numbers(row) for row in values] if values.ndim > 1 else _numbers(values)

@@ -1,0 +1,81 @@
+"""Long work in other processes, so that the page never waits for it."""
+
+import asyncio
+import multiprocessing
+import os
+import pickle
+import signal
+import threading
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any
+
+from fuzzy.errors import InputError
+
+
+class WorkError(RuntimeError):
+    """A bug in what a worker did, or the end of its process."""
+
+
+class Workers:
+    """Two processes, started when they are first needed; they end with this process, however that ends."""
+
+    def __init__(self, count: int = 2) -> None:
+        self._count = count
+        self._pool: ProcessPoolExecutor | None = None
+
+    async def run(self, function: Callable[..., Any], *args: Any) -> Any:
+        """``function(*args)``, both picklable. Raises InputError where the function did, WorkError for all else."""
+        if self._pool is None:
+            # Fresh interpreters: a copy of this one would hold its sockets and locks.
+            context = multiprocessing.get_context("spawn")
+            self._pool = ProcessPoolExecutor(self._count, mp_context=context, initializer=_begin)
+        pool = self._pool
+        try:
+            outcome, value = await asyncio.get_running_loop().run_in_executor(pool, _work, function, args)
+        except BrokenProcessPool:
+            if self._pool is pool:
+                self._pool = None
+            raise WorkError("the process that worked on this ended; perhaps the memory did not suffice") from None
+        except RuntimeError as error:  # the pool has been closed meanwhile
+            raise WorkError(str(error)) from None
+        if outcome == "refused":
+            raise InputError(value)
+        if outcome == "failed":
+            raise WorkError(value)
+        return value
+
+    def close(self) -> None:
+        """End the processes, whatever they do."""
+        if self._pool is not None:
+            processes = list((self._pool._processes or {}).values())
+            for process in processes:
+                process.kill()
+            self._pool.shutdown(wait=True, cancel_futures=True)
+            self._pool = None
+
+
+def _begin() -> None:
+    # Ctrl-C is for the server, which ends its workers itself; where it was killed they go too.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+
+    def follow() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
+def _work(function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[str, Any]:
+    """What became of it: exceptions travel as text, because not every one can be pickled."""
+    try:
+        value = function(*args)
+        pickle.dumps(value)
+        return "done", value
+    except InputError as error:
+        return "refused", str(error)
+    except Exception as error:
+        return "failed", f"{type(error).__name__}: {error}"
