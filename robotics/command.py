@@ -151,9 +151,10 @@ def run_(
     ] = False,
     robots: Annotated[int | None, typer.Option(min=1, max=200, help="Of a crossing (3) or obstacles (1).")] = None,
     kind: Annotated[str | None, typer.Option("--class", help="Of a crossing: A or B; of obstacles: A, B or U.")] = None,
-    loss: Annotated[float, typer.Option(min=0.0, max=1.0, help="In a crossing: share of messages lost.")] = 0.0,
-    latency: Annotated[float, typer.Option(min=0.0, max=10.0, help="In a crossing: of the messages, s.")] = 0.0,
+    loss: Annotated[float, typer.Option(min=0.0, max=1.0, help="Of these: share of messages lost.")] = 0.0,
+    latency: Annotated[float, typer.Option(min=0.0, max=10.0, help="Of these: of the messages, s.")] = 0.0,
     freeze: Annotated[float, typer.Option(min=0.0, max=600.0, help="In a crossing: s one robot is held up.")] = 0.0,
+    moving: Annotated[int, typer.Option(min=0, max=10, help="Of obstacles: discs that cross the lanes.")] = 0,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -179,10 +180,10 @@ def run_(
         controller = controller or STRESSES[random]
         law = make_controller(ALIASES[random].get(controller, controller))
     else:
-        if robots is not None or kind is not None or loss or latency or freeze:
+        if robots is not None or kind is not None or loss or latency or freeze or moving:
             raise InputError(
-                "--robots, --class, --loss, --latency and --freeze belong to `robotics run crossing` (--robots and "
-                f"--class also to `obstacles`); {scenario} says in its file what it has"
+                "--robots, --class, --loss and --latency belong to `robotics run crossing` and `obstacles`, --freeze "
+                f"to the first, --moving to the second; {scenario} says in its file what it has"
             )
         setting = load_scenario(scenario)
         controller = controller or setting.controller or "fuzzy"
@@ -201,7 +202,9 @@ def run_(
 
             links = save is not None or player
             disturbed = {"loss": loss, "latency": latency, "freeze": freeze}
-            result, about, team_kind = single_run(random, law, seed, robots, kind, disturbed, controller, links, begin)
+            result, about, team_kind = single_run(
+                random, law, seed, robots, kind, disturbed, controller, links, begin, moving=moving
+            )
             outcome = about.summary()
             name, count = result.scenario, result.samples.shape[3]
         else:

@@ -17,6 +17,7 @@ from robotics.environment.collision import footprints
 from robotics.environment.world import Geometry
 from robotics.events import STOPPED
 from robotics.radio import Channel, Condition, Faults, Heard
+from robotics.robot import Robot
 from robotics.run import CHANNELS, TEAM_CHANNELS, Run
 from robotics.scenario import STEP, Scenario
 from robotics.sensing.sensors import PostureSensors, encoder_counts, wheel_errors, wheel_odometry
@@ -163,65 +164,93 @@ def simulate(
     stopped: ``Run.stopped`` says when, and its samples after that are not-a-number.
     """
     seeds = _checked(seeds)
-    runs, robots, ticks = len(seeds), len(scenario.robots), scenario.ticks
-    shape = (runs, robots)
-    limits = p.velocity_limits([m.robot for m in scenario.robots])
-    samples = np.empty((ticks + 1, len(CHANNELS), *shape))
-    team = np.empty((ticks + 1, len(TEAM_CHANNELS), *shape)) if scenario.kind == "team" else None
-    ages = np.full((ticks + 1, *shape, robots), np.inf, dtype=np.float32) if links else None
-    modes: np.ndarray | None = None
-    ranges: np.ndarray | None = None
+    robots = [member.robot for member in scenario.robots]
+    recorded = Recorder(scenario.ticks + 1, len(seeds), robots, team=scenario.kind == "team", links=links)
     for period in drive(scenario, controller, seeds, faults):
-        k, now, command = period.k, period.state, period.command
-        if command.mode is not None:
-            if modes is None:
-                modes = np.zeros((ticks + 1, *shape), dtype=np.int8)
-            modes[k] = np.where(period.stopped >= 0, STOPPED, command.mode)
-        if period.ranges is not None:
-            if ranges is None:
-                ranges = np.empty((ticks + 1, *period.ranges.shape), dtype=np.float32)
-            ranges[k] = period.ranges
-        row = samples[k]
-        row[:5] = now[: p.W + 1]
-        row[5:8] = period.posture
-        row[8:10] = period.order
-        row[10:12] = p.saturate(limits, command.v, command.w)
-        row[12], row[13] = now[p.EFFORT], now[p.VARIATION]
-        gone = period.stopped >= 0
-        if team is not None:
-            team[k, 0] = np.nan if command.progress is None else command.progress
-            team[k, 1], team[k, 2], team[k, 3] = period.target.x, period.target.y, period.target.heading
-            team[k, 4] = 0 if period.condition is None else period.condition.code
-            team[k][:, gone] = np.nan
-        row[:, gone] = np.nan
-        if ages is not None and period.heard is not None:
-            ages[k] = np.where(period.heard.hears, period.heard.age, np.inf)
+        recorded.keep(period)
         if progress is not None:
             progress()
-    return Run(
-        scenario.name,
-        name or type(controller).__name__,
-        controller.level,
-        seeds,
-        scenario.times,
-        samples,
-        np.stack(scenario.trajectory.sampled(scenario.times)),
-        tuple(path.table[:2] for path in scenario.trajectory.paths),
-        np.where(period.lost, period.k, period.stopped),
-        team,
-        ages,
-        modes,
-        ranges,
-        _obstacles(scenario),
-    )
+    return recorded.run(scenario, controller.level, seeds, name or type(controller).__name__)
 
 
-def _obstacles(scenario: Scenario) -> Geometry | None:
-    """Where the obstacles are at every sample; once, if none moves."""
+class Recorder:
+    """The samples of a simulation as it goes on, and the runs made of them."""
+
+    def __init__(self, samples: int, runs: int, robots: Sequence[Robot], *, team: bool, links: bool = False) -> None:
+        """Room for so many ``samples`` of all ``runs``."""
+        shape = (runs, len(robots))
+        self.limits = p.velocity_limits(robots)
+        self.kept = 0
+        self.samples = np.empty((samples, len(CHANNELS), *shape))
+        self.team = np.empty((samples, len(TEAM_CHANNELS), *shape)) if team else None
+        self.links = np.full((samples, *shape, len(robots)), np.inf, dtype=np.float32) if links else None
+        self.modes: np.ndarray | None = None
+        self.ranges: np.ndarray | None = None
+        self.stopped = np.full(shape, -1)
+
+    def keep(self, period: Period) -> None:
+        """Keep one period; they come in their order."""
+        k, now, command, target = period.k, period.state, period.command, period.target
+        gone = period.stopped >= 0
+        if command.mode is not None:
+            if self.modes is None:
+                self.modes = np.zeros((len(self.samples), *gone.shape), dtype=np.int8)
+            self.modes[k] = np.where(gone, STOPPED, command.mode)
+        if period.ranges is not None:
+            if self.ranges is None:
+                self.ranges = np.empty((len(self.samples), *period.ranges.shape), dtype=np.float32)
+            self.ranges[k] = period.ranges
+        row = self.samples[k]
+        row[:5], row[5:8], row[8:10] = now[: p.W + 1], period.posture, period.order
+        row[10:12] = p.saturate(self.limits, command.v, command.w)
+        row[12], row[13] = now[p.EFFORT], now[p.VARIATION]
+        row[:, gone] = np.nan
+        if self.team is not None:
+            row = self.team[k]
+            row[0] = np.nan if command.progress is None else command.progress
+            row[1], row[2], row[3] = target.x, target.y, target.heading
+            row[4] = 0 if period.condition is None else period.condition.code
+            row[:, gone] = np.nan
+        if self.links is not None and period.heard is not None:
+            self.links[k] = np.where(period.heard.hears, period.heard.age, np.inf)
+        self.stopped = np.where(period.lost, k, period.stopped)
+        self.kept = k + 1
+
+    def run(self, scenario: Scenario, level: str, seeds: tuple[int, ...], name: str, which: slice = slice(None)) -> Run:
+        """The run of ``scenario`` with the law called ``name``; ``which`` of the runs of the pass are its seeds.
+
+        It ends with the scenario, or before, if no more was kept.
+        """
+        end = min(scenario.ticks + 1, self.kept)
+        times = scenario.times[:end]
+
+        def mine(kept: np.ndarray | None, axis: int = 1) -> np.ndarray | None:
+            return None if kept is None else kept[:end, :, which] if axis == 2 else kept[:end, which]
+
+        return Run(
+            scenario.name,
+            name,
+            level,
+            seeds,
+            times,
+            self.samples[:end, :, which],
+            np.stack(scenario.trajectory.sampled(times)),
+            tuple(path.table[:2] for path in scenario.trajectory.paths),
+            np.where(self.stopped[which] < end, self.stopped[which], -1),
+            mine(self.team, axis=2),
+            mine(self.links),
+            mine(self.modes),
+            None if scenario.world is None else mine(self.ranges),
+            _obstacles(scenario, times),
+        )
+
+
+def _obstacles(scenario: Scenario, times: np.ndarray) -> Geometry | None:
+    """Where the obstacles are at ``times`` [s]; once, if none moves."""
     world = scenario.world
     if world is None or world.motion is None:
         return None if world is None else world.rest
-    seen = [world.at(time) for time in scenario.times]
+    seen = [world.at(time) for time in times]
     circles, segments = (np.concatenate([getattr(g, name) for g in seen]) for name in ("circles", "segments"))
     bodies, counts = (np.repeat(getattr(world.rest, name), len(seen), axis=0) for name in ("bodies", "counts"))
     return Geometry(circles, bodies, segments, counts)

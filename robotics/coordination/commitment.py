@@ -49,6 +49,18 @@ BEYOND, OPEN = 0.1, 0.35  # m: past where it got stuck, and with so much ahead, 
 RELAX = 0.3  # m: with every flip it may leave it earlier, for it may have been farther while it still avoided
 
 
+# What is remembered of what moves: the nearest reading, smoothed, and what it was when it last changed [m]; s since
+# then, and since it stands still (0: it does not); so near it stood last [m], and s for which there has been room
+WATCH = 6
+NEAREST, CHANGED, QUIET, HALTED, FLOOR, ROOM = range(WATCH)
+TOO_NEAR, SWEEP = 0.11, 0.012  # m; m s/rad: corners are 0.05 m farther out than the sides, and turn with it
+CHANGE, SMOOTHED = 0.02, 0.25  # m, s
+RESTS, LOST = 1.0, 3.0  # s without a change: it stands still; as long as it takes to pass where nothing is seen
+LONGEST_HALT = 6.0  # s
+NEARER = 0.03  # m: so much nearer than what turned out to stand still it stops again
+ROOMY, AFTER = 0.25, 2.0  # m, s: with so much room for so long that is forgotten
+
+
 class Steering(NamedTuple):
     """What the state says to do; each (runs, robots)."""
 
@@ -81,6 +93,44 @@ def commit(
     """
     after, steer = _commit(state, ranges, fresh, pose, alpha, place, off, remaining, near, dt)
     return after, Steering(*steer)
+
+
+def unwatched(runs: int, robots: int) -> np.ndarray:
+    """Nothing was seen yet: the memory of :func:`halt`."""
+    watch = np.zeros((WATCH, runs, robots))
+    watch[NEAREST] = watch[CHANGED] = watch[FLOOR] = np.inf
+    return watch
+
+
+@njit(cache=True, error_model="numpy")
+def halt(watch, fresh, w, dt):  # type: ignore[no-untyped-def]
+    """The next ``watch``, and does a robot stand still (runs, robots)? So that not it drives into what comes nearer.
+
+    ``watch`` (WATCH, runs, robots) begins as :func:`unwatched`, ``fresh`` (runs, robots, 4) [m] is as read and ``w``
+    (runs, robots) [rad/s] how quickly it turns. Of what is very near a robot does not know if it moves: it stops,
+    looks for a while if the nearest reading changes, and goes on if not, or after LONGEST_HALT.
+    """
+    after, stands = watch.copy(), np.zeros(w.shape, dtype=np.bool_)
+    for r in range(w.shape[0]):
+        for i in range(w.shape[1]):
+            one = after[:, r, i]
+            now = min(fresh[r, i].min(), 2 * ROOMY)
+            one[NEAREST] = now if one[NEAREST] > 2 * ROOMY else one[NEAREST] + dt / SMOOTHED * (now - one[NEAREST])
+            if not abs(one[NEAREST] - one[CHANGED]) <= CHANGE:
+                one[CHANGED], one[QUIET] = one[NEAREST], 0.0
+            one[QUIET] += dt
+            one[ROOM] = one[ROOM] + dt if now > ROOMY else 0.0
+            if one[HALTED] > 0:
+                one[HALTED] += dt
+                if one[QUIET] >= (RESTS if one[NEAREST] < ROOMY else LOST) or one[HALTED] > LONGEST_HALT:
+                    one[HALTED], one[FLOOR], one[ROOM] = 0.0, min(one[NEAREST], TOO_NEAR) - NEARER, 0.0
+            else:
+                if one[ROOM] > AFTER:
+                    one[FLOOR] = np.inf
+                if now < min(TOO_NEAR + SWEEP * abs(w[r, i]), one[FLOOR]):
+                    one[HALTED] = dt
+            stands[r, i] = one[HALTED] > 0
+    return after, stands
 
 
 @njit(cache=True, error_model="numpy")

@@ -12,9 +12,13 @@ pulls it back: it grazes corners, and never leaves a trap.
 "committed": see :mod:`robotics.coordination.commitment`. Rule 11 does not act while avoiding (a robot that was turned
 away from its target would stand still), and the target is held ``reach`` ahead of the robot's place on the path.
 Robots tell each other where they are, and stop, as in :mod:`robotics.coordination.right_of_way`, before one ahead.
+What is very near may be coming nearer: a robot stands still, or leaves straight ahead if that is free, until it
+has seen that nothing moves (:func:`robotics.coordination.commitment.halt`); it may be run into, but does not drive
+into what moves.
 
-In both a robot stops for one nearer than ``d_pass`` ahead of it that goes round an obstacle (case studies 2 and 3); the
-lower number goes first, in "committed" also who avoids before who tracks, and nobody waits longer than 6 s.
+In both a robot stops for one nearer than ``d_pass`` ahead of it that goes round an obstacle (case studies 2 and 3). The
+lower number goes first, in "committed" also who avoids before who tracks. In "committed" nobody waits longer than 6 s;
+in "literal" there is no limit.
 
 In both what a sonar reads grows no faster than 2 m/s, so that an echo lost for a moment is not an obstacle gone
 (without that the literal scheme hits in 26 % of class A instead of 2 %); and a robot that avoids and has made no
@@ -30,7 +34,7 @@ import numpy as np
 from fuzzy.compiled import CompiledSugeno, compile_sugeno
 from robotics.controller import Command, ControllerError, Observation, wrapped
 from robotics.controllers.fuzzy_tracking import load_rule_base
-from robotics.coordination.commitment import BEST, GROWTH, MODE, ROWS, STALLED, WAY, commit
+from robotics.coordination.commitment import BEST, GROWTH, MODE, ROWS, STALLED, STOP, WAY, commit, halt, unwatched
 from robotics.coordination.cooperation import FuzzyCooperation
 from robotics.coordination.neighbours import PATIENCE
 from robotics.events import ALONE, AVOID, TRACK, YIELD
@@ -48,6 +52,7 @@ LONGEST_WAIT = 6.0  # s
 RISE = 2.0  # m/s: a reading grows no faster
 COMMITTED_RISE = np.array([1.0, 1.0, 0.6, 0.6])  # m/s: these steer, and lose echoes at corners
 IN_THE_WAY = 0.6  # m: robots that are known to be farther away are not avoided as obstacles
+LEAVE, LEAVING = 0.4, 0.5  # m, m/s: with so much ahead it drives away from what comes from elsewhere
 FASTEST = 0.6  # m/s: of a robot that catches up, among obstacles it does not know
 
 
@@ -58,6 +63,7 @@ class _Memory(NamedTuple):
     state: np.ndarray  # (ROWS, runs, robots) of robotics.coordination.commitment
     ranges: np.ndarray  # (runs, robots, sensors) m
     waits: np.ndarray  # (runs, robots) s: for how long it has let a robot pass
+    watch: np.ndarray  # (WATCH, runs, robots) of robotics.coordination.commitment
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,7 +109,7 @@ class ObstacleAvoidance:
         shape = (runs, len(scenario.robots))
         state = np.zeros((ROWS, *shape))
         nothing = np.full((*shape, len(self.sensors)), np.inf)
-        return _Memory(self.cooperation.init(scenario, runs), state, nothing, np.zeros(shape))
+        return _Memory(self.cooperation.init(scenario, runs), state, nothing, np.zeros(shape), unwatched(*shape))
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Look, choose a mode, steer."""
@@ -189,9 +195,13 @@ class ObstacleAvoidance:
         v = np.where(blocked | (aside != 0), 0.0, v)
         w = np.where(blocked & (mode == TRACK), 0.0, np.where(aside != 0, TURN_AWAY * aside, w))
         blocked |= aside != 0
+        watch, halted = halt(memory.watch, fresh, seen.w, dt)
+        front = memory.ranges[..., [FRONT_LEFT, FRONT_RIGHT]].min(axis=-1)
+        leaves = halted & (front > LEAVE) & ~blocked
+        v, w = np.where(halted, np.where(leaves, np.minimum(front - STOP, LEAVING), 0.0), v), np.where(halted, 0.0, w)
         code = np.where(blocked, YIELD, code) + np.where(alone & (mode != TRACK), ALONE, 0)
         command = self._said(seen, wish, v, w, code, avoids & ~alone)
-        return command, memory._replace(below=below, state=state, waits=waits)
+        return command, memory._replace(below=below, state=state, waits=waits, watch=watch)
 
     def _said(
         self, seen: Observation, wish: Command, v: np.ndarray, w: np.ndarray, mode: np.ndarray, avoids: np.ndarray

@@ -12,14 +12,13 @@ from robotics import plant as p
 from robotics.controllers import make_controller
 from robotics.ensemble import Ensemble
 from robotics.environment.collision import footprints, obstacle_contacts, robot_contacts
-from robotics.environment.world import Geometry, World, compile_worlds
+from robotics.environment.world import World, compile_worlds
 from robotics.events import ALONE, STOPPED
-from robotics.figures.avoidance import clearances, robot_gaps
 from robotics.metrics import cross_track_error
 from robotics.paths import Paths
-from robotics.run import CHANNELS, TEAM_CHANNELS, Run
+from robotics.run import Run
 from robotics.scenario import Scenario, load_scenario, scenario_names
-from robotics.simulation import Period, drive
+from robotics.simulation import Recorder, drive
 from robotics.stress.crossings import crossing_ensemble
 from robotics.stress.outcome import Outcome, run_ensemble
 from robotics.team import arrival_time
@@ -30,8 +29,8 @@ CRASH_LAWS = ("crash-literal", "crash-yielding", "right-of-way")
 COURSES = ("chapter-6-simulation-1", "chapter-6-simulation-2", "chapter-6-simulation-3", "chapter-6-experiment")
 OBSTACLE_LAWS = ("obstacles-literal", "obstacles")
 CROSSERS = ("crash-literal", "right-of-way")
-CROSSINGS = 40  # random ones
-FACTOR = 2.0  # times the nominal duration: who has not arrived by then counts as waiting for ever
+CROSSINGS = 24  # random ones
+FACTOR = 1.6  # times the nominal duration: who has not arrived by then counts as waiting for ever
 _LONGEST = 70.0  # s of a run that are driven
 _REST = 5.0  # s that are driven after all have reached their goals
 _OFF = 0.1  # m from the path: off it; from the goal: there
@@ -128,7 +127,7 @@ def run_together(settings: Sequence[Scenario], controller: str, seed: int, longe
         compile_worlds(worlds) if any(s.obstacles for s in settings) else None,
     )
     law = make_controller(controller)
-    recorded = _Record(ensemble.ticks + 1, len(settings), p.velocity_limits([m.robot for m in first.robots]))
+    recorded = Recorder(ensemble.ticks + 1, len(settings), [m.robot for m in first.robots], team=True)
     goals = ensemble.trajectory.joined.at(ensemble.trajectory.joined.lengths)
     reached = np.inf
     for period in drive(ensemble, law, [seed] * len(settings)):
@@ -137,7 +136,7 @@ def run_together(settings: Sequence[Scenario], controller: str, seed: int, longe
             reached = period.time
         if period.time > reached + _REST:
             break
-    return [recorded.run(r, s, controller, law.level, seed) for r, s in enumerate(settings)]
+    return [recorded.run(s, law.level, (seed,), controller, slice(r, r + 1)) for r, s in enumerate(settings)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,75 +168,10 @@ def _joined(settings: Sequence[Scenario]) -> _Timing:
     return _Timing(flat, replace(flat.joined, lengths=flat.joined.lengths.reshape(len(settings), -1)))
 
 
-class _Record:
-    """The samples of a pass as it goes on, and the runs made of them."""
-
-    def __init__(self, samples: int, runs: int, limits: np.ndarray) -> None:
-        robots = limits.shape[1]
-        self.limits = limits
-        self.kept = 0
-        self.samples = np.empty((samples, len(CHANNELS), runs, robots))
-        self.team = np.empty((samples, len(TEAM_CHANNELS), runs, robots))
-        self.modes: np.ndarray | None = None
-        self.ranges: np.ndarray | None = None
-        self.stopped = np.full((runs, robots), -1)
-
-    def keep(self, period: Period) -> None:
-        k, command = period.k, period.command
-        self.kept = k + 1
-        gone = period.stopped >= 0
-        progress = np.nan if command.progress is None else command.progress
-        row = self.samples[k]
-        row[:5], row[5:8], row[8:10] = period.state[: p.W + 1], period.posture, period.order
-        row[10:12] = p.saturate(self.limits, command.v, command.w)
-        row[12], row[13] = period.state[p.EFFORT], period.state[p.VARIATION]
-        target = period.target
-        for n, values in enumerate((progress, target.x, target.y, target.heading, 0.0)):
-            self.team[k, n] = values
-        row[:, gone] = np.nan
-        self.team[k][:, gone] = np.nan
-        if command.mode is not None:
-            if self.modes is None:
-                self.modes = np.zeros((len(self.samples), *gone.shape), dtype=np.int8)
-            self.modes[k] = np.where(gone, STOPPED, command.mode)
-        if period.ranges is not None:
-            if self.ranges is None:
-                self.ranges = np.empty((len(self.samples), *period.ranges.shape), dtype=np.float32)
-            self.ranges[k] = period.ranges
-        self.stopped = np.where(period.lost, k, period.stopped)
-
-    def run(self, r: int, scenario: Scenario, controller: str, level: str, seed: int) -> Run:
-        end = min(scenario.ticks + 1, self.kept)
-        times, mine = scenario.times[:end], slice(r, r + 1)
-        stopped = np.where(self.stopped[mine] < end, self.stopped[mine], -1)
-        return Run(
-            scenario.name,
-            controller,
-            level,
-            (seed,),
-            times,
-            self.samples[:end, :, mine],
-            np.stack(scenario.trajectory.sampled(times)),
-            tuple(path.table[:2] for path in scenario.trajectory.paths),
-            stopped,
-            self.team[:end, :, mine],
-            None,
-            None if self.modes is None else self.modes[:end, mine],
-            None if self.ranges is None or scenario.world is None else self.ranges[:end, mine],
-            _obstacles(scenario, times),
-        )
-
-
-def _obstacles(scenario: Scenario, times: np.ndarray) -> Geometry | None:
-    """Where the obstacles are at ``times`` [s]; once, if none moves."""
-    world = scenario.world
-    if world is None or world.motion is None:
-        return None if world is None else world.rest
-    return Geometry(*(np.concatenate(parts) for parts in zip(*(world.at(t) for t in times), strict=True)))
-
-
 def merits(run: Run, scenario: Scenario) -> Merits:
     """What the first seed of a team's ``run`` of ``scenario`` came to."""
+    from robotics.figures.avoidance import clearances, robot_gaps
+
     x, y, heading = (run[name][0].T for name in ("x", "y", "heading"))
     sizes = footprints([member.robot for member in scenario.robots])
     arrivals = arrival_time(run)[0]

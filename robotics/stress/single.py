@@ -11,7 +11,7 @@ from fuzzy.naming import expected
 from robotics.controller import Controller, ControllerError
 from robotics.ensemble import EvenTiming
 from robotics.path import Path
-from robotics.radio import Faults
+from robotics.radio import Faults, Radio
 from robotics.run import Run
 from robotics.scenario import ScenarioError
 from robotics.simulation import simulate
@@ -59,10 +59,13 @@ def single_run(
     name: str = "",
     links: bool = False,
     begin: Callable[[str, int], Callable[[], None]] | None = None,
+    *,
+    moving: int = 0,
 ) -> tuple[Run, Outcome, str]:
     """The run that ``robotics stress`` makes of ``seed``, its outcome, and the kind of its metrics.
 
-    ``robots``, ``kind`` and ``disturbance`` (fields of :class:`robotics.stress.outcome.Disturbance`) are as there.
+    ``robots``, ``kind``, ``disturbance`` (fields of :class:`robotics.stress.outcome.Disturbance`) and ``moving`` discs
+    are as there.
     Raises ScenarioError for what that stress test has not, ControllerError where the law has no safe plan.
     """
     kinds = ("A", "B") if stress == "crossing" else ("A", "B", "U")
@@ -70,11 +73,13 @@ def single_run(
     if kind not in kinds:
         raise ScenarioError(f"{stress}: " + expected(str(kind), kinds, "class"))
     faults: Faults | None = None
+    wrong = Disturbance(**disturbance)
     if stress == "crossing":
         robots = robots or 3
+        if moving:
+            raise ScenarioError("crossing: discs that move belong to `obstacles`")
         if robots < 2:
             raise ScenarioError(f"crossing: robots must be 2 or more, got {robots}")
-        wrong = Disturbance(**disturbance)
         ensemble, faults = disturbed_crossing(robots, [seed], kind, wrong)
         outcome = run_ensemble(ensemble, controller, [seed], faults, extra=HELD * wrong.freeze)
         if outcome.refused[0]:
@@ -83,9 +88,10 @@ def single_run(
         robots = robots or 1
         if robots not in (1, 3):
             raise ScenarioError(f"obstacles: robots must be 1 or 3, got {robots}")
-        if any(disturbance.values()):
-            raise ScenarioError("obstacles: loss, latency and freeze belong to a crossing")
-        ensemble = obstacle_ensemble([seed], kind, robots)
+        if wrong.freeze:
+            raise ScenarioError("obstacles: freeze belongs to a crossing")
+        radio = Radio(loss=wrong.loss, latency=wrong.latency)
+        ensemble = obstacle_ensemble([seed], kind, robots, radio=radio, moving=moving)
         outcome = run_course(ensemble, controller, [seed])
     timing = SingleTiming(ensemble.trajectory.joined, ensemble.trajectory.durations)
     end = ensemble.scenario.duration

@@ -43,7 +43,7 @@ from robotics.team import nearest_distance
 def results() -> AvoidanceResults:
     """All experiments, with fewer random crossings, that are given less time."""
     patch = pytest.MonkeyPatch()
-    patch.setattr(avoidanceexperiments, "CROSSINGS", 8)
+    patch.setattr(avoidanceexperiments, "CROSSINGS", 5)
     patch.setattr(avoidanceexperiments, "FACTOR", 1.15)
     patch.setattr(avoidanceexperiments, "case_studies", lambda: ["chapter-6-case-3"])
     steps: list[int] = []
@@ -67,7 +67,7 @@ def planned(results: AvoidanceResults) -> Run:
 
 
 def test_runs_of_a_pass_are_those_of_their_scenarios_alone() -> None:
-    one, other = (replace(load_scenario(COURSES[n]), duration=16.0) for n in (3, 1))
+    one, other = (replace(load_scenario(COURSES[n]), duration=11.0) for n in (3, 1))
     together = run_together([one, other], "obstacles-literal", 3)
     alone = simulate(other, make_controller("obstacles-literal"), [3], name="x")
     mine = together[1]

@@ -8,6 +8,7 @@ from robotics.coordination.reservation import CELLS, plan_right_of_way
 from robotics.coordination.sidestep import sidestepped
 from robotics.ensemble import quintic_table, table_length
 from robotics.path import CURVATURE, HEADING, Quintic, X, Y
+from robotics.stress import outcome
 from robotics.stress.crossings import crossing_ensemble, random_crossing
 from robotics.stress.outcome import Disturbance, Outcome, joined, stress_crossing
 
@@ -72,8 +73,9 @@ def test_an_outcome_does_not_depend_on_chunks():
     assert_same(whole, parts, 0)
 
 
-def test_a_run_that_never_ends_is_judged_alike_alone(literal):
-    """It is given up after 4 times its own duration, not after 4 times the longest of all."""
+def test_a_run_that_never_ends_is_judged_alike_alone(literal, monkeypatch):
+    """It is given up after a multiple of its own duration, not of the longest of all."""
+    monkeypatch.setattr(outcome, "LIMIT", GIVEN_UP)
     whole = literal["crash-literal"]
     quickest = np.argmin(np.where(whole.deadlocked, whole.nominal, np.inf))
     assert_same(whole, stress_crossing(make_controller("crash-literal"), 3, [int(quickest)]), quickest)
@@ -84,27 +86,36 @@ def test_rates_are_counted_apart():
     inf = np.inf
     arrivals = np.array([[30.0, 30.5], [30.0, inf], [30.0, 32.0], [inf, inf]])
     yes = np.array([False, True, False, False])
-    outcome = Outcome((5, 6, 7, 8), np.full(4, 30.0), arrivals, yes, yes[[0, 2, 3, 1]], np.full(4, 0.5))
-    found = outcome.summary()
+    judged = Outcome((5, 6, 7, 8), np.full(4, 30.0), arrivals, yes, yes[[0, 2, 3, 1]], np.full(4, 0.5))
+    found = judged.summary()
     assert (found["collisions"], found["deadlocks"], found["refused"], found["arrived"]) == (1, 1, 1, 2)
     assert found["arrived_together"] == 1
     assert found["failed_seeds"] == {"collision": [6], "deadlock": [6], "refused": [8], "apart": [7]}
 
 
+GIVEN_UP = 1.5  # nominal durations
+
+
 @pytest.fixture(scope="module")
 def literal():
-    """What (6.4), (6.5) as printed and no avoidance make of 60 crossings."""
-    return {
-        name: stress_crossing(make_controller(name), 3, range(60)) for name in ("crash-literal", "cooperation-literal")
-    }
+    """What (6.4), (6.5) as printed and no avoidance make of 40 crossings, given up early."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(outcome, "LIMIT", GIVEN_UP)
+        return {
+            name: stress_crossing(make_controller(name), 3, range(40))
+            for name in ("crash-literal", "cooperation-literal")
+        }
 
 
 def test_as_printed_robots_touch_or_wait_for_ever_and_without_avoidance_they_touch_more(literal):
-    """On 400 seeds 30 % touch, 26 % never end and 62 % do neither; the bounds are those of 60 at 3 standard errors."""
+    """On 400 seeds 30 % touch, 35 % do not end and 56 % do neither; the bounds are those of 40 at 3 standard errors.
+
+    (Given 4 nominal durations 26 % never end.)
+    """
     printed, none = literal["crash-literal"], literal["cooperation-literal"]
-    assert 0.12 <= printed.collided.mean() <= 0.48
-    assert 0.09 <= printed.deadlocked.mean() <= 0.43
-    assert 0.43 <= (~printed.collided & ~printed.deadlocked).mean() <= 0.81
+    assert 0.08 <= printed.collided.mean() <= 0.51
+    assert 0.12 <= printed.deadlocked.mean() <= 0.57
+    assert 0.32 <= (~printed.collided & ~printed.deadlocked).mean() <= 0.80
     assert none.collided.mean() > printed.collided.mean() + 0.2
     assert not none.deadlocked.any()
 
@@ -170,7 +181,7 @@ def test_a_sidestep_keeps_the_ends_and_clears_the_other():
 
 
 def test_robots_parked_in_the_way_are_passed_without_contact():
-    found = stress_crossing(make_controller("right-of-way"), 3, range(25), "B").summary()
+    found = stress_crossing(make_controller("right-of-way"), 3, range(20), "B").summary()
     assert found["collisions"] == found["deadlocks"] == 0
     assert found["refused"] <= 1  # of 300 it is 2
-    assert found["arrived_together"] == 25 - found["refused"]
+    assert found["arrived_together"] == 20 - found["refused"]

@@ -1,6 +1,7 @@
 """Random courses among obstacles: drawn by their seed alone, judged exactly; who arrives and what touches."""
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from robotics.commands.obstacles import obstacles
 from robotics.controllers import make_controller
 from robotics.environment.collision import obstacle_contacts
 from robotics.stress import obstaclecourse
-from robotics.stress.obstaclecourse import obstacle_ensemble, run_course, stress_obstacles
+from robotics.stress.obstaclecourse import obstacle_ensemble, stress_obstacles
 from robotics.stress.outcome import Disturbance
 
 COMMITTED, LITERAL = make_controller("obstacles"), make_controller("obstacles-literal")
@@ -34,9 +35,15 @@ def test_a_course_depends_on_its_seed_alone_and_starts_free(kind, robots):
         assert (touched < 0).all()
 
 
-@pytest.mark.parametrize(("kind", "robots", "runs"), [("A", 1, 12), ("B", 1, 8), ("U", 1, 10), ("A", 3, 4)])
+@cache
+def driven(kind, robots, runs):
+    """What became of the courses of seeds 100 ... under the committed scheme."""
+    return stress_obstacles(COMMITTED, range(100, 100 + runs), kind, robots)
+
+
+@pytest.mark.parametrize(("kind", "robots", "runs"), [("A", 1, 12), ("B", 1, 8), ("U", 1, 6), ("A", 3, 4)])
 def test_committed_robots_arrive_and_nothing_touches(kind, robots, runs):
-    outcome = stress_obstacles(COMMITTED, range(100, 100 + runs), kind, robots)
+    outcome = driven(kind, robots, runs)
     assert outcome.succeeded.all()
     assert outcome.clearance.min() > 0.02
     summary = outcome.summary()
@@ -47,7 +54,7 @@ def test_committed_robots_arrive_and_nothing_touches(kind, robots, runs):
 
 
 def test_the_literal_scheme_never_leaves_a_trap(monkeypatch):
-    monkeypatch.setattr(obstaclecourse, "LONGEST", 2.0)
+    monkeypatch.setattr(obstaclecourse, "LONGEST", 1.5)
     outcome = stress_obstacles(LITERAL, range(2), "U")
     assert not outcome.arrived.any()
     assert outcome.summary()["failed_seeds"]["deadlock"] == [0, 1]
@@ -63,13 +70,13 @@ def test_contacts_are_seen():
 
 
 def test_a_run_does_not_depend_on_its_neighbours():
-    alone = run_course(obstacle_ensemble((5,), "A", 1), COMMITTED, (5,))
-    among = run_course(obstacle_ensemble((3, 5), "A", 1), COMMITTED, (3, 5))
-    assert alone.arrivals[0] == among.arrivals[1]
+    alone = stress_obstacles(COMMITTED, (105,), "B")
+    assert alone.arrivals[0] == driven("B", 1, 8).arrivals[5]
+    assert alone.clearance[0] == driven("B", 1, 8).clearance[5]
 
 
 def test_lost_and_late_messages_cause_no_contact():
-    outcome = stress_obstacles(COMMITTED, range(3), "A", 3, disturbance=Disturbance(loss=0.2, latency=0.3))
+    outcome = stress_obstacles(COMMITTED, range(2), "A", 3, disturbance=Disturbance(loss=0.2, latency=0.3))
     assert outcome.succeeded.all()
 
 
@@ -99,9 +106,8 @@ def command(*arguments):
     return CliRunner().invoke(app, list(arguments))
 
 
-def test_the_command_prints_one_json_object_and_the_same_again():
-    arguments = ("--runs", "1", "--seed", "20", "--moving", "1", "--json", "--quiet")
-    result = command(*arguments)
+def test_the_command_prints_one_json_object_with_the_outcome():
+    result = command("--runs", "1", "--seed", "20", "--moving", "1", "--json", "--quiet")
     assert result.exit_code == 0
     figures = json.loads(result.stdout)
     wanted = {"runs", "collisions", "deadlocks", "refused", "arrived_together", "arrival_spread_p95_s"}
@@ -110,11 +116,13 @@ def test_the_command_prints_one_json_object_and_the_same_again():
     assert figures["first_seed"] == 20
     assert figures["moving"] == 1
     assert figures["contacts_caused"] == 0
-    assert command(*arguments).stdout == result.stdout
+    again = json.loads(json.dumps(stress_obstacles(COMMITTED, (20,), moving=1).summary()))
+    assert figures.items() >= again.items()
 
 
-def test_the_command_prints_a_table():
-    result = command("--runs", "2", "--quiet")
+def test_the_command_prints_a_table(monkeypatch):
+    monkeypatch.setattr(obstaclecourse, "LONGEST", 0.2)
+    result = command("--runs", "1", "--quiet")
     assert result.exit_code == 0
     assert "min_clearance_m" in result.stdout
 

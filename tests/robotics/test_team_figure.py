@@ -48,15 +48,18 @@ position_noise = 0.002
 """
 
 
-def team(robots: int, faults: str = FAULTS, law: str = "virtual-structure-virtual") -> Run:
+def described(robots: int, faults: str = FAULTS) -> str:
     members = "".join(
         f"[[robots]]\nstart = [0.0, {i}.0, 0.0]\ntiming = {{ duration = 10.0 }}\n"
         f'path = {{ shape = "quintic", start = [0.0, {i}.0], end = [{1.5 + 0.1 * (i % 5)}, {i}.3] }}\n'
         for i in range(robots)
     )
-    text = f'kind = "team"\nplant = "kinematic"\nduration = 12.0\n{SENSING}{faults}{members}'
-    scenario = parse_scenario(text, "made up")
-    return simulate(scenario, make_controller(law), (3, 5, 8), name=law)
+    return f'kind = "team"\nplant = "kinematic"\nduration = 12.0\n{SENSING}{faults}{members}'
+
+
+def team(robots: int, seeds: tuple[int, ...] = (3, 5, 8)) -> Run:
+    law = "virtual-structure-virtual"
+    return simulate(parse_scenario(described(robots), "made up"), make_controller(law), seeds, name=law)
 
 
 @pytest.fixture(scope="module")
@@ -166,7 +169,7 @@ def test_another_seed_and_one_that_is_not_there(run: Run) -> None:
 
 
 def test_many_robots_are_thin_lines_and_a_band() -> None:
-    run = team(12)
+    run = team(12, (3,))
     figure = plot_team(run)
     for name, values in (("v [m/s]", run["v"][0]), ("progress s", run["progress"][0])):
         ax = panel(figure, name)
@@ -213,8 +216,9 @@ def test_plot_of_a_run_chooses_the_page(run: Run, page: Figure) -> None:
 
 
 def test_command_draws_a_team(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    picture = tmp_path / "team.png"
-    assert main(["run", "chapter-5-test-1", "-c", "cooperation", "--plot", str(picture), "-q"]) == 0
+    picture, file = tmp_path / "team.png", tmp_path / "short.toml"
+    file.write_text(described(3).replace("duration = 12.0", "duration = 2.0"), encoding="utf-8")
+    assert main(["run", str(file), "-c", "cooperation", "--plot", str(picture), "-q"]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert capsys.readouterr().err == ""
 
