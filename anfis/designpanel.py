@@ -24,6 +24,7 @@ from anfis.traintask import (
     read_columns,
     task_of,
 )
+from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
@@ -31,7 +32,7 @@ from fuzzy.system import Sugeno
 
 GROUP = "fuzzyfleet.training_data"  # entry points: functions that give a sequence of Generators
 MODULE = Path(__file__).parent / "static" / "training.js"
-_MOST = 16_000_000  # characters of an upload
+_MOST = LARGEST_FILE  # bytes of a file, characters of an upload: one limit for all that a page sends
 _DRAWN = 1_000  # epochs of the curve that is sent, at most
 _EVERY = 0.1  # s between looks at the learning
 
@@ -79,7 +80,7 @@ class Session:
         self.widget = bench.widget(
             MODULE,
             sources=self._sources(),
-            accepted={"start": list(STARTS), "method": list(METHODS)},
+            accepted={"start": list(STARTS), "method": list(METHODS), "largest": _MOST},
             table=None,
             choice=self.choice,
             columns={},
@@ -130,7 +131,7 @@ class Session:
         path = Path(self.bench.document.folder) / name
         try:
             if path.stat().st_size > _MOST:
-                raise TaskError(f"{name} is larger than {_MOST // 1_000_000} MB; use anfis train for large tables")
+                raise TaskError(f"{name} is larger than {_MOST / 1e6:g} MB; use anfis train for large tables")
             text = path.read_text(encoding="utf-8-sig")
         except UnicodeDecodeError:
             raise TaskError(f"{name} is not text in UTF-8") from None
@@ -149,7 +150,7 @@ class Session:
             raise TaskError(f"{name} did not arrive whole; please upload it again")
         if sum(map(len, self.pieces)) + len(text) > _MOST:
             self.pieces = []
-            raise TaskError(f"{name} is larger than {_MOST // 1_000_000} MB; use anfis train for large tables")
+            raise TaskError(f"{name} is larger than {_MOST / 1e6:g} MB; use anfis train for large tables")
         self.pieces.append(text)
         if message.get("last"):
             whole, self.pieces = "".join(self.pieces), []
@@ -197,12 +198,12 @@ class Session:
         self.widget.update(progress=self._progress())
 
     def _take(self, message: dict[str, Any]) -> None:
-        """The best into the design, as one edit."""
+        """The best into the design, as one edit; disabled rules, which were not learnt, stay if they still fit."""
         if self.outcome is None:
             raise TaskError("there is no trained system to take yet")
         present = self._present()
         what = f"train ({self.choice['method']}, epoch {self.outcome.best})"
-        self.bench.document.replace(replace(self.outcome.system, name=present.name), what)
+        self.bench.document.replace(replace(self.outcome.system, name=present.name), what, keep_disabled=True)
 
     # The learning
 

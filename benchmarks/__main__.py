@@ -1,6 +1,6 @@
 """Every benchmark, one after the other."""
 
-from benchmarks import inference, learning, simulation
+from benchmarks import avoidance, designer, inference, learning, simulation
 
 if __name__ == "__main__":
     inference.main()
@@ -8,3 +8,7 @@ if __name__ == "__main__":
     simulation.main()
     print()
     learning.main()
+    print()
+    avoidance.main()
+    print()
+    designer.main()

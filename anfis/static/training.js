@@ -34,6 +34,7 @@ const LOOKS = `
 .fd-training button { cursor: pointer; }
 .fd-training button:disabled { cursor: default; opacity: 0.5; }
 .fd-training button.tn-main { background: var(--tn-train); border-color: var(--tn-train); color: var(--tn-paper); font-weight: 600; padding: 0.2rem 1.1rem; }
+.fd-training button.tn-main:hover:not(:disabled) { background: color-mix(in srgb, var(--tn-train) 85%, var(--tn-ink)); }
 .fd-training :focus-visible { outline: 3px solid var(--fd-focus, var(--tn-train)); outline-offset: 2px; }
 .fd-training .tn-problem { margin: 0 0 0.8rem; padding: 0.5rem 0.8rem; border-left: 4px solid var(--tn-check); background: color-mix(in srgb, var(--tn-check) 8%, transparent); }
 .fd-training .tn-note { margin: 0.3rem 0; color: var(--tn-quiet); font-size: 0.85rem; }
@@ -89,7 +90,8 @@ export function render({ model, el }) {
   upload.addEventListener("change", async () => {
     const chosen = upload.files[0];
     if (!chosen) return;
-    if (chosen.size > 16e6) { fail(`${chosen.name} is larger than 16 MB; use anfis train for large tables`); return; }
+    const { largest } = get("accepted");
+    if (chosen.size > largest) { fail(`${chosen.name} is larger than ${largest / 1e6} MB; use anfis train for large tables`); return; }
     const text = await chosen.text();
     for (let at = 0, n = 0; at === 0 || at < text.length; at += PIECE, n++) {
       model.send({ do: "piece", name: chosen.name, number: n, text: text.slice(at, at + PIECE), last: at + PIECE >= text.length });

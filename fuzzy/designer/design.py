@@ -100,6 +100,27 @@ def with_lines(design: Design, lines: Iterable[RuleLine]) -> Design:
     return replace(design, system=system, lines=lines, next_key=next_key)
 
 
+def with_disabled(new: Design, old: Design) -> Design:
+    """``new`` with the disabled lines of ``old`` whose sentences ``new`` can read.
+
+    They keep their places where ``new`` has as many lines as ``old`` has enabled ones, else they stand at the end.
+    """
+    beside = sum(line.enabled for line in old.lines) == len(new.lines)
+    fresh = iter(new.lines)
+    lines: list[RuleLine] = []
+    left: list[RuleLine] = []
+    for line in old.lines:
+        if line.enabled:
+            lines += [next(fresh)] if beside else []
+            continue
+        try:
+            sentence(new.system, str(line.rule))
+        except RuleError:
+            continue
+        (lines if beside else left).append(line)
+    return with_lines(new, [*lines, *fresh, *left])
+
+
 def with_variables(
     design: Design, inputs: Sequence[Variable], outputs: Sequence[Variable], rules: Sequence[Rule | None] | None = None
 ) -> Design:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fuzzy.designer import autosave
-from fuzzy.designer.design import Design, design_of, file_text, point_in
+from fuzzy.designer.design import Design, design_of, file_text, point_in, with_disabled
 from fuzzy.designer.edits import edited
 from fuzzy.designer.variableedits import new_variable
 from fuzzy.errors import InputError
@@ -25,6 +25,10 @@ _LONGEST = 200  # bytes of a file's name: file systems take 255, and unsaved wor
 
 class DocumentError(InputError):
     """A file that cannot be opened or saved as asked. The message names it and says what helps."""
+
+
+class OverwriteError(DocumentError):
+    """A file that saving would replace although this document does not know what it holds."""
 
 
 class _Entry(NamedTuple):
@@ -93,8 +97,8 @@ class Document:
 
     def _from_file(self, first_key: int = 0) -> Design:
         """The design in the file; what is known of the file is then what it holds now."""
-        self._digest = _digest(self.path)
-        if self._digest is None:
+        digest = _digest(self.path)
+        if digest is None:
             fis = new_system(self.path.stem)
         else:
             with warnings.catch_warnings(record=True) as caught:
@@ -102,7 +106,8 @@ class Document:
                 fis = read_fis(self.path)
             self.notes = (*self.notes, *(str(warning.message) for warning in caught))
         design = design_of(fis, first_key)
-        self._saved_text = file_text(design)
+        # Only now: of a file that cannot be read, this document does not know what saving would replace.
+        self._digest, self._saved_text = digest, file_text(design)
         return design
 
     def _restore(self) -> None:
@@ -210,12 +215,17 @@ class Document:
         self._gesture = None
         self._tell()
 
-    def replace(self, fis: Sugeno, what: str) -> None:
+    def replace(self, fis: Sugeno, what: str, keep_disabled: bool = False) -> None:
         """A whole new system (uploaded, trained) as one edit of the name ``what``.
+
+        With ``keep_disabled`` the disabled rules stay, disabled, as far as ``fis`` has their variables and terms: for
+        a system that was learnt from the enabled ones.
 
         Raises FisFileError where no .fis file can hold it.
         """
         new = design_of(fis, self.design.next_key)
+        if keep_disabled:
+            new = with_disabled(new, self.design)
         file_text(new)
         self._record(replace(new, point=point_in(new.system, self.design)), what)
 
@@ -250,8 +260,8 @@ class Document:
     def save(self, path: str | os.PathLike[str] | None = None, overwrite: bool = False) -> None:
         """Write the .fis file, whole or not at all; with ``path`` (in the folder), that becomes the document's file.
 
-        Raises DocumentError where the file changed on disk since it was read, or another file is there already,
-        unless ``overwrite``; FisFileError where it cannot be written.
+        Raises OverwriteError where the file changed on disk since it was read, or another file is there already,
+        unless ``overwrite``; DocumentError or FisFileError where it cannot be written.
         """
         target = confined(self.folder, self.path if path is None else path)
         text = self.text()
@@ -261,9 +271,9 @@ class Document:
             if not overwrite:
                 present = _digest(target)
                 if target != self.path and present is not None:
-                    raise DocumentError(f"{target.name} is there already; overwrite it, or take another name")
+                    raise OverwriteError(f"{target.name} is there already; overwrite it, or take another name")
                 if present is not None and present != self._digest:
-                    raise DocumentError(
+                    raise OverwriteError(
                         f"{target.name} was changed on disk by another program since it was opened here; "
                         "save under another name, or overwrite it"
                     )
@@ -295,6 +305,8 @@ class Document:
     def discard(self) -> None:
         """Go back to what the file holds now, as an edit that can be undone."""
         self.path, self.notes = confined(self.folder, self.path), ()
+        if self._digest is not None and not self.path.exists():
+            raise DocumentError(f"{self.path.name} is not there any more; saving writes it again")
         design = self._from_file(self.design.next_key)
         self._forget()
         self.restored = None

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fuzzy.errors import InputError
-from fuzzy.fisfile import parse_fis
+from fuzzy.fisfile import FisFileError, parse_fis
 from fuzzy.system import Sugeno
 
 LARGEST_FILE = 2_000_000  # bytes
 MOST_RULES = 2000
 _MOST_FILES, _DEPTH = 500, 3
+_DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))}  # on Windows
 
 
 class FolderError(InputError):
@@ -30,10 +31,12 @@ class Folder:
         Raises FolderError for a name that leads out of the folder, also by a link, or into a hidden folder.
         """
         parts = name.split("/")
-        if not name or len(name) > 300 or any(c in name for c in "\\:") or any(ord(c) < 32 for c in name):
+        if not name or len(name) > 300 or any(c in name for c in "\\:") or not name.isprintable():
             raise FolderError(f"{name[:80]!r} cannot be the name of a file; use letters, digits, '-', '_' and '/'")
         if any(part == "" or part.startswith(".") for part in parts):
             raise FolderError(f"{name!r}: only files in the opened folder can be used, by names that begin with no dot")
+        if any(part.partition(".")[0].strip().casefold() in _DEVICES for part in parts):
+            raise FolderError(f"{name!r}: Windows keeps this name for a device; take another one")
         if not name.lower().endswith(".fis"):
             raise FolderError(f"{name!r}: the designer works with .fis files; end the name in .fis")
         path = self.path.joinpath(*parts)
@@ -100,6 +103,8 @@ def read_bytes(data: bytes, name: str) -> tuple[Sugeno, list[str]]:
 
     Raises FisFileError with the line, or FolderError for a system of more than 2000 rules.
     """
+    if b"\0" in data:
+        raise FisFileError(name, None, "is no .fis file: it holds binary data")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:

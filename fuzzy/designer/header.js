@@ -1,6 +1,6 @@
 // The designer's header: the file and its state, undo and redo, saving, the menu of the file with its dialogs, what is
 // said to the designer, and the keys that work everywhere. Model: "design" and "shell" ({ file, files, compared,
-// restored }); Python's messages: { say, problem }, { ask, then }, { moved }.
+// largest, restored }); Python's messages: { say, problem }, { ask, then }, { moved }.
 
 function make(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
@@ -19,7 +19,6 @@ const withEnding = (name) => (/\.fis$/i.test(name) ? name : `${name}.fis`);
 const address = (name) => `${location.pathname}?file=${encodeURIComponent(name)}`;
 const FIGURES = { memberships: "Membership functions", rules: "Rule viewer at the point", structure: "Structure", surface: "Surface" };
 const FORMATS = { svg: "SVG", pdf: "PDF", png: "PNG" };
-const LARGEST = 2_000_000; // bytes of an upload; the server refuses more too
 const SHOWN = 7000; // ms that a sentence stays; a problem stays until it is put away
 
 let count = 0; // ids must differ between pages' headers; nothing else is kept
@@ -120,7 +119,8 @@ function render({ model, el }) {
     const [file] = chooser.files;
     chooser.value = "";
     if (!file) return;
-    if (file.size > LARGEST) return say(`${file.name} is larger than ${LARGEST / 1e6} MB, the most that can be uploaded.`, true);
+    const { largest } = shell(); // bytes; the server refuses more too
+    if (file.size > largest) return say(`${file.name} is larger than ${largest / 1e6} MB, the most that can be uploaded.`, true);
     const query = new URLSearchParams({ file: shell().file, name: file.name });
     try {
       const reply = await fetch(`/upload?${query}`, { method: "POST", body: file, headers: { "Content-Type": "application/octet-stream" } });

@@ -12,8 +12,9 @@ from nicegui import background_tasks, ui
 from nicegui.elements.mixins.text_element import TextElement
 
 from fuzzy.designer.bridge import Bridge
-from fuzzy.designer.document import Document, DocumentError
+from fuzzy.designer.document import Document, OverwriteError
 from fuzzy.designer.figures import check_figure, figure_bytes
+from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.panel import Place, Workbench, find_panels
 from fuzzy.designer.tabs import Tab, tab_group
 from fuzzy.designer.views import compared_data, document_data, surface_data, viewer_data
@@ -101,17 +102,17 @@ class _Page:
         for sentence in (*self.document.notes, *missing):
             self.bench.notify(sentence)
 
-    def _module(self, path: Path, traits: dict[str, Any]) -> Bridge:
+    def _module(self, path: Path, traits: dict[str, Any], more: Callable[[], dict[str, Any]] = dict) -> Bridge:
         bridge = self.bench.widget(path, **traits)
         bridge.on_message(partial(self._heard, bridge))
         self._everywhere.append(bridge)
-        # In a hidden tab it is told once, when it is shown again.
-        self.bench.on_change(lambda: bridge.update(**self._shown))
+        # In a hidden tab it is told once, when it is shown again; all in one message, which is drawn once.
+        self.bench.on_change(lambda: bridge.update(**self._shown, **more()))
         return bridge
 
     def _build_surface(self, path: Path) -> None:
-        self.surface = self._module(path, self._now() | {"surface": self._surface()})
-        self.bench.on_change(self._show_surface)
+        traits = self._now() | {"surface": self._surface()}
+        self.surface = self._module(path, traits, lambda: {"surface": self._surface()})
 
     def _build_panel(self, panel: Any) -> None:
         try:
@@ -170,6 +171,7 @@ class _Page:
             "file": self.desk.folder.name(self.document.path),
             "files": self.desk.folder.files(),
             "compared": self.compared if self.document.compared is not None else None,
+            "largest": LARGEST_FILE,
             "restored": f"{restored:%Y-%m-%d %H:%M}" if restored is not None else None,
         }
 
@@ -284,9 +286,7 @@ class _Page:
             raise InputError("save as: the name must be a text")
         try:
             self.desk.save(self.document, name, overwrite=content.get("overwrite") is True)
-        except DocumentError as error:
-            if content.get("overwrite") is True or "overwrite it" not in str(error):
-                raise
+        except OverwriteError as error:
             again = {"do": content["do"], "name": name, "overwrite": True}
             self.header.send({"ask": f"{error}.", "accept": "Overwrite", "then": again})
             return

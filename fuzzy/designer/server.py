@@ -256,7 +256,7 @@ def _add_routes(app: Any, desk: Desk, modules: Modules) -> None:
 async def _uploaded(request: "Request", desk: Desk, file: str, name: str) -> dict[str, Any]:
     """Put the uploaded system in the place of the document's, as one edit."""
     document = desk.document(file)
-    name = Path(name.replace("\\", "/")).name[:100] or "the upload"
+    name = "".join(c for c in name.replace("\\", "/").rpartition("/")[2] if c.isprintable())[:100] or "the upload"
     too_large = UploadSizeError(f"{name} is larger than {LARGEST_FILE / 1e6:g} MB, the most that can be uploaded")
     length = request.headers.get("content-length", "0")
     if not length.isdecimal() or int(length) > LARGEST_FILE:

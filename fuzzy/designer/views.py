@@ -186,12 +186,17 @@ def surface_data(
 def compared_data(
     fis: Sugeno, name: str, inputs: Sequence[int] | None = None, output: int = 0, point: Sequence[float] | None = None
 ) -> dict[str, Any]:
-    """The trait ``compared``: another system's inputs, and its surface where it has the same axes (else None)."""
+    """The trait ``compared``: another system's variables, and its surface where it has the same axes (else None)."""
     try:
         other = surface_data(fis, inputs, output, point)
     except FuzzySystemError:
         other = None
-    return {"name": name, "inputs": [variable_data(v) for v in fis.inputs], "surface": other}
+    return {
+        "name": name,
+        "inputs": [variable_data(v) for v in fis.inputs],
+        "outputs": [variable_data(v) for v in fis.outputs],
+        "surface": other,
+    }
 
 
 def _number(value: float) -> float | None:

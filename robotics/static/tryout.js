@@ -33,7 +33,7 @@ const LOOKS = `
 .fd-tryout svg .fd-grid { stroke: var(--tr-line); stroke-width: 1; }
 .fd-tryout svg .fd-axis, .fd-tryout svg .tr-zero { stroke: var(--tr-quiet); stroke-width: 1; }
 .fd-tryout svg path { fill: none; stroke-linejoin: round; stroke-linecap: round; }
-.fd-tryout .tr-reference { stroke: var(--tr-line); stroke-width: 7; }
+.fd-tryout .tr-reference { stroke: var(--fd-edge, var(--tr-line)); stroke-width: 7; }
 .fd-tryout .tr-tried { stroke: var(--tr-tried); stroke-width: 2.4; }
 .fd-tryout .tr-before { stroke: var(--tr-before); stroke-width: 1.8; stroke-dasharray: 6 4; }
 .fd-tryout .tr-rival { stroke: var(--tr-rival); stroke-width: 1.8; stroke-dasharray: 9 3 2 3; }
@@ -45,15 +45,21 @@ const LOOKS = `
 .fd-tryout .tr-time { display: flex; gap: 0.8rem; align-items: center; margin: 0.2rem 0 0.6rem; }
 .fd-tryout .tr-time input { flex: 1 1 6rem; min-width: 5rem; height: 2rem; accent-color: var(--tr-tried); }
 .fd-tryout .tr-time output { font-variant-numeric: tabular-nums; }
-.fd-tryout table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-.fd-tryout th, .fd-tryout td { padding: 0.3rem 0.5rem; text-align: right; border-top: 1px solid var(--tr-line); vertical-align: top; }
-.fd-tryout thead th { border-top: 0; font-weight: 600; }
-.fd-tryout th:first-child { text-align: left; font-weight: 400; }
-.fd-tryout td { white-space: nowrap; }
-.fd-tryout td.tr-best { font-weight: 700; }
-@container (max-width: 30rem) { .fd-tryout table { font-size: 0.85rem; } .fd-tryout th, .fd-tryout td { padding: 0.25rem 0.3rem; } }
+.fd-tryout table.tr-merits { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
+.fd-tryout .tr-merits th, .fd-tryout .tr-merits td { padding: 0.3rem 0.5rem; text-align: right; border-top: 1px solid var(--tr-line); vertical-align: top; }
+.fd-tryout .tr-merits thead th { border-top: 0; font-weight: 600; }
+.fd-tryout .tr-merits th:first-child { text-align: left; font-weight: 400; }
+.fd-tryout .tr-merits td { white-space: nowrap; }
+.fd-tryout .tr-merits td.tr-best { font-weight: 700; }
+@container (max-width: 30rem) { .fd-tryout .tr-merits { font-size: 0.85rem; } .fd-tryout .tr-merits th, .fd-tryout .tr-merits td { padding: 0.25rem 0.3rem; } }
 .fd-tryout .tr-busy { color: var(--tr-quiet); font-size: 0.85rem; min-width: 5rem; }
 `;
+
+/** The model of a player, as anywidget's: given.tell() says that its run is another. */
+function playerModel(given) {
+  const nothing = () => {};
+  return { get: (name) => given[name], on: (name, f) => (given.tell = f), off: nothing, set: nothing, save_changes: nothing };
+}
 
 /** A number with three digits; a time that never came, and what is not known. */
 const figure = (value) => (value === "never" ? "never" : said(value ?? null, 3));
@@ -63,7 +69,7 @@ const points = (data) => (data?.x ? data.x.map((x, i) => [x, data.y[i]]) : []);
 export function render({ model, el }) {
   const get = (name) => model.get(name) ?? null;
   const choose = (name, value) => model.send({ do: "choose", name, value });
-  const state = { share: 1, height: 280, played: null, stop: null };
+  const state = { share: 1, height: 280, played: null, given: null, stop: null };
 
   // Controls
   const field = (text, control, kind = "") => element("label", { class: kind }, element("span", {}, text), control);
@@ -93,7 +99,7 @@ export function render({ model, el }) {
   const time = element("div", { class: "tr-time" }, clock, reading);
   const single = element("div", {}, keys, element("div", { class: "tr-views" }, above, element("div", {}, error, time)));
   const stage = element("div", { class: "fleet-player" });
-  const table = element("table");
+  const table = element("table", { class: "tr-merits" });
   const root = element("div", { class: "fd fd-tryout" }, element("style", {}, LOOKS), controls, problem, notes, single, stage, table, others);
   el.append(root);
 
@@ -240,11 +246,18 @@ export function render({ model, el }) {
   function playTeam() {
     const data = get("tried")?.player ?? null;
     if (data === state.played || !looks.sheet) return; // the player measures what its style sheet says
-    state.stop?.();
     state.played = data;
-    stage.replaceChildren();
-    const given = { run: data, speed: 5 };
-    state.stop = data === null ? null : player.render({ model: { get: (name) => given[name], on() {}, off() {}, set() {}, save_changes() {} }, el: stage });
+    const { scenario } = get("trial");
+    if (data === null || state.given?.scenario !== scenario) {
+      state.stop?.();
+      stage.replaceChildren();
+      state.given = data === null ? null : { run: data, speed: 5, scenario };
+      state.stop = data === null ? null : player.render({ model: playerModel(state.given), el: stage });
+      return;
+    }
+    // Another run of the same player: it stays at the time and the speed that one looks with.
+    Object.assign(state.given, { run: data, speed: Number(stage.querySelector(".controls select, select")?.value) || 5 });
+    state.given.tell();
   }
 
   function draw() {
@@ -257,7 +270,7 @@ export function render({ model, el }) {
     drawTable();
     if (team) { playTeam(); return; }
     state.stop?.();
-    Object.assign(state, { stop: null, played: null });
+    Object.assign(state, { stop: null, played: null, given: null });
     stage.replaceChildren();
     drawKeys();
     drawAbove();

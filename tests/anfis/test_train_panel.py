@@ -2,14 +2,9 @@
 
 import asyncio
 import os
-import shutil
 import signal
-import threading
 import time
-from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -204,7 +199,9 @@ class Bench:
 
     def __init__(self, fis: fuzzy.Sugeno, folder: Path) -> None:
         self.document: Any = SimpleNamespace(
-            design=SimpleNamespace(in_force=fis), folder=folder, replace=lambda *args: self.edits.append(args)
+            design=SimpleNamespace(in_force=fis),
+            folder=folder,
+            replace=lambda *args, **more: self.edits.append((*args, more)),
         )
         self.edits: list[Any] = []
         self.traits: dict[str, Any] = {}
@@ -274,7 +271,11 @@ def test_from_a_file_to_one_edit_of_the_design(tmp_path: Path) -> None:
         assert bench.traits["after"] == variables(direct.system)
         await bench.say({"do": "take"})
         assert bench.edits == [
-            (replace(direct.system, out_of_range="warn"), f"train (second-order, epoch {direct.best})")
+            (
+                replace(direct.system, out_of_range="warn"),
+                f"train (second-order, epoch {direct.best})",
+                {"keep_disabled": True},  # rules that were not in force were not learnt either
+            )
         ]
 
     asyncio.run(scene())
@@ -359,197 +360,3 @@ def test_wrong_wishes_get_sentences(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         assert bench.traits["table"] is None
 
     asyncio.run(scene())
-
-
-# The module, in Chromium ----------------------------------------------------------------------------------------
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-ROOT = Path(__file__).parents[2]
-PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<link rel="icon" href="data:,"><title>panel</title><body style="margin: 16px"><div id="here"></div>"""
-BEGIN = """async ([module, values]) => {
-  const on = new Map();
-  window.sent = [];
-  const model = { get: (n) => values[n], set() {}, save_changes() {}, send: (m) => sent.push(m),
-    on(n, f) { on.set(n, [...(on.get(n) ?? []), f]); },
-    off(n, f) { on.set(n, (on.get(n) ?? []).filter((g) => g !== f)); } };
-  window.listeners = () => [...on.values()].flat().length;
-  window.give = (news) => {
-    Object.assign(values, news);
-    for (const n of Object.keys(news)) for (const f of on.get(`change:${n}`) ?? []) f();
-    return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
-  };
-  window.end = (await import(module)).default.render({ model, el: document.getElementById("here") });
-}"""
-MODULE = "/anfis/static/training.js"
-
-
-class Quiet(SimpleHTTPRequestHandler):
-    def log_message(self, *_: Any) -> None:
-        pass
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    if CHROMIUM is None:
-        pytest.skip("Chromium is not installed")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
-        yield found
-        found.close()
-
-
-@pytest.fixture
-def page(browser: Any) -> Iterator[Any]:
-    """An empty page; a console error or a request that leaves the machine fails the test."""
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(ROOT)))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    base = f"http://127.0.0.1:{server.server_address[1]}/"
-    page = browser.new_page(viewport={"width": 800, "height": 900})
-    problems: list[str] = []
-    page.on("console", lambda m: problems.append(m.text) if m.type in ("error", "warning") else None)
-    page.on("pageerror", lambda e: problems.append(str(e)))
-    page.on("request", lambda r: None if r.url.startswith((base, "data:", "blob:")) else problems.append(r.url))
-    page.route("**/panel.html", lambda route: route.fulfill(body=PAGE, content_type="text/html"))
-    page.goto(base + "panel.html")
-    yield page
-    page.close()
-    server.shutdown()
-    server.server_close()
-    assert problems == []
-
-
-IDLE = {
-    "state": "idle",
-    "epochs": 60,
-    "epoch": [],
-    "train": [],
-    "check": None,
-    "best": None,
-    "first": None,
-    "rules": None,
-    "outputs": None,
-    "parameters": None,
-    "stopped": None,
-    "words": [],
-}
-TRAITS: dict[str, Any] = {
-    "sources": {"files": ["made.csv"], "generators": [["formation", "Formation data"]]},
-    "accepted": {"start": ["present", "subtractive", "grid"], "method": list(METHODS)},
-    "table": None,
-    "choice": {"start": "present", "radius": 0.5, "mfs": 3, "method": "hybrid", "epochs": 60, "goal": 0.0}
-    | {"share": 0.2, "seed": 0},
-    "columns": {},
-    "system": {"name": "start", "inputs": ["a", "b"], "outputs": ["y", "z"], "rules": 4},
-    "progress": IDLE,
-    "before": None,
-    "after": None,
-    "problem": None,
-}
-DATA: dict[str, Any] = {
-    "table": {
-        "name": "made.csv",
-        "rows": 60,
-        "columns": [{"name": n, "low": 0.0, "high": 1.0} for n in ("a", "b", "y", "<b>z</b>")],
-    },
-    "columns": {"a": "a", "b": "b", "y": "y"},
-}
-DONE = IDLE | {
-    "state": "done",
-    "epoch": [0, 1, 2, 3],
-    "train": [1.0, 0.1, 0.01, 0.001],
-    "check": [1.0, 0.2, 0.1, 0.4],
-    "best": {"epoch": 2, "error": 0.1, "checked": True},
-    "first": 1.0,
-    "rules": 4,
-    "outputs": 2,
-    "parameters": 30,
-    "stopped": "callback",
-    "words": ["input 'a' is constant"],
-}
-
-
-def test_data_columns_and_settings_are_chosen(page: Any) -> None:
-    page.evaluate(BEGIN, [MODULE, TRAITS])
-    assert page.get_by_role("button", name="Train").is_disabled()
-    page.get_by_label("Data from a file").select_option("g:formation")
-    page.get_by_label("Upload a CSV file").set_input_files(
-        {"name": "up.csv", "mimeType": "text/csv", "buffer": ("1,2\n" * 60_000).encode()}
-    )
-    page.wait_for_function("sent.length === 3")
-    sent = page.evaluate("sent")
-    assert sent[0] == {"do": "generate", "name": "formation"}
-    assert "".join(m["text"] for m in sent[1:]) == "1,2\n" * 60_000
-    assert [(m["do"], m["name"], m["number"], m["last"]) for m in sent[1:]] == [
-        ("piece", "up.csv", 0, False),
-        ("piece", "up.csv", 1, True),
-    ]
-    page.evaluate("sent.length = 0")
-    page.evaluate("(news) => give(news)", DATA)
-    page.get_by_label("Column of the output z").select_option("<b>z</b>")
-    page.get_by_label("Epochs", exact=True).fill("12")
-    page.keyboard.press("Tab")
-    page.get_by_label("Share of the samples").fill("25")
-    page.keyboard.press("Tab")
-    page.get_by_label("Epochs", exact=True).fill("-1")  # no number of epochs: no message
-    page.keyboard.press("Tab")
-    page.get_by_label("Start from", exact=True).select_option("grid")
-    page.get_by_role("button", name="Train").press("Enter")
-    assert page.evaluate("sent") == [
-        {"do": "column", "name": "z", "value": "<b>z</b>"},
-        {"do": "choose", "name": "epochs", "value": 12},
-        {"do": "choose", "name": "share", "value": 0.25},
-        {"do": "choose", "name": "start", "value": "grid"},
-        {"do": "train"},
-    ]
-    page.evaluate("(news) => give(news)", {"choice": TRAITS["choice"] | {"start": "grid"}, "columns": ROLES})
-    assert page.get_by_label("Role of the column a").input_value() == "input"
-    assert page.get_by_label("Terms an input").input_value() == "3"
-    assert not page.get_by_label("Radius of a cluster").is_visible()
-
-
-def test_the_error_curve_is_logarithmic_with_its_least_checking_error(page: Any) -> None:
-    page.evaluate(BEGIN, [MODULE, TRAITS | DATA | {"progress": DONE, "before": variables(START)}])
-    place = page.evaluate("""() => ["tn-train", "tn-check"].map((kind) =>
-      document.querySelector(`path.${kind}[d*=L]:not([d="M1 5H33"])`).getAttribute("d").split(/[ML]/).slice(1)
-        .map((pair) => pair.split(" ").map(Number)))""")
-    train, check = np.array(place)
-    steps = np.diff(train[:, 1])
-    np.testing.assert_allclose(steps, steps[0], atol=0.03)  # a decade an epoch is a straight line
-    assert steps[0] > 0
-    marker = page.evaluate("(({cx, cy}) => [cx.baseVal.value, cy.baseVal.value])(document.querySelector('.tn-best'))")
-    np.testing.assert_allclose(marker, check[2], atol=0.02)
-    status = page.get_by_role("status").inner_text()
-    assert "4 rules · 30 parameters · epoch 3 · least checking error 0.1 at epoch 2" in status
-    assert "stopped by hand" in status
-    assert page.get_by_text("The 2 outputs are learnt together").is_visible()
-    assert page.get_by_text("input 'a' is constant").is_visible()
-    # before and after
-    assert page.evaluate("document.querySelectorAll('svg[role=img] path.tn-before').length") == 4
-    moved = replace(START, inputs=[replace(v, terms=dict(v.terms)) for v in START.inputs])
-    page.evaluate("(news) => give(news)", {"after": variables(moved)})
-    curves = page.evaluate("""[...document.querySelectorAll("svg[aria-label^=Membership]")].map((svg) =>
-      ["path.tn-before", "path[stroke]"].map((kind) => [...svg.querySelectorAll(kind)]
-        .map((p) => p.getAttribute("d"))))""")
-    assert len(curves) == 2
-    assert all(before == after and len(after) == 2 for before, after in curves)  # the same terms lie on each other
-    page.get_by_role("button", name="Take the best into the design").click()
-    assert page.evaluate("sent.at(-1)") == {"do": "take"}
-    page.evaluate("(news) => give(news)", {"progress": DONE | {"state": "learning", "stopped": None}})
-    assert page.get_by_role("button", name="Take the best").is_disabled()
-    page.get_by_role("button", name="Stop").click()
-    assert page.evaluate("sent.at(-1)") == {"do": "stop"}
-    page.evaluate("(news) => give(news)", {"problem": {"message": "made.csv, line 3: <i>no</i>"}})
-    assert page.get_by_role("alert").inner_text() == "made.csv, line 3: <i>no</i>"
-    page.evaluate("end()")
-    assert page.evaluate("[document.getElementById('here').childElementCount, listeners()]") == [0, 0]
-
-
-@pytest.mark.parametrize("width", [390, 1600])
-def test_it_fits_the_page(page: Any, width: int) -> None:
-    page.set_viewport_size({"width": width, "height": 900})
-    page.evaluate(BEGIN, [MODULE, TRAITS | DATA | {"progress": DONE, "before": variables(START)}])
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
-    assert page.evaluate("[...document.querySelectorAll('input, select')].every((c) => c.ariaLabel)")

@@ -3,25 +3,20 @@
 import http.client
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from module_page import drag
 
 from fuzzy.fisfile import read_fis, write_fis
 from fuzzy.membership import Triangle
 from fuzzy.system import Constant, Sugeno, Variable
 
-playwright = pytest.importorskip("playwright.sync_api", reason="the browser tests need playwright (extra test)")
 pytest.importorskip("nicegui", reason="the designer needs the extra design")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed")
-
 PATIENCE = 60_000  # ms that a condition may take on a loaded machine; nothing waits longer than it must
-FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 START = "import sys; from fuzzy.command import main; sys.exit(main(sys.argv[1:]))"
 
 
@@ -40,27 +35,32 @@ def tipper():
 
 
 class Server:
-    """``fuzzy design`` in a process of its own."""
+    """``fuzzy design`` in a process of its own, which can be killed and started again."""
 
-    def __init__(self, folder, *options):
+    def __init__(self, folder):
+        self.folder, self.port = folder, None
+        self.start()
+
+    def start(self):
         environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST", "NICEGUI"))}
+        port = [] if self.port is None else ["--port", str(self.port)]
         self.process = subprocess.Popen(
-            [sys.executable, "-c", START, "design", *options, "--no-browser"],
-            cwd=folder,
+            [sys.executable, "-c", START, "design", "tipper.fis", *port, "--no-browser"],
+            cwd=self.folder,
             env=environment,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
         )
-        self.said = self.process.stdout.readline()
-        found = re.search(r"http://127\.0\.0\.1:(\d+)/", self.said)
-        assert found, self.said + self.process.stderr.read()
+        said = self.process.stdout.readline()
+        found = re.search(r"http://127\.0\.0\.1:(\d+)/", said)
+        assert found, said + self.process.stderr.read()
         self.url, self.port = found[0], int(found[1])
 
     def end(self, how=signal.SIGINT):
         self.process.send_signal(how)
-        said, problems = self.process.communicate(timeout=60)
-        return self.process.returncode, said, problems
+        _, problems = self.process.communicate(timeout=60)
+        return self.process.returncode, problems
 
 
 class Watched:
@@ -98,18 +98,9 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def server(folder):
-    server = Server(folder, "tipper.fis")
+    server = Server(folder)
     yield server
-    code, _, problems = server.end()
-    assert (code, problems) == (0, "")  # Ctrl-C ends it cleanly, and no handler failed meanwhile
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with playwright.sync_playwright() as started:
-        browser = started.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield browser
-        browser.close()
+    assert server.end() == (0, "")  # Ctrl-C ends it cleanly, and no handler failed meanwhile
 
 
 @pytest.fixture(scope="module")
@@ -145,17 +136,6 @@ def menu(page, entry):
     page.get_by_role("menuitem", name=entry).click()
 
 
-def drag(page, slider, dx, steps=6):
-    slider.scroll_into_view_if_needed()
-    box = slider.bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(x, y)
-    page.mouse.down()
-    for step in range(1, steps + 1):
-        page.mouse.move(x + dx * step / steps, y)
-    page.mouse.up()
-
-
 def pixels(page):
     """What stands on the surface's canvas or in its drawing, as one text."""
     return page.evaluate(
@@ -178,7 +158,7 @@ def foot(page):
 def test_mouse_moves_a_vertex_and_everything_follows_and_undo_restores_the_bytes(tab, folder):
     page, before = tab.page, (folder / "tipper.fis").read_bytes()
     words = page.evaluate(WORDS)
-    drag(page, foot(page), 60)
+    drag(page, foot(page), (60, 0), release=True)
     until_changed(page, WORDS, words)
     page.wait_for_selector(".state.unsaved")
     at = float(foot(page).get_attribute("aria-valuenow"))
@@ -192,7 +172,7 @@ def test_mouse_moves_a_vertex_and_everything_follows_and_undo_restores_the_bytes
     page.wait_for_selector(".fd-surface")
     page.wait_for_function("document.querySelector('.fd-surface').clientHeight > 100")
     seen = pixels(page)
-    drag(page, foot(page), -80)
+    drag(page, foot(page), (-80, 0), release=True)
     page.wait_for_function("() => !document.querySelector('.state').innerText.startsWith('saved')")
     for _ in range(100):
         if pixels(page) != seen:
@@ -233,10 +213,12 @@ def test_keyboard_moves_a_vertex_and_reaches_the_tabs_and_the_menu(tab):
     page.wait_for_selector(".state:not(.unsaved)")
 
 
-def test_a_second_tab_follows(tab, context, server):
+def test_a_second_tab_follows_on_a_narrow_screen(tab, context, server):
     other = Watched(context, server)
-    second = other.open(server.url)
-    drag(tab.page, foot(tab.page), 40)
+    second = other.page
+    second.set_viewport_size({"width": 390, "height": 800})
+    other.open(server.url)
+    drag(tab.page, foot(tab.page), (40, 0), release=True)
     tab.page.wait_for_selector(".state.unsaved")
     at = foot(tab.page).get_attribute("aria-valuenow")
     second.wait_for_function(
@@ -244,6 +226,13 @@ def test_a_second_tab_follows(tab, context, server):
         "s.ariaLabel === 'poor: right foot' && s.ariaValueNow === at)",
         arg=at,
     )
+    assert second.evaluate("document.documentElement.scrollWidth") <= 390
+    assert not second.get_by_role("complementary", name="System").is_visible()
+    second.get_by_role("button", name="System").click()
+    second.get_by_role("complementary", name="System").wait_for()
+    second.get_by_role("tab", name="Surface").click()
+    second.wait_for_selector(".fd-surface")
+    assert second.evaluate("document.documentElement.scrollWidth") <= 390
     second.get_by_role("button", name="Undo").click()
     tab.page.wait_for_selector(".state:not(.unsaved)")
     assert other.wrong == []
@@ -275,18 +264,6 @@ def test_uploads(tab, tmp_path):
     assert name in [field.input_value() for field in page.locator(".fd-tree input").all()]
 
 
-def test_narrow_page(tab):
-    page = tab.page
-    page.set_viewport_size({"width": 390, "height": 800})
-    page.wait_for_function("document.documentElement.scrollWidth <= 390")
-    assert not page.get_by_role("complementary", name="System").is_visible()
-    page.get_by_role("button", name="System").click()
-    page.get_by_role("complementary", name="System").wait_for()
-    page.get_by_role("tab", name="Surface").click()
-    page.wait_for_selector(".fd-surface")
-    assert page.evaluate("document.documentElement.scrollWidth") <= 390
-
-
 def test_files_stay_in_the_folder(tab, folder):
     page = tab.page
     for name, told in (("../outside", "no dot"), ("a/../../outside", "no dot"), ("tipper2", None)):
@@ -315,26 +292,24 @@ def test_files_stay_in_the_folder(tab, folder):
 ERRORS = """() => [...document.querySelectorAll(".shell-shown table td")].map((cell) => cell.innerText).join(" ")"""
 
 
-def test_the_robot_follows_the_design(context, server, folder):
+def test_the_robot_follows_the_design(tab, server, folder):
     """The figures of merit of the closed loop change with a vertex, and are back after undo."""
     from importlib.resources import files
 
     text = (files("robotics") / "rulebases" / "tracking.fis").read_text(encoding="utf-8")
     (folder / "tracking.fis").write_text(text, encoding="utf-8")
-    tab = Watched(context, server)
     page = tab.open(f"{server.url}?file=tracking.fis")
     page.get_by_role("tab", name="Try it").click()
     # Three columns: this design, the file's and the nonlinear law's, each run in a worker.
     page.wait_for_function(f"({ERRORS})().split(' ').length >= 24")
     before = page.evaluate(ERRORS)
     page.get_by_role("treeitem", name="Far", exact=False).get_by_text("Far", exact=True).first.click()
-    drag(page, page.get_by_role("slider", name="Far: peak"), 90)
+    drag(page, page.get_by_role("slider", name="Far: peak"), (90, 0), release=True)
     until_changed(page, ERRORS, before)
     page.keyboard.press("Control+z")
     page.wait_for_selector(".state:not(.unsaved)")
     page.wait_for_function(f"(before) => ({ERRORS})() === before", arg=before)
-    assert tab.wrong == []
-    page.close()
+    tab.open(server.url)
 
 
 def answer(server, path="/", method="GET", body=None, **headers):
@@ -402,112 +377,22 @@ def test_the_server_listens_on_this_machine_only(server):
     assert [(a.ip, a.port) for a in listening] == [("127.0.0.1", server.port)]
 
 
-NOTEBOOK = """async ([code, css, traits]) => {
-  document.head.append(Object.assign(document.createElement("style"), { textContent: css }));
-  const el = document.body.appendChild(document.createElement("div")), listeners = {};
-  const values = traits;
-  window.sent = [];
-  const model = {
-    get: (name) => values[name],
-    set: (name, value) => { values[name] = value; },
-    save_changes: () => {},
-    on: (name, f) => { (listeners[name] ??= new Set()).add(f); },
-    off: (name, f) => { listeners[name]?.delete(f); },
-    send: (content) => window.sent.push(content),
-  };
-  window.give = (news) => {
-    Object.assign(values, news);
-    for (const name of Object.keys(news)) for (const f of [...(listeners[`change:${name}`] ?? [])]) f();
-  };
-  const module = await import(URL.createObjectURL(new Blob([code], { type: "text/javascript" })));
-  window.cleanUp = await module.default.render({ model, el });
-}"""
-
-
-def notebook_page(browser, code, css, traits):
-    page = browser.new_page(viewport={"width": 900, "height": 1000})
-    page.set_default_timeout(PATIENCE)
-    wrong = []
-    page.on("console", lambda m: wrong.append(m.text) if m.type in ("error", "warning") else None)
-    page.on("pageerror", lambda error: wrong.append(str(error)))
-    page.on("request", lambda r: wrong.append(r.url) if not r.url.startswith(("data:", "blob:", "about:")) else None)
-    page.set_content("<!doctype html><title>notebook</title>")
-    page.evaluate(NOTEBOOK, [code, css, traits])
-    return page, wrong
-
-
-def test_editor_in_a_notebook(browser):
-    pytest.importorskip("anywidget")
-    from fuzzy.designer.notebook import Session, editor
-
-    widget = editor(tipper())
-    session = Session(tipper())
-    page, wrong = notebook_page(browser, widget._esm, widget._css, session.traits())
-    drag(page, foot(page), 50)
-    page.wait_for_function("window.sent.some((message) => message.edit === 'term')")
-    for message in page.evaluate("window.sent"):
-        session.hear(message)
-        widget._handle_custom_msg(message, [])
-    page.evaluate("(traits) => window.give(traits)", session.traits())
-    moved = widget.fis["service"].terms["poor"]
-    assert moved.c > 5.2
-    assert widget.fis == session.design.in_force
-    assert widget.design == session.traits()["design"]
-    page.get_by_role("button", name="Undo: move poor").click()
-    assert page.evaluate("window.sent.at(-1)") == {"do": "undo"}
-    widget._handle_custom_msg({"do": "undo"}, [])
-    assert widget.fis == tipper()
-    for part in ("fd-tree", "fd-terms", "fd-rules", "fd-viewer", "fd-surface"):
-        assert page.locator(f".{part}").count() == 1
-    page.evaluate("window.cleanUp()")
-    assert page.locator(".fuzzy-editor").count() == 0
-    assert wrong == []
-    page.close()
-
-
-def test_player_in_a_notebook(browser):
-    pytest.importorskip("anywidget")
-    import robotics
-    from robotics.notebook import player
-
-    scenario = robotics.load_scenario("lyapunov-circle")
-    run = robotics.simulate(scenario, robotics.make_controller("lyapunov"), seeds=[3])
-    widget = player(run, end=2.0, speed=2.0)
-    page, wrong = notebook_page(
-        browser, widget._esm, widget._css, {"run": widget.run, "speed": widget.speed, "page": False}
-    )
-    slider = page.get_by_role("slider").first
-    slider.focus()
-    page.keyboard.press("End")
-    page.wait_for_function("document.querySelector('.clock').innerText.includes('2.0')")
-    page.evaluate("window.cleanUp?.()")
-    assert wrong == []
-    page.close()
-
-
-def test_after_a_kill_the_design_is_back(context, tmp_path):
-    write_fis(tipper(), tmp_path / "tipper.fis")
-    before = (tmp_path / "tipper.fis").read_bytes()
-    server = Server(tmp_path, "tipper.fis")
-    tab = Watched(context, server)
-    page = tab.open(server.url)
-    drag(page, foot(page), 60)
+def test_after_a_kill_the_design_is_back(tab, server, folder):
+    page, before = tab.page, (folder / "tipper.fis").read_bytes()
+    drag(page, foot(page), (60, 0), release=True)
     page.wait_for_selector(".state.unsaved")
     at = foot(page).get_attribute("aria-valuenow")
-    kept = tmp_path / ".fuzzy-design" / "tipper.fis.json"
+    kept = folder / ".fuzzy-design" / "tipper.fis.json"
     for _ in range(PATIENCE // 20):  # it is written within a quarter of a second
         if kept.exists() and at[:6] in kept.read_text():
             break
         page.wait_for_timeout(20)
     tab.forgiven = True  # the browser complains, rightly, that the server is gone
-    server.end(signal.SIGKILL)
-    again = Server(tmp_path, "tipper.fis", "--port", str(server.port))
-    try:
-        page.wait_for_selector(".restored:not(:empty)")  # the page comes back by itself
-        assert foot(page).get_attribute("aria-valuenow") == at
-        assert (tmp_path / "tipper.fis").read_bytes() == before
-        page.get_by_role("button", name="Undo").click()
-        page.wait_for_selector(".state:not(.unsaved)")
-    finally:
-        code, _, problems = again.end()
-    assert (code, problems) == (0, "")
+    assert server.end(signal.SIGKILL)[0] == -signal.SIGKILL
+    server.start()
+    page.wait_for_selector(".restored:not(:empty)")  # the page comes back by itself
+    tab.forgiven = False
+    assert foot(page).get_attribute("aria-valuenow") == at
+    assert (folder / "tipper.fis").read_bytes() == before
+    page.get_by_role("button", name="Undo").click()
+    page.wait_for_selector(".state:not(.unsaved)")

@@ -3,15 +3,13 @@
 import asyncio
 import os
 import re
-import shutil
 import socket
-import subprocess
 import sys
 
 import pytest
 
 from fuzzy.command import main
-from fuzzy.designer.composition import ModuleError, composed
+from fuzzy.designer.composition import ModuleError
 from fuzzy.designer.figures import FIGURES, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE, FolderError, open_folder, read_bytes
 from fuzzy.designer.guard import Guard
@@ -125,7 +123,19 @@ def test_folder(tmp_path):
     assert folder.inside("own.fis") == inner / "b.fis"
     assert folder.read("deep/A.FIS") == small()
     bad = ["link.fis", "way/outer.fis", "../outer.fis", str(outer), "ring.fis", "folder.fis", ".hidden/c.fis", "b.txt"]
-    for name in [*bad, "", "a\0.fis", "deep\\A.fis", "C:b.fis", "deep//A.fis", "./b.fis", "a" * 400 + ".fis"]:
+    for name in [
+        *bad,
+        "",
+        "a\0.fis",
+        "deep\\A.fis",
+        "C:b.fis",
+        "deep//A.fis",
+        "./b.fis",
+        "a" * 400 + ".fis",
+        "Con.fis",
+        "aux/a.fis",
+        "a\u202egpj.fis",
+    ]:
         with pytest.raises(FolderError):
             folder.inside(name)
     with pytest.raises(FolderError, match="no file"):
@@ -144,7 +154,7 @@ def test_upload_is_read_with_line_and_warnings():
     assert fis.name == "größe"
     with pytest.raises(FisFileError, match=r"a\.fis:\d+: "):
         read_bytes(text.replace("NumRules=2", "NumRules=3").encode(), "a.fis")
-    for data in (b"", b"\0" * 100, bytes(range(256))):
+    for data in (b"", b"\0" * 100, bytes(range(256)), text.encode("utf-16")):
         with pytest.raises(FisFileError):
             read_bytes(data, "a.fis")
 
@@ -313,45 +323,6 @@ def test_figures():
         figure_bytes(small(), "surface", "gif", [0.5], [0], 0)
     with pytest.raises(InputError, match="memberships"):
         figure_bytes(small(), "secrets", "png", [0.5], [0], 0)
-
-
-# Notebooks
-
-
-def test_composed_modules(tmp_path):
-    (tmp_path / "a.js").write_text(
-        'import { one as first,\n  two } from "./b/b.js";\nimport thing from "./c.js";\n'
-        "export const three = first + two();\nexport default { sum: three + thing };\n"
-    )
-    (tmp_path / "b").mkdir()
-    (tmp_path / "b" / "b.js").write_text(
-        'import { deep } from "../c.js";\nconst hidden = 1;\nexport { hidden as one };\n'
-        "export async function later() {}\nexport function two() { return deep; }\n"
-    )
-    (tmp_path / "c.js").write_text("export const deep = 20;\nconst value = 300;\nexport default value;\n")
-    text = composed(tmp_path / "a.js")
-    assert text.count("deep = 20") == 1
-    assert not re.search(r"^import", text, re.M)
-    assert text.index("c.js") < text.index("b.js") < text.index("a.js")
-    (tmp_path / "composed.mjs").write_text(
-        text.replace("export default", "const result =") + "console.log(result.sum);"
-    )
-    node = shutil.which("node")
-    if node is not None:
-        said = subprocess.run([node, tmp_path / "composed.mjs"], capture_output=True, text=True)
-        assert said.stdout == "321\n", said.stderr
-    for wrong in (
-        'import * as all from "./c.js";',
-        'export * from "./c.js";',
-        'import "./c.js";',
-        'const c = await import("./c.js");',
-        'import { a } from "three";',
-        'import { a } from "./missing.js";',
-        'import { a } from "./wrong.js";',
-    ):
-        (tmp_path / "wrong.js").write_text(f"{wrong}\nexport default 1;\n")
-        with pytest.raises(ModuleError, match=r"\.js"):
-            composed(tmp_path / "wrong.js")
 
 
 # The command

@@ -202,11 +202,22 @@ export function rowsOf(labels, low, high, gap = 8) {
 
 // News ------------------------------------------------------------------------------------------------------
 
-/** Call f when one of the model's values changes; returns what ends it. */
+/** Call f when some of the model's values change, once for those that change together; returns what ends it. */
 export function watch(model, names, f) {
-  for (const name of names) model.on(`change:${name}`, f);
+  let waiting = false,
+    ended = false;
+  const now = () => {
+    waiting = false;
+    if (!ended) f();
+  };
+  const soon = () => {
+    if (!waiting) queueMicrotask(now);
+    waiting = true;
+  };
+  for (const name of names) model.on(`change:${name}`, soon);
   return () => {
-    for (const name of names) model.off(`change:${name}`, f);
+    ended = true;
+    for (const name of names) model.off(`change:${name}`, soon);
   };
 }
 

@@ -4,27 +4,37 @@ import { isoline, levelLabels, paintBands, tint } from "./field.js";
 
 const rgb = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16));
 
-/** The picture {node, svg, draw(scene)}; `cross` are the sections' lines; draw() gives the scales of x and y. */
+const REST = 200; // ms without another surface, after which it rests
+
+/** The picture {node, svg, draw(scene), drop()}; `cross` are the sections' lines; draw() gives the scales of x and y. */
 export function contourPicture(cross) {
   const bands = element("canvas", { "aria-hidden": "true" }),
     back = shape("g");
   const over = shape("svg", { class: "fd-over-bands", role: "group", "aria-label": "Contour picture" }, back);
-  let shown = "";
+  let shown = null,
+    looks = "",
+    fine = 0,
+    last = -Infinity;
+
+  // While the surface changes from frame to frame its bands are painted with fewer dots, and finely once it rests.
+  function paintSoon(drawn, levels, map, style) {
+    clearTimeout(fine);
+    const now = performance.now(),
+      busy = now - last < REST;
+    last = now;
+    paintBands(bands, drawn, levels, map, { ...style, ratio: busy ? 1 : 2 });
+    if (busy) fine = setTimeout(() => paintBands(bands, drawn, levels, map, { ...style, ratio: 2 }), REST);
+  }
 
   function draw({ drawn, old, levels, map, title, width, colours, a, b, at }) {
     const box = { left: 52, right: width - 76, top: 22, bottom: 22 + clamp((width - 128) * 0.78, 200, 400) };
     const [wide, high] = [box.right - box.left, box.bottom - box.top];
     const x = scale(a.low, a.high, box.left, box.right);
     const y = scale(b.low, b.high, box.bottom, box.top);
-    const key = JSON.stringify([Array.from(drawn.z), Array.from(drawn.fired), levels, map, width, colours.paper]);
-    if (key !== shown) {
-      shown = key;
-      paintBands(bands, drawn, levels, map, {
-        width: wide,
-        height: high,
-        paper: rgb(colours.paper),
-        hatch: rgb(colours.hatch),
-      });
+    const key = JSON.stringify([levels, map, width, colours.paper]);
+    if (drawn !== shown || key !== looks) {
+      [shown, looks] = [drawn, key];
+      paintSoon(drawn, levels, map, { width: wide, height: high, paper: rgb(colours.paper), hatch: rgb(colours.hatch) });
       Object.assign(bands.style, { left: `${box.left}px`, top: `${box.top}px` });
     }
     put(over, { width, height: box.bottom + 50, viewBox: `0 0 ${width} ${box.bottom + 50}` });
@@ -32,17 +42,16 @@ export function contourPicture(cross) {
       frame = axes(box, x, y, [labelled(a), labelled(b)]);
     frame.querySelectorAll(".fd-grid").forEach((node) => node.remove());
     const lines = old
-      ? levels.map((level) =>
-          shape("path", {
-            class: "fd-compared fd-iso",
-            d: isoline(old, level)
-              .map(
-                ([x1, y1, x2, y2]) =>
-                  `M${(box.left + x1 * wide).toFixed(1)} ${(box.bottom - y1 * high).toFixed(1)}L${(box.left + x2 * wide).toFixed(1)} ${(box.bottom - y2 * high).toFixed(1)}`,
-              )
-              .join(""),
-          }),
-        )
+      ? levels.flatMap((level) => {
+          const d = isoline(old, level)
+            .map(
+              ([x1, y1, x2, y2]) =>
+                `M${(box.left + x1 * wide).toFixed(1)} ${(box.bottom - y1 * high).toFixed(1)}L${(box.left + x2 * wide).toFixed(1)} ${(box.bottom - y2 * high).toFixed(1)}`,
+            )
+            .join("");
+          // White over dark: to be seen on every colour.
+          return ["fd-iso-under", "fd-compared fd-iso"].map((name) => shape("path", { class: name, d }));
+        })
       : [];
     const kept = Array.from({ length: 12 }, (_, k) => [
       { x: px[0] - box.left, y: (high * k) / 11 },
@@ -75,7 +84,8 @@ export function contourPicture(cross) {
     return [x, y];
   }
 
-  return { node: element("div", { class: "fd-bands" }, bands, over), svg: over, draw };
+  const drop = () => clearTimeout(fine);
+  return { node: element("div", { class: "fd-bands" }, bands, over), svg: over, draw, drop };
 }
 
 // The scale of colours with its numbers

@@ -43,6 +43,9 @@ export function tint(map, share) {
   return list[k].map((c, n) => Math.round(c + (at - k) * (list[k + 1][n] - c)));
 }
 
+// As a picture keeps it: red in the lowest byte, opaque
+const packed = ([r, g, b]) => ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0;
+
 /** What a trait `surface` says, as one row of numbers; null is not-a-number. */
 export function fieldOf(surface) {
   const flat = surface.y !== null && surface.y !== undefined,
@@ -123,48 +126,55 @@ export function section(field, along, value) {
   return out;
 }
 
-/** Paint the filled bands into a canvas of width × height CSS pixels, hatched where no rule fires. */
+/** Paint the filled bands into a canvas of width × height CSS pixels, `ratio` dots a pixel, hatched where no rule fires. */
 export function paintBands(canvas, field, levels, map, style) {
-  const ratio = 2,
-    wide = Math.round(style.width * ratio),
-    high = Math.round(style.height * ratio);
+  const ratio = style.ratio ?? 2,
+    wide = Math.max(1, Math.round(style.width * ratio)),
+    high = Math.max(1, Math.round(style.height * ratio));
   canvas.width = wide;
   canvas.height = high;
   Object.assign(canvas.style, { width: `${style.width}px`, height: `${style.height}px` });
   const pen = canvas.getContext("2d"),
     image = pen.createImageData(wide, high),
-    { data } = image,
+    dots = new Uint32Array(image.data.buffer),
     { nx, ny, z, fired } = field;
   const bands = levels.length - 1,
-    step = levels[1] - levels[0],
-    tints = levels.map((_, k) => tint(map, bands === 1 ? 0.5 : k / (bands - 1)));
-  const [paper, hatch] = [style.paper, style.hatch],
+    base = levels[0],
+    step = levels[1] - base,
+    tints = levels.map((_, k) => tint(map, bands === 1 ? 0.5 : k / (bands - 1))),
+    inside = Uint32Array.from(tints, packed),
+    edges = Uint32Array.from(tints, (tone) => packed(tone.map((c) => Math.round(0.55 * c + 0.45 * 255))));
+  const [paper, hatch] = [packed(style.paper), packed(style.hatch)],
+    [period, thick] = [7 * ratio, 1.25 * ratio],
     line = new Int16Array(wide).fill(-1);
-  for (let py = 0; py < high; py++) {
+  // Where a column of dots stands between the columns of the field
+  const columns = new Int32Array(wide),
+    shares = new Float64Array(wide);
+  for (let px = 0; px < wide; px++) {
+    const u = ((px + 0.5) / wide) * (nx - 1);
+    columns[px] = Math.min(nx - 2, Math.floor(u));
+    shares[px] = u - columns[px];
+  }
+  for (let py = 0, at = 0; py < high; py++) {
     const v = (1 - (py + 0.5) / high) * (ny - 1),
       j = Math.min(ny - 2, Math.floor(v)),
       t = v - j;
     let left = -1;
-    for (let px = 0; px < wide; px++) {
-      const u = ((px + 0.5) / wide) * (nx - 1),
-        i = Math.min(nx - 2, Math.floor(u)),
-        s = u - i,
-        a = j * nx + i,
+    for (let px = 0; px < wide; px++, at++) {
+      const s = shares[px],
+        a = j * nx + columns[px],
         b = a + nx;
-      let tone,
-        band = -1;
       const value = (1 - t) * ((1 - s) * z[a] + s * z[a + 1]) + t * ((1 - s) * z[b] + s * z[b + 1]);
       // A cell with a corner where no rule fires is not the rules' own.
       if (fired[a] && fired[a + 1] && fired[b] && fired[b + 1] && value === value) {
-        band = Math.max(0, Math.min(bands - 1, Math.floor((value - levels[0]) / step + 1e-9)));
-        tone = tints[band];
-      } else tone = (px + py) % 14 < 2.5 ? hatch : paper;
-      const edge = band >= 0 && ((left >= 0 && left !== band) || (line[px] >= 0 && line[px] !== band)),
-        at = 4 * (py * wide + px);
-      left = band;
-      line[px] = band;
-      for (let c = 0; c < 3; c++) data[at + c] = edge ? Math.round(0.55 * tone[c] + 0.45 * 255) : tone[c];
-      data[at + 3] = 255;
+        const band = Math.max(0, Math.min(bands - 1, Math.floor((value - base) / step + 1e-9))),
+          above = line[px];
+        dots[at] = ((left >= 0 && left !== band) || (above >= 0 && above !== band) ? edges : inside)[band];
+        left = line[px] = band;
+      } else {
+        dots[at] = (px + py) % period < thick ? hatch : paper;
+        left = line[px] = -1;
+      }
     }
   }
   pen.putImageData(image, 0, 0);

@@ -100,9 +100,9 @@ export function consequentChart(hands) {
     const words =
       Math.min(width * 0.32, Math.max(40, ...variable.terms.map(({ name }) => widthOf(name, 13, 600)))) + 12;
     const box = { left: words + 10, right: width - 64, top: 12, bottom: 18 + Math.max(1, variable.terms.length) * ROW };
-    const ends = [variable.low, variable.high, ...variable.terms.flatMap((term) => reach(term, inputs))].filter(
-      Number.isFinite,
-    );
+    const others = view.compared?.terms ?? [],
+      reached = [...variable.terms, ...others].flatMap((term) => reach(term, inputs)),
+      ends = [variable.low, variable.high, ...reached].filter(Number.isFinite);
     const low = Math.min(...ends),
       high = Math.max(...ends),
       room = (high - low || 1) * 0.03;

@@ -153,7 +153,7 @@ export function paintRelief(canvas, field, view, scene) {
   pen.fillStyle = theme.quiet;
   for (const [value, t] of marks[2]) {
     const p = project(...posts, t);
-    pen.fillText(said(value, 3), p[0] - 7, p[1]);
+    pen.fillText(said(value, 3), p[0] - 7, t < 0.03 ? p[1] - 7 : p[1]); // at the corner another axis has its number
   }
   const top = project(...posts, 1);
   pen.fillStyle = theme.ink;

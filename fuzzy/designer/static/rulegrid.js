@@ -1,19 +1,18 @@
 // The frame of the rule viewer: its columns, a rule's firing strength, and the line of outputs below the rules.
-import { clamp, cut, put, quantity, said, scale, shape } from "./chart.js";
+import { clamp, cut, put, quantity, said, scale, shape, widthOf } from "./chart.js";
 import { reach } from "./outputs.js";
+
+const NARROWEST = 36; // px of a column
 
 /** The columns of the inputs, the firing and the outputs, {kind, from, to, x} each, and the width of all. */
 export function columnsOf({ inputs, outputs }, width) {
-  const left = 30,
-    gap = 16,
-    strength = width < 560 ? 56 : 92;
-  const each = Math.max(
-    84,
-    Math.min(
-      230,
-      (width - left - strength - gap * (inputs.length + outputs.length + 1)) / (inputs.length + outputs.length),
-    ),
-  );
+  // With many variables the columns grow narrow before one has to scroll: the outputs are to be seen with the inputs.
+  const many = inputs.length + outputs.length,
+    tight = width < 110 * (many + 1),
+    left = tight ? 26 : 30,
+    gap = tight ? 8 : 16,
+    strength = tight ? 52 : 92;
+  const each = clamp((width - left - strength - gap * many - 4) / many, NARROWEST, 230);
   let at = left;
   const next = (wide) => {
     const from = at;
@@ -51,7 +50,7 @@ export function strengthOf(rule, degrees, choices) {
       : and === "min"
         ? Math.min
         : (a, b) => a * b;
-  return degrees.reduce(join) * rule.weight;
+  return degrees.reduce((a, b) => join(a, b)) * rule.weight; // reduce would give Math.min more than two
 }
 
 /** Draw the outputs: every rule's share at its proposal, and the result. */
@@ -63,11 +62,12 @@ export function paintFoot(foot, columns, at, { inputs, outputs, choices }) {
       value = at?.output?.[j],
       f = at?.fired?.[j] !== false;
     nodes.push(shape("line", { x1: column.from, x2: column.to, y1: base, y2: base, class: "fd-axis" }));
-    const [first, last] = [variable.low, variable.high];
-    for (const [n, tick] of [
-      [0, first],
-      [2, last],
-    ])
+    const numbers = [
+      [0, variable.low],
+      [2, variable.high],
+    ];
+    const together = numbers.reduce((sum, [, tick]) => sum + widthOf(said(tick, 3), 10.5), 8);
+    for (const [n, tick] of together < column.to - column.from ? numbers : [])
       nodes.push(
         shape(
           "text",
@@ -89,12 +89,22 @@ export function paintFoot(foot, columns, at, { inputs, outputs, choices }) {
       const px = clamp(column.x(value), column.from, column.to);
       nodes.push(shape("line", { x1: px, x2: px, y1: 4, y2: base, class: f ? "fd-result" : "fd-result fd-dotted" }));
     }
-    const text = f ? `= ${quantity(value ?? NaN, variable.unit)}` : "no rule fires";
+    // A number is not cut: where there is no room for it with its unit, it stands alone, in smaller digits if need be.
+    const wide = column.to - column.from + 6,
+      fits = (text, size) => widthOf(text, size, 600) <= wide;
+    const full = f ? `= ${quantity(value ?? NaN, variable.unit)}` : "no rule fires",
+      text = fits(full, 13) ? full : f ? said(value ?? NaN, 3) : cut(full, wide, 11, 600);
     nodes.push(
       shape(
         "text",
-        { x: column.to, y: base + 32, "text-anchor": "end", class: "fd-answer", "data-output": variable.name },
-        cut(text, column.to - column.from + 14, 13, 600),
+        {
+          x: column.to,
+          y: base + 32,
+          "text-anchor": "end",
+          class: fits(text, 13) ? "fd-answer" : "fd-answer fd-small",
+          "data-output": variable.name,
+        },
+        text,
       ),
     );
   });

@@ -45,6 +45,8 @@ export function render({ model, el }) {
     ),
   );
   const list = element("ol", { class: "fd-list", "aria-label": "Rules" });
+  // Where the table has room, one line of headings for all rules; each choice has its own name all the same.
+  const headings = element("div", { class: "fd-headings", "aria-hidden": "true" });
   const count = element("p", { class: "fd-note" });
   const problem = problemLine(model);
   const bar = element(
@@ -67,6 +69,7 @@ export function render({ model, el }) {
       element("div", { class: "fd-tabs", role: "group", "aria-label": "Show rules as" }, ...views),
       count,
     ),
+    headings,
     list,
     bar,
     problem.node,
@@ -118,7 +121,8 @@ export function render({ model, el }) {
     field.addEventListener("keydown", (event) => {
       if (event.key === "Enter") {
         event.preventDefault();
-        field.dispatchEvent(new Event("change"));
+        // Told to the page too: what was typed is taken, and undo is the design's again.
+        field.dispatchEvent(new Event("change", { bubbles: true }));
       }
       if (event.key === "Escape") {
         field.value = shown.text;
@@ -307,11 +311,23 @@ export function render({ model, el }) {
     return { node, show };
   }
 
+  let headed = "";
+  function paintHeadings({ inputs, outputs }) {
+    const names = [...inputs.map((v) => v.name), "joined by", ...outputs.map((v) => `then ${v.name}`)];
+    if (headed === JSON.stringify(names)) return;
+    headed = JSON.stringify(names);
+    const columns = names.map((_, i) => (i === inputs.length ? "4.2rem" : i < inputs.length ? "minmax(0, 1.3fr)" : "minmax(0, 1fr)"));
+    root.style.setProperty("--columns", columns.join(" "));
+    const head = (text) => element("span", { class: "fd-head", title: text }, text);
+    headings.replaceChildren(head("in force"), element("div", { class: "fd-cells" }, ...names.map(head)), head("weight"));
+  }
+
   function paint() {
     const design = model.get("design"),
       focused = document.activeElement,
       keys = new Set(design.rules.map((rule) => rule.key));
     root.classList.toggle("fd-as-table", form === "table");
+    paintHeadings(design);
     for (const view of views) put(view, { "aria-pressed": String(view.dataset.view === form) });
     for (const [id, { node }] of rows)
       if (!keys.has(id)) {
@@ -327,7 +343,7 @@ export function render({ model, el }) {
     const off = design.rules.filter((rule) => !rule.enabled).length,
       wrong = design.rules.filter((rule) => rule.problem).length;
     const words = [
-      `${design.rules.length} rules`,
+      design.rules.length === 1 ? "1 rule" : `${design.rules.length} rules`,
       ...(off ? [`${off} off`] : []),
       ...(wrong ? [`${wrong} with an error; its last good form is in force`] : []),
     ];

@@ -198,6 +198,18 @@ export function render({ model, el }) {
     paint();
   }
 
+  // A surface is read once, however often the point on it moves.
+  const read = new WeakMap();
+  function fieldOnce(surface) {
+    if (!read.has(surface)) read.set(surface, fieldOf(surface));
+    return read.get(surface);
+  }
+  let pair = [];
+  function apartOnce(now, other) {
+    if (pair[0] !== now || pair[1] !== other) pair = [now, other, difference(now, other)];
+    return pair[2];
+  }
+
   function theme() {
     const style = getComputedStyle(root),
       read = (name) => style.getPropertyValue(name).trim();
@@ -215,7 +227,7 @@ export function render({ model, el }) {
   function paint() {
     const surface = model.get("surface"),
       room = area.clientWidth;
-    if (!surface || room === 0) {
+    if (!surface || room < 160) {
       root.classList.toggle("fd-empty", !surface);
       return;
     }
@@ -234,9 +246,9 @@ export function render({ model, el }) {
     );
     secondField.hidden = inputs.length < 2;
     const compared = model.get("compared"),
-      other = compared?.surface && state.compare !== "off" ? fieldOf(compared.surface) : null,
-      now = fieldOf(surface),
-      apart = other ? difference(now, other) : null;
+      other = compared?.surface && state.compare !== "off" ? fieldOnce(compared.surface) : null,
+      now = fieldOnce(surface),
+      apart = other ? apartOnce(now, other) : null;
     compareField.hidden = !compared;
     const differs = state.compare === "difference" && apart !== null,
       drawn = differs ? apart : now,
@@ -289,7 +301,7 @@ export function render({ model, el }) {
       words = [
         held.length ? `at ${held.join(", ")}` : "",
         gap ? `hatched: no rule fires` : "",
-        old ? `grey: ${compared.name}` : "",
+        old ? `${flat.hidden ? "grey" : "dashed"}: ${compared.name}` : "",
         compared && state.compare !== "off" && !apart ? "the other design has other axes here" : "",
       ];
     say(note, words.filter(Boolean).join("; "));
@@ -311,6 +323,7 @@ export function render({ model, el }) {
     for (const end of ends) end();
     dark.removeEventListener("change", paint);
     place.drop();
+    picture.drop();
     root.remove();
   };
 }

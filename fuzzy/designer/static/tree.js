@@ -53,7 +53,7 @@ export function render({ model, el }) {
       list.map((variable) => ({
         id: `${kind} ${variable.name}`,
         text: variable.name,
-        more: `${variable.terms.length} terms`,
+        more: variable.terms.length === 1 ? "1 term" : `${variable.terms.length} terms`,
         kind,
         variable: variable.name,
         remove: variable.name,

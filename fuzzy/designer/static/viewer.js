@@ -183,6 +183,7 @@ export function render({ model, el }) {
               class: "fd-clause",
             },
             text,
+            shape("title", {}, clauseText(clause)),
           ),
         );
         part.clauses.push({ clip, base, i, clause, type, parameters });
@@ -254,7 +255,7 @@ export function render({ model, el }) {
         cut(first, column.to - column.from + 8, 12, 600),
         shape("title", {}, first),
       );
-    head.values = columns.map((column) => shape("text", { x: column.from, y: 31, class: "fd-tick" }));
+    head.values = columns.map((column) => shape("text", { x: column.from, y: 31, class: column.to - column.from < 70 ? "fd-tick fd-small" : "fd-tick" }));
     const titles = columns.map((column, c) =>
       title(
         column,
@@ -290,7 +291,9 @@ export function render({ model, el }) {
         "aria-valuenow": inside,
         "aria-valuetext": quantity(value, variable.unit),
       });
-      say(head.values[i], `= ${quantity(value, variable.unit)}`);
+      const whole = `= ${quantity(value, variable.unit)}`,
+        fits = widthOf(whole, 12) <= columns[i].to - columns[i].from + 8;
+      say(head.values[i], fits ? whole : said(value, 3));
     });
     for (const { rule, clauses, stems, free, bar, number } of parts) {
       // "any" stands where the input's line does not pass.
@@ -324,8 +327,9 @@ export function render({ model, el }) {
         put(stem, { x1: px, x2: px });
         put(share, { x1: px, x2: px, y2: base - FILL * part });
         put(text, { x: left ? c.to : c.from, "text-anchor": left ? "end" : "start" });
-        const figure = ` = ${said(value, 3)}`;
-        say(text, cut(term.name, c.to - c.from - widthOf(figure, 11), 11) + figure);
+        const figure = ` = ${said(value, 3)}`,
+          name = cut(term.name, c.to - c.from - widthOf(figure, 11), 11);
+        say(text, name === term.name || name.length > 4 ? name + figure : said(value, 3));
       }
     }
     paintFoot(foot, columns, at, design());

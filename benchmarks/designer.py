@@ -1,0 +1,163 @@
+"""How fast does the designer follow the hand? Measured in a real browser, on the tracking rule base (16 rules).
+
+A vertex of a membership function is dragged by the mouse in steps; each time counts from the pointer's event until the
+picture has changed in the page: the curve itself, the firing bars of the viewer, the surface, and the path of a robot
+that drives for 22 s. One step is made when the one before has arrived. Beside the times stand those that the server
+and its workers spend computing for a step (processor time), which a busy machine does not stretch; there is none for
+the curve, which needs no server. Page load is from the address to the first picture, with an empty cache.
+
+Run ``python -m benchmarks.designer [--json]``.
+"""
+
+import tempfile
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from benchmarks.designersession import browser, missing, served, show, tab, workplace
+from benchmarks.reporting import heading, machine, start
+
+MOVES, WARM, LOADS = 40, 5, 5
+AIM = 100.0  # ms
+TERM, HANDLE = "Far", "Far: right foot"
+
+# What is looked at for a change: elements and their attribute, few enough that reading them costs nothing
+WATCHED = {
+    "curve": (".fd-terms .fd-curves path", "d"),
+    "firing bars": (".fd-viewer .fd-firing", "width"),
+    "surface": (".fd-surface path.fd-section", "d"),
+    "robot's path": (".fd-tryout path[data-run=tried]", "d"),
+}
+VIEWS = {"curve": "Viewer", "firing bars": "Viewer", "surface": "Surface", "robot's path": "Try it"}
+
+# From a pointer's move until the watched part of the page is another; for the bars, those that Python computed.
+_WATCH = """([selector, attribute]) => {
+  window.arrived = null;
+  const look = () => Array.from(document.querySelectorAll(selector), (node) => node.getAttribute(attribute)).join();
+  window.measure = () => {
+    const before = look();
+    let began = null;
+    window.arrived = new Promise((done) => {
+      addEventListener("pointermove", (event) => {
+        began = performance.now();
+        const again = () => {
+          const taken = performance.now() - began;
+          if (look() !== before) done(taken);
+          else if (taken > 20000) done(null);
+          else requestAnimationFrame(again);
+        };
+        // After the handlers of this event: what they paint at once counts as at once.
+        setTimeout(() => (look() === before ? again() : done(performance.now() - began)), 0);
+      }, { once: true, capture: true });
+    });
+  };
+}"""
+
+
+def drag(page: Any, watched: tuple[str, str], processes: list[Any]) -> tuple[list[float], list[float]]:
+    """The times [ms] from move to picture, and the server's processor times [ms], a step each."""
+    handle = page.get_by_role("slider", name=HANDLE)
+    handle.scroll_into_view_if_needed()
+    box = handle.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.evaluate(_WATCH, list(watched))
+    page.mouse.move(x, y)
+    page.mouse.down()
+    times, costs = [], []
+    for step in range(WARM + MOVES):
+        page.evaluate("measure()")
+        before = _processor_time(processes)
+        # To and fro, always far enough for another number
+        page.mouse.move(x - 4 - 3 * (step % 12 if step % 24 < 12 else 12 - step % 12), y)
+        taken = page.evaluate("arrived")
+        page.wait_for_timeout(120)  # what else follows from the step is not the next one's
+        if taken is None:
+            raise RuntimeError(f"{watched[0]} did not follow the mouse")
+        if step >= WARM:
+            times.append(float(taken))
+            costs.append(1e3 * (_processor_time(processes) - before))
+    page.mouse.up()
+    page.keyboard.press("Control+z")
+    page.wait_for_selector(".state:not(.unsaved)")
+    return times, costs
+
+
+def _processor_time(processes: list[Any]) -> float:
+    """User and system time [s] of the server and its workers."""
+    total = 0.0
+    for process in processes:
+        for each in [process, *process.children(recursive=True)]:
+            spent = each.cpu_times()
+            total += spent.user + spent.system
+    return total
+
+
+def measure() -> dict[str, Any]:
+    """Every number of the report, by name; or only why there is none."""
+    about = machine(["nicegui", "numpy", "numba", "playwright"])
+    why = missing()
+    if why is not None:
+        return about | {"skipped": why}
+    import psutil
+
+    with tempfile.TemporaryDirectory() as folder:
+        workplace(Path(folder))
+        with served(Path(folder), "tracking.fis") as (url, number), browser() as opened:
+            about["versions"]["Chromium"] = opened.version
+            load = []
+            for _ in range(LOADS):
+                with opened.new_context(viewport={"width": 1600, "height": 1000}) as context:
+                    page = context.new_page()
+                    show(page, url)
+                    load.append(page.evaluate("performance.now()"))
+            page = opened.new_page(viewport={"width": 1600, "height": 1000})
+            show(page, url)
+            page.get_by_role("treeitem", name=TERM, exact=False).get_by_text(TERM, exact=True).first.click()
+            times, costs = {}, {}
+            for name, watched in WATCHED.items():
+                tab(page, VIEWS[name])
+                page.wait_for_selector(watched[0], state="attached")
+                if name == "robot's path":  # until all of its runs are there
+                    page.wait_for_function("document.querySelectorAll('.fd-tryout thead th').length >= 4")
+                page.wait_for_timeout(500)
+                times[name], costs[name] = drag(page, watched, [psutil.Process(number)])
+            load_average = psutil.getloadavg()[0]
+    return about | {
+        "moves": MOVES,
+        "load_average": load_average,
+        "processors": psutil.cpu_count(),
+        "page_load_ms": {"median": median(load), "most": max(load)},
+        "latency_ms": {name: _summary(values) for name, values in times.items()},
+        "server_processor_ms": {name: _summary(values) for name, values in costs.items()},
+    }
+
+
+def _summary(values: list[float]) -> dict[str, float]:
+    ranked = sorted(values)
+    high = ranked[min(len(ranked) - 1, round(0.95 * len(ranked)))]
+    return {"median": median(ranked), "p95": high, "least": ranked[0]}
+
+
+def report(result: dict[str, Any]) -> str:
+    """The result as a table, beside what we aim for."""
+    if "skipped" in result:
+        return f"{heading(result)}\n\n{result['skipped']}"
+    lines = [heading(result), ""]
+    busy = f"load {result['load_average']:.1f} on {result['processors']} processors"
+    lines.append(f"From the mouse's move to the picture, ms, {result['moves']} moves (aim: below {AIM:g}; {busy})")
+    lines.append(f"  {'':14}{'median':>8}{'p95':>8}{'least':>8}{'server':>10}")
+    for name, row in result["latency_ms"].items():
+        cost = result["server_processor_ms"][name]["median"]
+        lines.append(f"  {name:14}{row['median']:>8.1f}{row['p95']:>8.1f}{row['least']:>8.1f}{cost:>10.1f}")
+    load = result["page_load_ms"]
+    lines += ["", "server: processor time of the server and its workers for a step, autosave and all views included"]
+    lines += [f"Page load: median {load['median']:.0f} ms, most {load['most']:.0f} ms"]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    start(__doc__, measure, report)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,218 @@
+"""The pictures of docs/designer.md: every view of the designer in a real browser, at three widths.
+
+Run ``python -m benchmarks.designerpictures docs/designer`` (needs Chromium; two minutes).
+"""
+
+import argparse
+import io
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from benchmarks.designersession import browser, menu, missing, served, show, tab, workplace
+from fuzzy.atomic import replacing
+
+WIDTHS = (390, 800, 1600)
+HEIGHT, TALLEST = 1000, 1250  # px of the window; of a picture
+EXACT = 160  # of the 256 colours of a picture: the most frequent, which are flat areas and curves
+
+
+def take(folder: Path, widths: tuple[int, ...] = WIDTHS) -> list[Path]:
+    """Take all pictures into ``folder``; give their paths."""
+    taken: list[Path] = []
+    with tempfile.TemporaryDirectory() as place:
+        workplace(Path(place))
+        with served(Path(place), "tracking.fis") as (url, _), browser() as opened:
+            page = opened.new_page(viewport={"width": 1600, "height": HEIGHT})
+            show(page, url)
+            for name, (group, view) in VIEWS.items():
+                view(page)
+                for width in widths:
+                    page.set_viewport_size({"width": width, "height": HEIGHT})
+                    _rest(page)
+                    taken.append(_written(folder / f"{name}-{width}.png", _picture(page, group, width)))
+                page.set_viewport_size({"width": 1600, "height": HEIGHT})
+                _rest(page)
+            _edited(page)
+            taken.append(_written(folder / "designer.png", _picture(page, 1, 1600)))
+    return taken
+
+
+def _picture(page: Any, group: int, width: int) -> bytes:
+    """The whole window where both groups of views stand in it, else the group of the view."""
+    page.evaluate("scrollTo(0, 0)")
+    if width >= 1600:
+        data: bytes = page.screenshot(full_page=True, clip={"x": 0, "y": 0, "width": width, "height": TALLEST})
+        return data
+    box = page.locator(".shell-group").nth(group).bounding_box()
+    clip = {"x": 0 if width < 600 else box["x"] - 10, "y": box["y"], "height": min(TALLEST, box["height"] + 10)}
+    data = page.screenshot(full_page=True, clip=clip | {"width": width - clip["x"]})
+    return data
+
+
+def _written(path: Path, data: bytes) -> Path:
+    from PIL import Image
+
+    picture = Image.open(io.BytesIO(data)).convert("RGB")
+    counted = sorted(picture.getcolors(picture.width * picture.height) or [], reverse=True)
+    exact = [part for _, colour in counted[:EXACT] for part in colour]  # type: ignore[attr-defined]
+    rest = picture.quantize(256 - EXACT, method=Image.Quantize.MAXCOVERAGE).getpalette() or []
+    palette = Image.new("P", (1, 1))
+    palette.putpalette((exact + rest)[:768])
+    small = picture.quantize(palette=palette, dither=Image.Dither.NONE)
+    with replacing(path) as part:
+        small.save(part, format="PNG", optimize=True)
+    return path
+
+
+def _rest(page: Any) -> None:
+    """Until what was asked for has been drawn; the pictures of a surface become fine after 0.2 s."""
+    page.wait_for_timeout(900)
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+# The views --------------------------------------------------------------------------------------------------------
+
+
+def _memberships(page: Any) -> None:
+    page.get_by_role("treeitem", name="Far", exact=False).get_by_text("Far", exact=True).first.click()
+
+
+def _consequents(page: Any) -> None:
+    page.locator(".fd-terms .fd-tab.fd-output").nth(1).click()
+
+
+def _rules(page: Any) -> None:
+    tab(page, "Rules")
+    field = page.get_by_role("textbox", name="rule 3", exact=True)
+    field.fill("if distance is Medum and x_err is Poserr then v is Slow and w is Zero")
+    field.press("Enter")
+    page.wait_for_selector(".fd-rules mark")
+
+
+def _table(page: Any) -> None:
+    page.keyboard.press("Control+z")
+    page.wait_for_selector(".fd-rules mark", state="detached")
+    page.locator(".fd-rules .fd-tab[data-view=table]").click()
+
+
+def _viewer(page: Any) -> None:
+    page.locator(".fd-rules .fd-tab[data-view=sentences]").click()
+    tab(page, "Memberships")
+    _memberships(page)
+    tab(page, "Viewer")
+    slider = page.locator(".fd-viewer [role=slider]").nth(1)
+    slider.focus()
+    for _ in range(3):
+        page.keyboard.press("Shift+ArrowRight")
+    page.evaluate("document.activeElement.blur()")
+
+
+def _surface(page: Any) -> None:
+    tab(page, "Surface")
+    page.wait_for_selector(".fd-surface")
+    page.get_by_label("output", exact=True).select_option("1")
+
+
+def _relief(page: Any) -> None:
+    page.locator(".fd-surface .fd-tab[data-view='3d']").click()
+
+
+def _compared(page: Any) -> None:
+    page.locator(".fd-surface .fd-tab[data-view=contour]").click()
+    _compare(page, "sharper.fis")
+
+
+def _compare(page: Any, name: str) -> None:
+    menu(page, "Compare with")
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_role("combobox").select_option(name)
+    dialog.get_by_role("button", name="Compare").click()
+
+
+def _try_it(page: Any) -> None:
+    _compare(page, "")
+    tab(page, "Try it")
+    _until_run(page, columns=4)
+
+
+def _team(page: Any) -> None:
+    page.get_by_label("Scenario").select_option("chapter-4-faults")
+    page.wait_for_selector(".fleet-player canvas")
+    _until_run(page, columns=4)
+    _set(page.locator(".fleet-player input[type=range]").first, 24.0)
+
+
+def _train(page: Any) -> None:
+    page.get_by_label("Scenario").select_option("table-2-1")
+    tab(page, "Train")
+    page.get_by_label("Start from").select_option("grid")
+    page.get_by_label("Data from a file").select_option("f:sinc.csv")
+    page.wait_for_function("document.querySelector('.fd-training').innerText.includes('400 samples')")
+    page.get_by_role("button", name="Train", exact=True).click()
+    page.wait_for_function("document.querySelector('.fd-training .tn-said').innerText.includes('all epochs done')")
+
+
+def _edited(page: Any) -> None:
+    """A wider "Straight" than the file's, dashed behind it, smaller rates of turn, and what the robot makes of them."""
+    tab(page, "Try it")
+    page.get_by_label("Scenario").select_option("fuzzy-off-path")
+    _until_run(page, columns=4)
+    page.locator(".fd-terms .fd-tab").nth(1).click()
+    for foot, value in (("left", -0.9), ("right", 0.9)):
+        field = page.get_by_role("spinbutton", name=f"{foot} foot of Straight", exact=True)
+        field.fill(str(value))
+        field.press("Enter")
+    page.locator(".fd-terms .fd-tab.fd-output").nth(1).click()
+    for term, value in (("Negative", -1.2), ("Positive", 1.2)):
+        field = page.get_by_role("spinbutton", name=f"value of {term}", exact=True)
+        field.fill(str(value))
+        field.press("Enter")
+    _compare(page, "tracking.fis")
+    page.get_by_role("treeitem", name="Straight", exact=False).get_by_text("Straight", exact=True).first.click()
+    page.evaluate("document.activeElement.blur()")
+    page.wait_for_timeout(2000)
+    _until_run(page, columns=4)
+
+
+def _until_run(page: Any, columns: int) -> None:
+    page.wait_for_function(f"document.querySelectorAll('.fd-tryout .tr-merits thead th').length >= {columns}")
+    page.wait_for_function("document.querySelector('.fd-tryout .tr-busy').innerText === ''")
+
+
+def _set(slider: Any, value: float) -> None:
+    slider.evaluate("(node, value) => { node.value = value; node.dispatchEvent(new Event('input')); }", value)
+
+
+# By name: the group of tabs that the view belongs to, and how one comes to it from the view before
+VIEWS: dict[str, tuple[int, Callable[[Any], None]]] = {
+    "memberships": (0, _memberships),
+    "consequents": (0, _consequents),
+    "rules": (0, _rules),
+    "table": (0, _table),
+    "viewer": (1, _viewer),
+    "surface": (1, _surface),
+    "relief": (1, _relief),
+    "compared": (1, _compared),
+    "try-it": (1, _try_it),
+    "team": (1, _team),
+    "train": (1, _train),
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("folder", type=Path, help="where the pictures go, such as docs/designer")
+    arguments = parser.parse_args()
+    why = missing()
+    if why is not None:
+        sys.exit(why)
+    arguments.folder.mkdir(parents=True, exist_ok=True)
+    taken = take(arguments.folder)
+    print(f"{len(taken)} pictures, {sum(path.stat().st_size for path in taken) / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,110 @@
+"""The designer in a real browser, for measuring it and for taking its pictures: a server of its own, and Chromium."""
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fuzzy.fisfile import read_fis, write_fis
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
+PATIENCE = 120_000  # ms that a step may take on a busy machine
+_START = "import sys; from fuzzy.command import main; sys.exit(main(sys.argv[1:]))"
+
+
+def missing() -> str | None:
+    """Why there is no designer to be seen here, in a sentence; None where there is one."""
+    for package, extra in (("nicegui", "design"), ("playwright", "test")):
+        try:
+            __import__(package)
+        except ImportError:
+            return f"the designer is left out: {package} is not installed (extra {extra})"
+    return None if CHROMIUM else "the designer is left out: no Chromium is installed"
+
+
+def workplace(folder: Path) -> Path:
+    """A folder with the tracking rule base, one to compare it with, and a table to learn from."""
+    folder.mkdir(parents=True, exist_ok=True)
+    text = (files("robotics") / "rulebases" / "tracking.fis").read_text(encoding="utf-8")
+    (folder / "tracking.fis").write_text(text, encoding="utf-8")
+    fis = read_fis(folder / "tracking.fis")
+    # The other design turns more sharply, and takes "Far" for nearer.
+    outputs = []
+    for variable in fis.outputs:
+        terms = [(name, replace(term, value=1.5 * term.value)) for name, term in variable.terms.items()]  # type: ignore[type-var, union-attr]
+        outputs.append(replace(variable, terms=type(variable.terms)(terms)) if variable.unit == "rad/s" else variable)
+    first = fis.inputs[0]
+    near = [(name, replace(t, b=0.3, c=0.8) if name == "Far" else t) for name, t in first.terms.items()]  # type: ignore[call-arg]
+    inputs = (replace(first, terms=type(first.terms)(near)), *fis.inputs[1:])
+    write_fis(replace(fis, inputs=inputs, outputs=tuple(outputs), name="sharper"), folder / "sharper.fis")
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-3.0, 3.0, (400, 2))
+    z = np.sinc(x[:, 0]) * np.sinc(x[:, 1])
+    rows = "\n".join(f"{a:.5f},{b:.5f},{c:.5f}" for (a, b), c in zip(x, z, strict=True))
+    (folder / "sinc.csv").write_text(f"x,y,z\n{rows}\n", encoding="utf-8")
+    return folder
+
+
+@contextmanager
+def served(folder: Path, name: str) -> Iterator[tuple[str, int]]:
+    """``fuzzy design`` on a file of ``folder`` in a process of its own: its address and process number."""
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("NICEGUI")}
+    process = subprocess.Popen(
+        [sys.executable, "-c", _START, "design", name, "--no-browser"],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        said = process.stdout.readline() if process.stdout else ""
+        found = re.search(r"http://127\.0\.0\.1:\d+/", said)
+        if found is None:
+            raise RuntimeError(f"the designer did not start: {said}")
+        yield found[0], process.pid
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+
+
+@contextmanager
+def browser() -> Iterator[Any]:
+    """Headless Chromium, by playwright."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as started:
+        opened = started.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        try:
+            yield opened
+        finally:
+            opened.close()
+
+
+def show(page: Any, url: str) -> None:
+    """Load the designer and wait until its first view is drawn."""
+    page.set_default_timeout(PATIENCE)
+    page.goto(url)
+    page.wait_for_selector(".shell-header[data-ready]")
+    page.wait_for_selector(".fd-terms [role=slider]")
+
+
+def tab(page: Any, name: str) -> None:
+    """Show a view of the page."""
+    page.get_by_role("tab", name=name, exact=True).click()
+
+
+def menu(page: Any, entry: str) -> None:
+    """Choose an entry of the file's menu."""
+    page.get_by_role("button", name="File ▾").click()
+    page.get_by_role("menuitem", name=entry).click()
