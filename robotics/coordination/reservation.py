@@ -44,16 +44,17 @@ class Plan:
 def plan_right_of_way(
     nodes: np.ndarray,
     clearance: float = 0.5,
-    margin: float = 0.05,
+    margin: float | np.ndarray = 0.05,
     orders: int = 12,
     seed: int = 0,
     together: np.ndarray | None = None,
 ) -> Plan:
     """Plans for ``nodes`` (runs, robots, CELLS + 1, 2) [m], the paths at equal shares of their lengths.
 
-    ``clearance`` [m] is between the robots' centers; ``margin`` is a share of the nominal duration. In the first order
-    robot 1 has precedence; those that no failure suggests are drawn with ``seed``. ``together`` (runs,) is the share
-    of the nominal duration at the end of the plan within which all arrive; without it they may arrive earlier.
+    ``clearance`` [m] is between the robots' centers; ``margin`` () or (runs,) is a share of the nominal duration. In
+    the first order robot 1 has precedence; those that no failure suggests are drawn with ``seed``. ``together`` (runs,)
+    is the share of the nominal duration at the end of the plan within which all arrive; without it they may arrive
+    earlier.
     """
     runs, robots = nodes.shape[:2]
     rng = np.random.default_rng(seed)
@@ -67,9 +68,8 @@ def plan_right_of_way(
         late = np.full(runs, longest + 1)
     else:
         late = np.maximum((together * CELLS).astype(np.int64), 1)
-    _plan_runs(
-        np.ascontiguousarray(nodes), clearance**2, ceil(margin * CELLS), tried, horizons, late, cells, ticks, count
-    )
+    ahead = np.broadcast_to(np.ceil(np.asarray(margin) * CELLS).astype(np.int64), runs)
+    _plan_runs(np.ascontiguousarray(nodes), clearance**2, ahead, tried, horizons, late, cells, ticks, count)
     found = ticks > 0
     nominal = np.minimum(np.arange(longest + 1), CELLS)
     progress = np.where(found[:, None, None], cells, nominal) / CELLS
@@ -85,15 +85,15 @@ def _plan_runs(nodes, clear, margin, tried, horizons, late, cells, ticks, count)
     for run in range(nodes.shape[0]):
         if _hopeless(nodes[run], clear):
             continue
+        near = _within(nodes[run], clear)
         for horizon in horizons:
             order = tried[0].copy()
             for o in range(tried.shape[0]):
                 count[run] += 1
                 failed = -1
                 for place in range(robots):
-                    if not _plan_one(
-                        nodes[run], cells[run], order, place, clear, margin, horizon, late[run], cost, blocked
-                    ):
+                    limits = (clear, margin[run], horizon, late[run])
+                    if not _plan_one(nodes[run], near, cells[run], order, place, limits, cost, blocked):
                         failed = place
                         break
                 if failed < 0:
@@ -145,14 +145,33 @@ def _passable(a, b, clear):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def _within(nodes, clear):  # type: ignore[no-untyped-def]
+    """Between which cells of robot i cell k of j is too near, (robots i, robots j, CELLS + 1, 2); the end excluded."""
+    robots = nodes.shape[0]
+    near = np.zeros((robots, robots, CELLS + 1, 2), dtype=np.int16)
+    for i in range(robots):
+        for j in range(robots):
+            if i == j:
+                continue
+            for k in range(CELLS + 1):
+                for c in range(CELLS + 1):
+                    if _square(nodes[i, c], nodes[j, k]) < clear:
+                        if near[i, j, k, 1] == 0:
+                            near[i, j, k, 0] = c
+                        near[i, j, k, 1] = c + 1
+    return near
+
+
+@njit(cache=True, error_model="numpy")
 def _square(a, b):  # type: ignore[no-untyped-def]
     """The squared distance of two points."""
     return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2
 
 
 @njit(cache=True, error_model="numpy")
-def _plan_one(nodes, cells, order, place, clear, margin, horizon, late, cost, blocked):  # type: ignore[no-untyped-def]
+def _plan_one(nodes, near, cells, order, place, limits, cost, blocked):  # type: ignore[no-untyped-def]
     """Plan robot ``order[place]`` around those before it in the order; False if there is no way."""
+    clear, margin, horizon, late = limits
     robot = order[place]
     parked = CELLS  # the first cell that counts as the end
     while parked > CELLS // 2 and _square(nodes[robot, parked - 1], nodes[robot, CELLS]) < PARKED * PARKED:
@@ -167,23 +186,13 @@ def _plan_one(nodes, cells, order, place, clear, margin, horizon, late, cost, bl
         last = -1
         for k in range(horizon + 1):
             at = cells[other, k]
-            if at == last and k > 0 and k < horizon:
-                # the other has not moved: as in the tick before, but for the margin's new end
-                for c in range(CELLS + 1):
-                    if blocked[k - 1, c]:
-                        dx = nodes[robot, c, 0] - nodes[other, at, 0]
-                        dy = nodes[robot, c, 1] - nodes[other, at, 1]
-                        if dx * dx + dy * dy < clear:
-                            blocked[min(k + margin, horizon), c] = True
-                            blocked[k, c] = True
-                continue
+            until = min(k + margin, horizon)
+            since = until if at == last else max(k - margin, 0)  # while it stays, only the margin's end is new
             last = at
-            for c in range(CELLS + 1):
-                dx = nodes[robot, c, 0] - nodes[other, at, 0]
-                dy = nodes[robot, c, 1] - nodes[other, at, 1]
-                if dx * dx + dy * dy < clear:
-                    for near in range(max(k - margin, 0), min(k + margin, horizon) + 1):
-                        blocked[near, c] = True
+            for c in range(near[robot, other, at, 0], near[robot, other, at, 1]):
+                if _square(nodes[robot, c], nodes[other, at]) < clear:
+                    for tick in range(since, until + 1):
+                        blocked[tick, c] = True
     if blocked[0, 0] or blocked[horizon, CELLS]:
         return False
     far = np.inf

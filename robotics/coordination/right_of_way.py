@@ -6,8 +6,9 @@ late, or not heard of any more, slows the clocks of all, as the copies agree on 
 in the clock stays apart in the room, whoever is held up.
 
 Where there is no plan because a robot waits at its start or is parked at its end on another's path, the other's path is
-bent around it (:mod:`robotics.coordination.sidestep`). If that is not enough, robots come a little nearer to each
-other, and at last some may arrive early. Where there is no plan even so, the team is refused before it starts.
+bent around it (:mod:`robotics.coordination.sidestep`); where many meet in one place, they go round it. If that is not
+enough, robots come a little nearer to each other, and at last some may arrive early. Where there is no plan even so,
+the team is refused before it starts.
 
 Against what no plan foresees (a robot off its path, a message too late) each robot brakes by itself: it stops while
 another is within ``near`` and its own braking distance, and ahead of it. Of two that stand in each other's way the
@@ -24,7 +25,7 @@ from robotics.controller import Command, ControllerError, Observation, wrapped
 from robotics.controllers.lyapunov import Lyapunov
 from robotics.coordination.neighbours import ALONE, PATIENCE, alone_for, current, least
 from robotics.coordination.reservation import CELLS, Plan, plan_right_of_way
-from robotics.coordination.sidestep import sidestepped
+from robotics.coordination.sidestep import roundabout, sidestepped
 from robotics.ensemble import Ensemble, join_tables
 from robotics.graph import is_connected
 from robotics.paths import Paths
@@ -37,6 +38,7 @@ TOGETHER = 0.6  # s: within which the plan lets all arrive
 ROOM = 0.1  # m: how much farther than the clearance a side-step goes
 CONE = 0.9  # rad: what is ahead
 BRAKING = 1.0  # m/s²
+LONG = 1.6  # of the nominal duration: for a longer plan, a roundabout is tried too
 
 
 class _Way(NamedTuple):
@@ -46,9 +48,22 @@ class _Way(NamedTuple):
     mirrored: bool = False
     share: float = 1.0  # of the clearance
     together: bool = True
+    rounded: bool = False  # a roundabout where many meet
+
+    def taken(self, tables: list[np.ndarray], clear: float) -> list[np.ndarray] | None:
+        """The paths bent in this way; None if it does not apply."""
+        if self.rounded:
+            around = roundabout(tables, clear)
+            if around is None:
+                return None
+            tables = around
+        return sidestepped(tables, clear, self.mirrored) if self.bent else tables
 
 
 _WAYS = (
+    _Way(False, rounded=True),
+    _Way(False, share=0.9, rounded=True),
+    _Way(False, share=0.85, rounded=True),
     _Way(True),
     _Way(True, True),
     _Way(False, share=0.9),
@@ -79,7 +94,7 @@ class RightOfWay:
     """Distances of the plan and of the emergency rule, and the tracker's gains."""
 
     clearance: float = quantity(0.5, "m", above=0.31)  # between centers, in the plan
-    margin: float = quantity(0.05, "1", least=0, most=0.5)  # of the duration: clocks may differ by so much
+    margin: float = quantity(1.2, "s", least=0, most=60)  # clocks may differ by so much
     slack: float = quantity(0.05, "m", least=0)  # a lag that does not slow the clock
     softness: float = quantity(0.15, "m", above=0)  # over which a larger one stops it
     near: float = quantity(0.34, "m", above=0)  # the emergency rule's distance at rest
@@ -112,14 +127,14 @@ class RightOfWay:
         if not is_connected(scenario.radio.adjacency(robots)):
             raise ControllerError(f"{scenario.name}: the graph {scenario.radio.graph!r} is not connected")
         spans = np.atleast_2d(scenario.trajectory.ends)[:, :1]
-        plan, paths = self._planned(scenario.trajectory.joined, robots, spans[:, 0])
+        plan, paths, longer = self._planned(scenario.trajectory.joined, robots, spans[:, 0])
         if not isinstance(scenario, Ensemble) and not plan.found.any():
             raise ControllerError(
                 f"{scenario.name}: there is no safe plan: no order of the robots, no side-step around who waits or is "
                 f"parked, and no horizon up to 3.4 times the duration keeps them {self.clearance:g} m apart; move "
                 "starts or ends away from each other's paths"
             )
-        duration = np.broadcast_to(spans, (len(plan.found), 1))
+        duration = longer[:, None] * spans
         zero = np.zeros((runs, robots))
         pose = np.broadcast_to(scenario.starts, (runs, robots, 3))
         place = paths.nearest(pose[..., 0], pose[..., 1], zero, zero + WIDE)
@@ -134,34 +149,47 @@ class RightOfWay:
             paths,
         )
 
-    def _planned(self, paths: Paths, robots: int, durations: np.ndarray) -> tuple[Plan, Paths]:
-        """The plan of every run, by the first of these ways that has one, and the paths it is for."""
-        together = np.minimum(TOGETHER / durations, 1.0)
+    def _planned(self, paths: Paths, robots: int, durations: np.ndarray) -> tuple[Plan, Paths, np.ndarray]:
+        """The plan of every run, the paths it is for, and what the nominal duration is multiplied by.
+
+        It is by the first of the ways that has one; but the quickest of the roundabouts, where there are some.
+        The nominal duration grows with the longest path.
+        """
         nodes = _nodes(paths, robots)
-        plan = plan_right_of_way(nodes, self.clearance, self.margin, together=np.broadcast_to(together, len(nodes)))
-        if plan.found.all():
-            return plan, paths
+        durations = np.broadcast_to(durations, len(nodes))
+        longer = np.ones(len(nodes))
+        margin, together = np.minimum(self.margin / durations, 1.0), np.minimum(TOGETHER / durations, 1.0)
+        plan = plan_right_of_way(nodes, self.clearance, margin, together=together)
+        if (plan.found & (plan.factor <= LONG)).all():
+            return plan, paths, longer
         tables = [
             [paths.table[:, f : f + c + 1] for f, c in zip(first, cells, strict=True)]
             for first, cells in zip(paths.first.reshape(-1, robots), paths.cells.reshape(-1, robots), strict=True)
         ]
         original = list(tables)
+        longest = np.broadcast_to(paths.lengths.reshape(-1, robots).max(axis=1), len(nodes))
         for way in _WAYS:
-            rest = np.flatnonzero(~plan.found)
-            if not len(rest):
-                break
+            rest = np.flatnonzero(~plan.found | (way.rounded & (longer * plan.factor > LONG)))
             clear = way.share * self.clearance
-            tried = [sidestepped(original[r], clear + ROOM, way.mirrored) if way.bent else original[r] for r in rest]
-            span = np.broadcast_to(together, len(nodes))[rest] if way.together else None
-            found = plan_right_of_way(_nodes(join_tables(tried), robots), clear, self.margin, together=span)
-            for k in np.flatnonzero(found.found):
+            bent = [way.taken(original[r], clear + ROOM) for r in rest]
+            rest = rest[[tables is not None for tables in bent]]
+            tried = [tables for tables in bent if tables is not None]
+            if not tried:
+                continue
+            bends = join_tables(tried)
+            growth = np.maximum(bends.lengths.reshape(-1, robots).max(axis=1) / longest[rest], 1.0)
+            span = together[rest] / growth if way.together else None
+            found = plan_right_of_way(_nodes(bends, robots), clear, margin[rest] / growth, together=span)
+            quicker = ~plan.found[rest] | (growth * found.factor < longer[rest] * plan.factor[rest])
+            for k in np.flatnonzero(found.found & quicker):
                 tables[rest[k]] = tried[k]
+                longer[rest[k]] = growth[k]
                 for mine, theirs in zip(
                     (plan.progress, plan.found, plan.factor), (found.progress, found.found, found.factor), strict=True
                 ):
                     mine[rest[k]] = theirs[k]
         joined = join_tables(tables)
-        return plan, replace(joined, lengths=joined.lengths.reshape(paths.lengths.shape))
+        return plan, replace(joined, lengths=joined.lengths.reshape(paths.lengths.shape)), longer
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """The clock, the plan, the tracker, the brake."""

@@ -282,6 +282,8 @@ def test_every_team_controller_refuses_a_scenario_that_is_none(name):
 
 def test_every_team_scenario_arrives_with_its_own_controller():
     for name in scenario_names("team"):
+        if name.startswith("chapter-6"):  # among obstacles not all arrive: tested beside their laws
+            continue
         done = run(name)
         assert not done.diverged.any(), name
         assert np.isfinite(measure_team(done)["arrival_time_s"]).all(), name

@@ -18,7 +18,7 @@ from robotics.learning.formationlearning import FormationLearningError, learn_ne
 from robotics.scenario import load_scenario
 from robotics.simulation import simulate
 
-SEEDS = range(3)
+SEEDS = range(2)
 
 
 def learnt(seed, method="hybrid"):
