@@ -34,8 +34,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.reporting import heading, machine
+from robotics.catalogue import make_controller
 from robotics.controller import Command, Controller, Observation
-from robotics.controllers import make_controller
 from robotics.ensemble import Ensemble, EvenTiming, join_tables, quintic_table
 from robotics.path import HEADING, Quintic, X, Y
 from robotics.plant import Level

@@ -19,8 +19,8 @@ import numpy as np
 
 from benchmarks.reporting import heading, machine, start
 from robotics import plant as p
+from robotics.catalogue import make_controller
 from robotics.controller import Command, Controller, Observation
-from robotics.controllers import make_controller
 from robotics.scenario import STEP, Scenario, load_scenario
 from robotics.sensing.sensors import encoder_counts, wheel_odometry
 from robotics.simulation import simulate

@@ -12,9 +12,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from robotics.catalogue import CATALOGUE, make_controller
     from robotics.comparison import Comparison, compare, summarise
     from robotics.controller import Command, Controller, ControllerError, Observation
-    from robotics.controllers import CATALOGUE, make_controller
     from robotics.formation import FORMATION_METRICS, formation_scenario, measure_formation
     from robotics.graph import adjacency, laplacian
     from robotics.merits import measure_all, metrics_of
@@ -60,7 +60,7 @@ _MODULES = {
         "ControllerError",
         "Observation",
     ),
-    "robotics.controllers": (
+    "robotics.catalogue": (
         "CATALOGUE",
         "make_controller",
     ),

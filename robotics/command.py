@@ -96,7 +96,7 @@ def list_(json: Json = False) -> None:
 
     Example: robotics list
     """
-    from robotics.controllers import CATALOGUE, gains_of, make_controller
+    from robotics.catalogue import CATALOGUE, gains_of, make_controller
     from robotics.scenario import load_scenario, scenario_names
 
     scenarios = [load_scenario(name) for name in scenario_names()]
@@ -166,7 +166,7 @@ def run_(
     import numpy as np
 
     from fuzzy.table import write_frame
-    from robotics.controllers import make_controller
+    from robotics.catalogue import make_controller
     from robotics.merits import measure_all, metrics_of
     from robotics.scenario import load_scenario
     from robotics.simulation import simulate
@@ -301,9 +301,9 @@ def compare(
     from threadpoolctl import threadpool_limits
 
     from fuzzy.table import write_frame
+    from robotics.catalogue import make_controller
     from robotics.comparison import DEFAULT_CONTROLLERS, summarise
     from robotics.comparison import compare as compare_all
-    from robotics.controllers import make_controller
     from robotics.scenario import load_scenario, scenario_names
 
     kind = "tracking" if suite is Suite.thesis else suite.value
@@ -417,7 +417,7 @@ def _write_configuration(out: Path, scenarios: list[str], laws: list[str], seeds
     import json
 
     from fuzzy.atomic import replacing
-    from robotics.controllers import gains_of, make_controller
+    from robotics.catalogue import gains_of, make_controller
 
     configuration: dict[str, Any] = {
         "scenarios": scenarios,

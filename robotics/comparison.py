@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from robotics.catalogue import CATALOGUE, gains_of, make_controller
 from robotics.controller import Controller
-from robotics.controllers import CATALOGUE, gains_of, make_controller
 from robotics.merits import measure_all, metrics_of
 from robotics.run import Run
 from robotics.scenario import Scenario

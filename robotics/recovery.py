@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from robotics.controllers import make_controller
+from robotics.catalogue import make_controller
 from robotics.metrics import cross_track_error
 from robotics.radio import Fault, Faults
 from robotics.run import Run

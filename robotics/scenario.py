@@ -292,7 +292,7 @@ def scenario_from_table(table: dict[str, Any], name: str) -> Scenario:
     robots = tuple(_member(m, common, ("robots", i)) for i, m in enumerate(members))
     scenario: Scenario = _build(Scenario, rest, (), name=name, robots=robots)
     if scenario.controller:
-        from robotics.controllers import make_controller  # a controller knows scenarios, not the other way round
+        from robotics.catalogue import make_controller  # a controller knows scenarios, not the other way round
 
         try:  # its gains may not suit the graph, its messages not the radio
             law = make_controller(scenario.controller)

@@ -18,8 +18,8 @@ from fuzzy.compiled import compile_sugeno
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
+from robotics.catalogue import CATALOGUE, make_controller
 from robotics.controller import Controller
-from robotics.controllers import CATALOGUE, make_controller
 from robotics.controllers.fuzzy_tracking import INPUTS, FuzzyTracking
 from robotics.merits import measure_all, metrics_of
 from robotics.metrics import cross_track_error

@@ -45,7 +45,7 @@ def obstacles(
     The full plant, noise of sonars and postures; a course depends on its seed alone.
     Example: robotics stress obstacles --runs 200 --class U --json
     """
-    from robotics.controllers import make_controller
+    from robotics.catalogue import make_controller
     from robotics.stress.obstaclecourse import stress_obstacles
     from robotics.stress.outcome import Disturbance
 

@@ -56,7 +56,7 @@ def crossing(
     --seed N` with the same options repeats, draws and saves one that failed. The number of processes changes nothing.
     Example: robotics stress crossing --robots 3 --runs 2000 --json
     """
-    from robotics.controllers import make_controller
+    from robotics.catalogue import make_controller
     from robotics.stress.outcome import Disturbance, joined, stress_crossing
     from robotics.stress.single import ALIASES
 
@@ -73,7 +73,7 @@ def crossing(
             from robotics.sweeping import executors
 
             advance = begin("crossings", len(chunks))
-            with executors.processes(workers, ["robotics.stress.outcome", "robotics.controllers"]) as crew:
+            with executors.processes(workers, ["robotics.stress.outcome", "robotics.catalogue"]) as crew:
                 work = [
                     crew.executor.submit(stress_crossing, law, robots, chunk, ends.value, disturbance)
                     for chunk in chunks

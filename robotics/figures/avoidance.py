@@ -110,7 +110,7 @@ def plot_avoidance(
 
 def kept_distance(controller: str) -> float | None:
     """The distance [m] between centers that a law keeps, by its specification: d_min (6.1), or its plan's clearance."""
-    from robotics.controllers import make_controller
+    from robotics.catalogue import make_controller
 
     try:
         law = make_controller(controller)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robotics import plant as p
-from robotics.controllers import make_controller
+from robotics.catalogue import make_controller
 from robotics.ensemble import Ensemble
 from robotics.environment.collision import footprints, obstacle_contacts, robot_contacts
 from robotics.environment.world import World, compile_worlds

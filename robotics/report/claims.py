@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from robotics.controllers import make_controller
+from robotics.catalogue import make_controller
 from robotics.controllers.sliding_mode import attraction
 from robotics.metrics import METRICS, cross_track_error, settling_time, tracking_error
 from robotics.path import Sine

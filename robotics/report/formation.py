@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import anfis
-from robotics.controllers import make_controller
+from robotics.catalogue import make_controller
 from robotics.controllers.leader_follower import OUTPUTS, load_networks
 from robotics.formation import measure_formation
 from robotics.learning.formationdata import Recipe, Table, checking, conditional_mean_floor, formation_data

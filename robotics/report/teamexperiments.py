@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotics.controllers import make_controller
+from robotics.catalogue import make_controller
 from robotics.metrics import cross_track_error, settling_time, tracking_error
 from robotics.radio import Fault
 from robotics.recovery import Recovery, recovery_curve

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fuzzy.errors import InputError
-from robotics.controllers import gains_of, make_controller
+from robotics.catalogue import gains_of, make_controller
 from robotics.scenario import Scenario, scenario_from_table
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.controllers import make_controller
+from robotics.catalogue import make_controller
 from robotics.quantity import is_number
 from robotics.scenario import load_scenario, scenario_names
 from robotics.sweeping.sweep import KEYS, METHODS, MOST_POINTS, Axis, Sweep, SweepError

@@ -19,7 +19,7 @@ import numpy as np
 from fuzzy.atomic import replacing
 from fuzzy.errors import InputError
 from fuzzy.progress import Begin
-from robotics.controllers import make_controller
+from robotics.catalogue import make_controller
 from robotics.merits import measure_all
 from robotics.simulation import simulate
 from robotics.sweeping.executors import InProcess, Workers

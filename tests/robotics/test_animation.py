@@ -14,8 +14,8 @@ from matplotlib.colors import same_color
 from PIL import Image
 
 from fuzzy.drawing import COLORS, style
+from robotics.catalogue import make_controller
 from robotics.command import main
-from robotics.controllers import make_controller
 from robotics.environment.world import Disc, Geometry, Polygon, Wall, World, box, compile_world
 from robotics.events import ALONE, AVOID, FOLLOW, YIELD
 from robotics.path import Line

@@ -12,8 +12,8 @@ from matplotlib.collections import PolyCollection
 
 from fuzzy.drawing import COLORS
 from fuzzy.progress import Begin
+from robotics.catalogue import make_controller
 from robotics.command import main
-from robotics.controllers import make_controller
 from robotics.environment.world import Disc, World, compile_world
 from robotics.events import ALONE, AVOID
 from robotics.figures.avoidance import clearances, kept_distance, plot_avoidance, robot_gaps

@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial.distance import pdist
 
 from benchmarks.avoidance import Clocked, Entrant, Orca, circle_swap, ensemble, entered, figures, random_goals
+from robotics.catalogue import make_controller
 from robotics.controller import Observation
-from robotics.controllers import make_controller
 from robotics.robot import Robot
 from robotics.stress.outcome import Outcome
 

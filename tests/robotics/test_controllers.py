@@ -5,8 +5,8 @@ from dataclasses import FrozenInstanceError, replace
 import numpy as np
 import pytest
 
+from robotics.catalogue import CATALOGUE, gains_of, make_controller
 from robotics.controller import ControllerError, posture_error, wrapped
-from robotics.controllers import CATALOGUE, gains_of, make_controller
 from robotics.controllers.fuzzy_tracking import FuzzyTracking
 from robotics.controllers.lyapunov import Lyapunov
 from robotics.controllers.sliding_mode import SlidingMode

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robotics.catalogue import CATALOGUE, make_controller
 from robotics.controller import ControllerError
-from robotics.controllers import CATALOGUE, make_controller
 from robotics.metrics import cross_track_error, settling_time, tracking_error
 from robotics.radio import Fault, Radio
 from robotics.recovery import recovery_curve

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robotics.catalogue import make_controller
 from robotics.controller import ControllerError, Observation
-from robotics.controllers import make_controller
 from robotics.coordination.crash_avoidance import CrashAvoidance
 from robotics.environment.collision import footprints, robot_contacts
 from robotics.radio import Heard

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robotics.controllers import make_controller
+from robotics.catalogue import make_controller
 from robotics.coordination.reservation import CELLS, plan_right_of_way
 from robotics.coordination.sidestep import sidestepped
 from robotics.ensemble import quintic_table, table_length

@@ -9,8 +9,8 @@ import pytest
 
 import anfis
 import fuzzy
+from robotics.catalogue import make_controller
 from robotics.command import main
-from robotics.controllers import make_controller
 from robotics.controllers.leader_follower import OUTPUTS, load_networks
 from robotics.formation import measure_formation
 from robotics.learning.formationdata import Recipe, checking, formation_data

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from fuzzy.fisfile import FisFileError, format_fis
+from robotics.catalogue import make_controller
 from robotics.controller import ControllerError, Observation
-from robotics.controllers import make_controller
 from robotics.controllers.fuzzy_tracking import FuzzyTracking, load_rule_base, rule_base_names
 from robotics.metrics import cross_track_error, measure, settling_time, tracking_error
 from robotics.path import Circle, Line

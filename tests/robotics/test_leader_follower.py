@@ -10,9 +10,9 @@ from fuzzy.fisfile import write_fis
 from fuzzy.membership import Gaussian
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Linear, Sugeno, Variable
+from robotics.catalogue import CATALOGUE, gains_of, make_controller
 from robotics.comparison import compare
 from robotics.controller import ControllerError
-from robotics.controllers import CATALOGUE, gains_of, make_controller
 from robotics.controllers.leader_follower import (
     FormationTeacher,
     LeaderFollower,

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from robotics.catalogue import make_controller
 from robotics.controller import Observation, posture_error, wrapped
-from robotics.controllers import make_controller
 from robotics.controllers.lyapunov import Lyapunov
 from robotics.metrics import settling_time, tracking_error
 from robotics.scenario import Sensing, load_scenario

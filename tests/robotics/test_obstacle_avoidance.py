@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from robotics.controllers import gains_of, make_controller
+from robotics.catalogue import gains_of, make_controller
 from robotics.coordination.commitment import (
     BEST,
     LOOSE,

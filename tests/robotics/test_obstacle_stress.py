@@ -8,8 +8,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from robotics.catalogue import make_controller
 from robotics.commands.obstacles import obstacles
-from robotics.controllers import make_controller
 from robotics.environment.collision import obstacle_contacts
 from robotics.stress import obstaclecourse
 from robotics.stress.obstaclecourse import obstacle_ensemble, stress_obstacles

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from browser import CHROMIUM, Browser
 
+from robotics.catalogue import make_controller
 from robotics.command import main
-from robotics.controllers import make_controller
 from robotics.environment.world import Disc, Geometry, Polygon, Wall, World, box, compile_world
 from robotics.events import ALONE, AVOID, FOLLOW, MODES, YIELD
 from robotics.path import Circle, Line

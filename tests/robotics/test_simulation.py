@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from robotics.catalogue import make_controller
 from robotics.controller import Command
-from robotics.controllers import make_controller
 from robotics.metrics import measure
 from robotics.path import Circle, Line, Quintic, Sine, Waypoints
 from robotics.robot import Robot

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from robotics import plant as p
+from robotics.catalogue import make_controller
 from robotics.controller import Observation
-from robotics.controllers import make_controller
 from robotics.controllers.sliding_mode import (
     ArbitrarySecondOrder,
     Conventional,

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotics.controllers import make_controller
+from robotics.catalogue import make_controller
 from robotics.formation import FORMATION_METRICS
 from robotics.metrics import METRICS
 from robotics.scenario import parse_scenario

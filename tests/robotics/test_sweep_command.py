@@ -72,7 +72,7 @@ import json, os, sys
 import pandas, pyarrow.parquet, robotics.scenario, robotics.simulation
 import robotics.sweeping.sweepfile, robotics.sweeping.sweeprun
 from robotics.command import main
-from robotics.controllers import make_controller
+from robotics.catalogue import make_controller
 law, scenario = make_controller("fuzzy"), robotics.scenario.load_scenario(sys.argv[1])
 robotics.sweeping.sweeprun.measure_all(robotics.simulation.simulate(scenario, law), "tracking")
 for line in sys.stdin:

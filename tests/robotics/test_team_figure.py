@@ -14,8 +14,8 @@ from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 
 from fuzzy.drawing import COLORS
+from robotics.catalogue import make_controller
 from robotics.command import main
-from robotics.controllers import make_controller
 from robotics.environment.world import Disc, Geometry, World, box, compile_world
 from robotics.environment.world import Polygon as Block
 from robotics.figures.drawing import POINTS

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotics.controllers import make_controller
+from robotics.catalogue import make_controller
 from robotics.path import Line
 from robotics.radio import PRESETS, Fault, Radio, RadioError
 from robotics.scenario import Member, Scenario, ScenarioError, Sensing, load_scenario, parse_scenario, scenario_names

@@ -10,9 +10,9 @@ from math import inf
 import numpy as np
 import pytest
 
+from robotics.catalogue import make_controller
 from robotics.command import main
 from robotics.controller import Command
-from robotics.controllers import make_controller
 from robotics.path import Line, Quintic
 from robotics.radio import Fault, Radio
 from robotics.run import CHANNELS, REFERENCE, TEAM_CHANNELS, load_run
@@ -444,7 +444,7 @@ timing = {{ duration = 8.0, ramp = 1.0 }}
 PLAIN = """
 import sys
 from numba import config
-from robotics.controllers import make_controller
+from robotics.catalogue import make_controller
 from robotics.scenario import load_scenario
 from robotics.simulation import simulate
 

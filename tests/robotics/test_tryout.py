@@ -15,7 +15,7 @@ from fuzzy.fisfile import write_fis
 from fuzzy.kernel import evaluate_batch
 from fuzzy.membership import Gaussian
 from fuzzy.system import Constant, Linear, Sugeno, Variable
-from robotics.controllers import make_controller
+from robotics.catalogue import make_controller
 from robotics.controllers.fuzzy_tracking import load_rule_base
 from robotics.designpanel import Session, formation_data, panel
 from robotics.learning.formationdata import FILES, Recipe
