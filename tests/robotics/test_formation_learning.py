@@ -124,7 +124,7 @@ def test_data_without_the_columns_are_refused(tmp_path, capsys):
 
 def test_the_command_learns_and_the_robots_drive(tmp_path, capsys):
     data, folder = tmp_path / "data.csv", tmp_path / "networks"
-    assert main(["dataset", "formation", "--kind", "well-posed", "-o", str(data)]) == 0
+    assert main(["dataset", "formation", "--kind", "well-posed", "--samples", "120", "-o", str(data)]) == 0
     capsys.readouterr()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

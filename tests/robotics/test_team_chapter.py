@@ -19,7 +19,6 @@ def results():
     """All experiments, but for the costly repetitions: fewer fault times, smaller teams."""
     patch = pytest.MonkeyPatch()
     patch.setattr(teamexperiments, "RECOVERY_SEEDS", 3)
-    patch.setattr(teamexperiments, "OUTAGES", (5.0, 20.0))
     patch.setattr(teamexperiments, "SIZES", (5, 10))
     steps = []
     found = run_team_experiments(3, lambda: steps.append(1))
