@@ -446,11 +446,12 @@ def evaluate_point(tables: Tables, x: np.ndarray, output: np.ndarray, work: Work
 
 
 @allocating
-def evaluate_batch(tables: Tables, x: np.ndarray, output: np.ndarray, outside: np.ndarray, missing: np.ndarray) -> None:
+def evaluate_batch(tables: Tables, x: np.ndarray, output: np.ndarray, outside: np.ndarray, missing: np.ndarray) -> bool:
     """``output`` (n, outputs) ← the outputs at ``x`` (n, inputs).
 
     ``outside`` (inputs,) bool ← did any point leave that input's universe? ``missing`` (outputs,) bool ← was
-    there a point where no rule fired for that output? The last block is filled up with its last point.
+    there a point where no rule fired for that output? Returned is whether either holds anywhere. The last block is
+    filled up with its last point.
     """
     n = len(x)
     lanes = max(1, min(n, LANES))
@@ -476,3 +477,4 @@ def evaluate_batch(tables: Tables, x: np.ndarray, output: np.ndarray, outside: n
             for p in range(count):
                 output[start + p, o] = row[p]
             missing[o] |= work.missing[o].any()
+    return bool(outside.any() or missing.any())

@@ -91,7 +91,7 @@ def drive(
     posture: np.ndarray | None = None
     order = np.zeros((2, *shape))
     held_for: np.ndarray | float = 0.0
-    stopped = np.full(shape, -1)
+    stopped, gone = np.full(shape, -1), False
     # A scenario's references are the same for all runs, and are looked up at once.
     known = np.stack(setting.trajectory.sampled(setting.times)) if isinstance(setting, Scenario) else None
     for k in range(ticks + 1):
@@ -117,10 +117,12 @@ def drive(
         seen = Observation(time, x, y, heading, v, w, target, scenario.trajectory, heard, ranges)
         command, memory = controller.control(seen, memory, scenario.period)
         aim = command.target or target
-        wish = np.stack([command.first, command.second])
+        wish = np.empty((2, *shape))
+        wish[0], wish[1] = command.first, command.second
         # stop what is lost
         offset = (now[p.X] - aim.x) ** 2 + (now[p.Y] - aim.y) ** 2
-        lost = ~(np.isfinite(wish).all(axis=0) & (offset < scenario.divergence**2)) & (stopped < 0)
+        finite = np.isfinite(wish)
+        lost = ~(finite[0] & finite[1] & (offset < scenario.divergence**2)) & (stopped < 0)
         if condition is None:
             held_for = 0.0
         else:
@@ -131,7 +133,8 @@ def drive(
             wish = np.where(condition.failed | alone, 0.0, wish)
         yield Period(k, time, now, posture, aim, command, wish, condition, heard, stopped, lost, ranges)
         order = wish
-        if lost.any() or (stopped >= 0).any():
+        gone = gone or bool(lost.any())
+        if gone:
             stopped = np.where(lost, k, stopped)
             order = np.where(stopped >= 0, 0.0, order)
         # say
@@ -180,7 +183,7 @@ class Recorder:
         """Room for so many ``samples`` of all ``runs``."""
         shape = (runs, len(robots))
         self.limits = p.velocity_limits(robots)
-        self.kept = 0
+        self.kept = self.limited = 0  # samples; those whose command has been brought within the plant's limits
         self.samples = np.empty((samples, len(CHANNELS), *shape))
         self.team = np.empty((samples, len(TEAM_CHANNELS), *shape)) if team else None
         self.links = np.full((samples, *shape, len(robots)), np.inf, dtype=np.float32) if links else None
@@ -191,7 +194,8 @@ class Recorder:
     def keep(self, period: Period) -> None:
         """Keep one period; they come in their order."""
         k, now, command, target = period.k, period.state, period.command, period.target
-        gone = period.stopped >= 0
+        gone = self.stopped >= 0
+        stops = bool(gone.any())
         if command.mode is not None:
             if self.modes is None:
                 self.modes = np.zeros((len(self.samples), *gone.shape), dtype=np.int8)
@@ -202,15 +206,17 @@ class Recorder:
             self.ranges[k] = period.ranges
         row = self.samples[k]
         row[:5], row[5:8], row[8:10] = now[: p.W + 1], period.posture, period.order
-        row[10:12] = p.saturate(self.limits, command.v, command.w)
+        row[10], row[11] = command.v, command.w  # without the plant's limits until all is kept
         row[12], row[13] = now[p.EFFORT], now[p.VARIATION]
-        row[:, gone] = np.nan
+        if stops:
+            row[:, gone] = np.nan
         if self.team is not None:
             row = self.team[k]
             row[0] = np.nan if command.progress is None else command.progress
             row[1], row[2], row[3] = target.x, target.y, target.heading
             row[4] = 0 if period.condition is None else period.condition.code
-            row[:, gone] = np.nan
+            if stops:
+                row[:, gone] = np.nan
         if self.links is not None and period.heard is not None:
             self.links[k] = np.where(period.heard.hears, period.heard.age, np.inf)
         self.stopped = np.where(period.lost, k, period.stopped)
@@ -223,6 +229,9 @@ class Recorder:
         """
         end = min(scenario.ticks + 1, self.kept)
         times = scenario.times[:end]
+        new = self.samples[self.limited : self.kept]
+        new[:, 10], new[:, 11] = p.saturate(self.limits, new[:, 10], new[:, 11])
+        self.limited = self.kept
 
         def mine(kept: np.ndarray | None, axis: int = 1) -> np.ndarray | None:
             return None if kept is None else kept[:end, :, which] if axis == 2 else kept[:end, which]

@@ -12,18 +12,20 @@ shown by sampling, not proved. With the path's heading as α the lateral error i
 y_err in the path's frame (the thesis's global y works on paths along +x only; errata A22, A23).
 """
 
+import math
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from numba import njit
 
 from fuzzy.compiled import CompiledSugeno, compile_sugeno
 from fuzzy.fisfile import parse_fis, read_fis
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from robotics.controller import Command, ControllerError, Observation, wrapped
+from robotics.controller import Command, ControllerError, Observation
 from robotics.plant import Level
 from robotics.quantity import check_quantities, quantity
 from robotics.trajectory import Reference
@@ -79,30 +81,59 @@ class FuzzyTracking:
         seen: Observation,
         target: Reference,
         x_err: np.ndarray | None = None,
-        turn: np.ndarray | float = 0.0,
+        turn: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """v [m/s] and ω [rad/s], each (runs, robots), towards ``target``, (robots,) or (runs, robots) each field.
 
         ``x_err`` [m] (runs, robots) is how far the robot is behind, if that is not the target's x in its frame (5.9).
         ``turn`` [rad] (runs, robots) is what else is added to α: η of (6.4).
         """
-        dx, dy = target.x - seen.x, target.y - seen.y
-        distance = np.hypot(dx, dy)  # d_RP
-        heading_error = wrapped(target.heading - seen.heading)
-        bearing = wrapped(np.arctan2(dy, dx) - seen.heading)
-        alpha = np.where(distance < self.deadband, 0.0, bearing) if self.steering == "bearing" else heading_error
         if self.lateral != "none":
+            y_err = target.y - seen.y
             if self.lateral == "path":
-                y_err = np.cos(target.heading) * dy - np.sin(target.heading) * dx
-            else:
-                y_err = dy
-            alpha = alpha + self.turn(y_err[..., None])[..., 0]  # (2.36)
-        alpha = alpha + turn
-        if x_err is None:
-            x_err = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy  # (5.9)
-        known = (distance, alpha, x_err, heading_error)
-        command = self.tracking(np.stack([known[i] for i in self.inputs], axis=-1))
+                y_err = np.cos(target.heading) * y_err - np.sin(target.heading) * (target.x - seen.x)
+            lateral = self.turn(y_err[..., None])[..., 0]  # (2.36)
+            turn = lateral if turn is None else lateral + turn
+        robots = seen.x.shape[-1]
+        x, y, heading = (np.ascontiguousarray(part).reshape(-1, robots) for part in target[:3])
+        places, bearing = np.array(self.inputs), self.steering == "bearing"
+        known = _known(seen.x, seen.y, seen.heading, x, y, heading, x_err, turn, places, self.deadband, bearing)
+        command = self.tracking(known)
         return command[..., 0], command[..., 1]
+
+
+@njit(cache=True, error_model="numpy")
+def _known(x, y, heading, to_x, to_y, to_heading, x_err, turn, places, deadband, bearing):  # type: ignore[no-untyped-def]
+    """What the rule base is asked (runs, robots, inputs): of INPUTS those at ``places``; targets may be (1, robots)."""
+    known = np.empty((*x.shape, len(places)))
+    inputs = np.empty(4)
+    for n in range(x.shape[0]):
+        to = n % len(to_x)
+        for i in range(x.shape[1]):
+            dx = to_x[to, i] - x[n, i]
+            dy = to_y[to, i] - y[n, i]
+            inputs[0] = math.hypot(dx, dy)  # d_RP
+            inputs[3] = _wrapped(to_heading[to, i] - heading[n, i])
+            if not bearing:
+                inputs[1] = inputs[3]
+            elif inputs[0] < deadband:
+                inputs[1] = 0.0
+            else:
+                inputs[1] = _wrapped(math.atan2(dy, dx) - heading[n, i])
+            if turn is not None:
+                inputs[1] += turn[n, i]
+            if x_err is not None:
+                inputs[2] = x_err[n, i]
+            else:
+                inputs[2] = math.cos(heading[n, i]) * dx + math.sin(heading[n, i]) * dy  # (5.9)
+            for j in range(len(places)):
+                known[n, i, j] = inputs[places[j]]
+    return known
+
+
+@njit(cache=True, error_model="numpy")
+def _wrapped(angle):  # type: ignore[no-untyped-def]
+    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def rule_base_names() -> list[str]:

@@ -91,7 +91,7 @@ class FuzzyCooperation:
         seen: Observation,
         memory: _Memory,
         dt: float,
-        turn: np.ndarray | float = 0.0,
+        turn: np.ndarray | None = None,
         excused: np.ndarray | None = None,
     ) -> tuple[Command, _Memory]:
         """:meth:`control` with ``turn`` [rad] (runs, robots) added to α.

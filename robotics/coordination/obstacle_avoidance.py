@@ -155,7 +155,7 @@ class ObstacleAvoidance:
     def _committed(self, seen: Observation, memory: _Memory, fresh: np.ndarray, dt: float) -> tuple[Command, _Memory]:
         before = memory.state
         alone = (before[MODE] != TRACK) & (before[STALLED] > self.patience)
-        wish, below = self.cooperation.steered(seen, memory.below, dt, 0.0, alone)
+        wish, below = self.cooperation.steered(seen, memory.below, dt, None, alone)
         paths, place = seen.trajectory.joined, below.place
         nearest, end = paths.at(place), paths.at(np.broadcast_to(below.lengths, place.shape))
         ahead = paths.at(np.minimum(place + self.reach, below.lengths))

@@ -24,6 +24,7 @@ class PostureSensors:
     """How all robots of a scenario know their postures. Arrays are (robots,), or (3, robots) for x, y, heading."""
 
     pose: np.ndarray  # bool: by a pose sensor; else by odometry
+    posed: int  # how many are
     noise: np.ndarray  # (3, robots) m, m, rad: standard deviations
     relative: np.ndarray  # 1: standard deviation of x and y as a share of each
     since: np.ndarray  # s: noise from then on
@@ -35,6 +36,9 @@ class PostureSensors:
     noisy: Any
     scaled: Any
     filtered: Any  # None: no robot
+    # s: no robot's noise goes on for longer
+    noise_ends: float
+    relative_ends: float
 
     @classmethod
     def of(
@@ -45,21 +49,25 @@ class PostureSensors:
         pose = np.array([s.posture == "pose" for s in sensing])
         noise = np.array([[s.position_noise] * 2 + [s.heading_noise] for s in sensing]).T
         relative = np.array([s.relative_noise for s in sensing])
+        until = np.array([np.inf if s.noise_end is None else s.noise_end for s in sensing])
         gain = np.array([s.filter_gain for s in sensing])
         periods = min(_NOISE_BLOCK, scenario.ticks + 1, max(1, _MOST_DRAWS // (3 * len(sensing) * len(seeds))))
         own = [np.random.default_rng([seed, RELATIVE_STREAM]) for seed in seeds] if relative.any() else []
         return cls(
             pose,
+            int(pose.sum()),
             noise,
             relative,
             np.array([s.noise_start for s in sensing]),
-            np.array([np.inf if s.noise_end is None else s.noise_end for s in sensing]),
+            until,
             gain,
             _normal(generators, periods, len(sensing)) if noise.any() else None,
             _normal(own, periods, len(sensing)) if own else None,
             _which(noise.max(axis=0) > 0),
             _which(relative > 0),
             _which(gain < 1) if (gain < 1).any() else None,
+            until[noise.max(axis=0) > 0].max(initial=0.0),
+            until[relative > 0].max(initial=0.0),
         )
 
     def measure(
@@ -71,18 +79,18 @@ class PostureSensors:
         ``w`` (runs, robots) what the encoders told since, ``dt`` [s] ago.
         """
         odometry = state[p.ODO_X : p.ODO_HEADING + 1]
-        if not self.pose.any():
+        if not self.posed:
             return odometry.copy()
-        measured = np.where(self.pose, state[p.X : p.HEADING + 1], odometry)
+        truth = state[p.X : p.HEADING + 1]
+        measured = truth.copy() if self.posed == len(self.pose) else np.where(self.pose, truth, odometry)
         now = time + 1e-9
-        active = (self.since <= now) & (now < self.until)
         # Noise that is over need not be drawn; noise that is yet to come must be, or it would come too early.
-        if self.relative_draws is not None and (now < self.until[self.scaled]).any():
-            share = next(self.relative_draws)[:2, :, self.scaled] * (self.relative * active)[self.scaled]
+        if self.relative_draws is not None and now < self.relative_ends:
+            share = next(self.relative_draws)[:2, :, self.scaled] * (self.relative * self._active(now))[self.scaled]
             measured[:2, :, self.scaled] *= 1 + share
-        if self.draws is not None and (now < self.until[self.noisy]).any():
+        if self.draws is not None and now < self.noise_ends:
             measured[:, :, self.noisy] += (
-                next(self.draws)[:, :, self.noisy] * (self.noise * active)[:, None, self.noisy]
+                next(self.draws)[:, :, self.noisy] * (self.noise * self._active(now))[:, None, self.noisy]
             )
         if self.filtered is not None and estimate is not None:
             forward, turn = v[:, self.filtered] * dt, w[:, self.filtered] * dt
@@ -92,6 +100,9 @@ class PostureSensors:
             gap = measured[:, :, self.filtered] - predicted
             measured[:, :, self.filtered] = predicted + self.gain[self.filtered] * gap
         return measured
+
+    def _active(self, now: float) -> np.ndarray:
+        return (self.since <= now) & (now < self.until)
 
 
 def _which(robots: np.ndarray) -> Any:

@@ -5,7 +5,7 @@ import { axes, choices, element, line, offer, put, said, say, scale, shape, tick
 import player from "../playback/player.js";
 
 const RUNS = [["rival", "tr-rival"], ["before", "tr-before"], ["tried", "tr-tried"]]; // the last is drawn on top
-const NAMES = ["choices", "trial", "course", "tried", "before", "rival", "busy", "problem"];
+const NAMES = ["choices", "trial", "course", "tried", "before", "rival", "problem"];
 const LOOKS = `
 .fd-tryout { --tr-ink: var(--fd-ink, #1b1f24); --tr-quiet: var(--fd-quiet, #57606a); --tr-paper: var(--fd-paper, #fff);
   --tr-line: var(--fd-line, #d8dee4); --tr-tried: var(--fd-c0, #0072B2); --tr-rival: var(--fd-c1, #D55E00); --tr-before: #767676;
@@ -126,7 +126,6 @@ export function render({ model, el }) {
     const keep = (input, value) => { if (document.activeElement !== input) input.value = value; };
     keep(ahead, trial.look_ahead);
     keep(seed, trial.seed);
-    say(busy, get("busy") ? "running …" : "");
     const wrong = get("problem")?.message ?? "";
     problem.hidden = wrong === "";
     say(problem, wrong);
@@ -285,7 +284,10 @@ export function render({ model, el }) {
   const looks = element("link", { rel: "stylesheet", href: new URL("../playback/player.css", import.meta.url).href });
   looks.addEventListener("load", soon);
   root.prepend(looks);
-  const ends = [watch(model, NAMES, soon), whenSized(root, soon)];
+  const sayBusy = () => say(busy, get("busy") ? "running …" : "");
+  sayBusy();
+  // The word alone changes with it: the pictures are not drawn anew for it.
+  const ends = [watch(model, NAMES, soon), watch(model, ["busy"], sayBusy), whenSized(root, soon)];
   // Nothing is run for a panel that nobody sees.
   const watching = new IntersectionObserver((entries) => model.send({ do: "see", on: entries.at(-1).isIntersecting }));
   watching.observe(root);

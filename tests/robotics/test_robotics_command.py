@@ -168,7 +168,7 @@ def test_interrupted_comparison_keeps_its_rows(tmp_path):
         "robotics",
         "compare",
         "--seeds",
-        "300",
+        "100",
         "--no-report",
         "--out",
         str(tmp_path),
@@ -184,8 +184,8 @@ def test_interrupted_comparison_keeps_its_rows(tmp_path):
     assert process.returncode == 130, error
     assert "Traceback" not in error
     rows = len(pd.read_csv(results))
-    assert f"{rows} of {300 * 6 * len(scenario_names('tracking'))} rows are in {results}" in error
-    assert rows % 300 == 0
+    assert f"{rows} of {100 * 6 * len(scenario_names('tracking'))} rows are in {results}" in error
+    assert rows % 100 == 0
 
 
 def test_help_has_an_example(capsys):
