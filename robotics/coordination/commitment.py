@@ -50,13 +50,15 @@ RELAX = 0.3  # m: with every flip it may leave it earlier, for it may have been 
 
 
 # What is remembered of what moves: the nearest reading, smoothed, and what it was when it last changed [m]; s since
-# then, and since it stands still (0: it does not); so near it stood last [m], and s for which there has been room
-WATCH = 6
-NEAREST, CHANGED, QUIET, HALTED, FLOOR, ROOM = range(WATCH)
+# then, and since it stands still (0: it does not); so near it stood last [m], s for which there has been room, and how
+# far it has gone since it was to stand still [m]
+WATCH = 7
+NEAREST, CHANGED, QUIET, HALTED, FLOOR, ROOM, GONE = range(WATCH)
 TOO_NEAR, SWEEP = 0.11, 0.012  # m; m s/rad: corners are 0.05 m farther out than the sides, and turn with it
 CHANGE, SMOOTHED = 0.02, 0.25  # m, s
 RESTS, LOST = 1.0, 3.0  # s without a change: it stands still; as long as it takes to pass where nothing is seen
 LONGEST_HALT = 6.0  # s
+AWAY = 0.6  # m: who has left so far has got away
 NEARER = 0.03  # m: so much nearer than what turned out to stand still it stops again
 ROOMY, AFTER = 0.25, 2.0  # m, s: with so much room for so long that is forgotten
 
@@ -103,12 +105,13 @@ def unwatched(runs: int, robots: int) -> np.ndarray:
 
 
 @njit(cache=True, error_model="numpy")
-def halt(watch, fresh, w, dt):  # type: ignore[no-untyped-def]
+def halt(watch, fresh, v, w, dt):  # type: ignore[no-untyped-def]
     """The next ``watch``, and does a robot stand still (runs, robots)? So that not it drives into what comes nearer.
 
-    ``watch`` (WATCH, runs, robots) begins as :func:`unwatched`, ``fresh`` (runs, robots, 4) [m] is as read and ``w``
-    (runs, robots) [rad/s] how quickly it turns. Of what is very near a robot does not know if it moves: it stops,
-    looks for a while if the nearest reading changes, and goes on if not, or after LONGEST_HALT.
+    ``watch`` (WATCH, runs, robots) begins as :func:`unwatched`, ``fresh`` (runs, robots, 4) [m] is as read, ``v``
+    [m/s] and ``w`` [rad/s] (runs, robots) how it moves. Of what is very near a robot does not know if it moves: it
+    stops, looks for a while if the nearest reading changes, and goes on if not, or after LONGEST_HALT; or it leaves,
+    for AWAY.
     """
     after, stands = watch.copy(), np.zeros(w.shape, dtype=np.bool_)
     for r in range(w.shape[0]):
@@ -122,13 +125,16 @@ def halt(watch, fresh, w, dt):  # type: ignore[no-untyped-def]
             one[ROOM] = one[ROOM] + dt if now > ROOMY else 0.0
             if one[HALTED] > 0:
                 one[HALTED] += dt
-                if one[QUIET] >= (RESTS if one[NEAREST] < ROOMY else LOST) or one[HALTED] > LONGEST_HALT:
+                one[GONE] += dt * abs(v[r, i])
+                if one[GONE] > AWAY and one[NEAREST] > ROOMY:
+                    one[HALTED], one[FLOOR], one[ROOM] = 0.0, np.inf, 0.0
+                elif one[QUIET] >= (RESTS if one[NEAREST] < ROOMY else LOST) or one[HALTED] > LONGEST_HALT:
                     one[HALTED], one[FLOOR], one[ROOM] = 0.0, min(one[NEAREST], TOO_NEAR) - NEARER, 0.0
             else:
                 if one[ROOM] > AFTER:
                     one[FLOOR] = np.inf
                 if now < min(TOO_NEAR + SWEEP * abs(w[r, i]), one[FLOOR]):
-                    one[HALTED] = dt
+                    one[HALTED], one[GONE] = dt, 0.0
             stands[r, i] = one[HALTED] > 0
     return after, stands
 

@@ -35,9 +35,9 @@ from fuzzy.compiled import CompiledSugeno, compile_sugeno
 from robotics.controller import Command, ControllerError, Observation, wrapped
 from robotics.controllers.fuzzy_tracking import load_rule_base
 from robotics.coordination.commitment import BEST, GROWTH, MODE, ROWS, STALLED, STOP, WAY, commit, halt, unwatched
-from robotics.coordination.cooperation import FuzzyCooperation
+from robotics.coordination.cooperation import JOINED, FuzzyCooperation
 from robotics.coordination.neighbours import PATIENCE
-from robotics.events import ALONE, AVOID, TRACK, YIELD
+from robotics.events import ALONE, AVOID, FOLLOW, TRACK, YIELD
 from robotics.plant import Level
 from robotics.quantity import check_quantities, quantity
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR, RangeSensor
@@ -54,6 +54,8 @@ COMMITTED_RISE = np.array([1.0, 1.0, 0.6, 0.6])  # m/s: these steer, and lose ec
 IN_THE_WAY = 0.6  # m: robots that are known to be farther away are not avoided as obstacles
 LEAVE, LEAVING = 0.4, 0.5  # m, m/s: with so much ahead it drives away from what comes from elsewhere
 FASTEST = 0.6  # m/s: of a robot that catches up, among obstacles it does not know
+EARLY_TIME = 1.0  # s: to lose a lead in
+JOINING, CREEP = 0.1, 0.06  # m/s: at least, of one ahead of time that drives back to its path, and that avoids
 
 
 class _Memory(NamedTuple):
@@ -179,6 +181,7 @@ class ObstacleAvoidance:
         # Rule 11 is out: the target counts as ahead.
         _, turning = self.cooperation.tracker.toward(seen, aim, np.ones_like(alpha), steer.alpha - alpha + away)
         v = np.where(mode == TRACK, np.minimum(np.minimum(wish.v, steer.v), FASTEST), steer.v)
+        v = np.minimum(v, self._in_time(wish, place, off, mode))
         w = np.where(mode == TRACK, wish.w, np.where(mode == AVOID, turning, steer.w))
         # The others wait for the way back to the path as well.
         assert wish.message is not None
@@ -190,18 +193,32 @@ class ObstacleAvoidance:
         passing = self._lets_pass(seen, avoids)
         waits = np.where(passing, memory.waits + dt, 0.0)
         stands = passing & (waits <= LONGEST_WAIT)
+        state[STALLED] -= np.where(stands & avoids, dt, 0.0)  # to let another pass is not to be stuck
         blocked, aside = self._blocked(seen)
         blocked |= stands
         v = np.where(blocked | (aside != 0), 0.0, v)
-        w = np.where(blocked & (mode == TRACK), 0.0, np.where(aside != 0, TURN_AWAY * aside, w))
+        w = np.where(stands | (blocked & (mode == TRACK)), 0.0, np.where(aside != 0, TURN_AWAY * aside, w))
         blocked |= aside != 0
-        watch, halted = halt(memory.watch, fresh, seen.w, dt)
+        watch, halted = halt(memory.watch, fresh, seen.v, seen.w, dt)
         front = memory.ranges[..., [FRONT_LEFT, FRONT_RIGHT]].min(axis=-1)
         leaves = halted & (front > LEAVE) & ~blocked
         v, w = np.where(halted, np.where(leaves, np.minimum(front - STOP, LEAVING), 0.0), v), np.where(halted, 0.0, w)
         code = np.where(blocked, YIELD, code) + np.where(alone & (mode != TRACK), ALONE, 0)
         command = self._said(seen, wish, v, w, code, avoids & ~alone)
         return command, memory._replace(below=below, state=state, waits=waits, watch=watch)
+
+    def _in_time(self, wish: Command, place: np.ndarray, off: np.ndarray, mode: np.ndarray) -> np.ndarray:
+        """The speed [m/s] of a robot that shall not be farther along its path than the others are (runs, robots).
+
+        It holds off the path only, where the target is not what is due. Where the others wait for the way back to the
+        path, that way is still to be gone; it never stops quite, for that would count as being stuck.
+        """
+        due = wish.target
+        assert due is not None
+        tracks = mode == TRACK
+        early = np.where(tracks, place, place - off) - due.s
+        free = np.where(tracks, off <= JOINED, mode == FOLLOW)
+        return np.where(free, np.inf, np.maximum(due.v - early / EARLY_TIME, np.where(tracks, JOINING, CREEP)))
 
     def _said(
         self, seen: Observation, wish: Command, v: np.ndarray, w: np.ndarray, mode: np.ndarray, avoids: np.ndarray

@@ -193,12 +193,14 @@ def test_round_the_end_of_a_wall_it_circles_where_it_saw_it_last():
 # What moves -------------------------------------------------------------------------------------------------------
 
 
-def halts(readings, turning=0.0, watch=None):
-    """For which of the periods, with the nearest reading [m] of each, does a robot stand still?"""
+def halts(readings, turning=0.0, speed=0.0, watch=None):
+    """For which of the periods, with the nearest reading [m] of each, does a robot stand still, or leave?"""
     watch = unwatched(1, 1) if watch is None else watch
     out = []
     for reading in readings:
-        watch, stands = halt(watch, looks(FREE, FREE, reading, FREE), np.full((1, 1), turning), DT)
+        watch, stands = halt(
+            watch, looks(FREE, FREE, reading, FREE), np.full((1, 1), speed), np.full((1, 1), turning), DT
+        )
         out.append(bool(stands[0, 0]))
     return np.array(out)
 
@@ -228,6 +230,13 @@ def test_a_robot_that_turns_quickly_stands_earlier_for_its_corners():
 def test_what_is_not_seen_any_more_is_given_time_to_pass():
     still = halts([0.1] * 5 + [FREE] * 100)
     assert 3.0 <= DT * still.sum() <= 4.5  # from when the smoothed reading has grown
+
+
+def test_who_has_left_far_enough_goes_on():
+    away = halts([0.1] * 5 + [FREE] * 100, speed=0.5)
+    assert DT * away.sum() == pytest.approx(0.6 / 0.5, abs=2 * DT)
+    beside = 0.07 + 0.03 * np.sin(np.arange(100) * DT * np.pi)
+    assert halts(beside, speed=0.5)[: round(5.0 / DT)].all()  # but not from what is still as near
 
 
 # Runs -------------------------------------------------------------------------------------------------------------
@@ -365,7 +374,7 @@ def test_the_committed_scheme_escapes(name):
 def test_a_robot_that_comes_free_is_taken_back():
     """Left behind after 2 s, and yet all arrive together: the group waits as soon as the robot tracks again."""
     scenario = replace(load_scenario("chapter-6-simulation-3"), duration=75.0)
-    (run,) = run_together([scenario], "obstacles:patience=2", 0, 75.0)
+    (run,) = run_together([scenario], "obstacles:patience=2", 3, 75.0)
     assert np.ptp(arrivals(run)) <= 0.5
     why = "; ".join(events_of(run)["why"])
     assert why.index(TIMED_OUT) < why.index(REJOINED)

@@ -49,6 +49,7 @@ def test_committed_robots_arrive_and_nothing_touches(kind, robots, runs):
     summary = outcome.summary()
     assert summary["contacts"] == summary["deadlocks"] == 0
     assert summary["arrived"] == runs
+    assert summary["arrived_together"] == runs
     if kind == "U":
         assert summary["followed_wall"] > 0  # some traps cannot be left otherwise
 
