@@ -30,7 +30,7 @@ from robotics.trajectory import Reference
 
 WINDOW, WIDE = 0.5, 3.0  # m: how far from the last place the next is looked for; the same after an outage
 
-BESIDE = 0.1  # m: a robot this near the end of its path has arrived
+BESIDE = 0.04  # m: a robot this near the end of its path has arrived
 JOINED = 0.03  # m: a robot this near its path is on it
 
 
