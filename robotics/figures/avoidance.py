@@ -11,25 +11,24 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from fuzzy.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.comparison import label
 from robotics.controller import ControllerError
 from robotics.environment.collision import footprints, obstacle_clearance
-from robotics.environment.world import outlines
 from robotics.events import ALONE, MODES, STOPPED
 from robotics.figures.drawing import (
     MODE_COLORS,
     MODE_LINES,
     TARGET,
     draw_line,
-    draw_obstacles,
+    last_known,
     mark_stop,
-    rectangles,
     strided,
 )
+from robotics.figures.world import draw_bodies, draw_body, draw_world, last_move
 from robotics.metrics import cross_track_error, tracking_error
 from robotics.playback.replay import seed_place
 from robotics.robot import Robot
@@ -38,8 +37,6 @@ from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT
 
 CRASH_ROWS = ("trajectories", "distances", "cross-track", "heading", "v", "w", "progress")
 OBSTACLE_ROWS = ("trajectories", "cross-track", "sonar", "v", "w", "distances", "modes")
-_MOMENTS = 8  # at which robots are drawn
-_STANDS = 0.05  # m/s
 _AFTER = 4.0  # s shown after the last robot came to rest
 _FAR = 2.05  # m: what the panels of distances show at least
 _LEFT, _RIGHT, _GAP, _ROW, _TOP, _BETWEEN = 0.6, 0.1, 0.24, 0.82, 0.6, 0.2  # inches
@@ -146,9 +143,7 @@ def _law(run: Run) -> str:
 
 def _last_move(run: Run, place: int) -> float:
     """The time [s] up to which there is something to see."""
-    moving = (np.abs(np.nan_to_num(run["v"][place])) > _STANDS).any(axis=0)
-    last = int(np.flatnonzero(moving)[-1]) if moving.any() else len(run.time) - 1
-    return float(min(run.time[last] + _AFTER, run.time[-1]))
+    return float(min(run.time[last_move(run, place)] + _AFTER, run.time[-1]))
 
 
 def _has(run: Run, row: str) -> bool:
@@ -186,27 +181,18 @@ def _legend(axes: Sequence[Axes]) -> None:
 
 def _trajectories(ax: Axes, view: _View) -> None:
     run, place, end = view
-    x, y, heading = (run[name][place, :, :end] for name in ("x", "y", "heading"))
-    moments = np.linspace(0, end - 1, _MOMENTS).round().astype(int)
-    if run.obstacles is not None:
-        moving = len(run.obstacles.counts) > 1
-        for k in moments if moving else moments[:1]:
-            draw_obstacles(ax, outlines(run.obstacles, k), **({"alpha": 0.4} if moving else {}))
-    size = (Robot().length, Robot().width)
+    x, y = (run[name][place, :, :end] for name in ("x", "y"))
+    draw_world(ax, run, place, end - 1)
+    draw_bodies(ax, run, place, end - 1)
     nearest = _nearest(view)
     for i, nodes in enumerate(run.paths):
         ax.plot(*strided(*nodes), **TARGET, zorder=1, label=None if i else "path")  # type: ignore[arg-type]
         ax.plot(*strided(x[i], y[i]), **_look(i), linewidth=1.1, label=f"robot {i + 1}")
-        there = moments[np.isfinite(x[i, moments])]
-        bodies = rectangles(x[i, there], y[i, there], heading[i, there], *size)
         color = COLORS[i % len(COLORS)]
-        ax.add_collection(PolyCollection(list(bodies), facecolors="white", edgecolors=color, linewidths=0.6, zorder=3))
         if nearest is not None and i in nearest[:2]:
-            k = nearest[2]
-            body = rectangles(x[i, k : k + 1], y[i, k : k + 1], heading[i, k : k + 1], *size)
-            ax.add_collection(PolyCollection(list(body), facecolors=color, edgecolors=color, linewidths=0.6, zorder=4))
-        if run.diverged[place, i] and there.size:
-            mark_stop(ax, x[i, there[-1]], y[i, there[-1]], color)
+            draw_body(ax, run, place, i, np.array([nearest[2]]), facecolors=color, zorder=4)
+        if run.diverged[place, i] and (k := last_known(x[i])) >= 0:
+            mark_stop(ax, x[i, k], y[i, k], color)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set(xlabel="x [m]", ylabel="y [m]")
 

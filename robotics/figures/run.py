@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from fuzzy.drawing import COLORS, DOUBLE, new_figure, style
 from robotics.comparison import label
 from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, seeds_as_text, strided
+from robotics.figures.world import draw_bodies, draw_world
 from robotics.metrics import cross_track_error, tracking_error
 from robotics.run import Run
 
@@ -20,7 +21,8 @@ def plot_run(run: Run) -> Figure:
     """The page for ``robotics run --plot``: path, errors, speeds, commands.
 
     The first seed is drawn boldly, up to 39 more faintly behind it; each robot has its colour. A cross marks where a
-    robot was stopped. A team has a page of its own: :func:`robotics.figures.team.plot_team`.
+    robot was stopped. Among obstacles robots are drawn in true size too. A team has a page of its own:
+    :func:`robotics.figures.team.plot_team`.
     """
     if run.team is not None:
         from robotics.figures.team import plot_team
@@ -81,6 +83,9 @@ def _color(robot: int) -> str:
 def _draw_top_view(ax: Axes, run: Run) -> None:
     shown = range(min(len(run.seeds), _MOST))
     several = len(run.paths) > 1
+    draw_world(ax, run, 0)
+    if run.obstacles is not None:
+        draw_bodies(ax, run, 0)
     for i, nodes in enumerate(run.paths):
         for r in reversed(shown):
             x, y = run["x"][r, i], run["y"][r, i]

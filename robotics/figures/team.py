@@ -11,25 +11,21 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from fuzzy.drawing import COLORS, DOUBLE, LINES, new_figure, style
-from robotics.environment.world import outlines
-from robotics.figures.drawing import TARGET, draw_line, draw_obstacles, last_known, mark_stop, rectangles, strided
+from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, strided
 from robotics.figures.run import page_title
+from robotics.figures.world import draw_bodies, draw_world
 from robotics.metrics import tracking_error
 from robotics.playback.replay import FaultSpan, fault_spans, seed_place
 from robotics.playback.scene import FEW, WORDS, shade_faults
-from robotics.robot import Robot
 from robotics.run import Run
 
 _PAIRS = 4  # robots whose pairs all get a line; of more, each is compared with the median
 _FAINT = 0.25  # opacity of the other seeds
 _MOST = 40  # seeds drawn
 _NAMED = 6  # faults that are named in the picture
-_STANDS = 0.05  # m/s
-_MOMENTS = 8  # at which robots, and obstacles that move, are drawn
 
 LEAST = 1e-3  # what the axis of the differences of progress shows at least, to either side
 
@@ -136,28 +132,13 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Iterable[FaultS
             zorder=6,
         )
     if run.obstacles is not None:
-        _draw_world(ax, run, first, few)
+        draw_world(ax, run, first)
+        if few:
+            draw_bodies(ax, run, first)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=6)
-
-
-def _draw_world(ax: Axes, run: Run, place: int, robots: bool) -> None:
-    """The obstacles, and the robots in true size: at equal times until all stand."""
-    assert run.obstacles is not None
-    moving = (np.abs(np.nan_to_num(run["v"][place])) > _STANDS).any(axis=0)
-    last = int(np.flatnonzero(moving)[-1]) if moving.any() else len(run.time) - 1
-    moments = np.linspace(0, last, _MOMENTS).round().astype(int)
-    rest = len(run.obstacles.counts) == 1
-    for k in moments[:1] if rest else moments:
-        draw_obstacles(ax, outlines(run.obstacles, k), alpha=1.0 if rest else 0.4)
-    for i in range(len(run.paths) if robots else 0):
-        x, y, heading = (run[name][place, i, moments] for name in ("x", "y", "heading"))
-        there = np.isfinite(x)
-        bodies = rectangles(x[there], y[there], heading[there], Robot().length, Robot().width)
-        look: dict[str, Any] = {"facecolors": "white", "edgecolors": _color(i), "linewidths": 0.6, "zorder": 3}
-        ax.add_collection(PolyCollection(list(bodies), **look))
 
 
 def _draw_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int]) -> None:

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ from matplotlib.figure import Figure
 from fuzzy.inference import infer
 from robotics.comparison import Comparison, compare, summarise
 from robotics.controllers.fuzzy_tracking import load_rule_base
+from robotics.environment.world import Disc, World, compile_world
 from robotics.figures.drawing import POINTS, looks, only, seeds_as_text, thinned
 from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
 from robotics.figures.saving import HEADLINES, plot_comparison, plot_errors, plot_paths, plot_run, plot_velocities
@@ -248,3 +251,15 @@ def test_wrong_requests_are_refused(comparison: Comparison, runs: list[Run]) -> 
     with pytest.raises(ValueError, match="'elsewhere' was not compared"):
         plot_comparison(comparison, "elsewhere")
     assert only(runs[0], None).seeds == (3,)
+
+
+def test_obstacles_and_one_robot_are_drawn_in_true_size(runs: list[Run]) -> None:
+    world = compile_world(World(obstacles=(Disc(position=(1.0, 0.7), radius=0.2),)))
+    top = plot_run(replace(only(runs[0], None), obstacles=world.rest)).axes[0]
+    disc, body = (
+        [p.vertices for c in top.collections if c.get_zorder() == zorder for p in c.get_paths()] for zorder in (1.5, 3)
+    )
+    np.testing.assert_allclose(disc[0].mean(axis=0), (1.0, 0.7), atol=0.02)
+    assert len(body) == 8 * runs[0].samples.shape[3]
+    for corners in body:
+        np.testing.assert_allclose(np.linalg.norm(np.diff(corners[:4], axis=0), axis=1), [0.23, 0.20, 0.23])

@@ -1,0 +1,52 @@
+"""The world in a top view: obstacles where they are, robots in their true size, at equal times until all stand."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+
+from fuzzy.drawing import COLORS
+from robotics.environment.world import outlines
+from robotics.figures.drawing import draw_obstacles, rectangles
+from robotics.robot import Robot
+from robotics.run import Run
+
+MOMENTS = 8  # at which robots, and obstacles that move, are drawn
+STANDS = 0.05  # m/s
+
+
+def last_move(run: Run, place: int) -> int:
+    """The last sample at which a robot of the run at ``place`` moves; the run's last, if none ever does."""
+    moving = (np.abs(np.nan_to_num(run["v"][place])) > STANDS).any(axis=0)
+    return int(np.flatnonzero(moving)[-1]) if moving.any() else len(run.time) - 1
+
+
+def draw_world(ax: Axes, run: Run, place: int, last: int | None = None) -> None:
+    """The obstacles of ``run``, if it has any; those that move at MOMENTS samples up to ``last``."""
+    if run.obstacles is None:
+        return
+    if len(run.obstacles.counts) == 1:
+        draw_obstacles(ax, outlines(run.obstacles, 0))
+        return
+    for k in moments(last_move(run, place) if last is None else last):
+        draw_obstacles(ax, outlines(run.obstacles, int(k)), alpha=0.4)
+
+
+def draw_bodies(ax: Axes, run: Run, place: int, last: int | None = None) -> None:
+    """The robots of the run at ``place``, in the standard size (a run does not say theirs), each with its colour."""
+    seen = moments(last_move(run, place) if last is None else last)
+    for i in range(run.samples.shape[3]):
+        draw_body(ax, run, place, i, seen[np.isfinite(run["x"][place, i, seen])], facecolors="white", zorder=3)
+
+
+def draw_body(ax: Axes, run: Run, place: int, robot: int, samples: np.ndarray, **style: Any) -> None:
+    """One robot at ``samples``."""
+    x, y, heading = (run[name][place, robot, samples] for name in ("x", "y", "heading"))
+    look: dict[str, Any] = {"edgecolors": COLORS[robot % len(COLORS)], "linewidths": 0.6} | style
+    ax.add_collection(PolyCollection(list(rectangles(x, y, heading, Robot().length, Robot().width)), **look))
+
+
+def moments(last: int) -> np.ndarray:
+    """The samples at which what moves is drawn."""
+    return np.linspace(0, last, MOMENTS).round().astype(int)
