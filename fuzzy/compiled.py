@@ -62,7 +62,7 @@ class CompiledSugeno:
         if not rows.flags.carray:  # read-only and strided arrays are other types to Numba: compiled again
             rows = rows.copy()
         if evaluate_batch(self.tables, rows, output.reshape(-1, outputs), outside, missing):
-            if outside.any() and self.fis.out_of_range in ("warn", "error"):
+            if self.fis.out_of_range in ("warn", "error") and outside.any():
                 say_out_of_range(self.fis, outside)
             if missing.any():
                 say_no_rule_fires(self.fis, missing)

@@ -450,8 +450,8 @@ def evaluate_batch(tables: Tables, x: np.ndarray, output: np.ndarray, outside: n
     """``output`` (n, outputs) ← the outputs at ``x`` (n, inputs).
 
     ``outside`` (inputs,) bool ← did any point leave that input's universe? ``missing`` (outputs,) bool ← was
-    there a point where no rule fired for that output? Returned is whether either holds anywhere. The last block is
-    filled up with its last point.
+    there a point where no rule fired for that output? Returned is whether there may be something to say: no rule
+    fired, or an input was outside and not clipped. The last block is filled up with its last point.
     """
     n = len(x)
     lanes = max(1, min(n, LANES))
@@ -477,4 +477,4 @@ def evaluate_batch(tables: Tables, x: np.ndarray, output: np.ndarray, outside: n
             for p in range(count):
                 output[start + p, o] = row[p]
             missing[o] |= work.missing[o].any()
-    return bool(outside.any() or missing.any())
+    return bool(missing.any() or (outside.any() and not tables.clip))

@@ -20,7 +20,7 @@ from robotics.radio import Channel, Condition, Faults, Heard
 from robotics.robot import Robot
 from robotics.run import CHANNELS, TEAM_CHANNELS, Run
 from robotics.scenario import STEP, Scenario
-from robotics.sensing.sensors import PostureSensors, encoder_counts, wheel_errors, wheel_odometry
+from robotics.sensing.sensors import PostureSensors, wheel_errors, wheel_odometry
 from robotics.sensing.sonar import RangeSensor, SensorArray
 from robotics.trajectory import Reference
 
@@ -87,7 +87,7 @@ def drive(
     sizes = footprints([member.robot for member in scenario.robots])
     memory = controller.init(scenario, runs)
     pending = [np.zeros((2, lanes))] * (late_periods + 2)  # commands on their way, newest first
-    counts = encoder_counts(machine.parameters, state)
+    counts, _ = wheel_odometry(machine.parameters, state, np.zeros((2, lanes)), scenario.period)
     posture: np.ndarray | None = None
     order = np.zeros((2, *shape))
     held_for: np.ndarray | float = 0.0
@@ -99,9 +99,8 @@ def drive(
         target = Reference(*known[:, k]) if known is not None else scenario.trajectory.at(time)
         condition = faults.at(time) if faults else None
         # sense
-        before, counts = counts, encoder_counts(machine.parameters, state)
-        v, w = wheel_odometry(machine.parameters, (counts - before) / scenario.period)
-        v, w = v.reshape(shape), w.reshape(shape)
+        counts, velocities = wheel_odometry(machine.parameters, state, counts, scenario.period)
+        v, w = velocities.reshape(2, *shape)
         now = state.reshape(-1, *shape)
         posture = sensors.measure(time, now, posture, v, w, scenario.period)
         ranges = None

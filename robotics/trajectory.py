@@ -65,7 +65,9 @@ class Trajectory:
 
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]; after its end a reference rests there."""
-        return Reference(*self._rows(np.full((1, len(self.paths)), float(time)))[:, 0])
+        times = np.empty((1, len(self.paths)))
+        times[:] = time
+        return Reference(*self._rows(times)[:, 0])
 
     def sampled(self, times: np.ndarray) -> Reference:
         """The references at ``times`` (n,) [s]; each field is (n, robots)."""
@@ -74,11 +76,12 @@ class Trajectory:
 
     def each_at(self, times: np.ndarray) -> Reference:
         """Each robot's reference at a time of its own, ``times`` (n, robots) [s]; each field is (n, robots)."""
-        return Reference(*self._rows(times))
+        return Reference(*self._rows(np.ascontiguousarray(times, dtype=float)))
 
     def _rows(self, times: np.ndarray) -> np.ndarray:
-        j, times = self.joined, np.ascontiguousarray(times, dtype=float)
-        return np.asarray(_refer_each(j.table, j.first, j.cells, j.lengths, self.tables, self.ends, times))
+        j = self.joined
+        rows: np.ndarray = _refer_each(j.table, j.first, j.cells, j.lengths, self.tables, self.ends, times)
+        return rows
 
 
 def compile_trajectory(paths: tuple[Path, ...], timings: tuple[Timing, ...]) -> Trajectory:

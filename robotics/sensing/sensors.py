@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numba import njit
 
 from robotics import plant as p
 from robotics.radio import RELATIVE_STREAM, WHEEL_STREAM
@@ -133,12 +134,19 @@ def wheel_errors(scenario: Scenario, seeds: Sequence[int]) -> np.ndarray | None:
     return np.concatenate([1 + np.clip(spread * d, -0.5, 0.5) for d in draws], axis=1)
 
 
-def encoder_counts(parameters: np.ndarray, state: np.ndarray) -> np.ndarray:
-    """What the encoders have counted so far (2, lanes), right and left: whole numbers."""
-    return np.floor(state[p.ANGLE_R : p.ANGLE_L + 1] * parameters[p.P_COUNT])
+@njit(cache=True, error_model="numpy")
+def wheel_odometry(parameters, state, before, period):  # type: ignore[no-untyped-def]
+    """What the encoders have counted (2, lanes), and v [m/s] and ω [rad/s] (2, lanes) since   thesis (2.25).
 
-
-def wheel_odometry(parameters: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Velocities v [m/s] and ω [rad/s], each (lanes,), from encoder counts a second (2, lanes)   thesis (2.25)."""
-    right, left = counts / parameters[p.P_COUNT] * parameters[p.P_ODO_RIGHT : p.P_ODO_LEFT + 1]
-    return (right + left) / 2, (right - left) / (2 * parameters[p.P_ODO_HALF_AXLE])
+    ``before`` (2, lanes) are the counts ``period`` seconds ago.
+    """
+    counts, velocities = np.empty_like(before), np.empty_like(before)
+    for lane in range(before.shape[1]):
+        for wheel in range(2):
+            counts[wheel, lane] = np.floor(state[p.ANGLE_R + wheel, lane] * parameters[p.P_COUNT, lane])
+        a_second = (counts[:, lane] - before[:, lane]) / period / parameters[p.P_COUNT, lane]
+        right = a_second[0] * parameters[p.P_ODO_RIGHT, lane]
+        left = a_second[1] * parameters[p.P_ODO_LEFT, lane]
+        velocities[0, lane] = (right + left) / 2
+        velocities[1, lane] = (right - left) / (2 * parameters[p.P_ODO_HALF_AXLE, lane])
+    return counts, velocities
