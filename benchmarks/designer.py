@@ -1,10 +1,11 @@
 """How fast does the designer follow the hand? Measured in a real browser, on the tracking rule base (16 rules).
 
 A vertex of a membership function is dragged by the mouse in steps; each time counts from the pointer's event until the
-picture has changed in the page: the curve itself, the firing bars of the viewer, the surface, and the path of a robot
-that drives for 22 s. One step is made when the one before has arrived. Beside the times stand those that the server
-and its workers spend computing for a step (processor time), which a busy machine does not stretch; there is none for
-the curve, which needs no server. Page load is from the address to the first picture, with an empty cache.
+page holds the new picture, which the frame then under way shows: the curve itself, the firing bars of the viewer, the
+surface, and the path of a robot that drives for 22 s. One step is made when the one before has arrived. Beside the
+times stand those that the server and its workers spend computing for a step (processor time), which a busy machine does
+not stretch; there is none for the curve, which needs no server. Page load is from the address to the first picture,
+with an empty cache.
 
 Run ``python -m benchmarks.designer [--json]``.
 """
@@ -40,12 +41,12 @@ _WATCH = """([selector, attribute]) => {
       addEventListener("pointermove", () => {
         const began = performance.now();
         // Looked at when something on the page has changed, not in every frame: looking must not slow down what it
-        // looks at. The time ends with the frame that shows the change.
+        // looks at. Pictures are drawn as a frame begins, which then shows them.
         const watch = new MutationObserver(() => {
           if (look() === before) return;
           watch.disconnect();
           clearTimeout(late);
-          requestAnimationFrame(() => done(performance.now() - began));
+          done(performance.now() - began);
         });
         const late = setTimeout(() => { watch.disconnect(); done(null); }, 20000);
         watch.observe(document.body, { subtree: true, childList: true, attributeFilter: [attribute] });

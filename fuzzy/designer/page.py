@@ -24,7 +24,7 @@ from fuzzy.errors import InputError
 if TYPE_CHECKING:
     from fuzzy.designer.server import Desk, Modules
 
-SOON = 0.004  # s that edits in hand may take to arrive before they are shown together
+SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
 _HERE = Path(str(resources.files("fuzzy") / "designer"))
 
 
