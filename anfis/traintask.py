@@ -89,7 +89,8 @@ class Task:
             raise TaskError("at least one column must be an input and one an output")
         count = len(self.x)
         if count < 2 or self.checking == count:
-            raise TaskError(f"{count} samples, {self.checking} of them for checking, leave none to learn from")
+            rows = "1 sample" if count == 1 else f"{count} samples"
+            raise TaskError(f"{rows}, {self.checking} of them for checking, leave none to learn from")
 
     @property
     def checking(self) -> int:

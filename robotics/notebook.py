@@ -14,7 +14,11 @@ _REST = """export default {
     root.setAttribute("role", "group");
     root.setAttribute("aria-label", `Player: ${model.get("run").title}`);
     el.append(root);
-    return entry.default.render({ model, el: root });
+    const end = entry.default.render({ model, el: root });
+    return () => {
+      end?.();
+      root.remove();
+    };
   },
 };"""
 

@@ -6,29 +6,28 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import background_tasks, ui
 from nicegui.elements.mixins.text_element import TextElement
 
 from fuzzy.designer.bridge import Bridge
+from fuzzy.designer.desk import Desk
 from fuzzy.designer.document import Document, OverwriteError
 from fuzzy.designer.figures import check_figure, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE
+from fuzzy.designer.modules import Modules
 from fuzzy.designer.panel import Place, Workbench, find_panels
 from fuzzy.designer.tabs import Tab, tab_group
 from fuzzy.designer.views import compared_data, document_data, surface_data, viewer_data
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 
-if TYPE_CHECKING:
-    from fuzzy.designer.server import Desk, Modules
-
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
 _HERE = Path(str(resources.files("fuzzy") / "designer"))
 
 
-async def build_page(desk: "Desk", modules: "Modules", name: str) -> None:
+async def build_page(desk: Desk, modules: Modules, name: str) -> None:
     """Fill the page of a new browser tab with the designer of the file ``name``, or with what is wrong with it."""
     for sheet in ("static/designer.css", "page.css"):
         if (_HERE / sheet).is_file():
@@ -47,7 +46,7 @@ async def build_page(desk: "Desk", modules: "Modules", name: str) -> None:
 class _Page:
     """What one browser tab shows, and what it asks for."""
 
-    def __init__(self, desk: "Desk", modules: "Modules", document: Document) -> None:
+    def __init__(self, desk: Desk, modules: Modules, document: Document) -> None:
         self.desk, self.document = desk, document
         self.client = ui.context.client
         self.bench = Workbench(document, desk.workers, modules.url, self._say)

@@ -8,14 +8,13 @@ import socket
 import sys
 import webbrowser
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from urllib.parse import quote
 
-from fuzzy.designer.document import Document, DocumentError
-from fuzzy.designer.folder import LARGEST_FILE, MOST_RULES, Folder, FolderError, read_bytes
+from fuzzy.designer.desk import Desk
+from fuzzy.designer.folder import LARGEST_FILE, Folder, FolderError, read_bytes
 from fuzzy.designer.guard import Guard
-from fuzzy.designer.workers import WorkError, Workers
+from fuzzy.designer.modules import Modules
+from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,104 +22,6 @@ if TYPE_CHECKING:
 
 HOST = "127.0.0.1"
 PORT = 8080
-AUTOSAVE = 0.25  # s between two autosaves of a document while it is being dragged
-
-
-class Desk:
-    """The documents of a folder that are open. All browser tabs with one file look at one document."""
-
-    def __init__(self, folder: Folder) -> None:
-        self.folder = folder
-        self.workers = Workers()
-        self._documents: list[Document] = []
-        self._tabs: dict[int, int] = {}  # how many look at a document, by its id
-        self._waiting: set[int] = set()  # documents that were autosaved just now
-
-    def document(self, name: str) -> Document:
-        """The document of the file ``name``, which need not exist yet.
-
-        Raises FolderError, DocumentError or FisFileError for what cannot be opened.
-        """
-        path = self.folder.inside(name)
-        for document in self._documents:
-            if document.path == path:
-                return document
-        if path.is_file() and path.stat().st_size > LARGEST_FILE:
-            raise FolderError(f"{name!r} is larger than {LARGEST_FILE / 1e6:g} MB")
-        document = Document(path, self.folder.path)
-        if len(document.design.lines) > MOST_RULES:
-            raise FolderError(f"{name}: {len(document.design.lines)} rules; the designer shows at most {MOST_RULES}")
-        document.listen(lambda: self._autosave_soon(document))
-        self._documents.append(document)
-        return document
-
-    def arrive(self, document: Document) -> None:
-        """A browser tab looks at the document."""
-        self._tabs[id(document)] = self._tabs.get(id(document), 0) + 1
-
-    def leave(self, document: Document) -> None:
-        """It does no more."""
-        self._tabs[id(document)] -= 1
-
-    def save(self, document: Document, name: str | None = None, overwrite: bool = False) -> None:
-        """Save the document, under another name if one is given. Raises FolderError, DocumentError, OSError."""
-        path = document.path if name is None else self.folder.inside(name)
-        for other in [d for d in self._documents if d is not document and d.path == path]:
-            if self._tabs.get(id(other), 0) > 0:
-                raise FolderError(f"{name!r} is open in another tab; close that one first, or take another name")
-            self._autosave(other)
-            self._documents.remove(other)
-        document.save(None if name is None else path, overwrite=overwrite)
-
-    def close(self) -> None:
-        """Write what is not saved beside the files, and end the workers."""
-        for document in self._documents:
-            self._autosave(document)
-        self.workers.close()
-
-    def _autosave_soon(self, document: Document) -> None:
-        """Write now, and during a drag four times a second: whatever happens, at most that much is lost."""
-        if id(document) not in self._waiting:
-            self._waiting.add(id(document))
-            self._autosave(document)
-            asyncio.get_running_loop().call_later(AUTOSAVE, self._autosave_again, document)
-
-    def _autosave_again(self, document: Document) -> None:
-        self._waiting.discard(id(document))
-        self._autosave(document)
-
-    def _autosave(self, document: Document) -> None:
-        try:
-            document.autosave()
-        except DocumentError as error:
-            print(f"fuzzy design: {error}", file=sys.stderr)
-
-
-class Modules:
-    """The ES modules and style sheets that pages may load: those of packages whose modules are shown."""
-
-    def __init__(self) -> None:
-        self._roots: dict[str, Path] = {}
-        self.url(Path(__file__))
-
-    def url(self, file: Path) -> str:
-        """Where pages find a file of an installed package: /modules/PACKAGE/PATH IN THE PACKAGE."""
-        file = file.resolve()
-        root = file.parent
-        # Folders of modules need not be packages themselves: the topmost package counts.
-        packages = [folder for folder in file.parents if (folder / "__init__.py").is_file()]
-        root = packages[-1] if packages else root
-        self._roots[root.name] = root
-        return f"/modules/{quote(root.name)}/{quote(file.relative_to(root).as_posix())}"
-
-    def file(self, package: str, path: str) -> Path | None:
-        """The file for such an address; None where no page may have it."""
-        root = self._roots.get(package)
-        if root is None or "\0" in path:
-            return None
-        file = (root / path).resolve()
-        allowed = file.suffix in (".js", ".css") and file.is_relative_to(root) and file.is_file()
-        return file if allowed else None
 
 
 def bound_socket(port: int | None) -> socket.socket:

@@ -59,6 +59,17 @@ def test_a_vertex_is_dragged_before_any_answer_as_one_gesture(bench: Bench) -> N
     assert all(m["parameters"] == sorted(m["parameters"]) for m in last)
 
 
+def test_a_hand_beyond_the_plot_takes_a_vertex_to_its_edge(bench: Bench) -> None:
+    bench.show("terms")
+    handle = bench.page.get_by_role("slider", name="near: right foot")
+    drag(bench.page, handle, (3000, 0))
+    bench.page.mouse.up()
+    bench.settled()
+    high = bench.page.evaluate("window.model.get('design').inputs[0].high")
+    assert bench.parameters("near")[2] == high
+    assert handle.get_attribute("aria-valuenow") == f"{high:g}"
+
+
 def test_a_drag_reaches_the_design_and_escape_takes_it_back(bench: Bench) -> None:
     bench.show("terms")
     handle = bench.page.get_by_role("slider", name="near: right foot")

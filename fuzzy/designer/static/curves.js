@@ -73,7 +73,10 @@ export function membershipChart(hands) {
         node.focus();
       },
       move(event) {
-        hands.move(held.term.name, moved(held.spec, held.term, x.value(pixel(event) - held.off)), held.name, true);
+        // A hand beyond the plot takes the vertex to its edge; number fields and keys reach farther.
+        const { low, high } = view.variable,
+          to = clamp(x.value(pixel(event) - held.off), Math.min(low, held.spec.x), Math.max(high, held.spec.x));
+        hands.move(held.term.name, moved(held.spec, held.term, to), held.name, true);
       },
       end(_, cancelled) {
         if (cancelled) hands.move(held.term.name, held.term.parameters, held.name, true);
