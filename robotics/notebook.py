@@ -29,8 +29,8 @@ def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: 
     It begins at ``speed`` times real time; ``options`` are those of :func:`robotics.playback.player.player_data`
     (``start``, ``end``, ``stale``). Raises ReplayError, or ModuleError without the extra ``notebook``.
     """
-    from fuzzy.designer.composition import composed
     from fuzzy.designer.notebook import widget_library
+    from fuzzy.esmodule import composed
 
     anywidget, traitlets = widget_library()
     folder = Path(__file__).parent / "playback"

@@ -1,6 +1,9 @@
 // The player of a run: scene, controls, chart and readout, from what robotics/playback/player.py packed.
 // The form is anywidget's: render({ model, el }), the data in model.get("run"); it returns what cleans up after it.
 
+import { axes, begin, fixed, hatch, line, sized, ticks } from "./pen.js";
+import { series, unpack } from "./rundata.js";
+
 // Okabe-Ito as in the project's figures, and the same hues lighter for a dark page; every line has its dashes too.
 const COLORS = {
   light: ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000"],
@@ -22,10 +25,6 @@ const MODES = {
 const MODE_DASHES = [[], [], [5, 3], [2, 2]];
 const GONE = 8; // the code of a stopped robot
 const words = { failure: "failure", delay: "delay", silence: "silent", stall: "stalled" };
-// A number as text: no −0, a true minus sign
-const fixed = (value, digits) =>
-  Number.isFinite(value) ? value.toFixed(digits).replace(/^-(?=[0.]*$)/, "").replace("-", "−") : "–";
-
 function make(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -35,169 +34,6 @@ function make(tag, attributes = {}, ...children) {
   }
   node.append(...children);
   return node;
-}
-
-// Data ---------------------------------------------------------------------------------------------------------
-
-function bytes(text) {
-  const raw = atob(text), out = new Uint8Array(raw.length);
-  for (let i = 0; i < raw.length; i++) out[i] = raw.charCodeAt(i);
-  return out.buffer;
-}
-
-function numbers(packed) {
-  const raw = new Int16Array(bytes(packed.data));
-  return Float32Array.from(raw, (n) => (n === -32768 ? NaN : packed.offset + packed.scale * n));
-}
-
-function unpack(run) {
-  const count = run.robots, time = new Float32Array(bytes(run.time)), frames = time.length;
-  const channels = Object.fromEntries(Object.entries(run.channels).map(([name, packed]) => [name, numbers(packed)]));
-  const bits = run.hears === null ? null : new Uint8Array(bytes(run.hears));
-  const hears = (i, j) => bits !== null && ((bits[(i * count + j) >> 3] >> ((i * count + j) & 7)) & 1) === 1;
-  const links = [];
-  if (bits) for (let i = 0; i < count; i++) for (let j = 0; j < count; j++) if (hears(i, j)) links.push([i, j]);
-  const spans = new Float32Array(bytes(run.stale));
-  const stale = (t) => {
-    const ages = new Map();
-    for (let k = 0; k < spans.length; k += 5) {
-      if (spans[k + 2] <= t && t < spans[k + 3]) ages.set(spans[k] * count + spans[k + 1], spans[k + 4] + t - spans[k + 2]);
-    }
-    return ages;
-  };
-  const locate = (t) => {
-    let low = 0, high = frames - 1;
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (time[middle] <= t) low = middle;
-      else high = middle;
-    }
-    return { k: low, share: Math.min(1, Math.max(0, (t - time[low]) / (time[high] - time[low]))) };
-  };
-  const at = (name, i, { k, share }) => {
-    const values = channels[name];
-    if (!values) return NaN;
-    const a = values[i * frames + k], b = values[i * frames + Math.min(k + 1, frames - 1)];
-    return a + share * (b - a);
-  };
-  const modes = run.modes ? { ...run.modes, codes: new Int8Array(bytes(run.modes.codes)) } : null;
-  const mode = (i, { k, share }) => (modes ? modes.codes[i * frames + (share >= 1 ? Math.min(k + 1, frames - 1) : k)] : 0);
-  const sonar = run.sonar ? { ...run.sonar, readings: numbers(run.sonar.readings) } : null;
-  let obstacles = null;
-  if (run.obstacles) {
-    const places = Object.fromEntries(["x", "y", "turn"].map((name) => [name, numbers(run.obstacles[name])]));
-    obstacles = { bodies: run.obstacles.bodies, ...places, moving: places.x.length > run.obstacles.bodies.length };
-  }
-  // Where a body is: x, y [m] and its turn [rad]
-  const body = (b, { k, share }) => {
-    const n = obstacles.moving ? frames : 1, from = b * n + (n > 1 ? k : 0), to = b * n + Math.min(n - 1, n > 1 ? k + 1 : 0);
-    return ["x", "y", "turn"].map((name) => obstacles[name][from] + share * (obstacles[name][to] - obstacles[name][from]));
-  };
-  const fault = (i, t) => run.faults.find(([robot, , start, end]) => robot === i && start <= t && t < end)?.[1];
-  const stopped = (i, t) => run.stops[i] !== null && t >= run.stops[i];
-  const ends = { start: time[0], end: time[frames - 1] };
-  return { ...run, ...ends, count, time, frames, channels, links, stale, locate, at, fault, stopped, modes, mode, sonar, obstacles, body };
-}
-
-// What the chart can show: a line a robot, or a line a pair
-function series(data, kind) {
-  const { count, frames, channels } = data;
-  const over = (f) => Float32Array.from({ length: frames }, (_, k) => f(k));
-  const rows = (f) => Array.from({ length: count }, (_, i) => ({ who: [i], name: "", values: over((k) => f(i, k)) }));
-  const s = (i, k) => channels.progress[i * frames + k];
-  if (kind === "progress") return rows(s);
-  if (kind === "speed") return rows((i, k) => channels.v[i * frames + k]);
-  const off = (c, n) => channels[c][n] - channels[`${c}_target`][n];
-  if (kind === "distance") return rows((i, k) => Math.hypot(off("x", i * frames + k), off("y", i * frames + k)));
-  if (count > 4) {
-    const middle = over((k) => {
-      const known = Array.from({ length: count }, (_, i) => s(i, k)).filter(Number.isFinite).sort((a, b) => a - b);
-      return (known[(known.length - 1) >> 1] + known[known.length >> 1]) / 2;
-    });
-    return rows((i, k) => s(i, k) - middle[k]);
-  }
-  const pairs = [];
-  for (let i = 0; i < count; i++) {
-    for (let j = i + 1; j < count; j++) {
-      pairs.push({ who: [i, j], name: `s${i + 1} − s${j + 1}`, values: over((k) => s(i, k) - s(j, k)) });
-    }
-  }
-  return pairs;
-}
-
-// Drawing ------------------------------------------------------------------------------------------------------
-
-function ticks(low, high, most) {
-  const rough = (high - low) / most, power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].map((m) => m * power).find((m) => m >= rough * 0.999);
-  const out = [];
-  for (let n = Math.ceil(low / step - 1e-9); n * step <= high + step * 1e-9; n++) out.push(n * step);
-  return { values: out, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
-}
-
-function sized(canvas, height, least = 160) {
-  const width = Math.max(least, canvas.parentNode.clientWidth), ratio = window.devicePixelRatio || 1;
-  canvas.width = Math.round(width * ratio);
-  canvas.height = Math.round(height * ratio);
-  canvas.style.height = `${height}px`;
-  return { width, height, ratio };
-}
-
-function begin(canvas, { ratio, width, height }) {
-  const pen = canvas.getContext("2d");
-  pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-  pen.clearRect(0, 0, width, height);
-  pen.setLineDash([]);
-  pen.globalAlpha = 1;
-  pen.font = "12px system-ui, 'DejaVu Sans', sans-serif";
-  return pen;
-}
-
-function line(pen, count, x, y) {
-  let down = false;
-  for (let k = 0; k < count; k++) {
-    const px = x(k), py = y(k);
-    if (!Number.isFinite(px + py)) down = false;
-    else if (down) pen.lineTo(px, py);
-    else { pen.moveTo(px, py); down = true; }
-  }
-}
-
-// Parallel strokes within the current clip, across a box: what tells faults apart without colour
-function hatch(pen, x, y, width, height, gap, kind) {
-  const reach = width + height;
-  pen.beginPath();
-  for (let d = gap / 2; d < reach; d += gap) {
-    if (kind === "delay" || kind === "failure") { pen.moveTo(x + d, y); pen.lineTo(x + d - height, y + height); }
-    if (kind === "failure") { pen.moveTo(x + width - d, y); pen.lineTo(x + width - d + height, y + height); }
-    if (kind === "silence" && d < height) { pen.moveTo(x, y + d); pen.lineTo(x + width, y + d); }
-    if (kind === "stall" && d < width) { pen.moveTo(x + d, y); pen.lineTo(x + d, y + height); }
-  }
-  pen.stroke();
-}
-
-function axes(pen, box, view, theme, xs, ys, labels) {
-  pen.lineWidth = 1;
-  pen.strokeStyle = theme.line;
-  pen.fillStyle = theme.quiet;
-  pen.textAlign = "center";
-  pen.textBaseline = "top";
-  for (const value of xs.values) {
-    const px = view.x(value);
-    pen.beginPath(); pen.moveTo(px, box.top); pen.lineTo(px, box.bottom); pen.stroke();
-    pen.fillText(fixed(value, xs.digits), px, box.bottom + 5);
-  }
-  pen.textAlign = "right";
-  pen.textBaseline = "middle";
-  for (const value of ys.values) {
-    const py = view.y(value);
-    pen.beginPath(); pen.moveTo(box.left, py); pen.lineTo(box.right, py); pen.stroke();
-    pen.fillText(fixed(value, ys.digits), box.left - 6, py);
-  }
-  pen.textBaseline = "bottom";
-  pen.fillText(labels[0], box.right, box.bottom + 36);
-  pen.textAlign = "left";
-  pen.fillText(labels[1], 4, box.top - 11);
 }
 
 // A model that says so when its run changes is shown anew, from the same time on if the run has it.

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.atomic import replacing
+from fuzzy.esmodule import composed
 from robotics.environment.world import outlines
 from robotics.events import MODES
 from robotics.playback.replay import Replay, replay, span
@@ -88,16 +89,15 @@ def player_fragment(run: Run, seed: int | None = None, **options: Any) -> str:
 
 def player_script() -> str:
     """What makes every :func:`player_fragment` of a page a player: once a page, after the fragments."""
-    folder = resources.files("robotics") / "playback"
-    code, looks = ((folder / name).read_text(encoding="utf-8") for name in ("player.js", "player.css"))
-    return f"""<script type="module">
-{code}
+    folder = Path(str(resources.files("robotics") / "playback"))
+    looks = (folder / "player.css").read_text(encoding="utf-8")
+    start = f"""
 document.head.append(Object.assign(document.createElement("style"), {{ textContent: {_script_json(looks)} }}));
 for (const el of document.querySelectorAll("[data-fleet-player]")) {{
   const given = JSON.parse(el.querySelector('script[type="application/json"]').textContent);
-  render({{ model: {{ get: (name) => given[name] }}, el }});
-}}
-</script>"""
+  entry.default.render({{ model: {{ get: (name) => given[name] }}, el }});
+}}"""
+    return f'<script type="module">\n{composed(folder / "player.js", start)}</script>'
 
 
 def write_player(

@@ -9,7 +9,6 @@ import sys
 import pytest
 
 from fuzzy.command import main
-from fuzzy.designer.composition import ModuleError
 from fuzzy.designer.desk import Desk
 from fuzzy.designer.figures import FIGURES, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE, FolderError, open_folder, read_bytes
@@ -19,6 +18,7 @@ from fuzzy.designer.panel import Place, Workbench, find_panels
 from fuzzy.designer.server import ServerError, bound_socket
 from fuzzy.designer.workers import WorkError, Workers
 from fuzzy.errors import InputError
+from fuzzy.esmodule import ModuleError
 from fuzzy.fisfile import FisFileError, format_fis, read_fis, write_fis
 from fuzzy.membership import Triangle
 from fuzzy.system import Sugeno, Variable

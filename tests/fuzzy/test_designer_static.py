@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import fuzzy
-from fuzzy.designer.composition import ModuleError, composed
+from fuzzy.esmodule import ModuleError, composed
 
 STATIC = Path(fuzzy.__file__).parent / "designer" / "static"
 
