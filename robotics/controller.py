@@ -47,7 +47,7 @@ class Command(NamedTuple):
     target: Reference | None = None  # (runs, robots) each field, if it is not the scenario's reference
     progress: np.ndarray | None = None  # (runs, robots) the law's own path parameter, from 0 to 1
     refused: np.ndarray | None = None  # (runs,) bool: the law knows no safe way, and the robots stay where they are
-    mode: np.ndarray | None = None  # (runs, robots) int: what each robot is about; an index of robotics.events.MODES
+    mode: np.ndarray | None = None  # (runs, robots) int: what each robot is about; an index of robotics.modes.MODES
 
 
 class Controller(Protocol):

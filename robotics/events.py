@@ -4,26 +4,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from robotics.modes import ALONE, AVOID, FOLLOW, MODES, STOPPED, TRACK, YIELD
+from robotics.run import Run
+
 if TYPE_CHECKING:
     import pandas as pd
 
-    from robotics.run import Run
-
-# Codes of Command.mode and Run.modes
-TRACK, AVOID, FOLLOW, YIELD = range(4)
-ALONE = 4  # added to the others: timed out, the group goes on without the robot
-STOPPED = 8  # its controller diverged, or it was lost
-MODES = (
-    "tracking",
-    "avoiding",
-    "following the wall",
-    "yielding",
-    "tracking, left behind",
-    "avoiding, left behind",
-    "following the wall, left behind",
-    "yielding, left behind",
-    "stopped",
-)
 # Why one of the first four follows another, (before, after); the longer stories are in robotics.coordination
 _REASONS = {
     (TRACK, AVOID): "an obstacle is near",
@@ -32,12 +18,12 @@ _REASONS = {
     (AVOID, FOLLOW): "no progress along its path",
     (FOLLOW, AVOID): "its way is free beyond where it got stuck",
     (FOLLOW, TRACK): "all is free again",
-    (TRACK, YIELD): "another robot is near",
-    (AVOID, YIELD): "another robot is near",
-    (FOLLOW, YIELD): "another robot is near",
-    (YIELD, TRACK): "the other robot is out of its way",
-    (YIELD, AVOID): "the other robot is out of its way",
-    (YIELD, FOLLOW): "the other robot is out of its way",
+    (TRACK, YIELD): "another robot, or what may move, is near",
+    (AVOID, YIELD): "another robot, or what may move, is near",
+    (FOLLOW, YIELD): "another robot, or what may move, is near",
+    (YIELD, TRACK): "its way is free",
+    (YIELD, AVOID): "its way is free",
+    (YIELD, FOLLOW): "its way is free",
 }
 TIMED_OUT = "timed out: the group goes on without it"
 REJOINED = "rejoined: the group waits for it again"
@@ -76,7 +62,7 @@ def reason(before: int, after: int) -> str:
     return "; ".join(reasons)
 
 
-def events_of(run: "Run") -> "pd.DataFrame":
+def events_of(run: Run) -> "pd.DataFrame":
     """The hand-overs of ``run``, a row each: seed, time [s], robot (from 1), from, to, why.
 
     By seed, then time. A law without modes has none.
@@ -84,5 +70,5 @@ def events_of(run: "Run") -> "pd.DataFrame":
     import pandas as pd
 
     listed = [] if run.modes is None else sorted(mode_events(run.time, run.modes), key=lambda e: e.run)
-    rows = [(run.seeds[e.run], e.time, e.robot + 1, e.before, e.after, e.why) for e in listed]
+    rows = [(run.seeds[e.run], round(e.time, 9), e.robot + 1, e.before, e.after, e.why) for e in listed]
     return pd.DataFrame(rows, columns=["seed", "time", "robot", "from", "to", "why"])

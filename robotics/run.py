@@ -12,7 +12,7 @@ import numpy as np
 from fuzzy.atomic import replacing
 from fuzzy.errors import InputError
 from robotics.environment.world import Geometry
-from robotics.events import MODES
+from robotics.modes import MODES
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -64,7 +64,7 @@ class Run:
     stopped: np.ndarray = field(repr=False)  # (runs, robots) int: the sample at which it diverged, or -1
     team: np.ndarray | None = field(default=None, repr=False)  # (samples, team channels, runs, robots)
     links: np.ndarray | None = field(default=None, repr=False)  # (samples, runs, receivers, senders) s: age of messages
-    modes: np.ndarray | None = field(default=None, repr=False)  # (samples, runs, robots) int8: robotics.events.MODES
+    modes: np.ndarray | None = field(default=None, repr=False)  # (samples, runs, robots) int8: robotics.modes.MODES
     ranges: np.ndarray | None = field(default=None, repr=False)  # (samples, runs, robots, sensors) m: as sensed
     obstacles: Geometry | None = field(default=None, repr=False)  # its first axis: the samples, or 1 if all rest
 

@@ -15,7 +15,7 @@ from robotics import plant as p
 from robotics.controller import Command, Controller, Observation
 from robotics.environment.collision import footprints
 from robotics.environment.world import Geometry
-from robotics.events import STOPPED
+from robotics.modes import STOPPED
 from robotics.radio import Channel, Condition, Faults, Heard
 from robotics.robot import Robot
 from robotics.run import CHANNELS, TEAM_CHANNELS, Run

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from robotics.events import AVOID, FOLLOW, TRACK
+from robotics.modes import AVOID, FOLLOW, TRACK
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR
 
 # What is remembered: mode; way round, 1 to the left, -1 to the right; s for which all has been free; since the tracking

@@ -28,6 +28,7 @@ from fuzzy.compiled import CompiledSugeno, compile_sugeno
 from robotics.controller import Command, ControllerError, Observation, wrapped
 from robotics.controllers.fuzzy_tracking import load_rule_base
 from robotics.coordination.cooperation import FuzzyCooperation
+from robotics.modes import TRACK, YIELD
 from robotics.plant import Level
 from robotics.quantity import check_quantities, quantity
 
@@ -84,7 +85,8 @@ class CrashAvoidance:
         assert wish.message is not None
         v, w = np.where(stands, 0.0, wish.v), np.where(stands, 0.0, wish.w)
         message = np.concatenate([wish.message, [seen.x, seen.y]])
-        return wish._replace(first=v, second=w, v=v, w=w, message=message), memory
+        mode = np.where(stands, YIELD, TRACK)
+        return wish._replace(first=v, second=w, v=v, w=w, message=message, mode=mode), memory
 
     def turn_at(self, distance: np.ndarray) -> np.ndarray:
         """|η| [rad] at ``distance`` [m] of any shape: the rule base, stretched so that it ends at d_min."""

@@ -37,7 +37,7 @@ from robotics.controllers.fuzzy_tracking import load_rule_base
 from robotics.coordination.commitment import BEST, GROWTH, MODE, ROWS, STALLED, STOP, WAY, commit, halt, unwatched
 from robotics.coordination.cooperation import JOINED, FuzzyCooperation
 from robotics.coordination.neighbours import PATIENCE
-from robotics.events import ALONE, AVOID, FOLLOW, TRACK, YIELD
+from robotics.modes import ALONE, AVOID, FOLLOW, TRACK, YIELD
 from robotics.plant import Level
 from robotics.quantity import check_quantities, quantity
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR, RangeSensor
@@ -203,7 +203,7 @@ class ObstacleAvoidance:
         front = memory.ranges[..., [FRONT_LEFT, FRONT_RIGHT]].min(axis=-1)
         leaves = halted & (front > LEAVE) & ~blocked
         v, w = np.where(halted, np.where(leaves, np.minimum(front - STOP, LEAVING), 0.0), v), np.where(halted, 0.0, w)
-        code = np.where(blocked, YIELD, code) + np.where(alone & (mode != TRACK), ALONE, 0)
+        code = np.where(blocked | (halted & ~leaves), YIELD, code) + np.where(alone & (mode != TRACK), ALONE, 0)
         command = self._said(seen, wish, v, w, code, avoids & ~alone)
         return command, memory._replace(below=below, state=state, waits=waits, watch=watch)
 

@@ -28,6 +28,7 @@ from robotics.coordination.reservation import CELLS, Plan, plan_right_of_way
 from robotics.coordination.sidestep import roundabout, sidestepped
 from robotics.ensemble import Ensemble, join_tables
 from robotics.graph import is_connected
+from robotics.modes import TRACK, YIELD
 from robotics.paths import Paths
 from robotics.plant import Level
 from robotics.quantity import check_quantities, quantity
@@ -212,7 +213,9 @@ class RightOfWay:
         point = paths.at(wanted)
         target = Reference(point.x, point.y, point.heading, speed, speed * point.curvature, wanted)
         wish, _ = self.tracker.control(seen._replace(reference=target), None, dt)
-        brake = self._blocked(seen) | ~memory.found
+        blocked = self._blocked(seen)
+        brake = blocked | ~memory.found
+        mode = np.where(blocked & memory.found, YIELD, TRACK)
         v, w = np.where(brake, 0.0, wish.v), np.where(brake, 0.0, wish.w)
         share = place / lengths
         share_rate = np.clip((place - memory.place) / lengths / dt, 0.0, 1.0)
@@ -221,7 +224,7 @@ class RightOfWay:
         clock = np.minimum(memory.clock + dt * pace, memory.end)
         clock = np.minimum(clock, least(clock, current(heard, 2, 3) + dt, heard.hears))
         after = memory._replace(clock=clock, pace=pace, place=place)
-        return Command(v, w, v, w, message, target, share, ~memory.found[:, 0]), after
+        return Command(v, w, v, w, message, target, share, ~memory.found[:, 0], mode), after
 
     def _blocked(self, seen: Observation) -> np.ndarray:
         """(runs, robots) bool: is another robot ahead, nearer than the braking distance?"""

@@ -18,7 +18,6 @@ from fuzzy.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.comparison import label
 from robotics.controller import ControllerError
 from robotics.environment.collision import footprints, obstacle_clearance
-from robotics.events import ALONE, MODES, STOPPED
 from robotics.figures.drawing import (
     MODE_COLORS,
     MODE_LINES,
@@ -30,6 +29,7 @@ from robotics.figures.drawing import (
 )
 from robotics.figures.world import draw_bodies, draw_body, draw_world, last_move
 from robotics.metrics import cross_track_error, tracking_error
+from robotics.modes import ALONE, MODES, STOPPED
 from robotics.playback.replay import seed_place
 from robotics.robot import Robot
 from robotics.run import Run

@@ -1,14 +1,11 @@
 """One page about one run: where the robots went, how far off they were, how fast, and what was commanded."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fuzzy.drawing import COLORS, DOUBLE, new_figure, style
-from robotics.comparison import label
-from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, seeds_as_text, strided
+from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, page_title, strided
 from robotics.figures.world import draw_bodies, draw_world
 from robotics.metrics import cross_track_error, tracking_error
 from robotics.run import Run
@@ -60,20 +57,6 @@ def plot_run(run: Run) -> Figure:
         figure.align_ylabels()
         figure.suptitle(page_title(run, range(min(len(run.seeds), _MOST))), parse_math=False, fontsize=9)
         return figure
-
-
-def page_title(run: Run, order: Sequence[int]) -> str:
-    """Which law drove where, and in ``order`` which seeds (their places) are drawn, the first boldly."""
-    try:
-        name = label(run.controller)
-    except KeyError:  # a run from a file or of a controller without a preset
-        name = run.controller
-    seeds = f"seed {run.seeds[order[0]]}"
-    if len(order) > 1:
-        seeds += f"; faint: seeds {seeds_as_text([run.seeds[r] for r in order[1:]])}"
-    stopped = int(run.diverged.sum())
-    end = f"; stopped (×): {stopped} of {run.diverged.size}" if stopped else ""
-    return f"{name} on {run.scenario}, {seeds}{end}"
 
 
 def _color(robot: int) -> str:

@@ -14,8 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fuzzy.drawing import COLORS, DOUBLE, LINES, new_figure, style
-from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, strided
-from robotics.figures.run import page_title
+from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, page_title, strided
 from robotics.figures.world import draw_bodies, draw_world
 from robotics.metrics import tracking_error
 from robotics.playback.replay import FaultSpan, fault_spans, seed_place

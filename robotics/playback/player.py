@@ -18,7 +18,7 @@ import numpy as np
 from fuzzy.atomic import replacing
 from fuzzy.esmodule import composed
 from robotics.environment.world import outlines
-from robotics.events import MODES
+from robotics.modes import MODES
 from robotics.playback.replay import Replay, replay, span
 from robotics.robot import Robot
 from robotics.run import Run

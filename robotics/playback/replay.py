@@ -84,7 +84,7 @@ class Replay:
     stale_after: float = 0.0  # s: older messages are stale
     obstacles: Geometry | None = field(default=None, repr=False)  # its first axis: the frames, or 1 if all rest
     ranges: np.ndarray | None = field(default=None, repr=False)  # (robots, sensors of SONAR, frames) m; inf: nothing
-    modes: np.ndarray | None = field(default=None, repr=False)  # codes of robotics.events.MODES
+    modes: np.ndarray | None = field(default=None, repr=False)  # codes of robotics.modes.MODES
     handovers: tuple[Event, ...] = field(default=(), repr=False)  # changes of mode, in the order of time
 
     @property

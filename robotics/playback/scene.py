@@ -15,7 +15,6 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from fuzzy.drawing import COLORS, DOUBLE, LINES, figure_of, new_figure, text_width
-from robotics.events import MODES, STOPPED
 from robotics.figures.drawing import (
     MODE_COLORS,
     MODE_LINES,
@@ -27,6 +26,7 @@ from robotics.figures.drawing import (
     split_outlines,
     strided,
 )
+from robotics.modes import MODES, STOPPED
 from robotics.playback.replay import KINDS, Replay
 from robotics.robot import Robot
 

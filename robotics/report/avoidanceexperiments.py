@@ -13,8 +13,8 @@ from robotics.catalogue import make_controller
 from robotics.ensemble import Ensemble
 from robotics.environment.collision import footprints, obstacle_contacts, robot_contacts
 from robotics.environment.world import World, compile_worlds
-from robotics.events import ALONE, STOPPED
 from robotics.metrics import cross_track_error
+from robotics.modes import ALONE, STOPPED
 from robotics.paths import Paths
 from robotics.run import Run
 from robotics.scenario import Scenario, load_scenario, scenario_names

@@ -17,7 +17,7 @@ from robotics.ensemble import Ensemble, EvenTiming, join_tables, quintic_table, 
 from robotics.environment.collision import footprints, obstacle_clearance, robot_contacts
 from robotics.environment.obstaclefields import GAP, random_field, random_trap
 from robotics.environment.world import Disc, World, WorldError, compile_worlds
-from robotics.events import FOLLOW
+from robotics.modes import FOLLOW
 from robotics.path import Line, Path, Quintic, X, Y
 from robotics.radio import Radio
 from robotics.scenario import Member, Scenario, Sensing

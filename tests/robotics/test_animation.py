@@ -17,7 +17,7 @@ from fuzzy.drawing import COLORS, style
 from robotics.catalogue import make_controller
 from robotics.command import main
 from robotics.environment.world import Disc, Geometry, Polygon, Wall, World, box, compile_world
-from robotics.events import ALONE, AVOID, FOLLOW, YIELD
+from robotics.modes import ALONE, AVOID, FOLLOW, YIELD
 from robotics.path import Line
 from robotics.playback import animation
 from robotics.playback.animation import AnimationError, check_animation, frame_times, write_animation

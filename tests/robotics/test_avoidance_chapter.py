@@ -15,9 +15,9 @@ from fuzzy.progress import Begin
 from robotics.catalogue import make_controller
 from robotics.command import main
 from robotics.environment.world import Disc, World, compile_world
-from robotics.events import ALONE, AVOID
 from robotics.figures.avoidance import clearances, kept_distance, plot_avoidance, robot_gaps
 from robotics.metrics import cross_track_error
+from robotics.modes import ALONE, AVOID
 from robotics.playback.replay import ReplayError
 from robotics.report import avoidance, avoidanceexperiments
 from robotics.report.avoidance import FIGURES, chapter_of

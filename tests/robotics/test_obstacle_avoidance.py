@@ -25,21 +25,8 @@ from robotics.coordination.commitment import (
 )
 from robotics.environment.collision import obstacle_clearance
 from robotics.environment.world import Disc
-from robotics.events import (
-    ALONE,
-    AVOID,
-    FOLLOW,
-    MODES,
-    REJOINED,
-    STOPPED,
-    TIMED_OUT,
-    TRACK,
-    YIELD,
-    Event,
-    events_of,
-    mode_events,
-    reason,
-)
+from robotics.events import REJOINED, TIMED_OUT, Event, events_of, mode_events, reason
+from robotics.modes import ALONE, AVOID, FOLLOW, MODES, STOPPED, TRACK, YIELD
 from robotics.path import Line
 from robotics.report.avoidanceexperiments import run_together
 from robotics.run import load_run
@@ -396,9 +383,9 @@ def test_events_are_the_changes_of_mode():
     assert mode_events(np.arange(4) * 0.5, modes) == [
         Event(0.5, 0, 0, "tracking", "avoiding", "an obstacle is near"),
         Event(1.0, 0, 0, "avoiding", "avoiding, left behind", TIMED_OUT),
-        Event(1.0, 0, 1, "tracking", "yielding", "another robot is near"),
+        Event(1.0, 0, 1, "tracking", "yielding", "another robot, or what may move, is near"),
         Event(1.5, 0, 0, "avoiding, left behind", "avoiding", REJOINED),
-        Event(1.5, 0, 1, "yielding", "tracking", "the other robot is out of its way"),
+        Event(1.5, 0, 1, "yielding", "tracking", "its way is free"),
     ]
     assert reason(AVOID, STOPPED).startswith("its command")
 

@@ -18,7 +18,7 @@ from fuzzy.esmodule import composed
 from robotics.catalogue import make_controller
 from robotics.command import main
 from robotics.environment.world import Disc, Geometry, Polygon, Wall, World, box, compile_world
-from robotics.events import ALONE, AVOID, FOLLOW, MODES, YIELD
+from robotics.modes import ALONE, AVOID, FOLLOW, MODES, YIELD
 from robotics.path import Circle, Line
 from robotics.playback.player import player_data, player_fragment, player_script, write_player
 from robotics.playback.replay import ReplayError, replay

@@ -1,0 +1,17 @@
+"""What a robot is about, as a code that laws give and runs keep."""
+
+# Codes of Command.mode and Run.modes
+TRACK, AVOID, FOLLOW, YIELD = range(4)
+ALONE = 4  # added to the others: timed out, the group goes on without the robot
+STOPPED = 8  # its controller diverged, or it was lost
+MODES = (
+    "tracking",
+    "avoiding",
+    "following the wall",
+    "yielding",
+    "tracking, left behind",
+    "avoiding, left behind",
+    "following the wall, left behind",
+    "yielding, left behind",
+    "stopped",
+)
