@@ -106,7 +106,7 @@ class RightOfWay:
     level: Level = "velocity"
     tracker: Lyapunov = field(init=False, repr=False)
 
-    message = ("place", "rate", "clock", "pace", "x", "y", "v_x", "v_y")
+    message = ("place", "clock", "pace", "x", "y", "v_x", "v_y")
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
@@ -200,15 +200,16 @@ class RightOfWay:
         reach = np.where(alone_for(heard, seen.time) > ALONE, WIDE, WINDOW)
         place = paths.nearest(seen.x, seen.y, memory.place, reach)
         # the clock
-        due, rate = _due(memory.plan, memory.clock / memory.duration * CELLS)  # (runs, receivers, robots)
-        theirs = current(heard, 0, 1)
-        lags = (due - np.where(np.isnan(theirs), 0.0, theirs)) * lengths[..., None, :]
-        lags = np.where(heard.hears, lags, -np.inf)
-        own = np.diagonal(due, axis1=1, axis2=2)
+        own, rate = _due(memory.plan, memory.clock[:, None] / memory.duration[..., None] * CELLS)
+        own, rate = own[:, 0], rate[:, 0]
+        # A message says where its sender was and what its clock showed then: how late it comes adds no lag of its own.
+        their_share, their_clock = heard.values[0], heard.values[1]
+        due, _ = _due(memory.plan, np.nan_to_num(their_clock) / memory.duration[..., None] * CELLS)
+        lags = np.where(heard.hears & ~np.isnan(their_share), (due - their_share) * lengths[..., None, :], -np.inf)
         worst = np.maximum(own * lengths - place, lags.max(axis=-1))
         pace = np.clip(1 - (worst - self.slack) / self.softness, 0.0, 1.0) * (1 - np.exp(-seen.time)) * memory.found
         # the plan and the tracker
-        speed = np.diagonal(rate, axis1=1, axis2=2) * CELLS / memory.duration * pace * lengths
+        speed = rate * CELLS / memory.duration * pace * lengths
         wanted = np.minimum(own * lengths, place + self.reach)
         point = paths.at(wanted)
         target = Reference(point.x, point.y, point.heading, speed, speed * point.curvature, wanted)
@@ -218,11 +219,10 @@ class RightOfWay:
         mode = np.where(blocked & memory.found, YIELD, TRACK)
         v, w = np.where(brake, 0.0, wish.v), np.where(brake, 0.0, wish.w)
         share = place / lengths
-        share_rate = np.clip((place - memory.place) / lengths / dt, 0.0, 1.0)
         cos, sin = np.cos(seen.heading), np.sin(seen.heading)
-        message = np.stack([share, share_rate, memory.clock, pace, seen.x, seen.y, seen.v * cos, seen.v * sin])
+        message = np.stack([share, memory.clock, pace, seen.x, seen.y, seen.v * cos, seen.v * sin])
         clock = np.minimum(memory.clock + dt * pace, memory.end)
-        clock = np.minimum(clock, least(clock, current(heard, 2, 3) + dt, heard.hears))
+        clock = np.minimum(clock, least(clock, current(heard, 1, 2) + dt, heard.hears))
         after = memory._replace(clock=clock, pace=pace, place=place)
         return Command(v, w, v, w, message, target, share, ~memory.found[:, 0], mode), after
 
@@ -231,8 +231,8 @@ class RightOfWay:
         heard = seen.heard
         assert heard is not None
         age = np.minimum(heard.age, PATIENCE)
-        dx = heard.values[4] + heard.values[6] * age - seen.x[:, :, None]
-        dy = heard.values[5] + heard.values[7] * age - seen.y[:, :, None]
+        dx = heard.values[3] + heard.values[5] * age - seen.x[:, :, None]
+        dy = heard.values[4] + heard.values[6] * age - seen.y[:, :, None]
         speed = np.abs(seen.v)
         distance = np.hypot(dx, dy)
         bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
@@ -241,8 +241,8 @@ class RightOfWay:
         # Two that face each other: the other's heading is that of its speed; the lower number goes on.
         i = np.arange(seen.x.shape[1])
         first = i[:, None] < i[None, :]
-        other = np.hypot(heard.values[6], heard.values[7])
-        facing = -(dx * heard.values[6] + dy * heard.values[7]) > np.cos(CONE) * distance * other
+        other = np.hypot(heard.values[5], heard.values[6])
+        facing = -(dx * heard.values[5] + dy * heard.values[6]) > np.cos(CONE) * distance * other
         mutual = facing & (other > 0.01)
         return np.asarray((ahead & ~(first & mutual)).any(axis=-1))
 
@@ -256,15 +256,14 @@ def _nodes(paths: Paths, robots: int) -> np.ndarray:
 
 @njit(cache=True, error_model="numpy")
 def _due(plan, ticks):  # type: ignore[no-untyped-def]
-    """Every robot's planned share, and its slope a tick, at each receiver's clock: (runs, receivers, robots)."""
-    runs, robots = ticks.shape
-    due, rate = np.empty((runs, robots, robots)), np.empty((runs, robots, robots))
+    """Each robot's planned share, and its slope a tick, at ``ticks`` (runs, rows, robots); both have that shape."""
+    due, rate = np.empty(ticks.shape), np.empty(ticks.shape)
     last = plan.shape[2] - 1
-    for r in range(runs):
-        for i in range(robots):
-            t = min(max(ticks[r, i], 0.0), last - 1e-9)
-            k = int(t)
-            for j in range(robots):
+    for r in range(ticks.shape[0]):
+        for i in range(ticks.shape[1]):
+            for j in range(ticks.shape[2]):
+                t = min(max(ticks[r, i, j], 0.0), last - 1e-9)
+                k = int(t)
                 a, b = plan[r, j, k], plan[r, j, k + 1]
                 due[r, i, j] = a + (t - k) * (b - a)
                 rate[r, i, j] = b - a
