@@ -22,7 +22,7 @@ from robotics import plant as p
 from robotics.catalogue import make_controller
 from robotics.controller import Command, Controller, Observation
 from robotics.scenario import STEP, Scenario, load_scenario
-from robotics.sensing.sensors import encoder_counts, wheel_odometry
+from robotics.sensing.sensors import wheel_odometry
 from robotics.simulation import simulate
 from robotics.trajectory import Timing
 
@@ -91,6 +91,7 @@ def stages(about: Scenario, law: Controller, seeds: int) -> dict[str, float]:
     whole = seconds(lambda: simulate(about, timed, range(seeds)))
     machine = p.Plant(np.tile(np.stack([p.parameters(m.robot, STEP) for m in about.robots], axis=1), (1, seeds)))
     state = p.initial_state(np.zeros((lanes, 3)))
+    counts = np.zeros((2, lanes))
     noise = [np.random.default_rng(seed) for seed in range(seeds)]
 
     def sense() -> None:
@@ -98,7 +99,7 @@ def stages(about: Scenario, law: Controller, seeds: int) -> dict[str, float]:
             for _ in range(-(-ticks // 256)):
                 np.stack([g.standard_normal((256, 3, len(about.robots))) for g in noise], axis=2)
         for _ in range(ticks):
-            wheel_odometry(machine.parameters, encoder_counts(machine.parameters, state))
+            wheel_odometry(machine.parameters, state, counts, about.period)
 
     parts = {
         "plant": seconds(plant_alone(lanes, ticks)),

@@ -62,3 +62,11 @@ def test_public_names_exist():
         for name in package.__all__:
             assert getattr(package, name) is not None
             assert not isinstance(getattr(package, name), type(sys)), f"{package.__name__}.{name} is a module"
+
+
+def test_every_benchmark_finds_what_it_measures():
+    names = sorted(f"benchmarks.{file.stem}" for file in (ROOT / "benchmarks").glob("[a-z]*.py"))
+    assert len(names) > 8
+    statement = "\n".join(f"import {name}" for name in names)
+    done = subprocess.run([sys.executable, "-c", statement], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
