@@ -107,6 +107,14 @@ def label(specification: str) -> str:
     return CATALOGUE[name].title + (f" ({gains})" if gains else "")
 
 
+def law_title(controller: str) -> str:
+    """:func:`label` of what a run says drove it; the name itself, of a run from a file or of a law without a preset."""
+    try:
+        return label(controller)
+    except KeyError:
+        return controller
+
+
 def terms(comparison: Comparison) -> pd.DataFrame:
     """On what terms each controller entered: command level, gains and where they come from."""
     rows = []

@@ -7,6 +7,7 @@ state. Arrays carry (runs, robots) in front, and a law is written for all of the
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
+from numba import njit
 
 from fuzzy.errors import InputError
 from robotics.plant import Level
@@ -83,6 +84,9 @@ class PostureError(NamedTuple):
 def wrapped(angle: np.ndarray) -> np.ndarray:
     """``angle`` [rad] brought into [-π, π)."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+wrapped_compiled = njit(cache=True, error_model="numpy")(wrapped)  # the same, for one angle in a compiled loop
 
 
 def posture_error(x: Any, y: Any, heading: Any, target: Reference) -> PostureError:

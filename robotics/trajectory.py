@@ -65,9 +65,7 @@ class Trajectory:
 
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]; after its end a reference rests there."""
-        times = np.empty((1, len(self.paths)))
-        times[:] = time
-        return Reference(*self._rows(times)[:, 0])
+        return Reference(*self._rows(np.full((1, len(self.paths)), float(time)))[:, 0])
 
     def sampled(self, times: np.ndarray) -> Reference:
         """The references at ``times`` (n,) [s]; each field is (n, robots)."""

@@ -25,7 +25,7 @@ from fuzzy.compiled import CompiledSugeno, compile_sugeno
 from fuzzy.fisfile import parse_fis, read_fis
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from robotics.controller import Command, ControllerError, Observation
+from robotics.controller import Command, ControllerError, Observation, wrapped_compiled
 from robotics.plant import Level
 from robotics.quantity import check_quantities, quantity
 from robotics.trajectory import Reference
@@ -113,13 +113,13 @@ def _known(x, y, heading, to_x, to_y, to_heading, x_err, turn, places, deadband,
             dx = to_x[to, i] - x[n, i]
             dy = to_y[to, i] - y[n, i]
             inputs[0] = math.hypot(dx, dy)  # d_RP
-            inputs[3] = _wrapped(to_heading[to, i] - heading[n, i])
+            inputs[3] = wrapped_compiled(to_heading[to, i] - heading[n, i])
             if not bearing:
                 inputs[1] = inputs[3]
             elif inputs[0] < deadband:
                 inputs[1] = 0.0
             else:
-                inputs[1] = _wrapped(math.atan2(dy, dx) - heading[n, i])
+                inputs[1] = wrapped_compiled(math.atan2(dy, dx) - heading[n, i])
             if turn is not None:
                 inputs[1] += turn[n, i]
             if x_err is not None:
@@ -129,11 +129,6 @@ def _known(x, y, heading, to_x, to_y, to_heading, x_err, turn, places, deadband,
             for j in range(len(places)):
                 known[n, i, j] = inputs[places[j]]
     return known
-
-
-@njit(cache=True, error_model="numpy")
-def _wrapped(angle):  # type: ignore[no-untyped-def]
-    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def rule_base_names() -> list[str]:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from robotics.controller import wrapped_compiled
 from robotics.modes import AVOID, FOLLOW, TRACK
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR
 
@@ -261,7 +262,7 @@ def _along(one, seen, fresh, pose, alpha, dt):  # type: ignore[no-untyped-def]
     # Round its end: a circle about where it was seen last
     dx, dy = one[WALL_X] - pose[0], one[WALL_Y] - pose[1]
     distance = max(np.sqrt(dx * dx + dy * dy), 0.1)
-    bearing = -way * ((np.arctan2(dy, dx) - pose[2] + np.pi) % (2 * np.pi) - np.pi)  # from ahead, to the wall's side
+    bearing = -way * wrapped_compiled(np.arctan2(dy, dx) - pose[2])  # from ahead, to the wall's side
     wanted = np.pi / 2 + min(max(3.0 * (CORNER - distance), -0.6), 0.6)
     turn = min(max(2.5 * (bearing - wanted) + speed * np.sin(bearing) / distance, -1.5), 1.5)
     one[TURNED] += turn * dt

@@ -15,7 +15,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from fuzzy.drawing import COLORS, DOUBLE, LINES, new_figure, style
-from robotics.comparison import label
+from robotics.comparison import law_title
 from robotics.controller import ControllerError
 from robotics.environment.collision import footprints, obstacle_clearance
 from robotics.figures.drawing import (
@@ -99,7 +99,7 @@ def plot_avoidance(
             top -= height + gap
         for column, view in enumerate(views):
             x = (_LEFT + column * (width + _BETWEEN) + width / 2) / DOUBLE
-            figure.text(x, 1 - 0.42 / total, _law(view.run), ha="center", fontsize=9, parse_math=False)
+            figure.text(x, 1 - 0.42 / total, law_title(view.run.controller), ha="center", fontsize=9, parse_math=False)
         title = f"{runs[0].scenario}, seed {runs[0].seeds[views[0].place]}"
         figure.text(_LEFT / DOUBLE, 1 - 0.2 / total, title, fontsize=9, parse_math=False)
         return figure
@@ -132,13 +132,6 @@ def clearances(run: Run, place: int) -> np.ndarray:
     if run.obstacles is None:
         return np.full(x.T.shape, np.inf)
     return obstacle_clearance(x, y, heading, footprints([Robot()] * x.shape[1]), run.obstacles).T
-
-
-def _law(run: Run) -> str:
-    try:
-        return label(run.controller)
-    except KeyError:
-        return run.controller
 
 
 def _last_move(run: Run, place: int) -> float:
@@ -182,7 +175,7 @@ def _legend(axes: Sequence[Axes]) -> None:
 def _trajectories(ax: Axes, view: _View) -> None:
     run, place, end = view
     x, y = (run[name][place, :, :end] for name in ("x", "y"))
-    draw_world(ax, run, place, end - 1)
+    draw_world(ax, run, end - 1)
     draw_bodies(ax, run, place, end - 1)
     nearest = _nearest(view)
     for i, nodes in enumerate(run.paths):

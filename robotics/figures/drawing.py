@@ -10,7 +10,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 
 from fuzzy.drawing import COLORS, LINES
-from robotics.comparison import label
+from robotics.comparison import law_title
 from robotics.run import Run
 
 TARGET = {"color": "0.45", "linestyle": (0, (4, 2)), "linewidth": 1.0}  # how every reference is drawn
@@ -158,13 +158,9 @@ def placed(shape: np.ndarray, x: np.ndarray, y: np.ndarray, heading: np.ndarray)
 
 def page_title(run: Run, order: Sequence[int]) -> str:
     """Which law drove where, and in ``order`` which seeds (their places) are drawn, the first boldly."""
-    try:
-        name = label(run.controller)
-    except KeyError:  # a run from a file or of a controller without a preset
-        name = run.controller
     seeds = f"seed {run.seeds[order[0]]}"
     if len(order) > 1:
         seeds += f"; faint: seeds {seeds_as_text([run.seeds[r] for r in order[1:]])}"
     stopped = int(run.diverged.sum())
     end = f"; stopped (×): {stopped} of {run.diverged.size}" if stopped else ""
-    return f"{name} on {run.scenario}, {seeds}{end}"
+    return f"{law_title(run.controller)} on {run.scenario}, {seeds}{end}"

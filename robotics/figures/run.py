@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from fuzzy.drawing import COLORS, DOUBLE, new_figure, style
 from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, page_title, strided
-from robotics.figures.world import draw_bodies, draw_world
+from robotics.figures.world import draw_bodies, draw_world, last_move
 from robotics.metrics import cross_track_error, tracking_error
 from robotics.run import Run
 
@@ -66,9 +66,10 @@ def _color(robot: int) -> str:
 def _draw_top_view(ax: Axes, run: Run) -> None:
     shown = range(min(len(run.seeds), _MOST))
     several = len(run.paths) > 1
-    draw_world(ax, run, 0)
     if run.obstacles is not None:
-        draw_bodies(ax, run, 0)
+        last = last_move(run, 0)
+        draw_world(ax, run, last)
+        draw_bodies(ax, run, 0, last)
     for i, nodes in enumerate(run.paths):
         for r in reversed(shown):
             x, y = run["x"][r, i], run["y"][r, i]

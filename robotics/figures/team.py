@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from fuzzy.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, page_title, strided
-from robotics.figures.world import draw_bodies, draw_world
+from robotics.figures.world import draw_bodies, draw_world, last_move
 from robotics.metrics import tracking_error
 from robotics.playback.replay import FaultSpan, fault_spans, seed_place
 from robotics.playback.scene import FEW, WORDS, shade_faults
@@ -131,9 +131,10 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Iterable[FaultS
             zorder=6,
         )
     if run.obstacles is not None:
-        draw_world(ax, run, first)
+        last = last_move(run, first)
+        draw_world(ax, run, last)
         if few:
-            draw_bodies(ax, run, first)
+            draw_bodies(ax, run, first, last)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")

@@ -22,20 +22,23 @@ def last_move(run: Run, place: int) -> int:
     return int(np.flatnonzero(moving)[-1]) if moving.any() else len(run.time) - 1
 
 
-def draw_world(ax: Axes, run: Run, place: int, last: int | None = None) -> None:
+def draw_world(ax: Axes, run: Run, last: int) -> None:
     """The obstacles of ``run``, if it has any; those that move at MOMENTS samples up to ``last``."""
     if run.obstacles is None:
         return
     if len(run.obstacles.counts) == 1:
         draw_obstacles(ax, outlines(run.obstacles, 0))
         return
-    for k in moments(last_move(run, place) if last is None else last):
+    for k in moments(last):
         draw_obstacles(ax, outlines(run.obstacles, int(k)), alpha=0.4)
 
 
-def draw_bodies(ax: Axes, run: Run, place: int, last: int | None = None) -> None:
-    """The robots of the run at ``place``, in the standard size (a run does not say theirs), each with its colour."""
-    seen = moments(last_move(run, place) if last is None else last)
+def draw_bodies(ax: Axes, run: Run, place: int, last: int) -> None:
+    """The robots of the run at ``place``, each with its colour, at MOMENTS samples up to ``last``.
+
+    They have the standard size: a run does not say theirs.
+    """
+    seen = moments(last)
     for i in range(run.samples.shape[3]):
         draw_body(ax, run, place, i, seen[np.isfinite(run["x"][place, i, seen])], facecolors="white", zorder=3)
 

@@ -90,13 +90,9 @@ class Replay:
     @property
     def title(self) -> str:
         """Which law drove in which scenario, and the seed."""
-        from robotics.comparison import label
+        from robotics.comparison import law_title
 
-        try:
-            name = label(self.controller)
-        except KeyError:  # a run from a file or of a controller without a preset
-            name = self.controller
-        return f"{name} on {self.scenario}, seed {self.seed}"
+        return f"{law_title(self.controller)} on {self.scenario}, seed {self.seed}"
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:

@@ -52,6 +52,7 @@ class PostureSensors:
         relative = np.array([s.relative_noise for s in sensing])
         until = np.array([np.inf if s.noise_end is None else s.noise_end for s in sensing])
         gain = np.array([s.filter_gain for s in sensing])
+        noisy, scaled = noise.max(axis=0) > 0, relative > 0
         periods = min(_NOISE_BLOCK, scenario.ticks + 1, max(1, _MOST_DRAWS // (3 * len(sensing) * len(seeds))))
         own = [np.random.default_rng([seed, RELATIVE_STREAM]) for seed in seeds] if relative.any() else []
         return cls(
@@ -64,11 +65,11 @@ class PostureSensors:
             gain,
             _normal(generators, periods, len(sensing)) if noise.any() else None,
             _normal(own, periods, len(sensing)) if own else None,
-            _which(noise.max(axis=0) > 0),
-            _which(relative > 0),
+            _which(noisy),
+            _which(scaled),
             _which(gain < 1) if (gain < 1).any() else None,
-            until[noise.max(axis=0) > 0].max(initial=0.0),
-            until[relative > 0].max(initial=0.0),
+            until[noisy].max(initial=0.0),
+            until[scaled].max(initial=0.0),
         )
 
     def measure(
