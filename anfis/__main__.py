@@ -2,6 +2,6 @@
 
 import sys
 
-from anfis.command import main
+from anfis.commands.application import main
 
 sys.exit(main())

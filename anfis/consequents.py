@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import torch
 
+from fuzzy.files.table import DataError
 from fuzzy.system import Constant, Linear, Sugeno
-from fuzzy.table import DataError
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import torch
 
-from fuzzy.clustering import DataWarning
+from fuzzy.files.table import DataError
+from fuzzy.fitting.clustering import DataWarning
 from fuzzy.system import Sugeno
-from fuzzy.table import DataError
 
 __all__ = ["DataError", "DataWarning", "Samples", "samples"]
 

@@ -7,7 +7,7 @@ import numpy as np
 from anfis.options import Options
 from anfis.training import train
 from fuzzy.errors import InputError
-from fuzzy.identification import identify
+from fuzzy.fitting.identification import identify
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 

@@ -14,10 +14,10 @@ from matplotlib.ticker import LogFormatterSciNotation, MaxNLocator
 from anfis.data import samples
 from anfis.state import Epoch
 from fuzzy.detached import detached
-from fuzzy.drawing import COLORS, COLUMN, DOUBLE, new_figure, style
 from fuzzy.errors import InputError
+from fuzzy.figures.drawing import COLORS, COLUMN, DOUBLE, new_figure, style
+from fuzzy.insight.universe import universe_grid
 from fuzzy.system import Sugeno, Variable
-from fuzzy.universe import universe_grid
 
 
 class TrainingPlotError(InputError):

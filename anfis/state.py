@@ -12,7 +12,7 @@ import torch
 from anfis.data import Samples
 from anfis.network import Network, Point
 from anfis.options import Options, TrainingError
-from fuzzy.atomic import replacing
+from fuzzy.files.atomic import replacing
 
 
 class Epoch(NamedTuple):

@@ -1,9 +1,9 @@
 """How do robots that avoid each other compare with ORCA? Circle swaps and random goals, the same robots for all.
 
 Circle swap: N robots on a circle, each to the opposite point. Random goals: starts and goals drawn in 16 m² a robot,
-0.9 m between any two starts and any two goals, as in :mod:`robotics.stress.crossings`. Everybody has the full plant
-(wheel loops, motors, limits), the pose with 3 mm and 3 mrad of noise, starts 1 cm off, cruises at 0.22 m/s and may go
-twice as fast to avoid.
+0.9 m between any two starts and any two goals, as in :mod:`robotics.experiments.stress.crossings`. Everybody has the
+full plant (wheel loops, motors, limits), the pose with 3 mm and 3 mrad of noise, starts 1 cm off, cruises at 0.22 m/s
+and may go twice as fast to avoid.
 
 ORCA [van den Berg 2011] is RVO2 as pyrvo binds it. It moves discs that go any way at once; a robot's disc is therefore
 around a point ahead of its axle, whose velocity the wheels can choose at will [Snape 2010]. The disc holds the whole
@@ -34,19 +34,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.reporting import heading, machine
-from robotics.catalogue import make_controller
-from robotics.controller import Command, Controller, Observation
-from robotics.ensemble import Ensemble, EvenTiming, join_tables, quintic_table
-from robotics.path import HEADING, Quintic, X, Y
-from robotics.plant import Level
-from robotics.scenario import Member, Scenario, Sensing
-from robotics.stress.crossings import APART, AREA, ASPECT, SPEED
-from robotics.stress.outcome import Outcome, run_ensemble
-from robotics.trajectory import Reference, Timing
+from robotics.experiments.stress.crossing_runs import run_ensemble
+from robotics.experiments.stress.crossings import APART, AREA, ASPECT, SPEED
+from robotics.experiments.stress.outcome import Outcome
+from robotics.laws.catalogue import make_controller
+from robotics.laws.law import Command, Controller, Observation
+from robotics.paths.joined import join_tables
+from robotics.paths.path import HEADING, Quintic, X, Y
+from robotics.paths.quintic_table import quintic_table
+from robotics.paths.trajectory import Reference, Timing
+from robotics.scenario.description import Member, Scenario
+from robotics.scenario.ensemble import Ensemble, EvenTiming
+from robotics.sensing.posture import Sensing
+from robotics.vehicle.plant import Level
 
 FASTEST = 2 * SPEED  # m/s: a plan of right of way moves two cells a tick at most
 ROOM, SMALLEST = 0.75, 2.0  # m of a circle's circumference a robot; its least radius
-CASE_STREAM = 9  # of a seed's random streams: see robotics.radio
+CASE_STREAM = 9  # of a seed's random streams: see robotics.radio.channel
 SEEDS = {3: 20, 10: 20, 50: 2}  # by how many robots
 QUICK = {3: 4, 10: 4}
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.designersession import browser, menu, missing, served, show, tab, workplace
-from fuzzy.atomic import replacing
+from fuzzy.files.atomic import replacing
 
 WIDTHS = (390, 800, 1600)
 HEIGHT, TALLEST = 1000, 1250  # px of the window; of a picture

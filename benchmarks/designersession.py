@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.fisfile import read_fis, write_fis
+from fuzzy.files.fisfile import read_fis, write_fis
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 PATIENCE = 120_000  # ms that a step may take on a busy machine
-_START = "import sys; from fuzzy.command import main; sys.exit(main(sys.argv[1:]))"
+_START = "import sys; from fuzzy.commands.application import main; sys.exit(main(sys.argv[1:]))"
 
 
 def missing() -> str | None:

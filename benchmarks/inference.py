@@ -24,9 +24,9 @@ import numpy as np
 from numba import njit
 
 from benchmarks.reporting import heading, machine, start, versions
-from fuzzy.compiled import compile_sugeno
+from fuzzy.compiled.kernel import evaluate_point, workspace
+from fuzzy.compiled.sugeno import compile_sugeno
 from fuzzy.inference import infer
-from fuzzy.kernel import evaluate_point, workspace
 from fuzzy.membership import Gaussian
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Linear, Sugeno, Variable

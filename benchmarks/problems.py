@@ -11,7 +11,7 @@ import numpy as np
 
 import fuzzy
 from benchmarks.mackeyglass import pairs
-from fuzzy.table import read_table
+from fuzzy.files.table import read_table
 
 JANG_RMSE = 0.0015  # checking error on Mackey-Glass after 500 epochs   [Jang 1993, section VI-D]
 JANG_APE = (0.043, 1.066)  # %, training and checking, of the three-input function   [Jang 1993, section VI-B]

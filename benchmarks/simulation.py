@@ -18,13 +18,14 @@ from typing import Any
 import numpy as np
 
 from benchmarks.reporting import heading, machine, start
-from robotics import plant as p
-from robotics.catalogue import make_controller
-from robotics.controller import Command, Controller, Observation
-from robotics.scenario import STEP, Scenario, load_scenario
-from robotics.sensing.sensors import wheel_odometry
-from robotics.simulation import simulate
-from robotics.trajectory import Timing
+from robotics.laws.catalogue import make_controller
+from robotics.laws.law import Command, Controller, Observation
+from robotics.paths.trajectory import Timing
+from robotics.scenario.description import STEP, Scenario
+from robotics.scenario.reading import load_scenario
+from robotics.sensing.posture import wheel_odometry
+from robotics.simulation.loop import simulate
+from robotics.vehicle import plant as p
 
 SEEDS, ROUNDS = 1000, 5
 ONE_RUN, MANY_RUNS, TEAMS = 0.25, 1.5e6, 3e5  # what we aim for: s; robot-ticks a second

@@ -15,14 +15,17 @@ What needs matplotlib or Numba (pictures, the compiled evaluator) is imported wh
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from fuzzy.clustering import ClusteringError, DataWarning, subtractive_clusters
-from fuzzy.consequents import IdentificationError, fit_consequents
-from fuzzy.diagnosis import Finding, check
 from fuzzy.errors import InputError
-from fuzzy.explanation import Explanation, explain
-from fuzzy.fisfile import FisFileError, FisFileWarning, format_fis, parse_fis, read_fis, write_fis
-from fuzzy.identification import identify
+from fuzzy.files.fisfile import FisFileError, FisFileWarning, format_fis, parse_fis, read_fis, write_fis
+from fuzzy.files.table import DataError
+from fuzzy.fitting.clustering import ClusteringError, DataWarning, subtractive_clusters
+from fuzzy.fitting.consequents import IdentificationError, fit_consequents
+from fuzzy.fitting.identification import identify
+from fuzzy.fitting.search import SearchResult, search_clusters, search_table
 from fuzzy.inference import Inference, InferenceWarning, infer
+from fuzzy.insight.diagnosis import Finding, check
+from fuzzy.insight.explanation import Explanation, explain
+from fuzzy.insight.surfacegrid import Surface, surface
 from fuzzy.language import RuleError, parse_rule
 from fuzzy.membership import (
     Bell,
@@ -56,15 +59,12 @@ from fuzzy.membership import (
     zmf,
 )
 from fuzzy.rule import Clause, Rule
-from fuzzy.search import SearchResult, search_clusters, search_table
-from fuzzy.surfacegrid import Surface, surface
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
-from fuzzy.table import DataError
 
 if TYPE_CHECKING:
-    from fuzzy.compiled import CompiledSugeno, compile_sugeno
+    from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
     from fuzzy.designer.notebook import editor
-    from fuzzy.plot import (
+    from fuzzy.figures.plot import (
         gensurf,
         plot_memberships,
         plot_rules,
@@ -75,10 +75,10 @@ if TYPE_CHECKING:
         ruleview,
         save_figure,
     )
-    from fuzzy.searchplot import plot_rules_error
+    from fuzzy.figures.search import plot_rules_error
 
 _ON_FIRST_USE = {
-    **dict.fromkeys(("CompiledSugeno", "compile_sugeno"), "fuzzy.compiled"),
+    **dict.fromkeys(("CompiledSugeno", "compile_sugeno"), "fuzzy.compiled.sugeno"),
     **dict.fromkeys(
         (
             "gensurf",
@@ -91,10 +91,10 @@ _ON_FIRST_USE = {
             "ruleview",
             "save_figure",
         ),
-        "fuzzy.plot",
+        "fuzzy.figures.plot",
     ),
     "editor": "fuzzy.designer.notebook",
-    "plot_rules_error": "fuzzy.searchplot",
+    "plot_rules_error": "fuzzy.figures.search",
 }
 
 

@@ -2,6 +2,6 @@
 
 import sys
 
-from fuzzy.command import main
+from fuzzy.commands.application import main
 
 sys.exit(main())

@@ -1,8 +1,21 @@
 """The family of errors that a user can mend: one class at each boundary, all of them ValueErrors."""
 
+from typing import Self
+
 
 class InputError(ValueError):
     """Something given cannot be used. The message says where, what, and what is accepted.
 
     A command line prints the message and exits with 2; any other exception there is a bug.
     """
+
+    at: tuple[str | int, ...] = ()  # where it belongs in what was read: the keys from the outermost in, the field last
+
+    def about(self, *keys: str | int) -> Self:
+        """This error, now about the value under ``keys``; where it was already about a part, about that part of it.
+
+        >>> InputError("must be > 0").about("mass").about("robots", 2).at
+        ('robots', 2, 'mass')
+        """
+        self.at = (*keys, *self.at)
+        return self

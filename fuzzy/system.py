@@ -203,7 +203,7 @@ class Sugeno:
 
     def __call__(self, x: Any) -> Array:
         """The outputs (..., outputs) at ``x`` (..., inputs); see :func:`fuzzy.inference.infer`."""
-        from fuzzy.inference import infer  # inference is built on this module
+        from fuzzy.inference import infer
 
         return infer(self, x).output
 

@@ -12,79 +12,80 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from robotics.catalogue import CATALOGUE, make_controller
-    from robotics.comparison import Comparison, compare, summarise
-    from robotics.controller import Command, Controller, ControllerError, Observation
-    from robotics.formation import FORMATION_METRICS, formation_scenario, measure_formation
-    from robotics.graph import adjacency, laplacian
-    from robotics.merits import measure_all, metrics_of
-    from robotics.metrics import METRICS, cross_track_error, measure, tracking_error
-    from robotics.notebook import player
-    from robotics.path import Circle, Line, Path, PathError, Quintic, Sine, Waypoints, compile_path
-    from robotics.radio import Fault, Heard, Radio, RadioError
-    from robotics.recovery import Recovery, recovery_curve
-    from robotics.robot import Robot, RobotError
-    from robotics.run import Run, RunError, load_run
-    from robotics.scenario import (
-        Member,
-        Scenario,
-        ScenarioError,
-        Sensing,
-        load_scenario,
-        parse_scenario,
-        scenario_names,
-    )
-    from robotics.simulation import SimulationError, simulate
-    from robotics.team import (
+    from robotics.experiments.comparison import Comparison, compare, summarise
+    from robotics.experiments.recovery import Recovery, recovery_curve
+    from robotics.laws.catalogue import CATALOGUE, make_controller
+    from robotics.laws.law import Command, Controller, ControllerError, Observation
+    from robotics.measures.formations import FORMATION_METRICS, measure_formation
+    from robotics.measures.registry import measure_all, metrics_of
+    from robotics.measures.teams import (
         TEAM_METRICS,
-        TeamError,
         arrival_time,
         measure_team,
         nearest_distance,
         progress_gap,
-        random_team,
-        team_toml,
         true_progress,
     )
-    from robotics.trajectory import Timing, Trajectory
+    from robotics.measures.tracking import METRICS, cross_track_error, measure, tracking_error
+    from robotics.paths.path import Circle, Line, Path, PathError, Quintic, Sine, Waypoints, compile_path
+    from robotics.paths.trajectory import Timing, Trajectory
+    from robotics.playback.notebook import player
+    from robotics.radio.channel import Heard
+    from robotics.radio.description import Radio, RadioError
+    from robotics.radio.faults import Fault
+    from robotics.radio.graph import adjacency, laplacian
+    from robotics.scenario.description import Member, Scenario, ScenarioError
+    from robotics.scenario.formations import formation_scenario
+    from robotics.scenario.random_team import TeamError, random_team, team_toml
+    from robotics.scenario.reading import load_scenario, parse_scenario, scenario_names
+    from robotics.sensing.posture import Sensing
+    from robotics.simulation.loop import SimulationError, simulate
+    from robotics.simulation.run import Run, RunError, load_run
+    from robotics.vehicle.robot import Robot, RobotError
 
 _MODULES = {
-    "robotics.comparison": (
+    "robotics.experiments.comparison": (
         "Comparison",
         "compare",
         "summarise",
     ),
-    "robotics.controller": (
+    "robotics.experiments.recovery": (
+        "Recovery",
+        "recovery_curve",
+    ),
+    "robotics.laws.catalogue": (
+        "CATALOGUE",
+        "make_controller",
+    ),
+    "robotics.laws.law": (
         "Command",
         "Controller",
         "ControllerError",
         "Observation",
     ),
-    "robotics.catalogue": (
-        "CATALOGUE",
-        "make_controller",
-    ),
-    "robotics.formation": (
+    "robotics.measures.formations": (
         "FORMATION_METRICS",
-        "formation_scenario",
         "measure_formation",
     ),
-    "robotics.graph": (
-        "adjacency",
-        "laplacian",
-    ),
-    "robotics.merits": (
+    "robotics.measures.registry": (
         "measure_all",
         "metrics_of",
     ),
-    "robotics.metrics": (
+    "robotics.measures.teams": (
+        "TEAM_METRICS",
+        "arrival_time",
+        "measure_team",
+        "nearest_distance",
+        "progress_gap",
+        "true_progress",
+    ),
+    "robotics.measures.tracking": (
         "METRICS",
         "cross_track_error",
         "measure",
         "tracking_error",
     ),
-    "robotics.notebook": ("player",),
-    "robotics.path": (
+    "robotics.paths.path": (
         "Circle",
         "Line",
         "Path",
@@ -94,52 +95,50 @@ _MODULES = {
         "Waypoints",
         "compile_path",
     ),
-    "robotics.radio": (
-        "Fault",
-        "Heard",
+    "robotics.paths.trajectory": (
+        "Timing",
+        "Trajectory",
+    ),
+    "robotics.playback.notebook": ("player",),
+    "robotics.radio.channel": ("Heard",),
+    "robotics.radio.description": (
         "Radio",
         "RadioError",
     ),
-    "robotics.recovery": (
-        "Recovery",
-        "recovery_curve",
+    "robotics.radio.faults": ("Fault",),
+    "robotics.radio.graph": (
+        "adjacency",
+        "laplacian",
     ),
-    "robotics.robot": (
-        "Robot",
-        "RobotError",
-    ),
-    "robotics.run": (
-        "Run",
-        "RunError",
-        "load_run",
-    ),
-    "robotics.scenario": (
+    "robotics.scenario.description": (
         "Member",
         "Scenario",
         "ScenarioError",
-        "Sensing",
+    ),
+    "robotics.scenario.formations": ("formation_scenario",),
+    "robotics.scenario.random_team": (
+        "TeamError",
+        "random_team",
+        "team_toml",
+    ),
+    "robotics.scenario.reading": (
         "load_scenario",
         "parse_scenario",
         "scenario_names",
     ),
-    "robotics.simulation": (
+    "robotics.sensing.posture": ("Sensing",),
+    "robotics.simulation.loop": (
         "SimulationError",
         "simulate",
     ),
-    "robotics.team": (
-        "TEAM_METRICS",
-        "TeamError",
-        "arrival_time",
-        "measure_team",
-        "nearest_distance",
-        "progress_gap",
-        "random_team",
-        "team_toml",
-        "true_progress",
+    "robotics.simulation.run": (
+        "Run",
+        "RunError",
+        "load_run",
     ),
-    "robotics.trajectory": (
-        "Timing",
-        "Trajectory",
+    "robotics.vehicle.robot": (
+        "Robot",
+        "RobotError",
     ),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}

@@ -2,6 +2,6 @@
 
 import sys
 
-from robotics.command import main
+from robotics.commands.application import main
 
 sys.exit(main())

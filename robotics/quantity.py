@@ -8,6 +8,8 @@ from dataclasses import field, fields
 from math import inf, isfinite
 from typing import Any
 
+from fuzzy.errors import InputError
+
 
 def quantity(
     default: Any, unit: str, *, above: float = -inf, least: float = -inf, most: float = inf, doc: str = ""
@@ -37,10 +39,10 @@ def is_number(value: Any) -> bool:
         return False
 
 
-def check_quantities(instance: Any, error: type[ValueError]) -> None:
+def check_quantities(instance: Any, error: type[InputError]) -> None:
     """Make every quantity of a frozen dataclass a float within its range; raise ``error`` where one is not.
 
-    The exception's ``field`` attribute is the name of the offending field.
+    The error is ``about`` the offending field.
     """
     for f in fields(instance):
         if "unit" not in f.metadata:
@@ -50,7 +52,5 @@ def check_quantities(instance: Any, error: type[ValueError]) -> None:
             continue
         m = f.metadata
         if not (is_number(value) and value > m["above"] and value >= m["least"] and value <= m["most"]):
-            problem = error(f"{f.name} must be {accepted(m)}; got {value!r}")
-            problem.field = f.name  # type: ignore[attr-defined]
-            raise problem
+            raise error(f"{f.name} must be {accepted(m)}; got {value!r}").about(f.name)
         object.__setattr__(instance, f.name, float(value))

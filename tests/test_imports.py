@@ -33,9 +33,9 @@ def test_imports_point_down_only(package):
     ("statement", "heavy"),
     [
         ("import fuzzy", {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy"}),
-        ("import fuzzy.command", {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy"}),
+        ("import fuzzy.commands.application", {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy"}),
         (
-            "import robotics.command",
+            "import robotics.commands.application",
             {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy", "cvxpy", "pyarrow", "distributed"},
         ),
         ("import robotics; robotics.simulate", {"torch", "matplotlib", "skfuzzy", "jinja2"}),
@@ -48,7 +48,7 @@ def test_an_import_stays_light(statement, heavy):
 
 
 @pytest.mark.parametrize(
-    "module", ["robotics.coordination.laplacian", "robotics.catalogue", "robotics.sensing.sensors"]
+    "module", ["robotics.laws.teams.graph_sliding_mode", "robotics.laws.catalogue", "robotics.sensing.posture"]
 )
 def test_a_module_can_be_imported_first(module):
     subprocess.run([sys.executable, "-c", f"import {module}"], check=True, capture_output=True, timeout=60)

@@ -81,7 +81,7 @@ def test_links_lead_somewhere(link):
     assert (ROOT / link).exists()
 
 
-@pytest.mark.parametrize("module", ["fuzzy", "fuzzy.naming", "fuzzy.rule", "robotics", "robotics.command"])
+@pytest.mark.parametrize("module", ["fuzzy", "fuzzy.naming", "fuzzy.rule", "robotics", "robotics.commands.compare"])
 def test_docstring_examples(module):
     result = doctest.testmod(importlib.import_module(module))
     assert result.attempted > 0

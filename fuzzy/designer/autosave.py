@@ -10,10 +10,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from fuzzy.atomic import replacing
 from fuzzy.designer.design import Design, RuleLine, read, sentence, with_lines
 from fuzzy.errors import InputError
-from fuzzy.fisfile import format_fis, parse_fis
+from fuzzy.files.atomic import replacing
+from fuzzy.files.fisfile import format_fis, parse_fis
 
 FOLDER = ".fuzzy-design"
 PROCESS = secrets.token_hex(8)  # tells this process from one before it that had the same number

@@ -10,7 +10,7 @@ from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from fuzzy.errors import InputError
-from fuzzy.terminal import plain
+from fuzzy.shell.terminal import plain
 
 Callback = Callable[[Any], Any]
 

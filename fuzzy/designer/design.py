@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Literal, get_args, get_origin, get_type_hints
 
 from fuzzy.detached import detached
-from fuzzy.fisfile import format_fis
+from fuzzy.files.fisfile import format_fis
 from fuzzy.language import RuleError, parse_rule
 from fuzzy.rule import Rule
 from fuzzy.system import FuzzySystemError, Sugeno, Variable

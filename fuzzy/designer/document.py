@@ -16,7 +16,7 @@ from fuzzy.designer.design import Design, design_of, file_text, point_in, with_d
 from fuzzy.designer.edits import edited
 from fuzzy.designer.variableedits import new_variable
 from fuzzy.errors import InputError
-from fuzzy.fisfile import FisFileWarning, read_fis, write_fis
+from fuzzy.files.fisfile import FisFileWarning, read_fis, write_fis
 from fuzzy.system import Sugeno
 
 DEPTH = 100  # edits that can be undone

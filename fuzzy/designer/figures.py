@@ -30,7 +30,7 @@ def figure_bytes(
     ``point`` (inputs,) is where the rules are shown and what the surface holds its other inputs at; ``inputs`` and
     ``output`` are the surface's axes, by number. Raises FuzzySystemError where there is nothing to draw.
     """
-    from fuzzy.plot import plot_memberships, plot_rules, plot_structure, plot_surface, save_figure
+    from fuzzy.figures.plot import plot_memberships, plot_rules, plot_structure, plot_surface, save_figure
 
     kind, ending = check_figure(kind, ending)
     if fis.out_of_range in ("warn", "error"):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fuzzy.errors import InputError
-from fuzzy.fisfile import FisFileError, parse_fis
+from fuzzy.files.fisfile import FisFileError, parse_fis
 from fuzzy.system import Sugeno
 
 LARGEST_FILE = 2_000_000  # bytes

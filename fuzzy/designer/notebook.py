@@ -9,9 +9,9 @@ from typing import Any
 from fuzzy.designer.design import Design, design_of
 from fuzzy.designer.document import DEPTH
 from fuzzy.designer.edits import edited
+from fuzzy.designer.esmodule import ModuleError, composed
 from fuzzy.designer.views import design_data, surface_data, viewer_data
 from fuzzy.errors import InputError
-from fuzzy.esmodule import ModuleError, composed
 from fuzzy.system import Sugeno
 
 _SOON = 0.004  # s that edits in hand may take to arrive before they are shown together

@@ -10,10 +10,10 @@ import webbrowser
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from fuzzy.designer.desk import Desk
 from fuzzy.designer.folder import LARGEST_FILE, Folder, FolderError, read_bytes
 from fuzzy.designer.guard import Guard
 from fuzzy.designer.modules import Modules
+from fuzzy.designer.open_documents import Desk
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fuzzy.designer.design import CHOICES, Design, Problem, RuleLine
-from fuzzy.explanation import explain
+from fuzzy.insight.explanation import explain
+from fuzzy.insight.surfacegrid import surface
 from fuzzy.membership import as_number
-from fuzzy.surfacegrid import surface
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
 
 if TYPE_CHECKING:
@@ -112,7 +112,8 @@ def _quiet(system: Sugeno) -> Sugeno:
 def viewer_data(design: Design, point: Sequence[float] | None = None) -> dict[str, Any]:
     """The trait ``viewer``: what each enabled rule does at ``point`` (inputs,), by default the design's.
 
-    ``fired`` says for each output whether any rule for it fires; ``words`` is :func:`fuzzy.explanation.explain`.
+    ``fired`` says for each output whether any rule for it fires; ``words`` is
+    :func:`fuzzy.insight.explanation.explain`.
     """
     system = design.in_force
     at = np.asarray(design.point if point is None else point, dtype=float)

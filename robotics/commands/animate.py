@@ -6,8 +6,8 @@ from typing import Annotated, Any
 import typer
 
 from fuzzy.errors import InputError
-from fuzzy.progress import progress_bar
-from fuzzy.terminal import print_json
+from fuzzy.shell.progress import progress_bar
+from fuzzy.shell.terminal import print_json
 
 
 def animate(
@@ -35,7 +35,7 @@ def animate(
     Example: robotics run chapter-4-faults --save team.npz; robotics animate team.npz -o team.gif
     """
     from robotics.playback.animation import DPI, AnimationError, check_animation, write_animation
-    from robotics.run import load_run
+    from robotics.simulation.run import load_run
 
     suffix = check_animation(out)
     for name, value in (("fps", fps), ("dpi", dpi)):

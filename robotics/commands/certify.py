@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fuzzy.terminal import print_json
+from fuzzy.shell.terminal import print_json
 
 if TYPE_CHECKING:
-    from robotics.certificate import Certificate, SectorModel
+    from robotics.experiments.certificate import Certificate, SectorModel
 
 
 def certify(
@@ -33,12 +33,12 @@ def certify(
 
     Example: robotics certify --speed 0.2 0.4 --turn 3.5 --plot region.png
     """
-    from robotics import certificate as theory
-    from robotics.controllers.lyapunov import Lyapunov
-    from robotics.robot import Robot
+    from robotics.experiments import certificate as theory
+    from robotics.laws.tracking.lyapunov import Lyapunov
+    from robotics.vehicle.robot import Robot
 
     if plot is not None:
-        from fuzzy.drawing import check_picture
+        from fuzzy.figures.drawing import check_picture
 
         check_picture(plot)
     if form not in ("2.31", "2.32"):
@@ -55,7 +55,7 @@ def certify(
     grid = model.grid(21)
     worst, trial = theory.worst_eigenvalue(grid, found.P), theory.try_out(found, seed=seed)
     if plot is not None:
-        from fuzzy.drawing import save_figure
+        from fuzzy.figures.drawing import save_figure
         from robotics.figures.certificate import plot_certificate
 
         save_figure(plot_certificate(found, seed=seed), plot)
@@ -131,7 +131,7 @@ def certified(found: "Certificate") -> list[str]:
 
 def not_certified(found: "Certificate") -> list[str]:
     """What the certificate does not say, in sentences."""
-    from robotics.robot import Robot
+    from robotics.vehicle.robot import Robot
 
     model, share = found.model, found.unsaturated(Robot())
     if share >= 1:

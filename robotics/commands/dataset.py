@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from fuzzy.errors import InputError
-from fuzzy.terminal import print_json
+from fuzzy.shell.terminal import print_json
 
 dataset = typer.Typer(help="Make training data.", rich_markup_mode=None, no_args_is_help=True)
 
@@ -39,7 +39,13 @@ def formation(
 
     The same options give the same file. Example: robotics dataset formation --kind well-posed -o formation.csv
     """
-    from robotics.learning.formationdata import Recipe, checking, conditional_mean_floor, formation_data, write_data
+    from robotics.experiments.learning.formationdata import (
+        Recipe,
+        checking,
+        conditional_mean_floor,
+        formation_data,
+        write_data,
+    )
 
     _expect_csv(out)
     own = {"coverage": coverage, "jitter": jitter, "lateral": lateral, "heading": heading, "lead": lead}
@@ -80,9 +86,9 @@ def regenerate(
     The systems are made from the tables in FOLDER/thesis, which are transcribed and stay as they are; without them
     only the formation data are made. Example: robotics dataset regenerate --out datasets
     """
-    from fuzzy.fisfile import write_fis
-    from robotics.learning.formationdata import FILES, formation_data, write_data
-    from robotics.learning.thesissystems import NETWORKS, thesis_system
+    from fuzzy.files.fisfile import write_fis
+    from robotics.experiments.learning.formationdata import FILES, formation_data, write_data
+    from robotics.thesis.printed_systems import NETWORKS, thesis_system
 
     out.mkdir(parents=True, exist_ok=True)
     written = []

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from fuzzy.progress import progress_bar
-from fuzzy.terminal import print_json
+from fuzzy.shell.progress import progress_bar
+from fuzzy.shell.terminal import print_json
 
 
 def learn(
@@ -27,8 +27,8 @@ def learn(
     from threadpoolctl import threadpool_limits
 
     from anfis import Options
-    from fuzzy.table import read_table
-    from robotics.learning.formationlearning import (
+    from fuzzy.files.table import read_table
+    from robotics.experiments.learning.formationlearning import (
         FormationLearningError,
         learn_networks,
         steps,

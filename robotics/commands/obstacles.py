@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
-from fuzzy.progress import progress_bar
-from fuzzy.terminal import print_json
+from fuzzy.shell.progress import progress_bar
+from fuzzy.shell.terminal import print_json
 
 
 class Field(StrEnum):
@@ -45,9 +45,9 @@ def obstacles(
     The full plant, noise of sonars and postures; a course depends on its seed alone.
     Example: robotics stress obstacles --runs 200 --class U --json
     """
-    from robotics.catalogue import make_controller
-    from robotics.stress.obstaclecourse import stress_obstacles
-    from robotics.stress.outcome import Disturbance
+    from robotics.experiments.stress.obstaclecourse import stress_obstacles
+    from robotics.experiments.stress.outcome import Disturbance
+    from robotics.laws.catalogue import make_controller
 
     law = make_controller({"committed": "obstacles", "literal": "obstacles-literal"}.get(controller, controller))
     with progress_bar(quiet) as begin:

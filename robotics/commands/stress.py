@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from fuzzy.progress import progress_bar
-from fuzzy.terminal import print_json
+from fuzzy.shell.progress import progress_bar
+from fuzzy.shell.terminal import print_json
 from robotics.commands.obstacles import obstacles
 
 stress = typer.Typer(help="Thousands of random scenarios.", rich_markup_mode=None, no_args_is_help=True)
@@ -56,9 +56,10 @@ def crossing(
     --seed N` with the same options repeats, draws and saves one that failed. The number of processes changes nothing.
     Example: robotics stress crossing --robots 3 --runs 2000 --json
     """
-    from robotics.catalogue import make_controller
-    from robotics.stress.outcome import Disturbance, joined, stress_crossing
-    from robotics.stress.single import ALIASES
+    from robotics.experiments.stress.crossing_runs import stress_crossing
+    from robotics.experiments.stress.outcome import Disturbance, joined
+    from robotics.experiments.stress.single import ALIASES
+    from robotics.laws.catalogue import make_controller
 
     law = make_controller(ALIASES["crossing"].get(controller, controller))
     disturbance = Disturbance(loss=loss, latency=latency, freeze=freeze)
@@ -70,10 +71,12 @@ def crossing(
         if workers == 1:
             outcome = joined([stress_crossing(law, robots, chunk, ends.value, disturbance, begin) for chunk in chunks])
         else:
-            from robotics.sweeping import executors
+            from robotics.experiments import executors
 
             advance = begin("crossings", len(chunks))
-            with executors.processes(workers, ["robotics.stress.outcome", "robotics.catalogue"]) as crew:
+            with executors.processes(
+                workers, ["robotics.experiments.stress.outcome", "robotics.laws.catalogue"]
+            ) as crew:
                 work = [
                     crew.executor.submit(stress_crossing, law, robots, chunk, ends.value, disturbance)
                     for chunk in chunks

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from fuzzy.errors import InputError
-from fuzzy.progress import progress_bar
-from fuzzy.terminal import INTERRUPTED, print_json
+from fuzzy.shell.progress import progress_bar
+from fuzzy.shell.terminal import INTERRUPTED, print_json
 
 
 def sweep(
@@ -45,10 +45,10 @@ def sweep(
     """
     if workers is not None and dask is not None:
         raise InputError("give --workers or --dask, not both")
-    from robotics.sweeping import executors
-    from robotics.sweeping.sweep import plan_sweep, versions
-    from robotics.sweeping.sweepfile import load_sweep
-    from robotics.sweeping.sweeprun import landed_chunks, run_sweep
+    from robotics.experiments import executors
+    from robotics.experiments.sweeps.plan import plan_sweep, versions
+    from robotics.experiments.sweeps.reading import load_sweep
+    from robotics.experiments.sweeps.running import landed_chunks, run_sweep
 
     plan = plan_sweep(load_sweep(spec))
     folder = out if out is not None else Path("out") / plan.sweep.name
@@ -61,7 +61,9 @@ def sweep(
         with ExitStack() as stack:
             crew = None
             if workers is not None:
-                crew = stack.enter_context(executors.processes(workers, ["pyarrow", "robotics.sweeping.sweeprun"]))
+                crew = stack.enter_context(
+                    executors.processes(workers, ["pyarrow", "robotics.experiments.sweeps.running"])
+                )
             elif dask is not None:
                 crew = stack.enter_context(executors.dask(dask))
             begin = stack.enter_context(progress_bar(quiet))

@@ -20,9 +20,9 @@ def team(
 
     Example: robotics team --robots 20 --seed 3 -o team.toml, then robotics run team.toml --plot team.png
     """
-    from fuzzy.atomic import replacing
-    from robotics.scenario import parse_scenario
-    from robotics.team import team_toml
+    from fuzzy.files.atomic import replacing
+    from robotics.scenario.random_team import team_toml
+    from robotics.scenario.reading import parse_scenario
 
     if out.suffix != ".toml":
         raise InputError(f"{out}: the file's name must end in .toml")

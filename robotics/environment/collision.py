@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from robotics.environment.world import CLOSED, FIRST, NUMBER, OWNER, Geometry
-from robotics.robot import Robot
+from robotics.vehicle.robot import Robot
 
 
 def footprints(robots: Sequence[Robot]) -> np.ndarray:

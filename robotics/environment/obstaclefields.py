@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robotics.environment.world import Point, Polygon, World, WorldError, u_shape
-from robotics.path import Path
+from robotics.paths.path import Path
 
 GAP = 0.7  # m, between the obstacles of class A: more than twice a robot's diagonal
 _TRIES = 64  # places looked at for an obstacle before it is left out

@@ -14,9 +14,9 @@ import numpy as np
 from numba import njit
 
 from fuzzy.errors import InputError
-from robotics.path import PathError, Shape, compile_path
+from robotics.paths.path import PathError, Shape, compile_path
+from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
 from robotics.quantity import check_quantities, is_number, quantity
-from robotics.trajectory import Timing, Trajectory, compile_trajectory
 
 Point = tuple[float, float]
 
@@ -29,9 +29,7 @@ class WorldError(InputError):
 
 
 def _refuse(name: str, what: str) -> WorldError:
-    problem = WorldError(f"{name} {what}")
-    problem.field = name  # type: ignore[attr-defined]
-    return problem
+    return WorldError(f"{name} {what}").about(name)
 
 
 def _check_points(name: str, points: tuple[Point, ...], least: int) -> None:
@@ -276,8 +274,7 @@ def _motion(i: int, obstacle: Obstacle) -> Trajectory:
         about = "timing"
         return compile_trajectory((path,), (obstacle.timing,))
     except PathError as error:
-        error.keys = ("obstacles", i, about)  # type: ignore[attr-defined]
-        raise
+        raise error.about("obstacles", i, about) from None
 
 
 def _pieces(obstacle: Obstacle) -> list[tuple[list[Point], bool, float]]:

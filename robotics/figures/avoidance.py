@@ -6,7 +6,6 @@ robot 1 saw; beside them its true clearance, and what each robot was about.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,26 +13,17 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from fuzzy.drawing import COLORS, DOUBLE, LINES, new_figure, style
-from robotics.comparison import law_title
-from robotics.controller import ControllerError
-from robotics.environment.collision import footprints, obstacle_clearance
-from robotics.figures.drawing import (
-    MODE_COLORS,
-    MODE_LINES,
-    TARGET,
-    draw_line,
-    last_known,
-    mark_stop,
-    strided,
-)
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from robotics.figures.drawing import MODE_COLORS, MODE_LINES, TARGET, draw_line, last_known, mark_stop, strided
 from robotics.figures.world import draw_bodies, draw_body, draw_world, last_move
-from robotics.metrics import cross_track_error, tracking_error
-from robotics.modes import ALONE, MODES, STOPPED
-from robotics.playback.replay import seed_place
-from robotics.robot import Robot
-from robotics.run import Run
+from robotics.laws.catalogue import kept_distance, law_title
+from robotics.laws.modes import ALONE, MODES, STOPPED
+from robotics.measures.clearance import clearances, robot_gaps
+from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT
+from robotics.simulation.run import Run
+from robotics.simulation.spans import seed_place
+from robotics.vehicle.robot import Robot
 
 CRASH_ROWS = ("trajectories", "distances", "cross-track", "heading", "v", "w", "progress")
 OBSTACLE_ROWS = ("trajectories", "cross-track", "sonar", "v", "w", "distances", "modes")
@@ -103,35 +93,6 @@ def plot_avoidance(
         title = f"{runs[0].scenario}, seed {runs[0].seeds[views[0].place]}"
         figure.text(_LEFT / DOUBLE, 1 - 0.2 / total, title, fontsize=9, parse_math=False)
         return figure
-
-
-def kept_distance(controller: str) -> float | None:
-    """The distance [m] between centers that a law keeps, by its specification: d_min (6.1), or its plan's clearance."""
-    from robotics.catalogue import make_controller
-
-    try:
-        law = make_controller(controller)
-    except ControllerError:  # a run from a file or of a controller without a preset
-        return None
-    found = getattr(law, "d_min", getattr(law, "clearance", None))
-    return None if found is None else float(found)
-
-
-def robot_gaps(run: Run, place: int) -> dict[tuple[int, int], np.ndarray]:
-    """(6.1) for every pair of robots: the distance between their centers (samples,) [m], of the seed at that place."""
-    x, y = run["x"][place], run["y"][place]
-    return {(i, j): np.hypot(x[i] - x[j], y[i] - y[j]) for i, j in combinations(range(len(x)), 2)}
-
-
-def clearances(run: Run, place: int) -> np.ndarray:
-    """The distance [m] of each robot's rectangle from the nearest obstacle (robots, samples); infinite without any.
-
-    Robots are those of the standard size: a run does not say how large they are.
-    """
-    x, y, heading = (run[name][place].T for name in ("x", "y", "heading"))
-    if run.obstacles is None:
-        return np.full(x.T.shape, np.inf)
-    return obstacle_clearance(x, y, heading, footprints([Robot()] * x.shape[1]), run.obstacles).T
 
 
 def _last_move(run: Run, place: int) -> float:

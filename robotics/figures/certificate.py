@@ -7,9 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fuzzy.drawing import COLORS, DOUBLE, new_figure, number, style
-from robotics.certificate import Certificate, Trial, try_out
-from robotics.robot import Robot
+from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, number, style
+from robotics.experiments.certificate import Certificate, Trial, try_out
+from robotics.vehicle.robot import Robot
 
 _NAMES = ("x_err [m]", "y_err [m]", "ψ_err [rad]")
 _TRAJECTORY: dict[str, Any] = {"color": COLORS[0], "linestyle": "-", "linewidth": 0.5, "alpha": 0.7}

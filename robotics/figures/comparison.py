@@ -10,10 +10,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from fuzzy.drawing import DOUBLE, new_figure, style
-from robotics.comparison import Comparison, label, summarise
+from fuzzy.figures.drawing import DOUBLE, new_figure, style
+from robotics.experiments.comparison import Comparison, summarise
 from robotics.figures.drawing import Look, looks_of
-from robotics.metrics import METRICS
+from robotics.laws.catalogue import label
+from robotics.measures.tracking import METRICS
 
 HEADLINES = (
     "mean_error_norm",

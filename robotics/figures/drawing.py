@@ -9,14 +9,14 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 
-from fuzzy.drawing import COLORS, LINES
-from robotics.comparison import law_title
-from robotics.run import Run
+from fuzzy.figures.drawing import COLORS, LINES
+from robotics.laws.catalogue import law_title
+from robotics.simulation.run import Run
 
 TARGET = {"color": "0.45", "linestyle": (0, (4, 2)), "linewidth": 1.0}  # how every reference is drawn
 POINTS = 2000  # of a line, at most about: a double column printed at 300 dpi is that wide
 OBSTACLE: dict[str, Any] = {"facecolor": "0.82", "edgecolor": "0.3", "linewidth": 0.8}
-# How the modes of robotics.events look, by code & 3: colours that no robot of a team of three has, and lines
+# How the modes of robotics.laws.modes look, by code & 3: colours that no robot of a team of three has, and lines
 MODE_COLORS = ("0.7", "#E69F00", "#CC79A7", "#56B4E9")
 MODE_LINES: tuple[Any, ...] = ("-", "-", (0, (4, 1.5)), (0, (1, 1)))
 _MARKERS = "os^DvPX*"

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from fuzzy.drawing import COLORS, DOUBLE, LINES, new_figure, number, style
-from fuzzy.plot import plot_memberships, plot_surface
-from robotics.controllers.fuzzy_tracking import load_rule_base
-from robotics.controllers.sliding_mode import Exponential
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, number, style
+from fuzzy.figures.plot import plot_memberships, plot_surface
+from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.laws.tracking.sliding_mode import Exponential
 
 # (K, μ0) of each panel: the same K with the law ever steeper, and the thesis's μ0 with other K beside its CSM
 SETTINGS = (((0.2, 1.0), (0.2, 0.5), (0.2, 0.2), (0.2, 0.1)), ((0.4, 0.1), (0.2, 0.1), (0.1, 0.1), (1.0, 1.0)))

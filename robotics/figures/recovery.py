@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from fuzzy.drawing import COLORS, DOUBLE, LINES, new_figure, style
-from robotics.comparison import label
-from robotics.recovery import Recovery
-from robotics.report.teamexperiments import Scaling
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from robotics.experiments.recovery import Recovery
+from robotics.experiments.scaling import Scaling
+from robotics.laws.catalogue import label
 
 _MARKERS = "os^Dv"
 

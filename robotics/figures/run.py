@@ -4,11 +4,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fuzzy.drawing import COLORS, DOUBLE, new_figure, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, style
 from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, page_title, strided
 from robotics.figures.world import draw_bodies, draw_world, last_move
-from robotics.metrics import cross_track_error, tracking_error
-from robotics.run import Run
+from robotics.measures.tracking import cross_track_error, tracking_error
+from robotics.simulation.run import Run
 
 _FAINT = 0.25  # opacity of the seeds after the first
 _MOST = 40  # seeds drawn

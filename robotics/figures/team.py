@@ -13,13 +13,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fuzzy.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, page_title, strided
+from robotics.figures.faults import FEW, WORDS, shade_faults
 from robotics.figures.world import draw_bodies, draw_world, last_move
-from robotics.metrics import tracking_error
-from robotics.playback.replay import FaultSpan, fault_spans, seed_place
-from robotics.playback.scene import FEW, WORDS, shade_faults
-from robotics.run import Run
+from robotics.measures.tracking import tracking_error
+from robotics.simulation.run import Run
+from robotics.simulation.spans import FaultSpan, fault_spans, seed_place
 
 _PAIRS = 4  # robots whose pairs all get a line; of more, each is compared with the median
 _FAINT = 0.25  # opacity of the other seeds

@@ -6,11 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
-from fuzzy.drawing import COLORS
+from fuzzy.figures.drawing import COLORS
 from robotics.environment.world import outlines
 from robotics.figures.drawing import draw_obstacles, rectangles
-from robotics.robot import Robot
-from robotics.run import Run
+from robotics.simulation.run import Run
+from robotics.vehicle.robot import Robot
 
 MOMENTS = 8  # at which robots, and obstacles that move, are drawn
 STANDS = 0.05  # m/s

@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.atomic import replacing
 from fuzzy.errors import InputError
-from robotics.playback.replay import replay, span
-from robotics.run import Run
+from fuzzy.files.atomic import replacing
+from robotics.playback.replay import replay
+from robotics.simulation.run import Run
+from robotics.simulation.spans import span
 
 FORMATS = ("mp4", "gif", "html")
 FPS = {"mp4": 20.0, "gif": 10.0}  # frames a second, if nothing else is asked for
@@ -121,7 +122,7 @@ def write_animation(
     ``progress`` is told how many frames there are, and gives what is called after each. Raises AnimationError,
     ReplayError, OSError.
     """
-    from fuzzy.drawing import style
+    from fuzzy.figures.drawing import style
     from robotics.playback.scene import set_scene, show_frame
 
     suffix = check_animation(path)
@@ -194,7 +195,7 @@ def _palette() -> np.ndarray:
     """What the project's colours make with white and black at soft edges, and greys: (colours, 3) bytes."""
     from matplotlib.colors import to_rgb
 
-    from fuzzy.drawing import COLORS
+    from fuzzy.figures.drawing import COLORS
 
     colors = np.array([to_rgb(color) for color in COLORS if to_rgb(color) != (0, 0, 0)])
     tints = 1 - np.linspace(0.06, 1, 18)[:, None, None] * (1 - colors)

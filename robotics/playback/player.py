@@ -15,14 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.atomic import replacing
-from fuzzy.esmodule import composed
+from fuzzy.designer.esmodule import composed
+from fuzzy.files.atomic import replacing
 from robotics.environment.world import outlines
-from robotics.modes import MODES
-from robotics.playback.replay import Replay, replay, span
-from robotics.robot import Robot
-from robotics.run import Run
+from robotics.laws.modes import MODES
+from robotics.playback.replay import Replay, replay
 from robotics.sensing.sonar import SONAR
+from robotics.simulation.run import Run
+from robotics.simulation.spans import span
+from robotics.vehicle.robot import Robot
 
 RATE = 20.0  # frames a second, at most
 _POSES = 100_000  # frames × robots, at most

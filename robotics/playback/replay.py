@@ -9,28 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.errors import InputError
 from robotics.environment.world import NUMBER, Geometry, outlines
-from robotics.events import Event, mode_events
-from robotics.radio import FAULTS
-from robotics.run import Run
 from robotics.sensing.sonar import SONAR
+from robotics.simulation.mode_changes import Event, mode_events
+from robotics.simulation.run import Run
+from robotics.simulation.spans import FaultSpan, ReplayError, _after, fault_spans, seed_place
 
-KINDS = {code: kind for kind, code in FAULTS.items()}  # what the codes of the channel "fault" mean
 _MOST_STALE = 40_000  # spans of stale messages kept: the longest
-
-
-class ReplayError(InputError):
-    """A seed that was not run, or a span of time that the run does not have."""
-
-
-class FaultSpan(NamedTuple):
-    """A robot at fault for a while."""
-
-    robot: int  # from 0
-    kind: str  # a value of KINDS
-    start: float  # s
-    end: float  # s
 
 
 class Moment(NamedTuple):
@@ -84,13 +69,13 @@ class Replay:
     stale_after: float = 0.0  # s: older messages are stale
     obstacles: Geometry | None = field(default=None, repr=False)  # its first axis: the frames, or 1 if all rest
     ranges: np.ndarray | None = field(default=None, repr=False)  # (robots, sensors of SONAR, frames) m; inf: nothing
-    modes: np.ndarray | None = field(default=None, repr=False)  # codes of robotics.modes.MODES
+    modes: np.ndarray | None = field(default=None, repr=False)  # codes of robotics.laws.modes.MODES
     handovers: tuple[Event, ...] = field(default=(), repr=False)  # changes of mode, in the order of time
 
     @property
     def title(self) -> str:
         """Which law drove in which scenario, and the seed."""
-        from robotics.comparison import law_title
+        from robotics.laws.catalogue import law_title
 
         return f"{law_title(self.controller)} on {self.scenario}, seed {self.seed}"
 
@@ -206,47 +191,6 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
         modes,
         handovers,
     )
-
-
-def seed_place(run: Run, seed: int | None) -> int:
-    """Where ``seed`` (none: the first) stands among those of the run. Raises ReplayError."""
-    if seed is None:
-        return 0
-    if seed not in run.seeds:
-        known = ", ".join(map(str, run.seeds[:12])) + (", ..." if len(run.seeds) > 12 else "")
-        raise ReplayError(f"seed {seed} is not among those of the run: {known}")
-    return run.seeds.index(seed)
-
-
-def span(run: Run, start: float | None, end: float | None) -> tuple[float, float]:
-    """From when to when [s] to look; None: from the run's beginning, to its end. Raises ReplayError."""
-    first, last = float(run.time[0]), float(run.time[-1])
-    start, end = first if start is None else start, last if end is None else end
-    if not first <= start < end <= last:
-        raise ReplayError(
-            f"the run lasts from {first:g} to {last:g} s, and from must be before to; got from {start:g} to {end:g} s"
-        )
-    return start, end
-
-
-def fault_spans(run: Run, place: int) -> tuple[FaultSpan, ...]:
-    """When which robots were at fault in the run of the seed at that ``place``, by robot and time."""
-    if run.team is None:
-        return ()
-    codes = np.nan_to_num(run["fault"][place]).astype(int)
-    found = []
-    for robot, row in enumerate(codes):
-        edges = np.flatnonzero(np.diff(row)) + 1
-        for a, b in zip([0, *edges], [*edges, len(row)], strict=True):
-            if row[a]:
-                found.append(FaultSpan(robot, KINDS[int(row[a])], float(run.time[a]), float(_after(run, b))))
-    return tuple(found)
-
-
-def _after(run: Run, sample: np.ndarray) -> np.ndarray:
-    """The time of a sample [s]; one beyond the last lies one period after it."""
-    time = np.append(run.time, 2 * run.time[-1] - run.time[-2])
-    return np.asarray(time[sample])
 
 
 def _held(row: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from math import hypot
 from typing import Any
 
 import numpy as np
-from matplotlib import patheffects, rc_context
+from matplotlib import patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-from fuzzy.drawing import COLORS, DOUBLE, LINES, figure_of, new_figure, text_width
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure
 from robotics.figures.drawing import (
     MODE_COLORS,
     MODE_LINES,
@@ -26,13 +26,12 @@ from robotics.figures.drawing import (
     split_outlines,
     strided,
 )
-from robotics.modes import MODES, STOPPED
-from robotics.playback.replay import KINDS, Replay
-from robotics.robot import Robot
+from robotics.figures.faults import FEW, HATCHES, WORDS, shade_faults
+from robotics.laws.modes import MODES, STOPPED
+from robotics.playback.replay import Replay
+from robotics.simulation.spans import KINDS
+from robotics.vehicle.robot import Robot
 
-FEW = 8  # robots that are drawn boldly, with their numbers
-WORDS = {"failure": "failure", "delay": "delay", "silence": "silent", "stall": "stalled"}
-HATCHES = {"failure": "xxxx", "delay": "////", "silence": "----", "stall": "||||"}
 _MANY_LINKS = 400  # from here on only stale messages are drawn
 _STANDS = 0.005  # m/s and, tenfold, rad/s
 _LEFT, _RIGHT, _TITLE, _CHART, _GAP, _NOTE = 0.55, 0.15, 0.3, 1.25, 0.5, 0.4  # inches
@@ -301,27 +300,6 @@ def _draw_modes(ax: Axes, film: Replay, few: bool) -> None:
     ax.add_collection(
         LineCollection(ticks, colors="0.3", linewidths=0.6, linestyles="-", transform=across), autolim=False
     )
-
-
-def shade_faults(ax: Axes, faults: Any, start: float, end: float, named: bool = True) -> None:
-    """Grey, hatched by kind, while a robot is at fault from ``start`` to ``end`` [s]; its number and fault in words."""
-    taken: list[tuple[float, int]] = []
-    shown = [f for f in faults if f.start < end and f.end > start]
-    wide = float(figure_of(ax).get_figwidth() * ax.get_position().width)  # inches
-    for f in sorted(shown, key=lambda f: f.start):
-        a, b = max(f.start, start), min(f.end, end)
-        with rc_context({"hatch.color": "0.75"}):
-            ax.axvspan(a, b, facecolor=(0, 0, 0, 0.07), hatch=HATCHES[f.kind][:2], linewidth=0, zorder=0)
-        if not named:
-            continue
-        text = f"{f.robot + 1}: {WORDS[f.kind]}"
-        busy = {level for until, level in taken if until > a}
-        level = next(n for n in range(len(shown)) if n not in busy)
-        taken.append((a + (text_width(text, 6.5) + 0.08) / wide * (end - start), level))
-        if level < 4:
-            box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.8}
-            place = (a, 0.97 - 0.13 * level)
-            ax.text(*place, text, transform=ax.get_xaxis_transform(), va="top", fontsize=6.5, bbox=box, zorder=6)
 
 
 def _note(film: Replay, enlarged: float, speed: float) -> str:

@@ -2,11 +2,9 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from matplotlib.figure import Figure
-
-from robotics.report.claims import Claim
 
 
 class Picture(NamedTuple):
@@ -40,6 +38,20 @@ class Grid(NamedTuple):
     caption: str
     head: tuple[str, ...]
     rows: Sequence[tuple[str, ...]]
+
+
+Verdict = Literal["holds", "holds in part", "does not hold"]
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One claim, what was measured, and whether it holds here."""
+
+    name: str
+    source: str  # where the thesis makes it
+    statement: str  # what the thesis says, in a sentence
+    measured: str  # what was run and what came out, with the numbers
+    verdict: Verdict
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,18 +18,18 @@ import numpy as np
 from jinja2 import Environment, StrictUndefined
 from matplotlib.figure import Figure
 
-from fuzzy.atomic import replacing
-from fuzzy.drawing import style
-from robotics.comparison import Comparison, label, terms
+from fuzzy.figures.drawing import style
+from fuzzy.files.atomic import replacing
+from robotics.experiments.comparison import Comparison, terms
+from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_velocities
 from robotics.figures.drawing import looks, seeds_as_text
 from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
-from robotics.figures.saving import plot_comparison, plot_errors, plot_paths, plot_velocities
+from robotics.laws.catalogue import label
 from robotics.playback.player import player_script
-from robotics.report.chapter import Chapter, Picture, Plate
-from robotics.report.claims import Claim, Verdict
+from robotics.report.chapter import Chapter, Claim, Picture, Plate, Verdict
 from robotics.report.summarytable import SummaryTable, summary_table
-from robotics.robot import Robot
-from robotics.scenario import Member, Scenario
+from robotics.scenario.description import Member, Scenario
+from robotics.vehicle.robot import Robot
 
 SYMBOLS: dict[Verdict, str] = {"holds": "✔", "holds in part": "◐", "does not hold": "✘"}
 _DPI = 200
@@ -297,9 +297,9 @@ def _program(comparison: Comparison) -> str:
     names = ", ".join(f'"{s.name}"' for s in comparison.scenarios)
     laws = ", ".join(f'"{c}"' for c in comparison.controllers)
     return (
-        "from robotics.comparison import compare\n"
+        "from robotics.experiments.comparison import compare\n"
         "from robotics.report.page import write_report\n"
-        "from robotics.scenario import load_scenario\n\n"
+        "from robotics.scenario.description import load_scenario\n\n"
         f"scenarios = [load_scenario(name) for name in [{names}]]\n"
         f"comparison = compare(scenarios, [{laws}], {chosen})\n"
         'write_report(comparison, [], "out")\n'

@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import t
 
-from robotics.comparison import Comparison, label, summarise
-from robotics.merits import metrics_of
+from robotics.experiments.comparison import Comparison, summarise
+from robotics.laws.catalogue import label
+from robotics.measures.registry import metrics_of
 
 _PREFIXED = ("m", "rad", "m/s")  # units that may take the prefix milli
 
@@ -36,7 +37,7 @@ class SummaryTable(NamedTuple):
 
 
 def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
-    """The table of the scenario with that name, from :func:`robotics.comparison.summarise`."""
+    """The table of the scenario with that name, from :func:`robotics.experiments.comparison.summarise`."""
     table = comparison.table[comparison.table["scenario"] == scenario]
     summary = summarise(table).set_index(["metric", "controller"])
     names = list(comparison.controllers)

@@ -42,7 +42,7 @@ from robotics.sensing.raycasting import (
     overhear,
 )
 
-SONAR_STREAM = 5  # of a seed's random streams, beside those of robotics.radio
+SONAR_STREAM = 5  # of a seed's random streams, beside those of robotics.radio.channel
 _DRAWS = 4096  # random numbers of one kind that a run draws at a time: bounds memory, and does not depend on the runs
 _NORMAL, _LOST, _TALK = 1, 2, 3  # kinds of random numbers, each from a generator of its own
 
@@ -72,17 +72,11 @@ class RangeSensor:
     def __post_init__(self) -> None:
         check_quantities(self, SonarError)
         if isinstance(self.rays, bool) or not isinstance(self.rays, int) or not 1 <= self.rays <= 10_000:
-            raise _about("rays", f"rays must be a whole number >= 1 and <= 10000, got {self.rays!r}")
+            raise SonarError(f"rays must be a whole number >= 1 and <= 10000, got {self.rays!r}").about("rays")
         if self.rays == 1 and self.half_cone > 0:
-            raise _about("rays", f"rays must be >= 2 to fill a half_cone of {self.half_cone:g} rad, got 1")
+            raise SonarError(f"rays must be >= 2 to fill a half_cone of {self.half_cone:g} rad, got 1").about("rays")
         if self.minimum >= self.range:
-            raise _about("minimum", f"minimum must be < range, {self.range:g} m; got {self.minimum:g}")
-
-
-def _about(name: str, message: str) -> SonarError:
-    problem = SonarError(message)
-    problem.field = name  # type: ignore[attr-defined]
-    return problem
+            raise SonarError(f"minimum must be < range, {self.range:g} m; got {self.minimum:g}").about("minimum")
 
 
 def _sonar(x: float, y: float, axis: float, half_cone: float, reach: float) -> RangeSensor:
@@ -109,7 +103,7 @@ def lidar(beams: int = 121, span: float = 4 * pi / 3, reach: float = 4.0) -> tup
     Ten scans a second, with 1 cm + 1 % of noise: a small scanner such as the Hokuyo URG-04LX. Raises SonarError.
     """
     if isinstance(beams, bool) or not isinstance(beams, int) or not 2 <= beams <= 10_000:
-        raise _about("beams", f"beams must be a whole number >= 2 and <= 10000, got {beams!r}")
+        raise SonarError(f"beams must be a whole number >= 2 and <= 10000, got {beams!r}").about("beams")
     axes = np.linspace(-span / 2, span / 2, beams).tolist()
     return tuple(
         RangeSensor(axis=a, range=reach, minimum=0.02, period=0.1, noise=0.01, relative_noise=0.01) for a in axes
@@ -147,7 +141,7 @@ class SensorArray:
         every = np.array([max(1, round(sensor.period / tick)) for sensor in sensors])
         for sensor, periods in zip(sensors, every, strict=True):
             if abs(sensor.period - periods * tick) > 1e-9:
-                raise _about("period", f"period must be a multiple of {tick:g} s, got {sensor.period:g}")
+                raise SonarError(f"period must be a multiple of {tick:g} s, got {sensor.period:g}").about("period")
         angles = [sensor.axis + np.linspace(-1, 1, sensor.rays) * sensor.half_cone for sensor in sensors]
         angles = [a if len(a) > 1 else np.array([sensor.axis]) for a, sensor in zip(angles, sensors, strict=True)]
         joined = np.concatenate(angles)

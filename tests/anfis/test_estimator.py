@@ -25,7 +25,7 @@ X = np.random.default_rng(2).uniform([-1, 0, 10], [1, 4, 20], (150, 3))
 Y = np.sin(2 * X[:, 0]) + 0.1 * X[:, 1] * X[:, 2]
 
 
-@pytest.mark.filterwarnings("ignore::fuzzy.clustering.DataWarning")
+@pytest.mark.filterwarnings("ignore::fuzzy.fitting.clustering.DataWarning")
 @parametrize_with_checks([ANFISRegressor(epochs=2)])
 def test_scikit_learns_checks(estimator, check):
     check(estimator)

@@ -16,7 +16,7 @@ from anfis.network import Network
 from anfis.premises import premises
 from fuzzy import membership as mf
 from fuzzy.errors import InputError
-from fuzzy.fisfile import format_fis
+from fuzzy.files.fisfile import format_fis
 from fuzzy.system import Linear
 
 torch.set_num_threads(1)

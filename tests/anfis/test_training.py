@@ -7,15 +7,15 @@ import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from training_problem import CHECK, FIS, TRAINED, X, Y, grid, rmse
 
 import anfis
 import fuzzy
 from anfis import DataWarning, Options, TrainingError
 from anfis.state import Epoch
 from anfis.training import jang_step
-from fuzzy.fisfile import format_fis, parse_fis
+from fuzzy.files.fisfile import format_fis, parse_fis
 from fuzzy.system import Linear
+from tests.anfis.training_problem import CHECK, FIS, TRAINED, X, Y, grid, rmse
 
 torch.set_num_threads(1)
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from training_problem import CHECK, FIS, RNG, TRAINED, X, Y, grid, rmse
 
 import anfis
 import fuzzy
 from anfis import DataError, DataWarning, Options, TrainingError
-from fuzzy.fisfile import format_fis
+from fuzzy.files.fisfile import format_fis
 from fuzzy.system import Linear
+from tests.anfis.training_problem import CHECK, FIS, RNG, TRAINED, X, Y, grid, rmse
 
 torch.set_num_threads(1)
 

@@ -9,12 +9,12 @@ import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_systems import POSITIVE, conditioning, points, systems, systems_with_points
 
 from fuzzy.inference import InferenceWarning, infer
 from fuzzy.membership import Gaussian, LinearS, LinearZ, Sigmoid, Triangle
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Terms, Variable
+from tests.fuzzy.random_systems import POSITIVE, conditioning, points, systems, systems_with_points
 
 quiet = pytest.mark.filterwarnings("ignore::fuzzy.inference.InferenceWarning")
 law = settings(deadline=None, max_examples=150)

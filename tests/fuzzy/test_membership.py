@@ -9,10 +9,10 @@ import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_systems import PARAMETERS, POSITION, functions
 
 import fuzzy.membership as mf
 from fuzzy.membership import FUNCTIONS, MATLAB_NAMES, MembershipError, membership_function
+from tests.fuzzy.random_systems import PARAMETERS, POSITION, functions
 
 E = np.e
 WORKED = {

@@ -15,7 +15,7 @@ import {
   shape,
   widthOf,
 } from "./chart.js";
-import { drag, gesture, pressing, stepped } from "./hands.js";
+import { drag, gesture, pressing, stepped } from "./dragging.js";
 import { degree, handles, places, shifted } from "./membership.js";
 
 const ROW = 19; // px, a line of labels

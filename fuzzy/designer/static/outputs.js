@@ -14,7 +14,7 @@ import {
   shape,
   widthOf,
 } from "./chart.js";
-import { drag, gesture, pressing, stepped } from "./hands.js";
+import { drag, gesture, pressing, stepped } from "./dragging.js";
 
 const ROW = 28; // px, a term's
 

@@ -1,6 +1,6 @@
 // The rules as sentences and as a table; an error is underlined at the word, and the last good rule stays in force.
 import { button, choices, element, offer, put, said, say, watch } from "./chart.js";
-import { numberField, pressing, problemLine } from "./hands.js";
+import { numberField, pressing, problemLine } from "./dragging.js";
 
 const HEDGES = [
   ["", 1],

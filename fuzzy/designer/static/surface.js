@@ -15,7 +15,7 @@ import {
   watch,
   whenSized,
 } from "./chart.js";
-import { drag, hold, stepped } from "./hands.js";
+import { drag, hold, stepped } from "./dragging.js";
 import { difference, fieldOf, levelsOf } from "./field.js";
 import { paintRelief } from "./relief.js";
 import { contourPicture } from "./contour.js";

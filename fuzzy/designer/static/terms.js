@@ -1,6 +1,6 @@
 // The editor of the terms: the chosen variable's curves or consequents, and a line of fields for each term.
 import { button, choices, color, element, offer, put, said, say, watch, whenSized } from "./chart.js";
-import { hold, numberField, pressing, problemLine, wordField } from "./hands.js";
+import { hold, numberField, pressing, problemLine, wordField } from "./dragging.js";
 import { membershipChart } from "./curves.js";
 import { FUNCTIONS, FUNCTION_WORDS, PARAMETERS, degree } from "./membership.js";
 import { consequentChart, consequent } from "./outputs.js";

@@ -1,6 +1,6 @@
 // The system as a tree: inputs, outputs, their terms, the rules, and the choices of inference.
 import { button, choices, color, element, offer, put, watch } from "./chart.js";
-import { problemLine, wordField } from "./hands.js";
+import { problemLine, wordField } from "./dragging.js";
 
 const CHOICE_WORDS = {
   and_method: "and",

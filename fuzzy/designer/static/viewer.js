@@ -15,7 +15,7 @@ import {
   whenSized,
   widthOf,
 } from "./chart.js";
-import { drag, hold, stepped } from "./hands.js";
+import { drag, hold, stepped } from "./dragging.js";
 import { clauseDegree, places } from "./membership.js";
 import { consequent } from "./outputs.js";
 import { columnsOf, paintFoot, strengthOf } from "./rulegrid.js";

@@ -1,0 +1,327 @@
+"""The designer's panel "Train": data, a system to start from, learning in another process, and the best taken.
+
+The page sees what :class:`Session` hands to the module ``static/training.js``, and sends it messages: a file of the
+folder, an upload in pieces, which column is which, settings, start, stop, take. Nothing here waits for the learning.
+"""
+
+import asyncio
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any
+
+from anfis.designer.task import (
+    METHODS,
+    STARTS,
+    Columns,
+    Generator,
+    Outcome,
+    TaskError,
+    TrainingProcess,
+    guessed,
+    read_columns,
+    task_of,
+)
+from fuzzy.designer.folder import LARGEST_FILE
+from fuzzy.designer.workers import WorkError
+from fuzzy.errors import InputError
+from fuzzy.naming import expected
+from fuzzy.system import Sugeno
+
+GROUP = "fuzzyfleet.training_data"  # entry points: functions that give a sequence of Generators
+MODULE = Path(__file__).parent / "training.js"
+_MOST = LARGEST_FILE  # bytes of a file, characters of an upload: one limit for all that a page sends
+_DRAWN = 1_000  # epochs of the curve that is sent, at most
+_EVERY = 0.1  # s between looks at the learning
+
+
+def generators() -> list[Generator]:
+    """The data that other packages can make, by the entry points of GROUP."""
+    return [generator for entry in entry_points(group=GROUP) for generator in entry.load()()]
+
+
+class TrainPanel:
+    """The panel, as the designer finds it."""
+
+    title = "Train"
+    order = 60
+
+    def build(self, bench: Any) -> None:
+        """Put the panel on the page of ``bench``, a fuzzy.designer.panel.Workbench."""
+        Session(bench)
+
+
+panel = TrainPanel()
+
+
+class Session:
+    """One page's training: what it has chosen, and the process that learns. Messages come one at a time."""
+
+    def __init__(self, bench: Any) -> None:
+        self.bench = bench
+        self.table: Columns | None = None
+        self.choice: dict[str, Any] = {
+            "start": "present", "radius": 0.5, "mfs": 3, "method": "hybrid", "epochs": 60, "goal": 0.0, "share": 0.2,
+            "seed": 0,
+        }  # fmt: skip
+        self.columns: dict[str, str] = {}
+        self.pieces: list[str] = []
+        self.process: TrainingProcess | None = None
+        self.doing: asyncio.Task[None] | None = None  # a task that nobody holds may vanish
+        self.watching: asyncio.Task[None] | None = None
+        self.history: list[tuple[Any, ...]] = []
+        self.start: Sugeno | None = None
+        self.outcome: Outcome | None = None
+        self.words: list[str] = []
+        self.state = "idle"
+        self.made = {generator.name: generator for generator in generators()}
+        self.widget = bench.widget(
+            MODULE,
+            sources=self._sources(),
+            accepted={"start": list(STARTS), "method": list(METHODS), "largest": _MOST},
+            table=None,
+            choice=self.choice,
+            columns={},
+            system=self._system(),
+            progress=self._progress(),
+            before=None,
+            after=None,
+            problem=None,
+        )
+        self.widget.on_message(self.heard)
+        bench.on_change(self._changed)
+        bench.on_close(self.close)
+
+    # Messages
+
+    def heard(self, message: Any) -> "asyncio.Task[None]":
+        """Do what the page asks, in the order it asks; what is wrong with it becomes a sentence on the page."""
+        self.doing = asyncio.get_running_loop().create_task(self._hear(message))
+        return self.doing
+
+    async def _hear(self, message: Any) -> None:
+        acts: dict[str, Callable[[dict[str, Any]], Any]] = {
+            "file": self._file,
+            "piece": self._piece,
+            "generate": self._generate,
+            "column": self._column,
+            "choose": self._choose,
+            "train": self._train,
+            "stop": self._stop,
+            "take": self._take,
+        }
+        try:
+            wish = message.get("do") if isinstance(message, dict) else None
+            if not isinstance(wish, str) or wish not in acts:
+                raise TaskError(expected(str(wish), acts, "wish"))
+            self.widget.update(problem=None)
+            answer = acts[wish](message)
+            if answer is not None:
+                await answer
+        except (InputError, WorkError) as error:
+            self.widget.update(problem={"message": str(error)})
+
+    async def _file(self, message: dict[str, Any]) -> None:
+        """A CSV file of the folder."""
+        name, known = message.get("name"), self._sources()["files"]
+        if not isinstance(name, str) or name not in known:
+            raise TaskError(expected(str(name), known, "file of the folder"))
+        path = Path(self.bench.document.folder) / name
+        try:
+            if path.stat().st_size > _MOST:
+                raise TaskError(f"{name} is larger than {_MOST / 1e6:g} MB; use anfis train for large tables")
+            text = path.read_text(encoding="utf-8-sig")
+        except UnicodeDecodeError:
+            raise TaskError(f"{name} is not text in UTF-8") from None
+        except OSError as error:
+            raise TaskError(f"cannot read {name}: {error.strerror or error}") from None
+        self._show(await self.bench.background(read_columns, name, text))
+
+    async def _piece(self, message: dict[str, Any]) -> None:
+        """A piece of an uploaded file; the first has the number 0."""
+        text, name, number = message.get("text"), message.get("name"), message.get("number")
+        if not isinstance(text, str) or not isinstance(name, str):
+            raise TaskError("an upload is pieces of text with the file's name")
+        if number == 0:
+            self.pieces = []
+        elif number != len(self.pieces):
+            raise TaskError(f"{name} did not arrive whole; please upload it again")
+        if sum(map(len, self.pieces)) + len(text) > _MOST:
+            self.pieces = []
+            raise TaskError(f"{name} is larger than {_MOST / 1e6:g} MB; use anfis train for large tables")
+        self.pieces.append(text)
+        if message.get("last"):
+            whole, self.pieces = "".join(self.pieces), []
+            self._show(await self.bench.background(read_columns, Path(name).name[:200] or "upload", whole))
+
+    async def _generate(self, message: dict[str, Any]) -> None:
+        name = message.get("name")
+        if not isinstance(name, str) or name not in self.made:
+            raise TaskError(expected(str(name), self.made, "generator of data"))
+        self._show(await self.bench.background(self.made[name].make))
+
+    def _column(self, message: dict[str, Any]) -> None:
+        name, value = message.get("name"), message.get("value")
+        if not isinstance(name, str) or not isinstance(value, str):
+            raise TaskError("a choice of a column is a name and a column or role")
+        self.columns = {**self.columns, name: value}
+        self.widget.update(columns=self.columns)
+
+    def _choose(self, message: dict[str, Any]) -> None:
+        name = message.get("name")
+        if not isinstance(name, str) or name not in self.choice:
+            raise TaskError(expected(str(name), self.choice, "setting"))
+        self.choice = {**self.choice, name: message.get("value")}
+        if name == "start":
+            self._guess()
+        self.widget.update(choice=self.choice)
+
+    async def _train(self, message: dict[str, Any]) -> None:
+        if self.process is not None:
+            raise TaskError("a training runs already; stop it first")
+        if self.table is None:
+            raise TaskError("choose data first: a CSV file, or data that are generated")
+        present = self._present()
+        task = task_of(self.table, self.columns, present, name=present.name, **self.choice)
+        self.history, self.start, self.outcome, self.words, self.state = [], None, None, [], "starting"
+        self.widget.update(progress=self._progress(), before=None, after=None)
+        self.process = await asyncio.to_thread(TrainingProcess, task)
+        self.watching = asyncio.get_running_loop().create_task(self._watch(self.process))
+
+    def _stop(self, message: dict[str, Any]) -> None:
+        if self.process is None:
+            raise TaskError("no training runs")
+        self.process.stop()
+        self.state = "stopping"
+        self.widget.update(progress=self._progress())
+
+    def _take(self, message: dict[str, Any]) -> None:
+        """The best into the design, as one edit; disabled rules, which were not learnt, stay if they still fit."""
+        if self.outcome is None:
+            raise TaskError("there is no trained system to take yet")
+        present = self._present()
+        what = f"train ({self.choice['method']}, epoch {self.outcome.best})"
+        self.bench.document.replace(replace(self.outcome.system, name=present.name), what, keep_disabled=True)
+
+    # The learning
+
+    async def _watch(self, process: TrainingProcess) -> None:
+        while process.alive:
+            await asyncio.sleep(_EVERY)
+            news = process.news()
+            for what, about in news:
+                self._note(what, about)
+            if news and self.process is process:
+                self.widget.update(progress=self._progress())
+        if self.process is process:
+            self.process = None
+            await asyncio.to_thread(process.close)
+
+    def _note(self, what: str, about: Any) -> None:
+        if what == "start":
+            self.start = about
+            self.widget.update(before=variables(about))
+        elif what == "warning":
+            if about not in self.words:
+                self.words.append(about)
+        elif what == "epoch":
+            self.history.append(about)
+            self.state = "learning" if self.state == "starting" else self.state
+        elif what == "problem":
+            self.state = "idle"
+            self.widget.update(problem={"message": about})
+        elif what == "done":
+            self.outcome, self.state = about, "done"
+            self.widget.update(after=variables(about.system))
+
+    def close(self) -> None:
+        """The page is closed: nothing is learnt for nobody."""
+        process, self.process = self.process, None
+        if process is not None:
+            process.close()
+
+    # What the page sees
+
+    def _present(self) -> Sugeno:
+        fis: Sugeno = self.bench.document.design.in_force
+        return fis
+
+    def _changed(self) -> None:
+        system = self._system()
+        self.widget.update(system=system)
+
+    def _system(self) -> dict[str, Any]:
+        fis = self._present()
+        return {
+            "name": fis.name,
+            "inputs": [v.name for v in fis.inputs],
+            "outputs": [v.name for v in fis.outputs],
+            "rules": len(fis.rules),
+        }
+
+    def _sources(self) -> dict[str, Any]:
+        folder = Path(self.bench.document.folder).resolve()
+        # A link that leads out of the folder is none of its files.
+        files = [f.name for f in folder.glob("*.csv") if f.is_file() and f.resolve().is_relative_to(folder)]
+        return {"files": sorted(files), "generators": [[g.name, g.title] for g in self.made.values()]}
+
+    def _show(self, table: Columns) -> None:
+        self.table = table
+        self._guess()
+        low, high = table.values.min(axis=0), table.values.max(axis=0)
+        columns = [
+            {"name": name, "low": float(a), "high": float(b)} for name, a, b in zip(table.names, low, high, strict=True)
+        ]
+        about = {"name": table.name, "rows": len(table.values), "columns": columns}
+        self.widget.update(table=about, columns=self.columns, choice=self.choice, sources=self._sources())
+
+    def _guess(self) -> None:
+        if self.table is not None:
+            present = self._present() if self.choice["start"] == "present" else None
+            self.columns = guessed(self.table, present)
+            self.widget.update(columns=self.columns)
+
+    def _progress(self) -> dict[str, Any]:
+        rows = self.history
+        every = max(1, math.ceil(len(rows) / _DRAWN))
+        drawn = [row for k, row in enumerate(rows) if k % every == 0 or k == len(rows) - 1]
+        checked = any(_finite(row[2]) for row in rows)
+        errors = [row[2 if checked else 1] for row in rows]
+        best = min(range(len(rows)), key=lambda k: errors[k] if _finite(errors[k]) else math.inf) if rows else None
+        return {
+            "state": self.state,
+            "epochs": self.choice["epochs"],
+            "epoch": [row[0] for row in drawn],
+            "train": [row[1] if _finite(row[1]) else None for row in drawn],
+            "check": [row[2] if _finite(row[2]) else None for row in drawn] if checked else None,
+            "best": None if best is None else {"epoch": rows[best][0], "error": errors[best], "checked": checked},
+            "first": rows[0][2 if checked else 1] if rows and _finite(rows[0][2 if checked else 1]) else None,
+            "rules": None if self.start is None else len(self.start.rules),
+            "outputs": None if self.start is None else len(self.start.outputs),
+            "parameters": None if self.outcome is None else self.outcome.parameters,
+            "stopped": None if self.outcome is None else self.outcome.stopped,
+            "words": self.words,
+        }
+
+
+def variables(fis: Sugeno) -> list[dict[str, Any]]:
+    """The inputs with their terms, in JSON's types, as the membership-function editor takes them."""
+    return [
+        {
+            "name": v.name,
+            "unit": v.unit,
+            "low": v.universe[0],
+            "high": v.universe[1],
+            "terms": [
+                {"name": name, "type": f.matlab, "parameters": [float(p) for p in f.parameters]}
+                for name, f in v.terms.items()
+            ],
+        }
+        for v in fis.inputs
+    ]
+
+
+def _finite(value: float) -> bool:
+    return math.isfinite(value)

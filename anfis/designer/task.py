@@ -1,0 +1,310 @@
+"""A training as a task of its own process: what to learn from what, reported while it runs, stopped when asked.
+
+The learning is :func:`anfis.train` in a process that knows nothing of the page: it tells through a pipe how each
+epoch went, and ends with the best so far when it is told to stop, or at once when nobody listens any more.
+"""
+
+import multiprocessing
+import warnings
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from fuzzy.errors import InputError
+from fuzzy.files.table import DataError, read_table
+from fuzzy.naming import expected
+from fuzzy.system import Sugeno
+
+if TYPE_CHECKING:
+    from anfis.training import Training
+
+STARTS = ("present", "subtractive", "grid")
+METHODS = ("hybrid", "backprop", "least-squares", "second-order")  # anfis.options.METHODS, without torch
+_PATIENCE = 3.0  # s that a process is given to end by itself
+
+
+class TaskError(InputError):
+    """A task that cannot be learnt. The message names the choice and what is accepted."""
+
+
+class Columns(NamedTuple):
+    """A table of samples."""
+
+    name: str  # of the file or the generator
+    names: tuple[str, ...]
+    values: np.ndarray  # (samples, columns)
+    inputs: int = 0  # how many of the first columns are inputs; 0: nobody said
+
+
+class Generator(NamedTuple):
+    """A source of data besides files. ``make`` can be pickled, and may take seconds."""
+
+    name: str
+    title: str
+    make: Callable[[], Columns]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """What to learn from what. Raises TaskError for choices that do not go together."""
+
+    x: np.ndarray = field(repr=False)  # (samples, inputs)
+    y: np.ndarray = field(repr=False)  # (samples, outputs)
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    start: Literal["present", "subtractive", "grid"] = "present"
+    present: Sugeno | None = None  # the system to start from, for "present"
+    radius: float = 0.5  # subtractive: of a cluster, as a share of the ranges
+    mfs: int = 3  # grid: terms an input
+    method: Literal["hybrid", "backprop", "least-squares", "second-order"] = "hybrid"
+    epochs: int = 60
+    goal: float = 0.0  # RMSE, in the outputs' unit
+    share: float = 0.2  # of the samples, for checking; 0: none
+    seed: int = 0  # of who is a checking sample
+    name: str = "learnt"
+
+    def __post_init__(self) -> None:
+        for what, value, known in (("start", self.start, STARTS), ("method", self.method, METHODS)):
+            if value not in known:
+                raise TaskError(expected(str(value), known, what))
+        for what, lowest, highest in (("mfs", 2, 20), ("epochs", 0, 100_000), ("seed", 0, 2**32 - 1)):
+            value = getattr(self, what)
+            if isinstance(value, bool) or not isinstance(value, int) or not lowest <= value <= highest:
+                raise TaskError(f"{what} must be a whole number >= {lowest} and <= {highest}, got {value!r}")
+        for what, most in (("radius", 2.0), ("share", 0.8), ("goal", 1e300)):
+            value = getattr(self, what)
+            number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if not (number and 0 <= value <= most) or (what == "radius" and value == 0):
+                least = ">" if what == "radius" else ">="
+                raise TaskError(f"{what} must be a number {least} 0 and <= {most:g}, got {value!r}")
+        if self.start == "present" and self.present is None:
+            raise TaskError("to start from the present system there must be one")
+        if not self.inputs or not self.outputs:
+            raise TaskError("at least one column must be an input and one an output")
+        count = len(self.x)
+        if count < 2 or self.checking == count:
+            rows = "1 sample" if count == 1 else f"{count} samples"
+            raise TaskError(f"{rows}, {self.checking} of them for checking, leave none to learn from")
+
+    @property
+    def checking(self) -> int:
+        """How many samples are for checking."""
+        return round(self.share * len(self.x))
+
+
+def task_of(data: Columns, columns: dict[str, str], present: Sugeno | None, **settings: Any) -> Task:
+    """The task of a table and of which column is which.
+
+    From the present system ``columns`` says for every variable which column it is. For a new one it says for every
+    column what it is: "input", "output" or "unused". Raises TaskError.
+    """
+    if settings.get("start", "present") == "present":
+        if present is None:
+            raise TaskError("to start from the present system there must be one")
+        chosen = [[v.name for v in present.inputs], [v.name for v in present.outputs]]
+        lacking = [name for names in chosen for name in names if columns.get(name) not in data.names]
+        if lacking:
+            raise TaskError(f"no column of {data.name} is chosen for {', '.join(lacking)}")
+        names = [[columns[name] for name in group] for group in chosen]
+    else:
+        names = [[n for n in data.names if columns.get(n) == role] for role in ("input", "output")]
+        chosen = names
+        if not names[0] or not names[1]:
+            raise TaskError("at least one column must be an input and one an output")
+    flat = [*names[0], *names[1]]
+    twice = next((n for n in flat if flat.count(n) > 1), None)
+    if twice is not None:
+        raise TaskError(f"the column {twice!r} is chosen twice")
+    x, y = (data.values[:, [data.names.index(n) for n in group]] for group in names)
+    known = {name for name in Task.__dataclass_fields__ if name not in ("x", "y", "inputs", "outputs", "present")}
+    for name in settings:
+        if name not in known:
+            raise TaskError(expected(str(name), known, "setting"))
+    return Task(x=x, y=y, inputs=tuple(chosen[0]), outputs=tuple(chosen[1]), present=present, **settings)
+
+
+def read_columns(name: str, text: str) -> Columns:
+    """The table in the text of a CSV file called ``name``; columns without a header are column1, column2, ...
+
+    Raises TaskError, as :func:`fuzzy.files.table.read_table` says it, with the line and the column.
+    """
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "data.csv"
+        path.write_text(text, encoding="utf-8", newline="")
+        try:
+            names, values = read_table(path)
+        except DataError as error:
+            raise TaskError(str(error).replace(str(path), name)) from None
+    return Columns(name, names or tuple(f"column{k + 1}" for k in range(values.shape[1])), values)
+
+
+def guessed(data: Columns, present: Sugeno | None) -> dict[str, str]:
+    """Which column is probably which, as :func:`task_of` takes it; from a present system, or for a new one.
+
+    A variable's column is that of its name, or that in its place if no name fits and the numbers do. In a new
+    system the last column is the output, unless the table says how many are inputs.
+    """
+    if present is None:
+        first = data.inputs or len(data.names) - 1
+        return {name: "input" if k < first else "output" for k, name in enumerate(data.names)}
+    variables = [v.name for v in (*present.inputs, *present.outputs)]
+    folded = {name.casefold(): name for name in data.names}
+    found = {name: folded[name.casefold()] for name in variables if name.casefold() in folded}
+    if not found and len(variables) == len(data.names):
+        return dict(zip(variables, data.names, strict=True))
+    return found
+
+
+def split(count: int, checking: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Which of ``count`` samples are learnt from and which are ``checking``: two sorted index arrays, by ``seed``."""
+    order = np.random.default_rng(seed).permutation(count)
+    return np.sort(order[checking:]), np.sort(order[:checking])
+
+
+def starting_system(task: Task) -> Sugeno:
+    """The system that training starts from, made of the samples to learn from only.
+
+    Raises an InputError for data that cannot be clustered, and for a present system without rules.
+    """
+    rows, _ = split(len(task.x), task.checking, task.seed)
+    if task.start == "present":
+        assert task.present is not None
+        if not task.present.rules:
+            raise TaskError(
+                f"{task.present.name} has no rule in force, so there is nothing to learn: start from clusters"
+            )
+        return task.present
+    from fuzzy.fitting.identification import identify
+
+    settings: dict[str, Any] = {"radius": task.radius} if task.start == "subtractive" else {"mfs": task.mfs}
+    return identify(
+        task.x[rows],
+        task.y[rows],
+        task.start,
+        input_names=task.inputs,
+        output_names=task.outputs,
+        name=task.name,
+        **settings,
+    )
+
+
+def learn(task: Task, report: Callable[[str, Any], bool]) -> "Training":
+    """Do the task. ``report(what, about)`` hears of it, and gives False to stop with the best so far.
+
+    It hears "start" (the starting system), "warning" (a sentence) and "epoch" (:class:`anfis.state.Epoch`). Raises an
+    InputError for data and options that cannot be learnt.
+    """
+
+    def tell(message: Warning | str, *_: Any, **__: Any) -> None:
+        report("warning", str(message))
+
+    rows, held = split(len(task.x), task.checking, task.seed)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        warnings.showwarning = tell
+        fis = starting_system(task)
+        report("start", fis)
+        from anfis.options import Options
+        from anfis.training import train
+
+        # A value outside its universe is no reason to be asked again in every epoch.
+        quiet = replace(fis, out_of_range="ignore") if fis.out_of_range == "warn" else fis
+        result = train(
+            quiet,
+            task.x[rows],
+            task.y[rows],
+            Options(method=task.method, epochs=task.epochs, goal=task.goal),
+            check=(task.x[held], task.y[held]) if len(held) else None,
+            callback=lambda row: report("epoch", row),
+        )
+    systems = {
+        name: replace(getattr(result, name), out_of_range=fis.out_of_range) for name in ("system", "least_train")
+    }
+    return replace(result, **systems)
+
+
+class Outcome(NamedTuple):
+    """What a finished training gives."""
+
+    system: Sugeno  # the best
+    best: int  # its epoch
+    stopped: str  # why: "epochs", "goal", "callback" (asked to), "converged", "diverged"
+    parameters: int  # how many numbers were learnt
+
+
+class TrainingProcess:
+    """A task in a process of its own. Only its owner talks to it: poll :meth:`news`, :meth:`stop`, :meth:`close`."""
+
+    def __init__(self, task: Task) -> None:
+        # A fresh process: a forked one would share the threads' locks of torch and of the server.
+        context = multiprocessing.get_context("spawn")
+        self._ours, theirs = context.Pipe()
+        self._process = context.Process(target=_work, args=(task, theirs), daemon=True)
+        self._process.start()
+        theirs.close()
+        self._over = False
+
+    @property
+    def alive(self) -> bool:
+        """May there be news yet?"""
+        return not self._over
+
+    def news(self) -> list[tuple[str, Any]]:
+        """What has been reported since the last time, without waiting.
+
+        ("start", Sugeno), ("warning", str), ("epoch", tuple of the fields of :class:`anfis.state.Epoch`), and at the
+        end one of ("done", Outcome) and ("problem", str).
+        """
+        found: list[tuple[str, Any]] = []
+        try:
+            while not self._over and self._ours.poll():
+                found.append(self._ours.recv())
+                self._over = found[-1][0] in ("done", "problem")
+        except (EOFError, OSError):
+            self._over = True
+            self._process.join(_PATIENCE)
+            found.append(("problem", f"the training ended unexpectedly (exit code {self._process.exitcode})"))
+        return found
+
+    def stop(self) -> None:
+        """Ask it to end after this epoch; the best so far follows as news."""
+        with suppress(OSError):  # it has ended already
+            self._ours.send("stop")
+
+    def close(self) -> None:
+        """End it now; nothing follows."""
+        self._over = True
+        self._ours.close()
+        if self._process.is_alive():
+            self._process.terminate()
+        self._process.join(_PATIENCE)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+
+def _work(task: Task, pipe: Connection) -> None:
+    asked = False
+
+    def report(what: str, about: Any) -> bool:
+        nonlocal asked
+        # A plain tuple: who unpickles an Epoch imports torch, for which the page would wait.
+        pipe.send((what, tuple(about) if what == "epoch" else about))
+        asked = asked or pipe.poll()
+        return not asked
+
+    try:
+        result = learn(task, report)
+        pipe.send(("done", Outcome(result.system, result.best, result.stopped, result.parameters)))
+    except InputError as error:
+        pipe.send(("problem", str(error)))
+    except (BrokenPipeError, ConnectionError, KeyboardInterrupt):
+        pass  # nobody listens any more
+    except MemoryError:
+        pipe.send(("problem", "the training needs more memory than there is: fewer rules or samples"))

@@ -1,0 +1,1 @@
+"""A Sugeno system compiled for speed."""

@@ -1,0 +1,88 @@
+"""What every picture shares: the style, sizes, names as text, and files written whole."""
+
+from contextlib import AbstractContextManager
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import matplotlib.style
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
+
+from fuzzy.files.atomic import replacing
+from fuzzy.system import FuzzySystemError, Variable
+
+STYLE = Path(__file__).parent / "style" / "fuzzyfleet.mplstyle"
+COLUMN, DOUBLE = 3.5, 7.16  # widths of one and of two columns of a paper, in inches
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")  # Okabe-Ito, as in the style
+LINES: tuple[Any, ...] = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), "-")
+HIGHLIGHT = "#C8102E"  # the input's value and the result in the rule viewer
+FORMATS = ("png", "pdf", "svg")
+
+
+def style() -> AbstractContextManager[None]:
+    """The project's matplotlib style, for a ``with`` block; nothing changes outside it."""
+    return matplotlib.style.context(STYLE)
+
+
+def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
+    """A figure of that size in inches that belongs to nobody but the caller: pyplot does not know it."""
+    return Figure(figsize=(width, height), layout="constrained" if constrained else None)
+
+
+def figure_of(axes: Axes) -> Figure:
+    """The figure at the root of ``axes``."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
+def save_figure(figure: Figure, path: str | Path) -> None:
+    """Write a picture, the format by the suffix (png, pdf, svg); the file appears whole or not at all.
+
+    Raises FuzzySystemError for another suffix, OSError where the file cannot be written.
+    """
+    path = Path(path)
+    check_picture(path)
+    metadata: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(path.suffix[1:].lower(), {})
+    with style(), replacing(path) as target:
+        figure.savefig(target, format=path.suffix[1:].lower(), metadata=metadata)
+
+
+def check_picture(path: str | Path) -> None:
+    """Raise FuzzySystemError unless ``path`` ends like a picture that can be written."""
+    if Path(path).suffix[1:].lower() not in FORMATS:
+        raise FuzzySystemError(f"cannot tell the kind of picture from {str(path)!r}; end it in .png, .pdf or .svg")
+
+
+@lru_cache(maxsize=1)
+def _font() -> FontProperties:
+    return FontProperties(family="DejaVu Sans")
+
+
+def text_width(text: str, size: float) -> float:
+    """The width of a line of text in inches; ``size`` in points."""
+    font = _font().copy()
+    font.set_size(size)
+    return text_to_path.get_text_width_height_descent(text, font, ismath=False)[0] / 72
+
+
+def shortened(text: str, width: float, size: float) -> str:
+    """``text``, or as much of it with an ellipsis as is ``width`` inches wide at ``size`` points."""
+    if text_width(text, size) <= width:
+        return text
+    while text and text_width(text + "…", size) > width:
+        text = text[:-1]
+    return text.rstrip() + "…"
+
+
+def number(value: float) -> str:
+    """A number as a label shows it: four significant digits, with a minus sign."""
+    return f"{value + 0.0:.4g}".replace("-", "−")
+
+
+def quantity(value: float, variable: Variable) -> str:
+    """A value with the unit of its variable."""
+    return f"{number(value)} {variable.unit}".rstrip()

@@ -1,0 +1,1 @@
+"""Files: MATLAB's .fis, tables of numbers, and writing whole or not at all."""

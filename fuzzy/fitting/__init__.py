@@ -1,0 +1,1 @@
+"""Systems from data: clusters, grids, consequents by least squares, searches."""

@@ -1,0 +1,286 @@
+"""A Sugeno system from data: the antecedents by a grid, by subtractive clustering or by fuzzy c-means.
+
+The consequents follow by least squares (:mod:`fuzzy.fitting.consequents`). Names, formulas and the order of the rules
+are those of MATLAB's ``genfis``; numbers beside a formula say where they come from.
+"""
+
+import math
+import warnings
+from collections.abc import Callable, Sequence
+from inspect import signature
+from itertools import product
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from fuzzy.fitting.clustering import Clusters, DataWarning, Options, column_ranges, finite_table, subtractive_clusters
+from fuzzy.fitting.consequents import IdentificationError, fit_consequents, output_table
+from fuzzy.membership import MembershipFunction, membership_function
+from fuzzy.naming import expected
+from fuzzy.rule import Clause, Rule
+from fuzzy.system import Constant, Linear, Sugeno, Variable
+
+__all__ = ["Data", "IdentificationError", "Partition", "cluster_partition", "fit_consequents", "identify"]
+
+_MANY_RULES = 5_000  # more would take minutes to fit, and nobody could read them
+
+
+class Data(NamedTuple):
+    """Checked samples with the names of their columns."""
+
+    x: np.ndarray  # (samples, inputs)
+    y: np.ndarray  # (samples, outputs)
+    low: np.ndarray  # (inputs + outputs,) lowest values, in the data's units
+    high: np.ndarray  # (inputs + outputs,) highest values, above the lowest ones
+    inputs: Sequence[tuple[str, str]]  # name and unit
+    outputs: Sequence[tuple[str, str]]
+
+    @property
+    def ranges(self) -> np.ndarray:
+        """(2, inputs + outputs), as :func:`fuzzy.fitting.clustering.densities` takes them."""
+        return np.stack([self.low, self.high])
+
+
+class Partition(NamedTuple):
+    """The antecedents: each input's terms, and which of them each rule joins."""
+
+    terms: Sequence[Sequence[MembershipFunction]]  # one sequence an input
+    rules: Sequence[tuple[int, ...]]  # (rules, inputs) places of terms
+    word: str  # of which the terms' names are made: in1mf1, in1cluster1
+
+
+def identify(
+    x: Any,
+    y: Any,
+    method: Literal["grid", "subtractive", "fcm"] = "grid",
+    *,
+    input_names: Sequence[str] | None = None,
+    output_names: Sequence[str] | None = None,
+    input_units: Sequence[str] | None = None,
+    output_units: Sequence[str] | None = None,
+    name: str = "identified",
+    order: Literal[0, 1] = 1,
+    fit: bool = True,
+    ridge: float = 0.0,
+    **settings: Any,
+) -> Sugeno:
+    """A Sugeno system for ``y`` (samples,) or (samples, outputs) at ``x`` (samples, inputs).
+
+    ``method`` and its settings:
+
+    - "grid": ``mfs`` terms an input (2; an int or one an input), ``kind`` of membership function by MATLAB's name
+      ("gbellmf"; one or one an input); one rule for each combination, the last input varying fastest. See
+      :func:`grid_terms`.
+    - "subtractive": ``radius`` (0.5) and ``options`` (:class:`fuzzy.fitting.clustering.Options`); one rule and one
+    Gaussian an
+      input for each cluster of [x y].
+    - "fcm": ``clusters`` ("auto": as many as subtractive clustering finds), ``exponent`` (2), ``iterations`` (100),
+      ``improvement`` (1e-5), ``seed`` (0; an int or a numpy Generator). Needs scikit-fuzzy. See :func:`_fcm`.
+
+    ``order`` 1 gives linear consequents, 0 constants. With ``fit`` they are those of least squares, see
+    :func:`fuzzy.fitting.consequents.fit_consequents` for ``ridge``; without, they are 0, as in MATLAB's grid. The
+    universes are the data's ranges; a constant column's stands a little apart, with a DataWarning.
+
+    Raises ClusteringError or IdentificationError for data and settings that cannot be used.
+    """
+    data = checked(x, y, input_names, output_names, input_units, output_units)
+    if method not in _METHODS:
+        raise IdentificationError(expected(str(method), _METHODS, "method"))
+    known = list(signature(_METHODS[method]).parameters)[1:]
+    for setting in settings:
+        if setting not in known:
+            raise IdentificationError(f"{method}: " + expected(setting, known, "setting"))
+    fis = system_of(_METHODS[method](data, **settings), data, name, order)
+    return fit_consequents(fis, data.x, data.y, ridge) if fit else fis
+
+
+def checked(
+    x: Any,
+    y: Any,
+    input_names: Sequence[str] | None = None,
+    output_names: Sequence[str] | None = None,
+    input_units: Sequence[str] | None = None,
+    output_units: Sequence[str] | None = None,
+) -> Data:
+    """Samples, names and units that fit together; see :func:`identify`. Warns (DataWarning) of constant columns."""
+    x = finite_table(x, "x", input_names if input_names and np.shape(x)[1:] == (len(input_names),) else None)
+    y = output_table(y, output_names)
+    if len(x) != len(y):
+        raise IdentificationError(f"x has {len(x)} samples, y {len(y)}")
+    inputs = _named(x.shape[1], input_names, input_units, "input")
+    outputs = _named(y.shape[1], output_names, output_units, "output")
+    low, high = column_ranges(np.concatenate([x, y], axis=1), [label for label, _ in (*inputs, *outputs)])
+    return Data(x, y, low, high, inputs, outputs)
+
+
+def _named(
+    count: int, names: Sequence[str] | None, units: Sequence[str] | None, what: str
+) -> Sequence[tuple[str, str]]:
+    names = [f"{what}{i + 1}" for i in range(count)] if names is None else list(names)
+    units = [""] * count if units is None else list(units)
+    for given, kind in ((names, "names"), (units, "units")):
+        if len(given) != count:
+            raise IdentificationError(f"{len(given)} {kind} for {count} {what}s: {', '.join(map(str, given))}")
+    return list(zip(names, units, strict=True))
+
+
+def system_of(partition: Partition, data: Data, name: str = "identified", order: int = 1) -> Sugeno:
+    """The system of these antecedents, each rule with a consequent of its own for every output, all of them 0."""
+    if order not in (0, 1):
+        raise IdentificationError(f"order must be 0 (constants) or 1 (linear), got {order!r}")
+    inputs = [
+        Variable(label, (low, high), {f"in{i}{partition.word}{k}": f for k, f in enumerate(terms, 1)}, unit)
+        for i, ((label, unit), low, high, terms) in enumerate(
+            zip(data.inputs, data.low, data.high, partition.terms, strict=False), 1
+        )
+    ]
+    zero: Any = Linear((0.0,) * len(inputs), 0.0) if order else Constant(0.0)
+    count = len(partition.rules)
+    first = len(inputs)
+    outputs = [
+        Variable(label, (low, high), {f"out{j}{partition.word}{k}": zero for k in range(1, count + 1)}, unit)
+        for j, ((label, unit), low, high) in enumerate(
+            zip(data.outputs, data.low[first:], data.high[first:], strict=True), 1
+        )
+    ]
+    rules = [
+        Rule(
+            tuple(
+                Clause(v.name, f"in{i}{partition.word}{t + 1}")
+                for i, (v, t) in enumerate(zip(inputs, rule, strict=True), 1)
+            ),
+            tuple((v.name, f"out{j}{partition.word}{k}") for j, v in enumerate(outputs, 1)),
+        )
+        for k, rule in enumerate(partition.rules, 1)
+    ]
+    return Sugeno(inputs, outputs, rules, name)
+
+
+# The grid ------------------------------------------------------------------------------------------------------
+
+
+def grid_terms(kind: str, low: float, high: float, count: int) -> list[MembershipFunction]:
+    """``count`` >= 2 terms of MATLAB's name ``kind``, centers evenly from ``low`` to ``high``   [MATLAB genfis].
+
+    With the half distance h of the centers c: gbellmf [h 2 c], gaussmf [h/√(2 ln 2) c], gauss2mf with shoulders of
+    0.4h/√(2 ln 2) round c ± 0.6h, trimf [c−2h c c+2h], trapmf and pimf [c−1.4h c−0.6h c+0.6h c+1.4h], dsigmf and
+    psigmf with edges c ± h and the slope 10 count/(high − low). Neighbours cross at 0.5 (dsigmf, psigmf: within
+    5e-5).
+    """
+    if kind not in _GRID:
+        raise IdentificationError(expected(str(kind), _GRID, "kind of membership function for a grid"))
+    h = (high - low) / (2 * (count - 1))
+    slope = 10 * count / (high - low)
+    return [membership_function(kind, _GRID[kind](float(c), h, slope)) for c in np.linspace(low, high, count)]
+
+
+_WIDTH = 1 / math.sqrt(2 * math.log(2))  # the standard deviation of a Gaussian that is 0.5 at the distance 1
+_GRID: dict[str, Callable[[float, float, float], Sequence[float]]] = {
+    "gbellmf": lambda c, h, slope: (h, 2, c),
+    "gaussmf": lambda c, h, slope: (h * _WIDTH, c),
+    "gauss2mf": lambda c, h, slope: (0.4 * h * _WIDTH, c - 0.6 * h, 0.4 * h * _WIDTH, c + 0.6 * h),
+    "trimf": lambda c, h, slope: (c - 2 * h, c, c + 2 * h),
+    "trapmf": lambda c, h, slope: (c - 1.4 * h, c - 0.6 * h, c + 0.6 * h, c + 1.4 * h),
+    "pimf": lambda c, h, slope: (c - 1.4 * h, c - 0.6 * h, c + 0.6 * h, c + 1.4 * h),
+    "dsigmf": lambda c, h, slope: (slope, c - h, slope, c + h),
+    "psigmf": lambda c, h, slope: (slope, c - h, -slope, c + h),
+}
+
+
+def _grid(data: Data, mfs: int | Sequence[int] = 2, kind: str | Sequence[str] = "gbellmf") -> Partition:
+    counts = _each(mfs, len(data.inputs), "mfs")
+    kinds = _each(kind, len(data.inputs), "kind")
+    for (label, _), count in zip(data.inputs, counts, strict=True):
+        if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 2:
+            raise IdentificationError(f"mfs of {label} must be a whole number >= 2, got {count!r}")
+    total = math.prod(int(count) for count in counts)
+    if total > _MANY_RULES:
+        raise IdentificationError(
+            f"a grid of {' × '.join(map(str, counts))} has {total} rules, more than {_MANY_RULES}; "
+            "take fewer mfs, fewer inputs, or method 'subtractive'"
+        )
+    terms = [grid_terms(*each) for each in zip(kinds, data.low, data.high, counts, strict=False)]
+    return Partition(terms, list(product(*(range(count) for count in counts))), "mf")
+
+
+def _each(value: Any, count: int, what: str) -> list[Any]:
+    values = [value] * count if isinstance(value, str) or np.ndim(value) == 0 else list(value)
+    if len(values) != count:
+        raise IdentificationError(f"{what} must be one value or one for each of {count} inputs, got {len(values)}")
+    return values
+
+
+# The clusters --------------------------------------------------------------------------------------------------
+
+
+def cluster_partition(centers: np.ndarray, sigma: np.ndarray, inputs: int) -> Partition:
+    """One Gaussian an input and one rule for each of ``centers`` (clusters, columns), the inputs first.
+
+    ``sigma`` is (columns,), or (clusters, columns) where every cluster has its own.
+    """
+    widths = np.broadcast_to(sigma, centers.shape)
+    terms = [
+        [membership_function("gaussmf", (float(s), float(c))) for s, c in zip(widths[:, i], centers[:, i], strict=True)]
+        for i in range(inputs)
+    ]
+    return Partition(terms, [(k,) * inputs for k in range(len(centers))], "cluster")
+
+
+def _subtractive(data: Data, radius: float | Sequence[float] = 0.5, options: Options | None = None) -> Partition:
+    found = _clusters_of(data, radius, options)
+    return cluster_partition(found.centers, found.sigma, len(data.inputs))
+
+
+def _clusters_of(data: Data, radius: float | Sequence[float] = 0.5, options: Options | None = None) -> Clusters:
+    both = np.concatenate([data.x, data.y], axis=1)
+    return subtractive_clusters(both, radius, options=options, ranges=data.ranges)
+
+
+def _fcm(
+    data: Data,
+    clusters: int | Literal["auto"] = "auto",
+    exponent: float = 2.0,
+    iterations: int = 100,
+    improvement: float = 1e-5,
+    seed: int | np.random.Generator = 0,
+) -> Partition:
+    """Fuzzy c-means of [x y], scaled into [0, 1] by the ranges so that units do not matter (MATLAB does not scale).
+
+    The width of a cluster's Gaussian is the standard deviation of the samples, each weighted by its membership in
+    the cluster to the power of ``exponent``, as the center is their mean with these weights; at least a thousandth of
+    the range. (MATLAB's formula is not documented.)
+    """
+    samples = len(data.x)
+    count = len(_clusters_of(data).rows) if clusters == "auto" else clusters
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
+        raise IdentificationError(f"clusters must be 'auto' or a whole number >= 1, got {clusters!r}")
+    if count > samples:
+        raise IdentificationError(f"{count} clusters, but only {samples} samples")
+    for label, value, least in (
+        ("exponent", exponent, 1),
+        ("iterations", iterations, 0),
+        ("improvement", improvement, 0),
+    ):
+        if not (isinstance(value, (int, float)) and math.isfinite(value) and value > least):
+            raise IdentificationError(f"{label} must be a finite number > {least}, got {value!r}")
+    try:
+        from skfuzzy.cluster import cmeans  # type: ignore[import-untyped]
+    except ImportError as error:
+        raise IdentificationError(
+            f"the method 'fcm' needs scikit-fuzzy ({error}); install the extra: pip install 'fuzzyfleet[bench]'"
+        ) from None
+    span = data.high - data.low
+    unit = (np.concatenate([data.x, data.y], axis=1) - data.low) / span
+    start = np.random.default_rng(seed).random((count, samples))
+    start /= start.sum(axis=0)
+    centers, membership, *_ = cmeans(unit.T, count, exponent, improvement, iterations, init=start)
+    share = membership**exponent
+    share /= share.sum(axis=1, keepdims=True)
+    deviation = np.stack([s @ (unit - c) ** 2 for s, c in zip(share, centers, strict=True)])
+    sigma = np.maximum(np.sqrt(deviation), 1e-3) * span
+    if len(np.unique(np.round(centers, 9), axis=0)) < count:
+        warnings.warn(f"some of the {count} clusters coincide: fewer would do", DataWarning, stacklevel=3)
+    return cluster_partition(data.low + centers * span, sigma, len(data.inputs))
+
+
+_METHODS: dict[str, Callable[..., Partition]] = {"grid": _grid, "subtractive": _subtractive, "fcm": _fcm}

@@ -1,0 +1,284 @@
+"""What is wrong or odd with a rule base: places where no rule fires, terms and rules that do nothing, and so on."""
+
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Literal, get_args
+
+import numpy as np
+
+from fuzzy.detached import detached
+from fuzzy.inference import InferenceWarning
+from fuzzy.insight.coverage import gaps_of_variable, uncovered
+from fuzzy.insight.universe import consequent_range, universe_grid
+from fuzzy.rule import Rule
+from fuzzy.system import Sugeno, Variable
+
+Severity = Literal["error", "warning", "note"]
+
+_IDENTICAL = 0.02  # two terms whose degrees never differ by more are nearly the same
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing found by :func:`check`."""
+
+    severity: Severity  # an error makes no sense; a warning is probably unwanted; a note is worth knowing
+    kind: str  # the sort of finding, in a few words, such as "no rule fires"
+    sentence: str  # what was found, with names and numbers
+    where: tuple[str | int, ...] = ()  # the names of variables and terms, the numbers of rules (from 1)
+
+    def __str__(self) -> str:
+        return f"{self.severity}: {self.sentence}"
+
+
+def check(fis: Sugeno, points: int = 4096, seed: int = 0) -> list[Finding]:
+    """Look for defects; the gravest first.
+
+    ``points`` is the number of quasi-random points at which the input space is searched for places where no rule
+    fires, and ``seed`` shifts them. Terms and rules are compared exactly, or on a fine grid of their universe.
+    Raises ValueError for fewer than one point.
+    """
+    if points < 1:
+        raise ValueError(f"the number of points must be at least 1, got {points}")
+    fis = replace(detached(fis), no_rule_fires="nan", out_of_range="ignore")
+    looks: list[Callable[[Sugeno], Iterator[Finding]]] = [
+        _rules_missing,
+        lambda system: _coverage(system, points, seed),
+        _unused,
+        _same_antecedents,
+        _silent_rules,
+        _terms,
+        _consequents,
+    ]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InferenceWarning)
+        findings = [finding for look in looks for finding in look(fis)]
+    return sorted(findings, key=lambda finding: get_args(Severity).index(finding.severity))
+
+
+def _rules_missing(fis: Sugeno) -> Iterator[Finding]:
+    if not fis.rules:
+        yield Finding("error", "no rules", "the system has no rules")
+        return
+    for output, consequent in zip(fis.outputs, fis.structure.consequent, strict=True):
+        if (consequent < 0).all():
+            yield Finding(
+                "error", "no rule for an output", f"no rule proposes a value for {output.name}", (output.name,)
+            )
+
+
+def _coverage(fis: Sugeno, points: int, seed: int) -> Iterator[Finding]:
+    if not fis.rules:
+        return
+    for output, share, box in uncovered(fis, points, seed):
+        example = " and ".join(
+            f"{v.name} is {low:.4g}{f' to {high:.4g}' if high > low else ''}{f' {v.unit}' if v.unit else ''}"
+            for v, (low, high) in zip(fis.inputs, box, strict=True)
+        )
+        part = f"about {share:.2g} %" if share >= 0.01 else "less than 0.01 %"
+        where = f"in {part} of the input space, for example where {example}" if share < 100 else "anywhere"
+        yield Finding("warning", "no rule fires", f"no rule for {output} fires {where}", (output,))
+    for variable in fis.inputs:
+        for low, high, harmless in gaps_of_variable(fis, variable):
+            place = f"at {low:.6g}" if low == high else f"from {low:.6g} to {high:.6g}"
+            yield Finding(
+                "note" if harmless else "warning",
+                "gap between terms",
+                f"no term of {variable.name} applies {place}{f' {variable.unit}' if variable.unit else ''}"
+                + (", but a rule that does not ask for it fires there" if harmless else ""),
+                (variable.name,),
+            )
+
+
+def _unused(fis: Sugeno) -> Iterator[Finding]:
+    s = fis.structure
+    for kind, variables, places in (("input", fis.inputs, s.term), ("output", fis.outputs, s.consequent)):
+        for variable, place in zip(variables, places, strict=True):
+            if (place < 0).all():
+                if kind == "input" and fis.rules:
+                    yield Finding(
+                        "warning", "unused input", f"no rule asks for the input {variable.name}", (variable.name,)
+                    )
+                continue
+            unused = [name for t, name in enumerate(variable.terms) if not (place == t).any()]
+            if unused:
+                yield Finding(
+                    "warning" if kind == "input" else "note",
+                    "unused term",
+                    f"no rule uses {_listed(unused)} of {variable.name}",
+                    (variable.name, *unused),
+                )
+
+
+def _antecedent(rule: Rule) -> tuple[object, ...]:
+    """What makes two antecedents the same: their clauses in any order, and the connective if it joins anything."""
+    return (rule.connective if len(rule.when) > 1 else "and", frozenset(rule.when))
+
+
+def _same_antecedents(fis: Sugeno) -> Iterator[Finding]:
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for r, rule in enumerate(fis.rules):
+        groups.setdefault(_antecedent(rule), []).append(r)
+    for group in groups.values():
+        same: dict[tuple[object, ...], list[int]] = {}
+        for r in group:
+            same.setdefault((frozenset(fis.rules[r].then), fis.rules[r].weight), []).append(r)
+        for equal in same.values():
+            if len(equal) > 1:
+                yield Finding(
+                    "warning",
+                    "duplicate rules",
+                    f"{_numbers(equal)} are the same: {fis.rules[equal[0]]}",
+                    tuple(r + 1 for r in equal),
+                )
+        for first, second in combinations([equal[0] for equal in same.values()], 2):
+            yield from _compared(fis, first, second)
+
+
+def _compared(fis: Sugeno, first: int, second: int) -> Iterator[Finding]:
+    """What to say of two rules with the same antecedent that are not equal."""
+    one, other = fis.rules[first], fis.rules[second]
+    then, also = dict(one.then), dict(other.then)
+    different = [v for v in then if v in also and then[v] != also[v]]
+    numbers, pair = _numbers([first, second]), (first + 1, second + 1)
+    if then == also:
+        yield Finding(
+            "warning",
+            "duplicate rules",
+            f"{numbers} differ only in their weights, {one.weight:g} and {other.weight:g}: {one}",
+            pair,
+        )
+    elif different and one.weight > 0 and other.weight > 0:
+        values = " and ".join(f"{v} both {then[v]} and {also[v]}" for v in different)
+        yield Finding(
+            "warning",
+            "contradictory rules",
+            f"{numbers} have the same antecedent but make {values}: {_when(one)}",
+            pair,
+        )
+    elif not different:
+        yield Finding(
+            "note", "same antecedent", f"{numbers} have the same antecedent and could be one: {_when(one)}", pair
+        )
+
+
+def _numbers(rules: Sequence[int]) -> str:
+    return f"rules {_listed([str(r + 1) for r in rules])}"
+
+
+def _when(rule: Rule) -> str:
+    return "if " + f" {rule.connective} ".join(map(str, rule.when))
+
+
+def _silent_rules(fis: Sugeno) -> Iterator[Finding]:
+    for number, rule in enumerate(fis.rules, 1):
+        if rule.weight == 0:
+            yield Finding("warning", "weight 0", f"rule {number} has the weight 0 and never counts: {rule}", (number,))
+        never = []
+        for clause in rule.when:
+            variable = fis[clause.variable]
+            degree = np.asarray(variable.terms[clause.term](_grid(variable))) ** clause.power
+            if clause.negated:
+                degree = 1 - degree
+            if degree.max() <= 0:
+                never.append(str(clause))
+        if never and (rule.connective == "and" or len(never) == len(rule.when)):
+            yield Finding(
+                "warning",
+                "rule never fires",
+                f"rule {number} can never fire, because never {_listed(never)}: {rule}",
+                (number,),
+            )
+
+
+def _terms(fis: Sugeno) -> Iterator[Finding]:
+    for variable in fis.inputs:
+        low, high = variable.universe
+        names = list(variable.terms)
+        if not names:
+            yield Finding("warning", "no terms", f"the input {variable.name} has no terms", (variable.name,))
+            continue
+        x = _grid(variable)
+        degrees = np.array([np.asarray(function(x)) for function in variable.terms.values()])  # (terms, places)
+        present = []
+        for n, name in enumerate(names):
+            if degrees[n].max() <= 0:
+                yield Finding(
+                    "warning",
+                    "term out of range",
+                    f"{name} of {variable.name} is 0 in all of its range [{low:g} {high:g}]",
+                    (variable.name, name),
+                )
+                continue
+            present.append(n)
+            if degrees[n].max() < 0.5:
+                yield Finding(
+                    "note",
+                    "low term",
+                    f"{name} of {variable.name} is at most {degrees[n].max():.2g} in its range [{low:g} {high:g}]",
+                    (variable.name, name),
+                )
+        for a, b in combinations(present, 2):
+            difference = np.abs(degrees[a] - degrees[b]).max()
+            overlap = np.minimum(degrees[a], degrees[b]).max()
+            where = (variable.name, names[a], names[b])
+            if difference <= _IDENTICAL:
+                yield Finding(
+                    "warning",
+                    "nearly identical terms",
+                    f"{names[a]} and {names[b]} of {variable.name} are nearly the same: "
+                    f"their degrees never differ by more than {difference:.2g}",
+                    where,
+                )
+            elif overlap > 0.9:
+                yield Finding(
+                    "note",
+                    "strong overlap",
+                    f"{names[a]} and {names[b]} of {variable.name} overlap up to a degree of {overlap:.2g}",
+                    where,
+                )
+        total = degrees.sum(axis=0)
+        if total.min() < 0.5 or total.max() > 1.5:
+            yield Finding(
+                "note",
+                "degrees do not sum to 1",
+                f"the degrees of {variable.name} sum to between {total.min():.2g} "
+                f"(at {x[total.argmin()]:.4g}) and {total.max():.2g} (at {x[total.argmax()]:.4g})",
+                (variable.name,),
+            )
+
+
+def _consequents(fis: Sugeno) -> Iterator[Finding]:
+    for output in fis.outputs:
+        low, high = output.universe
+        slack = 1e-9 * max(abs(low), abs(high), high - low)
+        constants, linear = {}, {}
+        for name, term in output.terms.items():
+            least, most = consequent_range(fis, term)
+            if least >= low - slack and most <= high + slack:
+                continue
+            if least == most:
+                constants[name] = f"{name} ({least:.4g})"
+            else:
+                linear[name] = f"{name} ({least:.4g} to {most:.4g})"
+        severity: Severity
+        # A plane that leaves the range in some corner may never be asked there.
+        for severity, listed in (("warning", constants), ("note", linear)):
+            if listed:
+                yield Finding(
+                    severity,
+                    "consequent out of range",
+                    f"{_listed(list(listed.values()))} of {output.name} {'leaves' if len(listed) == 1 else 'leave'} "
+                    f"its range [{low:g} {high:g}]",
+                    (output.name, *listed),
+                )
+
+
+def _grid(variable: Variable) -> np.ndarray:
+    return universe_grid(variable, 1001)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))

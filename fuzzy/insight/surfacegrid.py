@@ -1,0 +1,73 @@
+"""An output on a grid over one or two inputs: the numbers behind a surface."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fuzzy.detached import detached
+from fuzzy.inference import InferenceWarning, infer
+from fuzzy.insight.universe import place_of, point_of
+from fuzzy.system import FuzzySystemError, Sugeno
+
+
+class Surface(NamedTuple):
+    """An output over two inputs, or over one (then ``y`` is None and the rest is one-dimensional)."""
+
+    x: np.ndarray  # (points, points): the first input, along the last axis
+    y: np.ndarray | None  # (points, points): the second input, along the first axis
+    z: np.ndarray  # (points, points): the output
+    fired: np.ndarray  # (points, points) bool: does any rule fire there?
+
+
+def surface(
+    fis: Sugeno,
+    inputs: Sequence[str | int] | str | int | None = None,
+    output: str | int = 0,
+    fixed: Mapping[Any, float] | None = None,
+    points: int | Sequence[int] = 61,
+) -> Surface:
+    """An output on a grid over one or two inputs, the others held at ``fixed`` or the middle of their universe.
+
+    Inputs and output are given by name or by place; the default is the first two inputs, or the only one.
+    ``points`` is the number of grid points, or one number an input. Where no rule fires, ``z`` is what the system
+    says there (not-a-number if it would raise an error) and ``fired`` is False.
+
+    Raises FuzzySystemError for inputs and outputs that do not exist or stand in ``inputs`` and ``fixed`` both.
+    """
+    fis = detached(fis)
+    places = surface_axes(fis, inputs)
+    j = place_of(output, fis.outputs, "output")
+    point = point_of(fis, fixed)
+    for which in fixed or {}:
+        i = place_of(which, fis.inputs, "input")
+        if i in places:
+            raise FuzzySystemError(f"input {fis.inputs[i].name!r} cannot both be held and be an axis")
+    counts = [points] * len(places) if isinstance(points, int) else list(points)
+    if len(counts) != len(places) or any(count < 2 for count in counts):
+        raise FuzzySystemError(f"points must be at least 2, one number or one an input, got {points!r}")
+    axes = [np.linspace(*fis.inputs[i].universe, count) for i, count in zip(places, counts, strict=True)]
+    grids = np.meshgrid(*axes)
+    x = np.broadcast_to(point, (*grids[0].shape, len(point))).copy()
+    for i, grid in zip(places, grids, strict=True):
+        x[..., i] = grid
+    if fis.no_rule_fires == "error":
+        fis = replace(fis, no_rule_fires="nan")
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", ".*no rule fires", InferenceWarning)
+        result = infer(fis, x)
+    return Surface(grids[0], grids[1] if len(grids) > 1 else None, result.output[..., j], result.fired[..., j])
+
+
+def surface_axes(fis: Sugeno, inputs: Sequence[str | int] | str | int | None) -> list[int]:
+    """The places of the one or two inputs that are a surface's axes."""
+    if inputs is None:
+        inputs = range(min(2, len(fis.inputs)))
+    elif isinstance(inputs, (str, int)):
+        inputs = [inputs]
+    places = [place_of(which, fis.inputs, "input") for which in inputs]
+    if len(places) not in (1, 2) or len(set(places)) != len(places):
+        raise FuzzySystemError(f"a surface has one or two different inputs for axes, got {list(inputs)}")
+    return places

@@ -1,0 +1,1 @@
+"""What every command line shares: exit codes, messages, the progress bar."""

@@ -1,0 +1,60 @@
+"""The command line ``robotics``: one module a command beside this one.
+
+Data goes to stdout, progress and messages to stderr. What a command needs is imported when it runs, so that
+``--help`` is quick.
+"""
+
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from fuzzy.errors import InputError
+from fuzzy.shell.terminal import application, run
+from robotics.commands.animate import animate
+from robotics.commands.certify import certify
+from robotics.commands.compare import compare
+from robotics.commands.dataset import dataset
+from robotics.commands.learn import learn
+from robotics.commands.list import list_
+from robotics.commands.run import run_
+from robotics.commands.shared import versions
+from robotics.commands.stress import stress
+from robotics.commands.sweep import sweep
+from robotics.commands.team import team
+
+app = application("Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.")
+
+app.add_typer(dataset, name="dataset")
+app.add_typer(stress, name="stress")
+app.command("list")(list_)
+app.command("run")(run_)
+app.command()(compare)
+app.command()(learn)
+app.command()(animate)
+app.command()(certify)
+app.command()(sweep)
+app.command()(team)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return the exit code: 0 fine, 2 an error or a diverged controller, 130 Ctrl-C."""
+    return run(app, (InputError,), "robotics", arguments)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(" ".join(f"{name} {version}" for name, version in versions().items()))
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the versions and stop.")
+    ] = False,
+) -> None:
+    """Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.
+
+    Example: robotics compare --seeds 20 --out out
+    """

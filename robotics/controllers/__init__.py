@@ -1,1 +1,0 @@
-"""Tracking laws: fuzzy, Lyapunov, sliding modes, and leader and followers."""

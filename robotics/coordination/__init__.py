@@ -1,1 +1,0 @@
-"""Coordination: laws by which robots on paths of their own arrive together, each knowing only what it hears."""

@@ -1,0 +1,1 @@
+"""Runs made for a question: comparisons, sweeps, stress, recovery, learning, certificates."""

@@ -1,0 +1,118 @@
+"""The comparison: scenarios × controllers × seeds, measured into one table with one row a seed and robot."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from robotics.laws.catalogue import CATALOGUE, gains_of, label, make_controller
+from robotics.laws.law import Controller
+from robotics.measures.registry import measure_all, metrics_of
+from robotics.scenario.description import Scenario
+from robotics.simulation.loop import simulate
+from robotics.simulation.run import Run
+
+DEFAULT_CONTROLLERS: dict[str, tuple[str, ...]] = {  # by the scenarios' kind
+    "tracking": ("fuzzy", "lyapunov", "csm", "assm", "qssm", "esm"),
+    "formation": ("formation", "formation-teacher"),
+    "team": ("cooperation", "graph-esm", "virtual-structure"),
+}
+KEYS = ["scenario", "controller", "seed", "robot"]
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """What was compared, and what came out."""
+
+    scenarios: tuple[Scenario, ...]
+    controllers: dict[str, Controller]  # by specification, such as "csm" or "csm:k=0.3"
+    seeds: tuple[int, ...]
+    table: pd.DataFrame  # one row a seed and robot: KEYS, the metrics, diverged (bool)
+    runs: dict[tuple[str, str], Run]  # by scenario name and specification
+
+    @property
+    def divergences(self) -> list[str]:
+        """A sentence for every robot that was stopped."""
+        return [line for run in self.runs.values() for line in run.divergences()]
+
+
+def compare(
+    scenarios: Sequence[Scenario],
+    specifications: Sequence[str],
+    seeds: Sequence[int],
+    *,
+    advance: Callable[[], None] | None = None,
+    finished: Callable[[pd.DataFrame], None] | None = None,
+) -> Comparison:
+    """Run every controller on every scenario with the same seeds: same plant, sensors, noise and limits.
+
+    ``advance`` is called after every simulated period; ``finished`` gets the table so far after every scenario and
+    controller, so that nothing done is lost if a long comparison is interrupted.
+    """
+    laws = {specification: make_controller(specification) for specification in specifications}
+    runs: dict[tuple[str, str], Run] = {}
+    rows: list[pd.DataFrame] = []
+    for scenario in scenarios:
+        for specification, law in laws.items():
+            run = simulate(scenario, law, seeds, name=specification, progress=advance)
+            runs[scenario.name, specification] = run
+            rows.append(rows_of(run, scenario.kind))
+            if finished is not None:
+                finished(pd.concat(rows, ignore_index=True))
+    return Comparison(tuple(scenarios), laws, tuple(seeds), pd.concat(rows, ignore_index=True), runs)
+
+
+def rows_of(run: Run, kind: str = "tracking") -> pd.DataFrame:
+    """A run's rows of the table; ``kind`` is its scenario's."""
+    runs, robots = run.stopped.shape
+    columns: dict[str, Any] = {
+        "scenario": run.scenario,
+        "controller": run.controller,
+        "seed": np.repeat(run.seeds, robots),
+        "robot": np.tile(np.arange(1, robots + 1), runs),
+    }
+    columns |= {name: values.ravel() for name, values in measure_all(run, kind).items()}
+    return pd.DataFrame(columns | {"diverged": run.diverged.ravel()})
+
+
+def summarise(table: pd.DataFrame) -> pd.DataFrame:
+    """Mean and 95 % confidence interval of every metric over the seeds, one row a scenario, controller and metric.
+
+    The interval is Student's, mean ± t s/√n: it says how well n seeds fix the mean, not how far runs scatter. A
+    metric that is infinite in any run (never settled) has the mean inf and no interval.
+    """
+    from scipy.stats import t
+
+    rows = []
+    known = metrics_of("tracking") | metrics_of("formation") | metrics_of("team")
+    present = {metric: about for metric, about in known.items() if metric in table}
+    for (scenario, name), group in table.groupby(["scenario", "controller"], sort=False):
+        for metric, about in present.items():
+            # Robots of one run are not independent: the run's mean counts once.
+            values = group.groupby("seed")[metric].mean().to_numpy()
+            n, mean = len(values), float(np.mean(values))
+            half = float("nan")
+            if n > 1 and np.isfinite(mean):
+                half = float(t.ppf(0.975, n - 1) * np.std(values, ddof=1) / np.sqrt(n))
+            row = {"scenario": scenario, "controller": name, "metric": metric, "unit": about.unit, "seeds": n}
+            rows.append(row | {"mean": mean, "low": mean - half, "high": mean + half})
+    return pd.DataFrame(rows)
+
+
+def terms(comparison: Comparison) -> pd.DataFrame:
+    """On what terms each controller entered: command level, gains and where they come from."""
+    rows = []
+    for specification, law in comparison.controllers.items():
+        gains = {k: v for k, v in gains_of(law).items() if k != "mode"}
+        rows.append(
+            {
+                "controller": specification,
+                "label": label(specification),
+                "level": law.level,
+                "gains": ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in gains.items()),
+                "origin": CATALOGUE[specification.partition(":")[0]].note,
+            }
+        )
+    return pd.DataFrame(rows)

@@ -1,0 +1,1 @@
+"""Formation data, and what is learnt from them."""

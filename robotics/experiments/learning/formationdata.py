@@ -1,0 +1,216 @@
+"""Training data of formations, thesis 5.2.1: what leader and followers do, by the leader's posture.
+
+Two kinds:
+
+``literal``: five formations as the thesis describes them, 400 samples each, evenly in time, until the leader is at
+x = 6 m. The leader's speed depends on where it started, and so the outputs are not a function of x_l, y_l and
+θ_l: :func:`conditional_mean_floor` says how much of them no model of these inputs can explain.
+
+``well-posed``: the law of :mod:`robotics.laws.formation.leader_follower`, a function of x_l, y_l, θ_l and the lead dx.
+Half of the samples lie along five formations' runs, half evenly over all (x_l, dx); most are displaced
+from the path, with the feedback that brings the leader back. Without the displacement y_l and θ_l are functions of
+x_l, and a network that fits such data perfectly still drives off the path.
+
+Runs come from the shared simulator with its kinematic plant; between two periods a robot follows an arc, which is
+evaluated exactly. Numbers are rounded to 1e-6, so that the files do not depend on a machine's last digit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from fuzzy.errors import InputError
+from fuzzy.files.atomic import replacing
+from robotics.laws.formation.leader_follower import FormationTeacher, law, lead
+from robotics.paths.path import compile_path
+from robotics.quantity import check_quantities, is_number, quantity
+from robotics.scenario.formations import PERIOD, formation_scenario, leader_path
+from robotics.simulation.loop import simulate
+
+STARTS = (-4.0, -2.0, 0.0, 2.0, 4.0)  # m: the leader's x at the start of the five formations
+CHECKING = (-1.0,)  # m: that of the checking set, thesis Fig. 5.9
+LITERAL_END = 6.0  # m: the printed centers end at 5.57, and the printed networks leave the curve beyond 6.5
+OUTPUTS = ("v_l", "w_l", "v_f", "w_f")
+
+
+class FormationDataError(InputError):
+    """Options that make no formation data. The message names the option and what is accepted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recipe:
+    """How a set is made. The same recipe gives the same numbers."""
+
+    kind: Literal["literal", "well-posed"] = "literal"
+    starts: tuple[float, ...] = STARTS  # m, the leader's x at the start; one formation each
+    samples: int = 400  # per formation
+    speed: float = quantity(0.1, "m/s", above=0, most=0.25)  # v_d; the leader drives up to three times as fast
+    # The rest is for the well-posed kind only
+    coverage: float = quantity(0.5, "1", least=0, most=1)  # share of samples spread evenly over (x_l, dx)
+    jitter: float = quantity(0.6, "1", least=0, most=1)  # share of samples displaced from the path
+    lateral: float = quantity(0.15, "m", least=0, most=1)  # largest displacement, to either side
+    heading: float = quantity(0.25, "rad", least=0, most=1)  # largest rotation, either way
+    lead: float = quantity(0.5, "m", least=0, most=4)  # largest change of dx, of samples along the runs
+    reach: float = quantity(4.0, "m", above=0, most=10)  # dx is spread over ±reach, x_l begins at −reach
+    seed: int = 0
+    stream: int = 0  # which of the seed's random sequences: 1 for the checking set
+
+    def __post_init__(self) -> None:
+        check_quantities(self, FormationDataError)
+        if self.kind not in ("literal", "well-posed"):
+            raise FormationDataError(f"kind must be 'literal' or 'well-posed', got {self.kind!r}")
+        for name, least in (("samples", 2), ("seed", 0), ("stream", 0)):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < least:
+                raise FormationDataError(f"{name} must be a whole number >= {least}, got {value!r}")
+        if not self.starts or not all(is_number(x) and -10 <= x < self.end - 0.1 for x in self.starts):
+            raise FormationDataError(
+                f"formations are the leader's x at the start in m, each >= -10 and < {self.end - 0.1:.4g}; "
+                f"got {list(self.starts)!r}"
+            )
+
+    @property
+    def end(self) -> float:
+        """The leader's x [m] at which a run ends."""
+        return LITERAL_END if self.kind == "literal" else PERIOD
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The names of the input columns."""
+        return ("x_l", "y_l", "theta_l") + (() if self.kind == "literal" else ("dx",))
+
+
+class Table(NamedTuple):
+    """A set: inputs first, then the four outputs."""
+
+    names: tuple[str, ...]  # m, m, rad[, m], m/s, rad/s, m/s, rad/s
+    values: np.ndarray  # (rows, columns), multiples of 1e-6
+    inputs: int  # how many columns are inputs
+
+
+def checking(recipe: Recipe) -> Recipe:
+    """The recipe of the checking set that belongs to ``recipe``: a formation which that does not hold."""
+    return replace(recipe, starts=CHECKING, stream=recipe.stream + 1)
+
+
+# What `robotics dataset regenerate` writes
+FILES: dict[str, Recipe] = {
+    "formation-literal.csv": Recipe(),
+    "formation-literal-check.csv": checking(Recipe()),
+    "formation-well-posed.csv": Recipe(kind="well-posed"),
+    "formation-well-posed-check.csv": checking(Recipe(kind="well-posed")),
+}
+
+
+def formation_data(recipe: Recipe) -> Table:
+    """The set that ``recipe`` describes; rows in the order of its formations, then the cover."""
+    values = _literal(recipe) if recipe.kind == "literal" else _well_posed(recipe)
+    return Table(recipe.inputs + OUTPUTS, np.round(values, 6) + 0.0, len(recipe.inputs))  # + 0.0: no -0
+
+
+class _Samples(NamedTuple):
+    """Samples of a run; every field is (samples,)."""
+
+    x: np.ndarray  # m, the leader's
+    y: np.ndarray  # m
+    heading: np.ndarray  # rad
+    dx: np.ndarray  # m
+    v_l: np.ndarray  # m/s
+    v_f: np.ndarray  # m/s
+
+
+def _literal(recipe: Recipe) -> np.ndarray:
+    path = compile_path(leader_path(recipe.end, 10.0))
+    rows = []
+    for start in recipe.starts:
+        s = _sampled_run(recipe, start, recipe.samples)
+        w_l = s.v_l * path.beside(s.x).curvature
+        w_f = s.v_f * path.beside(s.x - s.dx).curvature
+        rows.append(np.stack([s.x, s.y, s.heading, s.v_l, w_l, s.v_f, w_f], axis=1))
+    return np.concatenate(rows)
+
+
+def _well_posed(recipe: Recipe) -> np.ndarray:
+    rng = np.random.default_rng([recipe.seed, recipe.stream])
+    teacher = FormationTeacher(speed=recipe.speed)
+    path = compile_path(leader_path(recipe.end + 1.0, 10.0))  # a metre more: displaced followers may be beyond the end
+    total = recipe.samples * len(recipe.starts)
+    covered = round(recipe.coverage * total)
+    shares = np.diff(np.round(np.linspace(0, total - covered, len(recipe.starts) + 1)).astype(int))
+    runs = [_sampled_run(recipe, start, n) for start, n in zip(recipe.starts, shares, strict=True) if n]
+    x, y, heading, dx = (np.concatenate([s[i] for s in runs] or [np.empty(0)]) for i in range(4))
+    dx = dx + np.where(rng.random(len(dx)) < recipe.jitter, rng.uniform(-recipe.lead, recipe.lead, len(dx)), 0.0)
+    x_cover, dx_cover = _cover(recipe, covered, rng)
+    point = path.beside(x_cover)
+    x, dx = np.concatenate([x, x_cover]), np.concatenate([dx, dx_cover])
+    y, heading = np.concatenate([y, point.y]), np.concatenate([heading, point.heading])
+    displaced = rng.random(total) < recipe.jitter
+    sideways = rng.uniform(-recipe.lateral, recipe.lateral, total) / np.cos(path.beside(x).heading)
+    y = y + np.where(displaced, sideways, 0.0)
+    heading = heading + np.where(displaced, rng.uniform(-recipe.heading, recipe.heading, total), 0.0)
+    wish = law(path, x, y, heading, dx, recipe.speed, teacher.ky, teacher.kpsi)
+    return np.stack([x, y, heading, dx, *wish], axis=1)
+
+
+def _cover(recipe: Recipe, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """``count`` pairs (x_l, dx), even over all those whose followers are between x = 0 and the end."""
+    kept = np.empty((0, 2))
+    while len(kept) < count:
+        draws = rng.uniform([-recipe.reach, -recipe.reach], [recipe.end, recipe.reach], (count, 2))
+        behind = draws[:, 0] - draws[:, 1]
+        kept = np.concatenate([kept, draws[(behind >= 0) & (behind <= recipe.end)]])
+    return kept[:count, 0], kept[:count, 1]
+
+
+def _sampled_run(recipe: Recipe, start: float, count: int) -> _Samples:
+    """``count`` samples, evenly in time from the start until the leader is at the end, of one formation's run."""
+    scenario = formation_scenario(start, recipe.speed, recipe.end)
+    teacher = FormationTeacher(
+        speed=recipe.speed, speeds="literal" if recipe.kind == "literal" else "lead", correction="own-pose"
+    )
+    run = simulate(scenario, teacher)
+    pose = np.stack([run["x"][0], run["y"][0], run["heading"][0]])  # (3, robots, samples)
+    v, w = run["command_1"][0], run["command_2"][0]
+    there = pose[0, 0] >= recipe.end
+    if not there.any():
+        raise FormationDataError(f"the formation from x = {start:g} m did not end within {scenario.duration:g} s")
+    k = int(np.argmax(there))
+    share = (recipe.end - pose[0, 0, k - 1]) / (pose[0, 0, k] - pose[0, 0, k - 1])
+    times = np.linspace(0.0, (k - 1 + share) * scenario.period, count)
+    tick = np.minimum((times / scenario.period).astype(int), k - 1)
+    x, y, heading = _along_arc(pose[..., tick], v[:, tick], w[:, tick], times - tick * scenario.period)
+    return _Samples(x[0], y[0], heading[0], lead(x.T), v[0, tick], v[1, tick])
+
+
+def _along_arc(pose: np.ndarray, v: np.ndarray, w: np.ndarray, dt: np.ndarray) -> np.ndarray:
+    """The poses (3, ...) after ``dt`` [s] with constant velocities: the exact solution of thesis (2.27)."""
+    x, y, heading = pose
+    half = w * dt / 2
+    chord = v * dt * np.sinc(half / np.pi)  # sin(half)/half
+    return np.stack([x + chord * np.cos(heading + half), y + chord * np.sin(heading + half), heading + 2 * half])
+
+
+def conditional_mean_floor(inputs: np.ndarray, outputs: np.ndarray, width: float = 0.05) -> np.ndarray:
+    """The RMS of each output (columns,) about its mean over samples whose inputs share a cell, in its unit.
+
+    ``inputs`` (samples,) or (samples, columns) are cut into cells ``width`` wide, 5 cm (and 0.05 rad) by default.
+    Where many samples share a cell, no function of the inputs that is smooth over a cell has a smaller RMS error.
+    """
+    cells = np.floor(np.reshape(inputs, (len(outputs), -1)) / width).astype(np.int64)
+    _, cell, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+    cell = cell.reshape(-1)
+    total = np.zeros((len(count), outputs.shape[1]))
+    np.add.at(total, cell, outputs)
+    residual = outputs - (total / count[:, None])[cell]
+    return np.sqrt(np.mean(residual**2, axis=0))
+
+
+def write_data(path: str | Path, names: Sequence[str], values: np.ndarray) -> None:
+    """Write ``values`` (rows, columns) as CSV with a header, whole or not at all, each number as short as is exact."""
+    lines = [",".join(names)]
+    lines += [",".join(repr(value).removesuffix(".0") for value in row) for row in values.tolist()]
+    with replacing(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")

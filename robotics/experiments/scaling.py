@@ -1,0 +1,14 @@
+"""How the cost of a simulation and of a team grows with the number of robots."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """One team of a size on a radio that loses a share of its messages."""
+
+    robots: int
+    loss: float
+    spread: float  # s
+    late: float  # s: the arrival of the last after the time of the reference
+    gap: float  # largest s_i − s_j

@@ -1,0 +1,1 @@
+"""Random scenarios in thousands, and what became of them."""

@@ -1,0 +1,116 @@
+"""Random crossings: teams whose paths meet, so that robots which keep their timing would collide.
+
+Paths lie in a field of 16 m² a robot, 8 × 6 m for three, at least one pair nearer than 0.4 m at equal progress; starts
+and ends are at least 0.6 m clear of the other paths (class A), or only 0.9 m apart from each other (class B). The
+thesis has its two tests only; the classes are a choice.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Literal
+
+import numpy as np
+
+from robotics.paths.joined import join_tables
+from robotics.paths.path import Quintic, X, Y
+from robotics.paths.quintic_table import quintic_table
+from robotics.paths.trajectory import Timing
+from robotics.radio.description import Radio
+from robotics.scenario.description import Member, Scenario
+from robotics.scenario.ensemble import Ensemble, EvenTiming
+from robotics.sensing.posture import Sensing
+
+CROSSING_STREAM = 6  # of a seed's random streams: see robotics.radio.channel
+AREA, ASPECT = 16.0, 4 / 3  # m² a robot; of the field's sides
+CLEAR, APART, CONFLICT = 0.6, 0.9, 0.4  # m
+TIGHTEST = 0.35  # m: the smallest radius of a path
+SPEED = 0.22  # m/s: mean speed on the longest path
+_SAMPLES = 101  # of a path, for distances
+_FINE = np.linspace(0.0, 1.0, 201)  # of its parameter
+
+
+def crossing_ensemble(
+    robots: int,
+    seeds: Sequence[int],
+    kind: Literal["A", "B"] = "A",
+    *,
+    radio: Radio | None = None,
+    factor: float = 4.0,
+    extra: float = 0.0,
+    advance: Callable[[], None] | None = None,
+) -> Ensemble:
+    """A crossing for every seed, for ``factor`` times the longest nominal duration and ``extra`` [s] at most.
+
+    A seed's crossing is the same whatever the other seeds are.
+    """
+    drawn = []
+    for seed in seeds:
+        drawn.append(random_crossing(robots, np.random.default_rng([seed, CROSSING_STREAM]), kind))
+        if advance is not None:
+            advance()
+    paths = join_tables(drawn)
+    durations = paths.lengths.max(axis=1) / SPEED
+    starts = np.array([[(t[X, 0], t[Y, 0], t[2, 0]) for t in tables] for tables in drawn])
+    shared = Member(
+        start=(0.0, 0.0, 0.0),
+        path=Quintic(start=(0.0, 0.0), end=(5.0, 0.0)),
+        timing=Timing(duration=float(np.ceil(durations.max()))),
+    )
+    scenario = Scenario(
+        name=f"crossing-{robots}-{kind}",
+        robots=(shared,) * robots,
+        duration=float(np.ceil(factor * durations.max() + extra)),
+        kind="team",
+        sensing=Sensing(posture="pose", position_noise=0.003, heading_noise=0.003),
+        radio=radio or Radio(),
+    )
+    return Ensemble(scenario, starts, EvenTiming(paths, durations))
+
+
+def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B"] = "A") -> list[np.ndarray]:
+    """The tables of one crossing's paths, one a robot."""
+    field = np.sqrt(AREA * robots * np.array([ASPECT, 1 / ASPECT]))
+    while True:
+        shapes: list[Quintic] = []
+        points: list[np.ndarray] = []
+        for _ in range(400 * robots):
+            drawn = _random_path(rng, field)
+            if drawn is not None and all(_clear(drawn[1], other, kind) for other in points):
+                shapes.append(drawn[0])
+                points.append(drawn[1])
+            if len(shapes) == robots:
+                break
+        if len(shapes) == robots and _conflict(np.array(points)):
+            return [quintic_table(shape) for shape in shapes]
+
+
+def _random_path(rng: np.random.Generator, field: np.ndarray) -> tuple[Quintic, np.ndarray] | None:
+    """A path, and points (samples, 2) [m] at equal shares of its length, to a few millimetres."""
+    start, end = rng.uniform(0.0, 1.0, (2, 2)) * field
+    gap = end - start
+    reach = float(np.hypot(*gap))
+    bends = np.arctan2(gap[1], gap[0]) + rng.uniform(-0.7, 0.7, 2)
+    if reach < 0.5 * np.sqrt(field.prod()) or reach < 2.0:
+        return None
+    out, into = (reach * np.array([np.cos(a), np.sin(a)]) for a in bends)
+    shape = Quintic(start=tuple(start), end=tuple(end), start_tangent=tuple(out), end_tangent=tuple(into))
+    position, slope, bend = shape.curve(_FINE)
+    if np.any(np.abs(slope[0] * bend[1] - slope[1] * bend[0]) * TIGHTEST > np.hypot(*slope) ** 3):
+        return None
+    measured = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(position, axis=1)))])
+    wanted = np.linspace(0.0, measured[-1], _SAMPLES)
+    return shape, np.stack([np.interp(wanted, measured, row) for row in position], axis=1)
+
+
+def _clear(a: np.ndarray, b: np.ndarray, kind: str) -> bool:
+    """May the paths ``a`` and ``b`` (samples, 2) be in one crossing?"""
+    ends = [(a[0], b), (a[-1], b), (b[0], a), (b[-1], a)]
+    if kind == "A":
+        return all(np.hypot(*(path - end).T).min() >= CLEAR for end, path in ends)
+    return min(np.hypot(*(a[k] - b[k])) for k in (0, -1)) >= APART
+
+
+def _conflict(points: np.ndarray) -> bool:
+    """Do two robots (robots, samples, 2) come too near at equal progress?"""
+    gap = np.hypot(*np.moveaxis(points[:, None] - points[None], -1, 0)).min(axis=-1)
+    gap[np.diag_indices(len(points))] = np.inf
+    return bool(gap.min() < CONFLICT)

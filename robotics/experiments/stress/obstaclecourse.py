@@ -1,0 +1,208 @@
+"""Obstacle courses: one robot or a team on lanes through random fields of obstacles, or into U-shaped traps.
+
+Lanes are 7 m of quintics, side by side; a field's obstacles lie along them, class A with gaps a robot fits through,
+class B overlapping; kind "U" has a trap across the first lane; discs may cross the lanes as well. Judged as crossings
+are, and against the obstacles.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from robotics.environment.collision import footprints, obstacle_clearance, robot_contacts
+from robotics.environment.obstaclefields import GAP, random_field, random_trap
+from robotics.environment.world import Disc, World, WorldError, compile_worlds
+from robotics.experiments.stress.outcome import ARRIVED, NEAREST, Disturbance, Outcome
+from robotics.laws.law import Controller
+from robotics.laws.modes import FOLLOW
+from robotics.paths.joined import join_tables, table_length
+from robotics.paths.path import Line, Path, Quintic, X, Y
+from robotics.paths.quintic_table import quintic_table
+from robotics.paths.trajectory import Timing
+from robotics.radio.description import Radio
+from robotics.scenario.description import Member, Scenario
+from robotics.scenario.ensemble import Ensemble, EvenTiming
+from robotics.sensing.posture import Sensing
+from robotics.simulation.loop import drive
+from robotics.vehicle import plant as p
+
+COURSE_STREAM = 7  # of a seed's random streams: see robotics.radio.channel
+Kind = Literal["A", "B", "U"]
+LENGTH = 7.0  # m, along x
+APART = 1.5  # m between the starts of lanes
+BEND = {1: 1.5, 3: 0.4}  # m: a lane ends up to so far beside where it starts
+SPEED = 0.22  # m/s: mean speed on the longest lane
+FASTEST_DISC = 0.2  # m/s; they start so that disc and robot would meet, to within
+EARLY = 4.0  # s
+DISC = (0.15, 0.3)  # m: radius
+AWAY = 1.6  # m: a disc starts and ends so far from the lane
+STANDING = 0.02  # m/s: a robot that came no faster towards an obstacle did not drive into it
+LONGEST = 8.0  # times the nominal duration: the end of a run
+
+
+def obstacle_ensemble(
+    seeds: Sequence[int], kind: Kind = "A", robots: int = 1, *, radio: Radio | None = None, moving: int = 0
+) -> Ensemble:
+    """A course for every seed, with ``moving`` discs that cross its lanes.
+
+    A seed's course is the same whatever the other seeds are, and its fixed obstacles whatever moves.
+    """
+    drawn = [random_course(np.random.default_rng([seed, COURSE_STREAM]), kind, robots, moving) for seed in seeds]
+    tables = [course[0] for course in drawn]
+    paths = join_tables(tables)
+    durations = paths.lengths.max(axis=1) / SPEED
+    starts = np.array([[(t[X, 0], t[Y, 0], t[2, 0]) for t in row] for row in tables])
+    shared = Member(
+        start=(0.0, 0.0, 0.0),
+        path=Quintic(start=(0.0, 0.0), end=(5.0, 0.0)),
+        timing=Timing(duration=float(np.ceil(durations.max()))),
+    )
+    scenario = Scenario(
+        name=f"obstacles-{robots}-{kind}",
+        robots=(shared,) * robots,
+        duration=float(np.ceil(LONGEST * durations.max())),
+        kind="team" if robots > 1 else "tracking",
+        sensing=Sensing(posture="pose", position_noise=0.003, heading_noise=0.003),
+        radio=radio or Radio(),
+    )
+    return Ensemble(scenario, starts, EvenTiming(paths, durations), compile_worlds([course[1] for course in drawn]))
+
+
+def random_course(rng: np.random.Generator, kind: Kind, robots: int, moving: int = 0) -> tuple[list[np.ndarray], World]:
+    """The tables of one course's lanes, and its obstacles, ``moving`` of them discs that cross a lane."""
+    while True:
+        bend = BEND.get(robots, 0.4)
+        tables = []
+        for i in range(robots):
+            y = APART * ((robots - 1) / 2 - i)
+            end = y + rng.uniform(-bend, bend)
+            tables.append(quintic_table(Quintic(start=(0.0, y), end=(LENGTH, end))))
+        lanes = [Path(table_length(table), table) for table in tables]
+        try:
+            if kind == "U":
+                world = random_trap(rng, lanes[0])
+            else:
+                world = random_field(rng, lanes, gap=GAP if kind == "A" else None)
+        except WorldError:  # no place: another course
+            continue
+        nominal = max(lane.length for lane in lanes) / SPEED
+        discs = [_crossing_disc(rng, lanes[int(rng.integers(robots))], nominal) for _ in range(moving)]
+        return tables, World(obstacles=(*world.obstacles, *discs), known=world.known)
+
+
+def _crossing_disc(rng: np.random.Generator, lane: Path, nominal: float) -> Disc:
+    """A disc that crosses ``lane`` at an angle, straight and evenly, about when a robot on time would be there."""
+    share, speed = rng.uniform(0.3, 0.7), rng.uniform(0.05, FASTEST_DISC)
+    on = lane.at(share * lane.length)
+    course = float(on.heading) + rng.choice((-1.0, 1.0)) * rng.uniform(np.pi / 4, 3 * np.pi / 4)
+    step = np.array([np.cos(course), np.sin(course)])
+    # Timing begins at once: a disc that is to come later starts farther away.
+    before = max(AWAY, speed * (share * nominal + rng.uniform(-EARLY, EARLY)))
+    crossing = np.array([float(on.x), float(on.y)])
+    start, end = crossing - before * step, crossing + AWAY * step
+    path = Line(start=(float(start[0]), float(start[1])), end=(float(end[0]), float(end[1])))
+    return Disc(radius=float(rng.uniform(*DISC)), path=path, timing=Timing(speed=float(speed)))
+
+
+@dataclass(frozen=True, eq=False)
+class ObstacleOutcome(Outcome):
+    """Also what the obstacles did; ``collided`` says only if two robots touched."""
+
+    hit: np.ndarray  # (runs,) bool: a robot touched an obstacle
+    clearance: np.ndarray  # (runs,) m: the least distance of a robot's rectangle from an obstacle
+    trapped: np.ndarray  # (runs,) bool: a robot followed a wall
+    caused: np.ndarray  # (runs,) bool: a robot drove into an obstacle; else the obstacle drove into it
+
+    @property
+    def succeeded(self) -> np.ndarray:
+        """(runs,) bool: all arrived, and nothing touched."""
+        return np.asarray(self.arrived & ~self.collided & ~self.hit)
+
+    def summary(self) -> dict[str, Any]:
+        """The figures that ``robotics stress obstacles --json`` prints."""
+        figures = super().summary()
+        seeds = np.array(self.seeds)
+        figures["arrived"] = int(self.succeeded.sum())
+        figures["arrived_together"] = int((self.succeeded & (self.spread <= 1.0)).sum())
+        figures["contacts"] = int((self.collided | self.hit).sum())
+        figures["obstacle_contacts"] = int(self.hit.sum())
+        figures["contacts_caused"] = int((self.collided | self.caused).sum())
+        figures["min_clearance_m"] = float(self.clearance.min())
+        figures["followed_wall"] = int(self.trapped.sum())
+        if not np.isfinite(figures["min_distance_m"] or 0.0):
+            figures["min_distance_m"] = None  # of one robot there is none
+        figures["failed_seeds"]["obstacle"] = seeds[self.hit][:50].tolist()
+        figures["failed_seeds"]["caused"] = seeds[self.caused][:50].tolist()
+        return figures
+
+
+def stress_obstacles(
+    controller: Controller,
+    seeds: Sequence[int],
+    kind: Kind = "A",
+    robots: int = 1,
+    begin: Callable[[str, int], Callable[[], None]] | None = None,
+    *,
+    disturbance: Disturbance | None = None,
+    moving: int = 0,
+) -> ObstacleOutcome:
+    """``controller`` on a random course for every seed; ``begin`` starts the bars of a progress display.
+
+    Of ``disturbance`` the loss and latency of messages; ``moving`` discs cross the lanes.
+    """
+    start = begin or (lambda text, total: lambda: None)
+    wrong = disturbance or Disturbance()
+    radio = Radio(loss=wrong.loss, latency=wrong.latency)
+    ensemble = obstacle_ensemble(seeds, kind, robots, radio=radio, moving=moving)
+    return run_course(ensemble, controller, seeds, start("simulating", ensemble.ticks + 1))
+
+
+def run_course(
+    ensemble: Ensemble,
+    controller: Controller,
+    seeds: Sequence[int],
+    advance: Callable[[], None] | None = None,
+) -> ObstacleOutcome:
+    """Drive until all have arrived or touched something in every run, or the time is up."""
+    runs, robots = len(seeds), len(ensemble.robots)
+    assert ensemble.world is not None
+    paths = ensemble.trajectory.joined
+    ends = paths.at(paths.lengths)
+    sizes = footprints([member.robot for member in ensemble.robots])
+    arrivals = np.full((runs, robots), np.inf)
+    collided, hit, trapped, caused = (np.zeros(runs, dtype=bool) for _ in range(4))
+    nearest, clearance = np.full(runs, np.inf), np.full(runs, np.inf)
+    pairs = np.triu_indices(robots, 1)
+    before, place = np.zeros((runs, robots)), ensemble.world.at(0.0)
+    for period in drive(ensemble, controller, seeds):
+        x, y, heading = period.state[[p.X, p.Y, p.HEADING]]
+        geometry = ensemble.world.at(period.time)
+        if robots > 1:
+            gaps = np.hypot(x[:, pairs[0]] - x[:, pairs[1]], y[:, pairs[0]] - y[:, pairs[1]]).min(axis=1)
+            nearest = np.minimum(nearest, gaps)
+            if (gaps < 2 * sizes[2].max()).any():
+                collided |= (robot_contacts(x, y, heading, sizes) >= 0).any(axis=1)
+        free = obstacle_clearance(x, y, heading, sizes, geometry)
+        if ((free <= 0).any(axis=1) & ~hit).any() and period.k > 0:
+            # Whose motion was it? The robot's, had the obstacle stayed where it was.
+            alone = obstacle_clearance(x, y, heading, sizes, place)
+            nearer = (alone <= 0) | (before - alone > STANDING * ensemble.period)
+            caused |= ~hit & ((free <= 0) & nearer).any(axis=1)
+        before, place = free, geometry
+        clearance = np.minimum(clearance, free.min(axis=1))
+        hit |= (free <= 0).any(axis=1)
+        if period.command.mode is not None:
+            trapped |= (period.command.mode & 3 == FOLLOW).any(axis=1)
+        there = np.hypot(x - ends.x, y - ends.y) < np.maximum(ARRIVED * paths.lengths, NEAREST)
+        arrivals = np.where(there & np.isinf(arrivals), period.time, arrivals)
+        if advance is not None:
+            advance()
+        if (np.isfinite(arrivals).all(axis=1) | hit | collided).all():
+            break
+    refused = np.zeros(runs, dtype=bool)
+    crossed = (arrivals, collided, refused, nearest)
+    return ObstacleOutcome(
+        tuple(seeds), ensemble.trajectory.durations, *crossed, hit, clearance, trapped=trapped, caused=caused
+    )

@@ -1,0 +1,99 @@
+"""Stress tests: thousands of random scenarios in one pass, and what went wrong in which of them.
+
+A run goes on after a contact, as if robots could overlap: collisions and deadlocks are counted apart, and a run may
+have both. A deadlock is a run that started and in which not all have arrived after 4 times the nominal duration.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+ARRIVED = 0.005  # of the path's length from its end, as in robotics.measures.teams; but
+NEAREST = 0.03  # m at least
+LIMIT = 4.0  # nominal durations after which a robot that has not arrived never will; as long as a plan may take, and
+HELD = 2.0  # times as long as one robot is held up
+TOGETHER = 1.0  # s: a spread of arrivals that counts as together
+_SHOWN = 50  # seeds of failures that are named
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What became of every run; arrays are (runs,) unless they say otherwise."""
+
+    seeds: tuple[int, ...]
+    nominal: np.ndarray  # s
+    arrivals: np.ndarray  # (runs, robots) s; infinite: never
+    collided: np.ndarray  # bool: two robots touched
+    refused: np.ndarray  # bool: the law said before the start that there is no safe plan
+    min_distance: np.ndarray  # m between the centers of two robots
+
+    @property
+    def arrived(self) -> np.ndarray:
+        """Did all robots arrive?"""
+        return np.asarray(np.isfinite(self.arrivals).all(axis=1))
+
+    @property
+    def deadlocked(self) -> np.ndarray:
+        """Started, and yet not all arrived: somebody waits for ever, or is stopped by a collision."""
+        return np.asarray(~self.arrived & ~self.refused)
+
+    @property
+    def spread(self) -> np.ndarray:
+        """Between the first and the last arrival [s]; infinite if not all arrive."""
+        return np.asarray(
+            np.where(
+                self.arrived,
+                self.arrivals.max(axis=1) - np.where(self.arrived[:, None], self.arrivals, 0).min(axis=1),
+                np.inf,
+            )
+        )
+
+    def summary(self) -> dict[str, Any]:
+        """The figures that ``robotics stress --json`` prints."""
+        good = self.arrived & ~self.collided
+        together = good & (self.spread <= TOGETHER)
+        ratio = self.arrivals.max(axis=1)[good] / self.nominal[good]
+        moving = ~self.refused
+
+        def named(which: np.ndarray) -> list[int]:
+            return [self.seeds[k] for k in np.flatnonzero(which)[:_SHOWN]]
+
+        return {
+            "runs": len(self.seeds),
+            "collisions": int(self.collided.sum()),
+            "deadlocks": int(self.deadlocked.sum()),
+            "refused": int(self.refused.sum()),
+            "arrived": int(good.sum()),
+            "arrived_together": int(together.sum()),
+            "arrival_spread_p95_s": float(np.quantile(self.spread[good], 0.95)) if good.any() else None,
+            "time_ratio_median": float(np.median(ratio)) if good.any() else None,
+            "time_ratio_p95": float(np.quantile(ratio, 0.95)) if good.any() else None,
+            "min_distance_m": float(self.min_distance[moving].min()) if moving.any() else None,
+            "contacts": int(self.collided.sum()),
+            "failed_seeds": {
+                "collision": named(self.collided),
+                "deadlock": named(self.deadlocked),
+                "refused": named(self.refused),
+                "apart": named(good & ~together),
+            },
+        }
+
+
+def joined(outcomes: Sequence[Outcome]) -> Outcome:
+    """The outcomes of all runs, in their order, as one."""
+    arrays = [name for name in Outcome.__dataclass_fields__ if name != "seeds"]
+    return Outcome(
+        tuple(seed for part in outcomes for seed in part.seeds),
+        *(np.concatenate([getattr(part, name) for part in outcomes]) for name in arrays),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Disturbance:
+    """What is wrong in every run."""
+
+    loss: float = 0.0  # share of messages
+    latency: float = 0.0  # s, of messages
+    freeze: float = 0.0  # s for which one robot, drawn at random, is held up at a random moment

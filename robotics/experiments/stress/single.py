@@ -1,0 +1,106 @@
+"""One run of a stress test by its seed, as a run that can be drawn, saved and played: the same to the last bit."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from fuzzy.naming import expected
+from robotics.experiments.stress.crossing_runs import disturbed_crossing, run_ensemble
+from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, run_course
+from robotics.experiments.stress.outcome import HELD, Disturbance, Outcome
+from robotics.laws.law import Controller, ControllerError
+from robotics.paths.path import Path
+from robotics.paths.trajectory import Reference
+from robotics.radio.description import Radio
+from robotics.radio.faults import Faults
+from robotics.scenario.description import ScenarioError
+from robotics.scenario.ensemble import EvenTiming
+from robotics.simulation.loop import simulate
+from robotics.simulation.run import Run
+
+AFTER = 2.0  # s that a run goes on after the last arrival
+STRESSES = {"crossing": "right-of-way", "obstacles": "obstacles"}  # and the controller of each
+ALIASES = {  # what `robotics stress` calls some controllers
+    "crossing": {
+        "literal": "crash-literal",
+        "lag-clock": "crash-lag-clock",
+        "yielding": "crash-yielding",
+        "none": "cooperation-literal",
+    },
+    "obstacles": {"committed": "obstacles", "literal": "obstacles-literal"},
+}
+
+
+@dataclass(frozen=True, eq=False)
+class SingleTiming(EvenTiming):
+    """The timing of one run, with what a scenario's trajectory has besides."""
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """The robots' paths."""
+        j = self.joined
+        rows = zip(j.lengths[0], j.first, j.cells, strict=True)
+        return tuple(Path(float(length), j.table[:, k : k + n + 1]) for length, k, n in rows)
+
+    def sampled(self, times: np.ndarray) -> Reference:
+        """The references at ``times`` (n,) [s]; each field is (n, robots)."""
+        rows = [self.at(float(time)) for time in times]
+        return Reference(*(np.concatenate([getattr(row, name) for row in rows]) for name in Reference._fields))
+
+
+def single_run(
+    stress: str,
+    controller: Controller,
+    seed: int,
+    robots: int | None = None,
+    kind: Any = None,
+    disturbance: Mapping[str, float] = MappingProxyType({}),
+    name: str = "",
+    links: bool = False,
+    begin: Callable[[str, int], Callable[[], None]] | None = None,
+    *,
+    moving: int = 0,
+) -> tuple[Run, Outcome, str]:
+    """The run that ``robotics stress`` makes of ``seed``, its outcome, and the kind of its metrics.
+
+    ``robots``, ``kind``, ``disturbance`` (fields of :class:`robotics.experiments.stress.outcome.Disturbance`) and
+    ``moving`` discs are as there. Raises ScenarioError for what that stress test has not, ControllerError where the law
+    has no safe plan.
+    """
+    kinds = ("A", "B") if stress == "crossing" else ("A", "B", "U")
+    kind = kind or "A"
+    if kind not in kinds:
+        raise ScenarioError(f"{stress}: " + expected(str(kind), kinds, "class"))
+    faults: Faults | None = None
+    wrong = Disturbance(**disturbance)
+    if stress == "crossing":
+        robots = robots or 3
+        if moving:
+            raise ScenarioError("crossing: discs that move belong to `obstacles`")
+        if robots < 2:
+            raise ScenarioError(f"crossing: robots must be 2 or more, got {robots}")
+        ensemble, faults = disturbed_crossing(robots, [seed], kind, wrong)
+        outcome = run_ensemble(ensemble, controller, [seed], faults, extra=HELD * wrong.freeze)
+        if outcome.refused[0]:
+            raise ControllerError(f"crossing, seed {seed}: {name} has no safe plan: it would not start")
+    else:
+        robots = robots or 1
+        if robots not in (1, 3):
+            raise ScenarioError(f"obstacles: robots must be 1 or 3, got {robots}")
+        if wrong.freeze:
+            raise ScenarioError("obstacles: freeze belongs to a crossing")
+        radio = Radio(loss=wrong.loss, latency=wrong.latency)
+        ensemble = obstacle_ensemble([seed], kind, robots, radio=radio, moving=moving)
+        outcome = run_course(ensemble, controller, [seed])
+    timing = SingleTiming(ensemble.trajectory.joined, ensemble.trajectory.durations)
+    end = ensemble.scenario.duration
+    if outcome.arrived[0]:
+        end = min(end, float(np.ceil(outcome.arrivals.max() + AFTER)))
+    setting: Any = replace(ensemble, scenario=replace(ensemble.scenario, duration=end), trajectory=timing)
+    advance = begin(f"{setting.name}: {name}", setting.ticks + 1) if begin else None
+    links = links and robots > 1
+    run = simulate(setting, controller, [seed], name=name, links=links, faults=faults, progress=advance)
+    return run, outcome, setting.kind

@@ -1,0 +1,309 @@
+"""Running a sweep: chunks through any ``concurrent.futures.Executor``, into one Parquet file each, then one table.
+
+The process that plans is the only one that writes; a chunk's file appears whole or not at all and carries the
+sweep's digest. Killed at any moment and begun again, a sweep computes what has no file yet: the chunks that were in
+flight and those behind them.
+"""
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fuzzy.errors import InputError
+from fuzzy.files.atomic import replacing
+from fuzzy.shell.progress import Begin
+from robotics.experiments.executors import InProcess, Workers
+from robotics.experiments.sweeps.plan import (
+    Chunk,
+    Pass,
+    Plan,
+    Sweep,
+    SweepError,
+    check_plan,
+    controller_at,
+    described,
+    digest,
+    identity,
+    scenario_at,
+    versions,
+)
+from robotics.laws.catalogue import make_controller
+from robotics.measures.registry import measure_all
+from robotics.simulation.loop import simulate
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+PLAN, RESULTS, CHUNKS = "plan.json", "results.parquet", "chunks"
+ROW_GROUP = 65_536  # rows
+LOST = "the connection to the cluster is lost; the same command goes on from there"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a finished sweep left in its folder."""
+
+    results: Path
+    rows: int  # one a run and robot
+    runs: int
+    diverged: int  # rows of robots that were stopped
+    chunks: int
+    computed: int  # chunks of this time; the others were there
+
+
+# One chunk --------------------------------------------------------------------------------------------------------
+
+
+def run_chunk(sweep: Sweep, chunk: Chunk, expected: dict[str, str]) -> "pa.Table":
+    """Simulate and measure a chunk: a table with one row a run and robot. This is what a worker does.
+
+    ``expected`` are the versions that the sweep was planned with. Raises SweepError, naming point and seeds.
+    """
+    import pyarrow as pa
+
+    for name, own in versions().items():
+        if own != expected[name]:
+            raise SweepError(f"a worker has {name} {own} where the sweep was planned with {expected[name]}")
+    tables = []
+    for part in chunk.passes:
+        try:
+            tables.append(_run_pass(sweep, part))
+        except Exception as error:
+            # A worker's traceback is of little use far away; what was run can be run again by hand.
+            message = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+            raise SweepError(f"{_place(sweep, part)}: {message}") from error
+    return pa.concat_tables(tables).combine_chunks()
+
+
+def _run_pass(sweep: Sweep, part: Pass) -> "pa.Table":
+    import pyarrow as pa
+
+    scenario = scenario_at(sweep, part.values)
+    run = simulate(scenario, make_controller(controller_at(sweep, part.controller, part.values)), part.seeds)
+    runs, robots = run.stopped.shape
+    columns: dict[str, Any] = {
+        "scenario": pa.array([sweep.scenario] * (runs * robots)),
+        "point": np.full(runs * robots, part.point),
+        "controller": pa.array([part.controller] * (runs * robots)),
+        "seed": np.repeat(np.array(run.seeds, dtype=np.int64), robots),
+        "robot": np.tile(np.arange(1, robots + 1), runs),
+    }
+    columns |= {a.name: _column(v, runs * robots) for a, v in zip(sweep.axes, part.values, strict=True)}
+    values = measure_all(run, scenario.kind)
+    columns |= {name: np.ascontiguousarray(v, dtype=float).ravel() for name, v in values.items()}
+    return pa.table(columns | {"diverged": run.diverged.ravel()})
+
+
+def _column(value: Any, rows: int) -> "pa.Array":
+    """An axis's column: of its levels' type, or JSON text for what is neither number, text nor truth value."""
+    import pyarrow as pa
+
+    if isinstance(value, (bool, int, float, str)):
+        return pa.array([value] * rows)
+    return pa.array([json.dumps(value, ensure_ascii=False, default=str)] * rows)
+
+
+def _place(sweep: Sweep, part: Pass) -> str:
+    seeds = f"seed {part.seeds[0]}" if len(part.seeds) == 1 else f"seeds {part.seeds[0]} to {part.seeds[-1]}"
+    return f"{described(sweep, part.point, part.values)}, controller {part.controller!r}, {seeds}"
+
+
+# All of them ------------------------------------------------------------------------------------------------------
+
+
+def run_sweep(
+    plan: Plan,
+    folder: Path,
+    workers: Workers | None = None,
+    *,
+    fresh: bool = False,
+    begin: Begin | None = None,
+    resumed: Callable[[int, int], None] | None = None,
+) -> Outcome:
+    """Do what is left of a sweep and write ``folder/results.parquet``, in the plan's order, whole or not at all.
+
+    ``workers`` run the chunks; by default this process does. ``fresh`` throws away what the folder holds of a sweep.
+    ``resumed`` is told how many chunks of how many are already there. Raises SweepError where the folder holds another
+    sweep, a point is refused or a run fails; what was written stays.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with _alone(folder):
+        about = identity(plan)
+        if fresh:
+            _clear(folder)
+        _open_plan(plan, folder, about, begin)
+        key = digest(about)
+        todo = [number for number in range(1, plan.chunks + 1) if not _landed(_file(folder, number), key)]
+        if resumed is not None and len(todo) < plan.chunks:
+            resumed(plan.chunks - len(todo), plan.chunks)
+        advance = begin(f"{plan.sweep.name}: {plan.chunks} chunks", len(todo)) if begin and todo else None
+        for number, table in _computed(plan, todo, workers or Workers(InProcess()), about["versions"]):
+            _write(table, _file(folder, number), key)
+            if advance is not None:
+                advance()
+        rows, diverged = _gather(plan, folder, key)
+    return Outcome(folder / RESULTS, rows, plan.runs, diverged, plan.chunks, len(todo))
+
+
+def landed_chunks(plan: Plan, folder: Path) -> int:
+    """How many chunks of the sweep ``folder`` holds."""
+    key = digest(identity(plan))
+    return sum(_landed(_file(folder, number), key) for number in range(1, plan.chunks + 1))
+
+
+def _computed(
+    plan: Plan, todo: list[int], workers: Workers, expected: dict[str, str]
+) -> "Iterator[tuple[int, pa.Table]]":
+    """Chunks as they get done; no more of them are handed out at a time than ``workers`` say."""
+    waiting = iter(todo)
+    flying: dict[Future[Any], Chunk] = {}
+    while True:
+        for number in waiting:
+            chunk = plan.chunk(number)
+            flying[workers.executor.submit(run_chunk, plan.sweep, chunk, expected)] = chunk
+            if len(flying) >= workers.in_flight:
+                break
+        if not flying:
+            return
+        done = wait(flying, timeout=1.0, return_when=FIRST_COMPLETED).done
+        if not done and not workers.alive():
+            raise SweepError(LOST)
+        for future in done:
+            chunk = flying.pop(future)
+            try:
+                table = future.result()
+            except SweepError:
+                raise
+            except BrokenExecutor:
+                raise SweepError(
+                    "a worker process died (out of memory?); the same command goes on from there"
+                ) from None
+            except CancelledError:
+                raise SweepError(LOST) from None
+            except Exception as error:
+                parts = chunk.passes
+                place = _place(plan.sweep, parts[0]) + ("" if len(parts) == 1 else " and what follows in its chunk")
+                raise SweepError(f"{place}: {type(error).__name__}: {error}") from error
+            yield chunk.number, table
+
+
+# The folder -------------------------------------------------------------------------------------------------------
+
+
+def _file(folder: Path, number: int) -> Path:
+    return folder / CHUNKS / f"chunk-{number:06}.parquet"
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Hold the folder's lock, which the system gives back however the process ends."""
+    if sys.platform == "win32":
+        yield
+        return
+    import fcntl
+
+    with (folder / ".lock").open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise SweepError(f"{folder}: another sweep is at work here; wait for it, or give another --out") from None
+        yield
+
+
+def _clear(folder: Path) -> None:
+    (folder / PLAN).unlink(missing_ok=True)
+    (folder / RESULTS).unlink(missing_ok=True)
+    for file in (folder / CHUNKS).glob("chunk-*.parquet"):
+        file.unlink()
+
+
+def _open_plan(plan: Plan, folder: Path, about: dict[str, Any], begin: Begin | None) -> None:
+    """Check and write the plan, or see that the folder's is the same."""
+    (folder / CHUNKS).mkdir(exist_ok=True)
+    for place, name in ((folder, ".plan-*"), (folder, ".results-*"), (folder / CHUNKS, ".chunk-*")):
+        for left in place.glob(name):  # what a killed process was just writing
+            left.unlink()
+    path = folder / PLAN
+    about = json.loads(json.dumps(about, default=str))
+    if path.exists():
+        try:
+            found = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise SweepError(f"{path}: this is no sweep's plan: {error}; --fresh starts over") from None
+        changed = _changed(found, about)
+        if changed:
+            raise SweepError(
+                f"{folder} holds results of another sweep: {changed} since they were computed; give another --out, "
+                "or --fresh to throw them away and start over"
+            )
+        return
+    check_plan(plan, begin("checking every point", len(plan.points)) if begin else None)
+    (folder / RESULTS).unlink(missing_ok=True)
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps(about, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def _changed(found: Any, about: dict[str, Any]) -> str:
+    """What differs between two plans, in words; "" if nothing does."""
+    found = found if isinstance(found, dict) else {}
+    sweeps = found.get("sweep") if isinstance(found.get("sweep"), dict) else {}
+    fields = [name for name, value in about["sweep"].items() if sweeps.get(name) != value]
+    if fields:
+        return f"{', '.join(fields)} changed"
+    if found.get("scenario_sha256") != about["scenario_sha256"]:
+        return f"scenario {about['sweep']['scenario']!r} changed"
+    if found.get("files_sha256") != about["files_sha256"]:
+        return "a file that a controller reads changed"
+    before = found.get("versions") if isinstance(found.get("versions"), dict) else {}
+    packages = [f"{k} {before.get(k)} became {v}" for k, v in about["versions"].items() if before.get(k) != v]
+    return ", ".join(packages)
+
+
+def _landed(path: Path, key: str) -> bool:
+    """Does ``path`` hold a chunk of the sweep with that digest?"""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        metadata = pq.read_metadata(path).metadata or {}
+    except (OSError, pa.ArrowInvalid):
+        return False
+    return metadata.get(b"sweep") == key.encode()
+
+
+def _write(table: "pa.Table", path: Path, key: str) -> None:
+    import pyarrow.parquet as pq
+
+    with replacing(path) as temporary:
+        pq.write_table(table.replace_schema_metadata({"sweep": key}), temporary)
+
+
+def _gather(plan: Plan, folder: Path, key: str) -> tuple[int, int]:
+    """All chunks in one file, in the plan's order; how many rows there are, and how many of stopped robots."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    rows = diverged = 0
+    with replacing(folder / RESULTS) as temporary:
+        writer: pq.ParquetWriter | None = None
+        batch: list[pa.Table] = []
+        try:
+            for number in range(1, plan.chunks + 1):
+                batch.append(pq.ParquetFile(_file(folder, number)).read())
+                if sum(t.num_rows for t in batch) >= ROW_GROUP or number == plan.chunks:
+                    table = pa.concat_tables(batch).combine_chunks()
+                    rows, batch = rows + table.num_rows, []
+                    diverged += int(np.count_nonzero(table["diverged"].to_numpy()))
+                    writer = writer or pq.ParquetWriter(temporary, table.schema)
+                    writer.write_table(table)
+        finally:
+            if writer is not None:
+                writer.close()
+    return rows, diverged

@@ -1,0 +1,33 @@
+"""Faults in figures: their words and hatches."""
+
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+
+from fuzzy.figures.drawing import figure_of, text_width
+
+FEW = 8  # robots that are drawn boldly, with their numbers
+WORDS = {"failure": "failure", "delay": "delay", "silence": "silent", "stall": "stalled"}
+HATCHES = {"failure": "xxxx", "delay": "////", "silence": "----", "stall": "||||"}
+
+
+def shade_faults(ax: Axes, faults: Any, start: float, end: float, named: bool = True) -> None:
+    """Grey, hatched by kind, while a robot is at fault from ``start`` to ``end`` [s]; its number and fault in words."""
+    taken: list[tuple[float, int]] = []
+    shown = [f for f in faults if f.start < end and f.end > start]
+    wide = float(figure_of(ax).get_figwidth() * ax.get_position().width)  # inches
+    for f in sorted(shown, key=lambda f: f.start):
+        a, b = max(f.start, start), min(f.end, end)
+        with rc_context({"hatch.color": "0.75"}):
+            ax.axvspan(a, b, facecolor=(0, 0, 0, 0.07), hatch=HATCHES[f.kind][:2], linewidth=0, zorder=0)
+        if not named:
+            continue
+        text = f"{f.robot + 1}: {WORDS[f.kind]}"
+        busy = {level for until, level in taken if until > a}
+        level = next(n for n in range(len(shown)) if n not in busy)
+        taken.append((a + (text_width(text, 6.5) + 0.08) / wide * (end - start), level))
+        if level < 4:
+            box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.8}
+            place = (a, 0.97 - 0.13 * level)
+            ax.text(*place, text, transform=ax.get_xaxis_transform(), va="top", fontsize=6.5, bbox=box, zorder=6)

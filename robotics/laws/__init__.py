@@ -1,0 +1,1 @@
+"""Control laws: what each is, what it may know, and what it commands."""

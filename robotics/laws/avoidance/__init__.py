@@ -1,0 +1,1 @@
+"""How robots avoid each other and obstacles."""

@@ -1,0 +1,97 @@
+"""Crash avoidance by priorities, thesis 6.1: fuzzy cooperation whose robots turn away from each other, and stop.
+
+Robots tell each other where they are. A robot that is no farther than d_min from one of lower number stands still
+until that one has moved away; one that is as near to robots of higher number only goes on, and turns:
+
+    d_ij ≤ d_min, j < i  ⇒  v_i = ω_i = 0                                (6.5); ω(n + 1) = ω(n) would leave it spinning
+    otherwise  α_i(new) = λ_i + α_i + η_i                                (6.4)
+    η_i = −Σ_j sign(bearing of j) η(d_ij)                                away from the others
+
+with η(d_ij) the rule base ``eta``: 0 at d_min, and still growing where two robots overlap, so that one that has driven
+into another is turned away from it and not let through. Bearings and distances are heard, so measured. A robot that
+stands keeps no angular velocity. It shows how far local rules carry, and is measured beside
+:mod:`robotics.laws.avoidance.right_of_way`: a robot that waits on another's path is run into, and the other waits for
+nobody.
+
+"literal" has the clock as printed, 1 − tanh(Σ d_RP²): it all but stops while somebody waits. "lag-clock" waits only
+for who lags. "yielding" does not wait for robots that yield either, holds the target near the robot and lets it turn
+on the spot; d_min 0.9 to 1 m suits it best. With a robot's own x in the printed condition x_j < x_i nothing could be
+made of two robots side by side: the number alone decides, as the text says.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
+from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.modes import TRACK, YIELD
+from robotics.laws.teams.cooperation import FuzzyCooperation
+from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.paths.posture import wrapped
+from robotics.quantity import check_quantities, quantity
+from robotics.vehicle.plant import Level
+
+TOUCHING = 0.3  # m: where two robots touch; η is 1.2 rad there, whatever d_min is
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrashAvoidance:
+    """How near is too near, how far to turn, and the cooperation underneath."""
+
+    variant: Literal["literal", "lag-clock", "yielding"] = "literal"
+    d_min: float = quantity(0.6, "m", above=0.31, most=5)
+    eta: float = quantity(1.0, "1", least=0, most=5)  # what η(d_ij) is multiplied by
+    rule_base: str = ""  # for tracking; none: Table 5.6 as printed, for "yielding" as repaired
+    eta_rule_base: str = "eta"
+    level: Level = "velocity"
+    cooperation: FuzzyCooperation = field(init=False, repr=False)
+    turn: CompiledSugeno = field(init=False, repr=False, compare=False)
+
+    message = (*FuzzyCooperation.message, "x", "y")
+
+    def __post_init__(self) -> None:
+        check_quantities(self, ControllerError)
+        if self.variant == "yielding":
+            below = FuzzyCooperation(rule_base=self.rule_base or "tracking")
+        else:
+            below = FuzzyCooperation(
+                variant=self.variant, rule_base=self.rule_base or "tracking-literal", look_ahead=0.05
+            )
+        object.__setattr__(self, "cooperation", below)
+        turn = load_rule_base(self.eta_rule_base)
+        if len(turn.inputs) != 1 or len(turn.outputs) != 1:
+            raise ControllerError(f"{self.eta_rule_base}: η has one input, the distance, and one output")
+        object.__setattr__(self, "turn", compile_sugeno(turn))
+
+    def init(self, scenario: Any, runs: int) -> Any:
+        """What the cooperation remembers. Raises ControllerError where the graph is not connected."""
+        return self.cooperation.init(scenario, runs)
+
+    def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
+        """(6.4), (6.5)."""
+        heard = seen.heard
+        assert heard is not None  # a simulation gives it to every law that says something
+        dx = heard.values[-2] - seen.x[:, :, None]  # (runs, receivers, senders)
+        dy = heard.values[-1] - seen.y[:, :, None]
+        distance = np.hypot(dx, dy)
+        close = heard.hears & (distance <= self.d_min)  # not who has never been heard
+        number = np.arange(seen.x.shape[1])
+        stands = (close & (number < number[:, None])).any(axis=-1)
+        bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
+        turn = -np.where(close, np.sign(bearing) * self.turn_at(distance), 0.0).sum(axis=-1)
+        excused = stands if self.variant == "yielding" else None
+        wish, memory = self.cooperation.steered(seen, memory, dt, turn, excused)
+        assert wish.message is not None
+        v, w = np.where(stands, 0.0, wish.v), np.where(stands, 0.0, wish.w)
+        message = np.concatenate([wish.message, [seen.x, seen.y]])
+        mode = np.where(stands, YIELD, TRACK)
+        return wish._replace(first=v, second=w, v=v, w=w, message=message, mode=mode), memory
+
+    def turn_at(self, distance: np.ndarray) -> np.ndarray:
+        """|η| [rad] at ``distance`` [m] of any shape: the rule base, stretched so that it ends at d_min."""
+        near, far = self.turn.fis.inputs[0].universe
+        stretched = far - (self.d_min - distance) * (far - TOUCHING) / (self.d_min - TOUCHING)
+        known = np.clip(np.where(np.isnan(stretched), far, stretched), near, far)
+        return np.asarray(self.eta * self.turn(known[..., None])[..., 0])

@@ -1,0 +1,291 @@
+"""Obstacle avoidance, thesis 6.2: fuzzy cooperation whose robots look around with sonars.
+
+    ro ≤ ro_min  ⇒  α** = α + Θ(ro)                                      (6.7)
+
+with Θ the rule base ``theta``, 0 at ro_min. The thesis prints the condition as ≥ in one place, and gives no sign.
+
+"literal": two modes. While a sonar reads ro_min or less, Θ of the nearest front reading turns the robot away from the
+smaller of the two, a side reading below ``push_range`` turns it ``push`` away, and v is reduced to ro / ro_min (at
+least a quarter; 0 below 0.12 m); else it tracks. It forgets an obstacle as soon as no cone sees it, and its target
+pulls it back: it grazes corners, and never leaves a trap.
+
+"committed": see :mod:`robotics.laws.avoidance.obstacle_modes`. Rule 11 does not act while avoiding (a robot that was
+turned away from its target would stand still), and the target is held ``reach`` ahead of the robot's place on the path.
+Robots tell each other where they are, and stop, as in :mod:`robotics.laws.avoidance.right_of_way`, before one ahead.
+What is very near may be coming nearer: a robot stands still, or leaves straight ahead if that is free, until it has
+seen that nothing moves (:func:`robotics.laws.avoidance.obstacle_modes.halt`); it may be run into, but does not drive
+into what moves.
+
+In both a robot stops for one nearer than ``d_pass`` ahead of it that goes round an obstacle (case studies 2 and 3). The
+lower number goes first, in "committed" also who avoids before who tracks. In "committed" nobody waits longer than 6 s;
+in "literal" there is no limit.
+
+In both what a sonar reads grows no faster than 2 m/s, so that an echo lost for a moment is not an obstacle gone
+(without that the literal scheme hits in 26 % of class A instead of 2 %); and a robot that avoids and has made no
+progress along its path for longer than ``patience`` no longer slows the clock of the others (case study 4). As soon as
+it comes free they wait for it as before.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
+from robotics.laws.avoidance.obstacle_modes import BEST, GROWTH, MODE, ROWS, STALLED, STOP, WAY, commit, halt, unwatched
+from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.modes import ALONE, AVOID, FOLLOW, TRACK, YIELD
+from robotics.laws.teams.cooperation import JOINED, FuzzyCooperation
+from robotics.laws.teams.neighbours import PATIENCE
+from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.paths.posture import wrapped
+from robotics.quantity import check_quantities, quantity
+from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR, RangeSensor
+from robotics.vehicle.plant import Level
+
+CONE = 0.9  # rad: what is ahead
+BRAKING = 1.0  # m/s²
+ABEAM = 1.45  # rad: a robot beyond that is not approached by driving on
+SIDE_MARGIN = 0.06  # m: so much farther than ``near`` one may come from the side
+TURN_AWAY = 0.8  # rad/s, from it
+BESIDE_AHEAD = 1.3  # rad: a robot that avoids is let pass there
+LONGEST_WAIT = 6.0  # s
+RISE = 2.0  # m/s: a reading grows no faster
+COMMITTED_RISE = np.array([1.0, 1.0, 0.6, 0.6])  # m/s: these steer, and lose echoes at corners
+IN_THE_WAY = 0.6  # m: robots that are known to be farther away are not avoided as obstacles
+LEAVE, LEAVING = 0.4, 0.5  # m, m/s: with so much ahead it drives away from what comes from elsewhere
+FASTEST = 0.6  # m/s: of a robot that catches up, among obstacles it does not know
+EARLY_TIME = 1.0  # s: to lose a lead in
+JOINING, CREEP = 0.1, 0.06  # m/s: at least, of one ahead of time that drives back to its path, and that avoids
+
+
+class _Memory(NamedTuple):
+    """What the cooperation remembers, and what the robots saw."""
+
+    below: Any
+    state: np.ndarray  # (ROWS, runs, robots) of robotics.laws.avoidance.obstacle_modes
+    ranges: np.ndarray  # (runs, robots, sensors) m
+    waits: np.ndarray  # (runs, robots) s: for how long it has let a robot pass
+    watch: np.ndarray  # (WATCH, runs, robots) of robotics.laws.avoidance.obstacle_modes
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObstacleAvoidance:
+    """From where on and how far to turn away, and the cooperation underneath."""
+
+    variant: Literal["committed", "literal"] = "committed"
+    ro_min: float = quantity(0.5, "m", above=0.15, most=2)  # the thesis's scheme wants 0.8
+    theta: float = quantity(1.0, "1", least=0, most=2)  # what Θ(ro) is multiplied by
+    reach: float = quantity(0.5, "m", above=0)  # "committed": the target while avoiding is so far ahead
+    patience: float = quantity(15.0, "s", above=0)  # so long the group waits for a robot
+    near: float = quantity(0.34, "m", above=0)  # "committed": another robot nearer than that stops one, at rest
+    d_pass: float = quantity(0.75, "m", least=0, most=5)  # a robot that avoids is let pass where it is so near
+    push: float = quantity(0.6, "rad", least=0, most=3)  # "literal"
+    push_range: float = quantity(0.35, "m", least=0)  # "literal"
+    rule_base: str = "tracking"
+    theta_rule_base: str = "theta"
+    sonar_noise: float = quantity(0.01, "m", least=0, most=1)  # standard deviation, beside 1 % of the distance
+    level: Level = "velocity"
+    cooperation: FuzzyCooperation = field(init=False, repr=False)
+    turn: CompiledSugeno = field(init=False, repr=False, compare=False)
+    sensors: tuple[RangeSensor, ...] = field(init=False, repr=False)
+
+    message = (*FuzzyCooperation.message, "avoids", "x", "y", "v_x", "v_y")
+
+    def __post_init__(self) -> None:
+        check_quantities(self, ControllerError)
+        kind: Any = "repaired" if self.variant == "committed" else "lag-clock"
+        object.__setattr__(self, "cooperation", FuzzyCooperation(variant=kind, rule_base=self.rule_base))
+        turn = load_rule_base(self.theta_rule_base)
+        if len(turn.inputs) != 1 or len(turn.outputs) != 1:
+            raise ControllerError(f"{self.theta_rule_base}: Θ has one input, the distance, and one output")
+        object.__setattr__(self, "turn", compile_sugeno(turn))
+        object.__setattr__(self, "sensors", tuple(replace(sensor, noise=self.sonar_noise) for sensor in SONAR))
+
+    @property
+    def idle(self) -> set[str]:
+        """The parameters that have no effect in this variant."""
+        return {"push", "push_range"} if self.variant == "committed" else {"reach", "near"}
+
+    def init(self, scenario: Any, runs: int) -> _Memory:
+        """All track. Raises ControllerError where the graph is not connected."""
+        shape = (runs, len(scenario.robots))
+        state = np.zeros((ROWS, *shape))
+        nothing = np.full((*shape, len(self.sensors)), np.inf)
+        return _Memory(self.cooperation.init(scenario, runs), state, nothing, np.zeros(shape), unwatched(*shape))
+
+    def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
+        """Look, choose a mode, steer."""
+        fresh = memory.ranges
+        if seen.ranges is not None:
+            known = self.variant == "committed" and seen.x.shape[1] > 1
+            fresh = self._without_robots(seen, seen.ranges) if known else seen.ranges
+            rise = RISE if self.variant == "literal" else COMMITTED_RISE
+            memory = memory._replace(ranges=np.minimum(fresh, memory.ranges + rise * dt))
+        if self.variant == "literal":
+            return self._literal(seen, memory, dt)
+        return self._committed(seen, memory, fresh, dt)
+
+    def theta_at(self, distance: np.ndarray) -> np.ndarray:
+        """|Θ| [rad] at ``distance`` [m] of any shape: the rule base, its range stretched to end at ro_min."""
+        close, far = self.turn.fis.inputs[0].universe
+        stretched = far - (self.ro_min - distance) * (far - close) / (self.ro_min - close)
+        known = np.clip(stretched, close, far)
+        return np.asarray(self.theta * self.turn(known[..., None])[..., 0])
+
+    def _literal(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
+        left, right = memory.ranges[..., FRONT_LEFT], memory.ranges[..., FRONT_RIGHT]
+        front = np.minimum(left, right)
+        turn = np.where(left < right, -1.0, 1.0) * self.theta_at(front)
+        for sensor, sign in ((LEFT, -1.0), (RIGHT, 1.0)):
+            turn += np.where(memory.ranges[..., sensor] < self.push_range, sign * self.push, 0.0)
+        avoids = (front <= self.ro_min) | (memory.ranges.min(axis=-1) < self.push_range)
+        turn = np.where(avoids, turn, 0.0)
+        state = memory.state.copy()
+        alone = state[STALLED] > self.patience
+        wish, below = self.cooperation.steered(seen, memory.below, dt, turn, alone)
+        grows = below.place > state[BEST] + GROWTH
+        state[STALLED] = np.where(grows, 0.0, state[STALLED] + dt * avoids)
+        state[BEST] = np.where(grows, below.place, state[BEST])
+        share = np.where(front < 0.12, 0.0, np.clip(front / self.ro_min, 0.25, 1.0))
+        v = np.where(avoids, wish.v * share, wish.v)
+        mode = np.where(avoids, np.where(alone, AVOID + ALONE, AVOID), TRACK)
+        stands = self._lets_pass(seen, avoids)
+        v, w = np.where(stands, 0.0, v), np.where(stands, 0.0, wish.w)
+        mode = np.where(stands, YIELD + (mode & ALONE), mode)
+        return self._said(seen, wish, v, w, mode, avoids & ~alone), memory._replace(below=below, state=state)
+
+    def _committed(self, seen: Observation, memory: _Memory, fresh: np.ndarray, dt: float) -> tuple[Command, _Memory]:
+        before = memory.state
+        alone = (before[MODE] != TRACK) & (before[STALLED] > self.patience)
+        wish, below = self.cooperation.steered(seen, memory.below, dt, None, alone)
+        paths, place = seen.trajectory.joined, below.place
+        nearest, end = paths.at(place), paths.at(np.broadcast_to(below.lengths, place.shape))
+        ahead = paths.at(np.minimum(place + self.reach, below.lengths))
+        alpha = wrapped(np.arctan2(ahead.y - seen.y, ahead.x - seen.x) - seen.heading)
+        off = np.hypot(nearest.x - seen.x, nearest.y - seen.y)
+        state, steer = commit(
+            before,
+            memory.ranges,
+            fresh,
+            np.stack([seen.x, seen.y, seen.heading]),
+            alpha,
+            place,
+            off,
+            np.hypot(end.x - seen.x, end.y - seen.y),
+            self.ro_min,
+            dt,
+        )
+        mode = state[MODE]
+        away = state[WAY] * self.theta_at(steer.front)
+        aim = wish.target._replace(x=ahead.x, y=ahead.y, heading=ahead.heading)  # type: ignore[union-attr]
+        # Rule 11 is out: the target counts as ahead.
+        _, turning = self.cooperation.tracker.toward(seen, aim, np.ones_like(alpha), steer.alpha - alpha + away)
+        v = np.where(mode == TRACK, np.minimum(np.minimum(wish.v, steer.v), FASTEST), steer.v)
+        v = np.minimum(v, self._in_time(wish, place, off, mode))
+        w = np.where(mode == TRACK, wish.w, np.where(mode == AVOID, turning, steer.w))
+        # The others wait for the way back to the path as well.
+        assert wish.message is not None
+        said = wish.message[0] - np.where(mode == TRACK, 0.0, off)
+        wish = wish._replace(message=np.stack([said, *wish.message[1:]]))
+        code = mode.astype(int)
+        avoids = mode != TRACK
+        # Case studies 2 and 3; but nobody waits for ever, for the other may be waiting as well.
+        passing = self._lets_pass(seen, avoids)
+        waits = np.where(passing, memory.waits + dt, 0.0)
+        stands = passing & (waits <= LONGEST_WAIT)
+        state[STALLED] -= np.where(stands & avoids, dt, 0.0)  # to let another pass is not to be stuck
+        blocked, aside = self._blocked(seen)
+        blocked |= stands
+        v = np.where(blocked | (aside != 0), 0.0, v)
+        w = np.where(stands | (blocked & (mode == TRACK)), 0.0, np.where(aside != 0, TURN_AWAY * aside, w))
+        blocked |= aside != 0
+        watch, halted = halt(memory.watch, fresh, seen.v, seen.w, dt)
+        front = memory.ranges[..., [FRONT_LEFT, FRONT_RIGHT]].min(axis=-1)
+        leaves = halted & (front > LEAVE) & ~blocked
+        v, w = np.where(halted, np.where(leaves, np.minimum(front - STOP, LEAVING), 0.0), v), np.where(halted, 0.0, w)
+        code = np.where(blocked | (halted & ~leaves), YIELD, code) + np.where(alone & (mode != TRACK), ALONE, 0)
+        command = self._said(seen, wish, v, w, code, avoids & ~alone)
+        return command, memory._replace(below=below, state=state, waits=waits, watch=watch)
+
+    def _in_time(self, wish: Command, place: np.ndarray, off: np.ndarray, mode: np.ndarray) -> np.ndarray:
+        """The speed [m/s] of a robot that shall not be farther along its path than the others are (runs, robots).
+
+        It holds off the path only, where the target is not what is due. Where the others wait for the way back to the
+        path, that way is still to be gone; it never stops quite, for that would count as being stuck.
+        """
+        due = wish.target
+        assert due is not None
+        tracks = mode == TRACK
+        early = np.where(tracks, place, place - off) - due.s
+        free = np.where(tracks, off <= JOINED, mode == FOLLOW)
+        return np.where(free, np.inf, np.maximum(due.v - early / EARLY_TIME, np.where(tracks, JOINING, CREEP)))
+
+    def _said(
+        self, seen: Observation, wish: Command, v: np.ndarray, w: np.ndarray, mode: np.ndarray, avoids: np.ndarray
+    ) -> Command:
+        assert wish.message is not None
+        cos, sin = np.cos(seen.heading), np.sin(seen.heading)
+        message = np.concatenate([wish.message, [avoids, seen.x, seen.y, seen.v * cos, seen.v * sin]])
+        return wish._replace(first=v, second=w, v=v, w=w, message=message, mode=mode)
+
+    def _others(self, seen: Observation) -> tuple[np.ndarray, ...]:
+        """Where the others are now, from each robot (runs, robots, others): x, y [m] and their velocity [m/s]."""
+        heard = seen.heard
+        assert heard is not None  # a simulation gives it to every law that says something
+        x, y, v_x, v_y = heard.values[-4:]
+        age = np.minimum(heard.age, PATIENCE)
+        return x + v_x * age - seen.x[:, :, None], y + v_y * age - seen.y[:, :, None], v_x, v_y
+
+    def _lets_pass(self, seen: Observation, avoids: np.ndarray) -> np.ndarray:
+        """Does a robot stop for one that goes round an obstacle (runs, robots)? Of two that do the lower goes."""
+        if seen.x.shape[1] == 1:
+            return np.zeros(seen.x.shape, dtype=bool)
+        assert seen.heard is not None
+        dx, dy, _, _ = self._others(seen)
+        bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
+        number = np.arange(seen.x.shape[1])
+        first = number < number[:, None]
+        if self.variant == "committed":
+            first = first | ~avoids[:, :, None]
+        passing = seen.heard.hears & (seen.heard.values[-5] > 0.5) & (np.hypot(dx, dy) < self.d_pass)
+        return np.asarray((passing & first & (np.abs(bearing) < BESIDE_AHEAD)).any(axis=-1))
+
+    def _without_robots(self, seen: Observation, ranges: np.ndarray) -> np.ndarray:
+        """``ranges`` without the echoes of robots that are known to be there, but not so near as to be in the way."""
+        dx, dy, _, _ = self._others(seen)
+        cos, sin = np.cos(seen.heading)[:, :, None], np.sin(seen.heading)[:, :, None]
+        x, y = cos * dx + sin * dy, cos * dy - sin * dx
+        apart = np.hypot(x, y) > IN_THE_WAY
+        out = ranges.copy()
+        for q, sensor in enumerate(self.sensors):
+            distance = np.hypot(x - sensor.x, y - sensor.y)
+            off = np.abs(wrapped(np.arctan2(y - sensor.y, x - sensor.x) - sensor.axis))
+            reading = ranges[:, :, None, q]
+            fits = (reading > distance - 0.25) & (reading < distance + 0.05)
+            theirs = apart & fits & (off < sensor.half_cone + 0.16 / distance)
+            out[..., q] = np.where(theirs.any(axis=-1), np.inf, out[..., q])
+        return out
+
+    def _blocked(self, seen: Observation) -> tuple[np.ndarray, np.ndarray]:
+        """Is another robot ahead, nearer than the braking distance (runs, robots)? And which way to turn, 1 or -1, from
+        one that is too near beside; 0: there is none.
+        """
+        if seen.x.shape[1] == 1:
+            return np.zeros(seen.x.shape, dtype=bool), np.zeros(seen.x.shape)
+        assert seen.heard is not None
+        dx, dy, v_x, v_y = self._others(seen)
+        speed = np.abs(seen.v)
+        distance = np.hypot(dx, dy)
+        bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
+        limit = (self.near + speed**2 / (2 * BRAKING) + 0.1 * speed)[:, :, None]
+        ahead = (distance < limit) & (np.abs(bearing) < CONE) & seen.heard.hears
+        # Of two that drive towards each other the lower number goes on.
+        other = np.hypot(v_x, v_y)
+        mutual = (-(dx * v_x + dy * v_y) > np.cos(CONE) * distance * other) & (other > 0.01)
+        number = np.arange(seen.x.shape[1])
+        blocked = (ahead & ~((number[:, None] < number) & mutual)).any(axis=-1)
+        side = (np.abs(bearing) >= CONE) & (np.abs(bearing) < ABEAM) & seen.heard.hears
+        side &= distance < (self.near + SIDE_MARGIN + 0.2 * speed)[:, :, None]
+        aside = -np.sign(np.where(side, np.sign(bearing), 0.0).sum(axis=-1))
+        return blocked, np.where(blocked, 0.0, aside)

@@ -1,0 +1,271 @@
+"""Right of way: robots on crossing paths that never touch and never wait for ever; thesis 6.1, by another method.
+
+The plan of :mod:`robotics.laws.avoidance.reservation` says where each robot is at each moment of a common clock. Every
+robot keeps a copy of the clock, follows its own plan by it, and tells the others how far it has come. A robot that is
+late, or not heard of any more, slows the clocks of all, as the copies agree on the slowest: what the plan keeps apart
+in the clock stays apart in the room, whoever is held up.
+
+Where there is no plan because a robot waits at its start or is parked at its end on another's path, the other's path is
+bent around it (:mod:`robotics.laws.avoidance.sidestep`); where many meet in one place, they go round it. If that is not
+enough, robots come a little nearer to each other, and at last some may arrive early. Where there is no plan even so,
+the team is refused before it starts.
+
+Against what no plan foresees (a robot off its path, a message too late) each robot brakes by itself: it stops while
+another is within ``near`` and its own braking distance, and ahead of it. Of two that stand in each other's way the
+one with the lower number goes first.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from robotics.laws.avoidance.reservation import CELLS, Plan, plan_right_of_way
+from robotics.laws.avoidance.sidestep import roundabout, sidestepped
+from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.modes import TRACK, YIELD
+from robotics.laws.teams.neighbours import ALONE, PATIENCE, alone_for, current, least
+from robotics.laws.tracking.lyapunov import Lyapunov
+from robotics.paths.joined import Paths, join_tables
+from robotics.paths.posture import wrapped
+from robotics.paths.trajectory import Reference
+from robotics.quantity import check_quantities, quantity
+from robotics.radio.graph import is_connected
+from robotics.scenario.ensemble import Ensemble
+from robotics.vehicle.plant import Level
+
+WINDOW, WIDE = 0.5, 3.0  # m: how far from the last place the next is looked for; the same after an outage
+TOGETHER = 0.6  # s: within which the plan lets all arrive
+ROOM = 0.1  # m: how much farther than the clearance a side-step goes
+CONE = 0.9  # rad: what is ahead
+BRAKING = 1.0  # m/s²
+LONG = 1.6  # of the nominal duration: for a longer plan, a roundabout is tried too
+
+
+class _Way(NamedTuple):
+    """A way to make a plan where there is none as the paths are."""
+
+    bent: bool
+    mirrored: bool = False
+    share: float = 1.0  # of the clearance
+    together: bool = True
+    rounded: bool = False  # a roundabout where many meet
+
+    def taken(self, tables: list[np.ndarray], clear: float) -> list[np.ndarray] | None:
+        """The paths bent in this way; None if it does not apply."""
+        if self.rounded:
+            around = roundabout(tables, clear)
+            if around is None:
+                return None
+            tables = around
+        return sidestepped(tables, clear, self.mirrored) if self.bent else tables
+
+
+_WAYS = (
+    _Way(False, rounded=True),
+    _Way(False, share=0.9, rounded=True),
+    _Way(False, share=0.85, rounded=True),
+    _Way(True),
+    _Way(True, True),
+    _Way(False, share=0.9),
+    _Way(True, share=0.9),
+    _Way(True, True, share=0.9),
+    _Way(False, together=False),
+    _Way(True, together=False),
+    _Way(True, True, together=False),
+    _Way(True, share=0.85, together=False),
+)
+
+
+class _Memory(NamedTuple):
+    """Each (runs, robots), but for what says otherwise."""
+
+    clock: np.ndarray  # s of the nominal duration, up to the plan's end
+    pace: np.ndarray
+    place: np.ndarray  # m
+    plan: np.ndarray  # (runs, robots, ticks + 1)
+    end: np.ndarray  # (runs, 1) s: the plan's duration
+    duration: np.ndarray  # (runs, 1) s: the nominal one
+    found: np.ndarray  # (runs, 1) bool: is there a plan? Robots without stay where they are
+    paths: Paths  # with the side-steps
+
+
+@dataclass(frozen=True, kw_only=True)
+class RightOfWay:
+    """Distances of the plan and of the emergency rule, and the tracker's gains."""
+
+    clearance: float = quantity(0.5, "m", above=0.31)  # between centers, in the plan
+    margin: float = quantity(1.2, "s", least=0, most=60)  # clocks may differ by so much
+    slack: float = quantity(0.05, "m", least=0)  # a lag that does not slow the clock
+    softness: float = quantity(0.15, "m", above=0)  # over which a larger one stops it
+    near: float = quantity(0.34, "m", above=0)  # the emergency rule's distance at rest
+    reach: float = quantity(0.5, "m", above=0)  # the target is no farther ahead of the robot's place
+    kx: float = quantity(1.0, "1/s", above=0)
+    ky: float = quantity(10.0, "1/m²", above=0)
+    kpsi: float = quantity(5.0, "1/m", above=0)
+    level: Level = "velocity"
+    tracker: Lyapunov = field(init=False, repr=False)
+
+    message = ("place", "clock", "pace", "x", "y", "v_x", "v_y")
+
+    def __post_init__(self) -> None:
+        check_quantities(self, ControllerError)
+        object.__setattr__(self, "tracker", Lyapunov(kx=self.kx, ky=self.ky, kpsi=self.kpsi))
+
+    @property
+    def watchdog(self) -> float:
+        """After how long [s] without a new command a robot stops."""
+        return ALONE
+
+    def init(self, scenario: Any, runs: int) -> _Memory:
+        """The plans. Raises ControllerError where the graph is not connected, or a scenario has no safe plan.
+
+        Of an ensemble the runs without one are refused: ``Command.refused`` says which.
+        """
+        if scenario.kind != "team":
+            raise ControllerError(f'{scenario.name}: right of way needs a scenario of kind = "team"')
+        robots = len(scenario.robots)
+        if not is_connected(scenario.radio.adjacency(robots)):
+            raise ControllerError(f"{scenario.name}: the graph {scenario.radio.graph!r} is not connected")
+        spans = np.atleast_2d(scenario.trajectory.ends)[:, :1]
+        plan, paths, longer = self._planned(scenario.trajectory.joined, robots, spans[:, 0])
+        if not isinstance(scenario, Ensemble) and not plan.found.any():
+            raise ControllerError(
+                f"{scenario.name}: there is no safe plan: no order of the robots, no side-step around who waits or is "
+                f"parked, and no horizon up to 3.4 times the duration keeps them {self.clearance:g} m apart; move "
+                "starts or ends away from each other's paths"
+            )
+        duration = longer[:, None] * spans
+        zero = np.zeros((runs, robots))
+        pose = np.broadcast_to(scenario.starts, (runs, robots, 3))
+        place = paths.nearest(pose[..., 0], pose[..., 1], zero, zero + WIDE)
+        return _Memory(
+            zero,
+            zero,
+            place,
+            np.ascontiguousarray(np.broadcast_to(plan.progress, (runs, *plan.progress.shape[1:]))),
+            np.broadcast_to(plan.factor[:, None] * duration, (runs, 1)),
+            np.broadcast_to(duration, (runs, 1)),
+            np.broadcast_to(plan.found[:, None], (runs, 1)),
+            paths,
+        )
+
+    def _planned(self, paths: Paths, robots: int, durations: np.ndarray) -> tuple[Plan, Paths, np.ndarray]:
+        """The plan of every run, the paths it is for, and what the nominal duration is multiplied by.
+
+        It is by the first of the ways that has one; but the quickest of the roundabouts, where there are some.
+        The nominal duration grows with the longest path.
+        """
+        nodes = _nodes(paths, robots)
+        durations = np.broadcast_to(durations, len(nodes))
+        longer = np.ones(len(nodes))
+        margin, together = np.minimum(self.margin / durations, 1.0), np.minimum(TOGETHER / durations, 1.0)
+        plan = plan_right_of_way(nodes, self.clearance, margin, together=together)
+        if (plan.found & (plan.factor <= LONG)).all():
+            return plan, paths, longer
+        tables = [
+            [paths.table[:, f : f + c + 1] for f, c in zip(first, cells, strict=True)]
+            for first, cells in zip(paths.first.reshape(-1, robots), paths.cells.reshape(-1, robots), strict=True)
+        ]
+        original = list(tables)
+        longest = np.broadcast_to(paths.lengths.reshape(-1, robots).max(axis=1), len(nodes))
+        for way in _WAYS:
+            rest = np.flatnonzero(~plan.found | (way.rounded & (longer * plan.factor > LONG)))
+            clear = way.share * self.clearance
+            bent = [way.taken(original[r], clear + ROOM) for r in rest]
+            rest = rest[[tables is not None for tables in bent]]
+            tried = [tables for tables in bent if tables is not None]
+            if not tried:
+                continue
+            bends = join_tables(tried)
+            growth = np.maximum(bends.lengths.reshape(-1, robots).max(axis=1) / longest[rest], 1.0)
+            span = together[rest] / growth if way.together else None
+            found = plan_right_of_way(_nodes(bends, robots), clear, margin[rest] / growth, together=span)
+            quicker = ~plan.found[rest] | (growth * found.factor < longer[rest] * plan.factor[rest])
+            for k in np.flatnonzero(found.found & quicker):
+                tables[rest[k]] = tried[k]
+                longer[rest[k]] = growth[k]
+                for mine, theirs in zip(
+                    (plan.progress, plan.found, plan.factor), (found.progress, found.found, found.factor), strict=True
+                ):
+                    mine[rest[k]] = theirs[k]
+        joined = join_tables(tables)
+        return plan, replace(joined, lengths=joined.lengths.reshape(paths.lengths.shape)), longer
+
+    def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
+        """The clock, the plan, the tracker, the brake."""
+        heard = seen.heard
+        assert heard is not None  # a simulation gives it to every law that says something
+        paths, lengths = memory.paths, memory.paths.lengths
+        reach = np.where(alone_for(heard, seen.time) > ALONE, WIDE, WINDOW)
+        place = paths.nearest(seen.x, seen.y, memory.place, reach)
+        # the clock
+        own, rate = _due(memory.plan, memory.clock[:, None] / memory.duration[..., None] * CELLS)
+        own, rate = own[:, 0], rate[:, 0]
+        # A message says where its sender was and what its clock showed then: how late it comes adds no lag of its own.
+        their_share, their_clock = heard.values[0], heard.values[1]
+        due, _ = _due(memory.plan, np.nan_to_num(their_clock) / memory.duration[..., None] * CELLS)
+        lags = np.where(heard.hears & ~np.isnan(their_share), (due - their_share) * lengths[..., None, :], -np.inf)
+        worst = np.maximum(own * lengths - place, lags.max(axis=-1))
+        pace = np.clip(1 - (worst - self.slack) / self.softness, 0.0, 1.0) * (1 - np.exp(-seen.time)) * memory.found
+        # the plan and the tracker
+        speed = rate * CELLS / memory.duration * pace * lengths
+        wanted = np.minimum(own * lengths, place + self.reach)
+        point = paths.at(wanted)
+        target = Reference(point.x, point.y, point.heading, speed, speed * point.curvature, wanted)
+        wish, _ = self.tracker.control(seen._replace(reference=target), None, dt)
+        blocked = self._blocked(seen)
+        brake = blocked | ~memory.found
+        mode = np.where(blocked & memory.found, YIELD, TRACK)
+        v, w = np.where(brake, 0.0, wish.v), np.where(brake, 0.0, wish.w)
+        share = place / lengths
+        cos, sin = np.cos(seen.heading), np.sin(seen.heading)
+        message = np.stack([share, memory.clock, pace, seen.x, seen.y, seen.v * cos, seen.v * sin])
+        clock = np.minimum(memory.clock + dt * pace, memory.end)
+        clock = np.minimum(clock, least(clock, current(heard, 1, 2) + dt, heard.hears))
+        after = memory._replace(clock=clock, pace=pace, place=place)
+        return Command(v, w, v, w, message, target, share, ~memory.found[:, 0], mode), after
+
+    def _blocked(self, seen: Observation) -> np.ndarray:
+        """(runs, robots) bool: is another robot ahead, nearer than the braking distance?"""
+        heard = seen.heard
+        assert heard is not None
+        age = np.minimum(heard.age, PATIENCE)
+        dx = heard.values[3] + heard.values[5] * age - seen.x[:, :, None]
+        dy = heard.values[4] + heard.values[6] * age - seen.y[:, :, None]
+        speed = np.abs(seen.v)
+        distance = np.hypot(dx, dy)
+        bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
+        limit = (self.near + speed**2 / (2 * BRAKING) + 0.1 * speed)[:, :, None]
+        ahead = (distance < limit) & (np.abs(bearing) < CONE) & heard.hears
+        # Two that face each other: the other's heading is that of its speed; the lower number goes on.
+        i = np.arange(seen.x.shape[1])
+        first = i[:, None] < i[None, :]
+        other = np.hypot(heard.values[5], heard.values[6])
+        facing = -(dx * heard.values[5] + dy * heard.values[6]) > np.cos(CONE) * distance * other
+        mutual = facing & (other > 0.01)
+        return np.asarray((ahead & ~(first & mutual)).any(axis=-1))
+
+
+def _nodes(paths: Paths, robots: int) -> np.ndarray:
+    """The paths at equal shares of their lengths, (runs, robots, CELLS + 1, 2) m."""
+    shares = np.linspace(0, 1, CELLS + 1)
+    points = [np.stack(paths.at(share * paths.lengths)[:2], axis=-1) for share in shares]
+    return np.stack(points, axis=-2).reshape(-1, robots, CELLS + 1, 2)
+
+
+@njit(cache=True, error_model="numpy")
+def _due(plan, ticks):  # type: ignore[no-untyped-def]
+    """Each robot's planned share, and its slope a tick, at ``ticks`` (runs, rows, robots); both have that shape."""
+    due, rate = np.empty(ticks.shape), np.empty(ticks.shape)
+    last = plan.shape[2] - 1
+    for r in range(ticks.shape[0]):
+        for i in range(ticks.shape[1]):
+            for j in range(ticks.shape[2]):
+                t = min(max(ticks[r, i, j], 0.0), last - 1e-9)
+                k = int(t)
+                a, b = plan[r, j, k], plan[r, j, k + 1]
+                due[r, i, j] = a + (t - k) * (b - a)
+                rate[r, i, j] = b - a
+    return due, rate

@@ -1,0 +1,193 @@
+"""Side-steps: paths bent so that they pass the starts and the ends of other robots' paths at a distance.
+
+A robot that waits at its start, or is parked at its end, on another's path cannot be passed, in whatever order the
+robots go. The path of the one that would run into it is shifted sideways there, by a bump without jumps in curvature,
+
+    p(s) → p(s) + n(s) Σ_k h_k (1 − ((s − s_k) / w_k)²)³        |s − s_k| < w_k
+
+n being its normal to the left, and measured again. It begins and ends where it did. Where two paths have a stretch in
+common in opposite directions, both robots keep to the right of it: the shift grows from 0 at the path's ends by
+u³ (10 − 15 u + 6 u²), which has no jump in curvature either.
+
+A crowd, where the paths of many robots cross, is turned into a roundabout: they all pass its middle to the right, at
+such a distance that they can be on the way around it at the same time.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from robotics.paths.path import CURVATURE, HEADING, U, X, Y
+
+WIDTH, NARROWEST = 1.6, 0.6  # m: half the length of a bump, and what there must be room for
+SHARPEST = 5.0  # 1/m: no path is bent further
+CROWD = 4  # so many paths through one place make a roundabout
+_SPACING = 1.25  # of the clearance: what each robot has on a roundabout
+_TURNS = (1.2, 1.6)  # m: within which a path leaves for the roundabout, and comes back
+_ROUNDS = 8
+_FACING = -0.8  # cosine of the angle between two paths that run against each other
+
+
+def sidestepped(tables: Sequence[np.ndarray], clear: float, mirrored: bool = False) -> list[np.ndarray]:
+    """``tables`` (5, nodes) of one team's paths (:class:`robotics.paths.path.Path`), bent where others start or end.
+
+    ``clear`` [m] is what they keep from there, where there is room; the shift is away from the other robot, and
+    ``mirrored`` to the other side, past it. A path that would become too sharp is left as it is.
+    """
+    ends = [(table[:2, 0], table[:2, -1]) for table in tables]
+    bent = [
+        _around(table, np.array([p for j, pair in enumerate(ends) if j != i for p in pair]), clear, mirrored)
+        for i, table in enumerate(tables)
+    ]
+    return _keeping_right(bent, clear)
+
+
+def roundabout(tables: Sequence[np.ndarray], clear: float) -> list[np.ndarray] | None:
+    """``tables`` (5, nodes) of one team's paths, those through the largest crowd bent around it.
+
+    On the way around it each robot has 5/4 of ``clear`` [m]. None where there is no crowd, or no room to turn.
+    """
+    points = np.concatenate([table[:2, ::8].T for table in tables])
+    distances = np.array([_distances(table, points) for table in tables])  # to the inner parts of the paths
+    count = (distances < clear).sum(axis=0)
+    if count.max() < CROWD:
+        return None
+    middle = points[count == count.max()].mean(axis=0)
+    through = [i for i, table in enumerate(tables) if _distances(table, middle[None])[0] < clear]
+    if len(through) < CROWD:  # the mean of two crowds
+        return None
+    nearest = [int(np.argmin(np.hypot(*(tables[i][:2].T - middle).T))) for i in through]
+    lengths = [_abscissae(tables[i]) for i in through]
+    rooms = [min(s[k], s[-1] - s[k]) for s, k in zip(lengths, nearest, strict=True)]
+    radius = _SPACING * clear * len(through) / (2 * np.pi)
+    for turn in _TURNS:
+        result: list[Any] = list(tables)
+        for i, k, s, room in zip(through, nearest, lengths, rooms, strict=True):
+            table = tables[i]
+            sin, cos = np.sin(table[HEADING, k]), np.cos(table[HEADING, k])
+            left = cos * (middle[1] - table[Y, k]) - sin * (middle[0] - table[X, k])
+            half = min(room, radius + WIDTH / 2)
+            ahead = np.abs(s - s[k]) / half
+            ring = np.sqrt(np.clip(1 - ahead**2, 0.0, None)) * _rising((1 - ahead) * half / min(turn, half))
+            result[i] = _shifted(table, -(radius - left) * ring)
+        if all(table is not None for table in result):
+            return result
+    return None
+
+
+def _distances(table: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """How far ``points`` (points, 2) are from a path without its ends; infinite where it is too short."""
+    s = _abscissae(table)
+    inner = table[:2, np.minimum(s, s[-1] - s) >= WIDTH / 2]
+    if not inner.size:
+        return np.full(len(points), np.inf)
+    return np.asarray(np.hypot(inner[0] - points[:, :1], inner[1] - points[:, 1:]).min(axis=1))
+
+
+def _around(table: np.ndarray, points: np.ndarray, clear: float, mirrored: bool) -> np.ndarray:
+    """One path, bent around ``points`` (points, 2)."""
+    for _ in range(_ROUNDS):
+        shift = np.zeros(table.shape[1])
+        s = _abscissae(table)
+        distances = np.hypot(table[X] - points[:, :1], table[Y] - points[:, 1:])
+        nearest = distances.argmin(axis=1)
+        for point, k, distance in zip(points, nearest, distances.min(axis=1), strict=True):
+            room = min(s[k], s[-1] - s[k])
+            if distance >= clear or room < NARROWEST:
+                continue
+            left = -np.sin(table[HEADING, k]) * (point[0] - table[X, k]) + np.cos(table[HEADING, k]) * (
+                point[1] - table[Y, k]
+            )
+            away = -1.0 if left > 0 else 1.0
+            gap = clear + 0.02 - abs(left)
+            if mirrored and abs(left) < clear / 2:
+                away, gap = -away, clear + 0.02 + abs(left)
+            shift += away * gap * _bump((s - s[k]) / min(WIDTH, room))
+        if not shift.any():
+            return table
+        mirrored = False  # once past the point, away from it
+        moved = _shifted(table, shift)
+        if moved is None:
+            return table
+        table = moved
+    return table
+
+
+def _keeping_right(tables: list[np.ndarray], clear: float) -> list[np.ndarray]:
+    """The paths, both shifted to the right where two run against each other."""
+    tables = list(tables)
+    for i in range(len(tables)):
+        for j in range(i):
+            stretches = _stretches(tables[i], tables[j], clear**2)
+            if stretches[0, 1] < 0:
+                continue
+            for k, stretch in zip((i, j), stretches, strict=True):
+                s = _abscissae(tables[k])
+                first, last = s[stretch]
+                flat = np.clip(np.abs(s - (first + last) / 2) - (last - first) / 2, 0.0, None)
+                room = min(WIDTH, max(first, NARROWEST), max(s[-1] - last, NARROWEST))
+                shift = -(clear / 2 + 0.02) * _bump(flat / room)
+                # The ends stay, whatever lies near them.
+                shift *= _rising(np.minimum(s, s[-1] - s) / min(WIDTH, s[-1] / 2))
+                moved = _shifted(tables[k], shift)
+                if moved is not None:
+                    tables[k] = moved
+    return tables
+
+
+@njit(cache=True, error_model="numpy")
+def _stretches(a, b, clear):  # type: ignore[no-untyped-def]
+    """First and last node (2, 2) of paths ``a`` and ``b`` that run against each other within √clear; -1: none."""
+    result = np.empty((2, 2), dtype=np.int64)
+    result[:, 0] = max(a.shape[1], b.shape[1])
+    result[:, 1] = -1
+    for i in range(a.shape[1]):
+        for j in range(b.shape[1]):
+            near = (a[X, i] - b[X, j]) ** 2 + (a[Y, i] - b[Y, j]) ** 2 < clear
+            if near and np.cos(a[HEADING, i] - b[HEADING, j]) < _FACING:
+                result[0, 0] = min(result[0, 0], i)
+                result[0, 1] = i
+                result[1, 0] = min(result[1, 0], j)
+                result[1, 1] = max(result[1, 1], j)
+    return result
+
+
+def _bump(u: np.ndarray) -> np.ndarray:
+    return np.where(np.abs(u) < 1, (1 - np.minimum(u**2, 1.0)) ** 3, 0.0)
+
+
+def _rising(u: np.ndarray) -> np.ndarray:
+    """From 0 to 1, without jumps in curvature."""
+    u = np.clip(u, 0.0, 1.0)
+    return u**3 * (10 - 15 * u + 6 * u**2)
+
+
+def _abscissae(table: np.ndarray) -> np.ndarray:
+    chords = np.hypot(np.diff(table[X]), np.diff(table[Y]))
+    return np.concatenate([[0.0], np.cumsum(chords)])
+
+
+def _shifted(table: np.ndarray, shift: np.ndarray) -> np.ndarray | None:
+    """The table of the path ``shift`` [m] (nodes,) to the left of ``table``; None if it has a cusp or is too sharp."""
+    from scipy.interpolate import CubicSpline
+
+    x = table[X] - np.sin(table[HEADING]) * shift
+    y = table[Y] + np.cos(table[HEADING]) * shift
+    curve = CubicSpline(np.linspace(0.0, 1.0, len(x)), np.stack([x, y], axis=1))
+    fine = np.linspace(0.0, 1.0, 8 * len(x))
+    speed = np.hypot(*curve(fine, 1).T)
+    if speed.min() < 0.2 * speed.max():
+        return None
+    s = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(fine))])
+    u = np.interp(np.linspace(0.0, s[-1], max(len(x), int(np.ceil(s[-1] / 0.02)) + 1)), s, fine)
+    (x, y), slope, bend = curve(u).T, curve(u, 1).T, curve(u, 2).T
+    result = np.empty((5, len(u)))
+    result[X], result[Y] = x, y
+    result[HEADING] = np.unwrap(np.arctan2(slope[1], slope[0]))
+    result[HEADING] += 2 * np.pi * np.round((table[HEADING, 0] - result[HEADING, 0]) / (2 * np.pi))
+    result[CURVATURE] = (slope[0] * bend[1] - slope[1] * bend[0]) / np.hypot(*slope) ** 3
+    result[U] = u
+    steepest = max(SHARPEST, float(np.abs(table[CURVATURE]).max()))
+    return result if np.abs(result[CURVATURE]).max() <= steepest else None

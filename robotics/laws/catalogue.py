@@ -1,0 +1,210 @@
+"""The controllers by name: presets of the laws, with the thesis's gains or the tuned ones."""
+
+from dataclasses import dataclass, fields
+from typing import Any, Literal, get_args, get_origin
+
+from fuzzy.naming import expected
+from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
+from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
+from robotics.laws.avoidance.right_of_way import RightOfWay
+from robotics.laws.formation.leader_follower import FormationTeacher, LeaderFollower
+from robotics.laws.law import Controller, ControllerError
+from robotics.laws.teams.cooperation import FuzzyCooperation
+from robotics.laws.teams.graph_sliding_mode import GraphSlidingMode
+from robotics.laws.teams.virtual_structure import VirtualStructure
+from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
+from robotics.laws.tracking.lyapunov import Lyapunov
+from robotics.laws.tracking.sliding_mode import SlidingMode
+from robotics.quantity import accepted
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A law with some of its gains set."""
+
+    law: Any
+    gains: dict[str, Any]
+    title: str
+    note: str  # where the gains come from
+    kind: str = "tracking"  # the kind of scenario that it drives
+
+
+CATALOGUE: dict[str, Preset] = {
+    "fuzzy": Preset(
+        FuzzyTracking, {}, "Fuzzy", "Table 5.6 with rule 11 repaired; look-ahead 0.4 s by design rule, not by search"
+    ),
+    "fuzzy-literal": Preset(
+        FuzzyTracking,
+        {"rule_base": "tracking-literal", "look_ahead": 0.05},
+        "Fuzzy, literal",
+        "Table 5.6 as printed, the target being the next sample",
+    ),
+    "lyapunov": Preset(Lyapunov, {}, "Lyapunov", "(2.30), (2.32) with 1, 10, 5: damping 0.79 by formula"),
+    "lyapunov-thesis": Preset(
+        Lyapunov, {"ky": 1.0, "kpsi": 1.0}, "Lyapunov, thesis gains", "(2.30), (2.32) with the thesis's 1, 1, 1"
+    ),
+    "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
+    "assm": Preset(
+        SlidingMode, {"mode": "assm", "k": 0.8}, "Arbitrary 2nd-order SM", "K = 0.8, λ = 10 (thesis 2.1.3.2)"
+    ),
+    "qssm": Preset(SlidingMode, {"mode": "qssm", "k": 0.8}, "Quasi-continuous SM", "K = 0.8, λ = 10 (thesis 2.1.3.2)"),
+    "esm": Preset(SlidingMode, {"mode": "esm"}, "Exponential SM", "K = 0.2, λ = 10, μ0 = 0.1, α = 3 (thesis 2.1.3.2)"),
+    "formation": Preset(
+        LeaderFollower,
+        {},
+        "Leader-follower networks",
+        "thesis 5.2 with followers corrected by their own posture; correction=none is the thesis's",
+        "formation",
+    ),
+    "formation-teacher": Preset(
+        FormationTeacher,
+        {},
+        "Leader-follower law",
+        "the law that the well-posed formation data sample; a choice, thesis 5.2.1 gives it in words only",
+        "formation",
+    ),
+    "graph-esm": Preset(
+        GraphSlidingMode, {}, "Graph ESM", "thesis 3.1 in a form that synchronises; K = 0.2, λd = 2, λp = 1", "team"
+    ),
+    "graph-esm-thesis": Preset(
+        GraphSlidingMode, {"form": "thesis"}, "Graph ESM, thesis form", "(3.4), (3.5) with K_ij = a_ij", "team"
+    ),
+    "graph-esm-literal": Preset(
+        GraphSlidingMode, {"form": "literal"}, "Graph ESM, literal", "(3.4), (3.5) with K_ij = l_ij; diverges", "team"
+    ),
+    "virtual-structure": Preset(
+        VirtualStructure, {}, "Virtual structure, waiting", "thesis 4.3 on measured progress, with a watchdog", "team"
+    ),
+    "virtual-structure-measured": Preset(
+        VirtualStructure, {"variant": "measured"}, "Virtual structure, measured", "(4.10) on measured progress", "team"
+    ),
+    "virtual-structure-virtual": Preset(
+        VirtualStructure, {"variant": "virtual"}, "Virtual structure, virtual", "(4.10), (4.11); K 1, 10, 5", "team"
+    ),
+    "virtual-structure-thesis": Preset(
+        VirtualStructure,
+        {"variant": "virtual", "ky": 1.0, "kpsi": 1.0},
+        "Virtual structure, thesis gains",
+        "(4.10), (4.11) with the thesis's 1, 1, 1",
+        "team",
+    ),
+    "virtual-structure-literal": Preset(
+        VirtualStructure,
+        {"variant": "virtual", "coupling": "literal"},
+        "Virtual structure, literal",
+        "(4.10) with the Laplacian's own entries; diverges",
+        "team",
+    ),
+    "cooperation": Preset(
+        FuzzyCooperation, {}, "Fuzzy cooperation", "thesis 5.3 with a one-sided lag and the target held", "team"
+    ),
+    "cooperation-literal": Preset(
+        FuzzyCooperation,
+        {"variant": "literal", "rule_base": "tracking-literal", "look_ahead": 0.05},
+        "Fuzzy cooperation, literal",
+        "Table 5.6 and (5.14) as printed",
+        "team",
+    ),
+    "right-of-way": Preset(
+        RightOfWay, {}, "Right of way", "reservations of (clock, place) before the start, and a brake", "team"
+    ),
+    "crash-literal": Preset(
+        CrashAvoidance, {}, "Crash avoidance, literal", "(6.4), (6.5) and (5.14) as printed; d_min 0.6 m", "team"
+    ),
+    "crash-lag-clock": Preset(
+        CrashAvoidance,
+        {"variant": "lag-clock"},
+        "Crash avoidance, clock of the lag",
+        "(6.4), (6.5) with a clock that waits for robots behind only; d_min 0.6 m",
+        "team",
+    ),
+    "crash-yielding": Preset(
+        CrashAvoidance,
+        {"variant": "yielding", "d_min": 1.0},
+        "Crash avoidance, yielding",
+        "(6.4), (6.5) with a clock that does not wait for robots that yield",
+        "team",
+    ),
+    "obstacles": Preset(
+        ObstacleAvoidance, {}, "Obstacle avoidance", "the side kept, then along the wall; thesis 6.2 otherwise", "team"
+    ),
+    "obstacles-literal": Preset(
+        ObstacleAvoidance,
+        {"variant": "literal", "ro_min": 0.8, "rule_base": "tracking-literal"},
+        "Obstacle avoidance, literal",
+        "(6.7) and Table 5.6 as printed, with the clock of the lag; ro_min 0.8 m",
+        "team",
+    ),
+}
+
+
+def make_controller(specification: str) -> Controller:
+    """The controller of a specification ``name`` or ``name:gain=value,gain=value``.
+
+    Raises ControllerError for an unknown name or gain, or a value that the gain cannot take.
+    """
+    name, _, gains = specification.partition(":")
+    preset = CATALOGUE.get(name.strip())
+    if preset is None:
+        raise ControllerError(expected(name.strip(), CATALOGUE, "controller"))
+    values = dict(preset.gains)
+    known = {f.name: f for f in fields(preset.law) if f.init and f.name not in ("level", "mode")}
+    for item in filter(None, (part.strip() for part in gains.split(","))):
+        gain, equals, text = (part.strip() for part in item.partition("="))
+        if gain not in known:
+            raise ControllerError(f"controller {name!r}: " + expected(gain, known, "gain"))
+        if not equals or not text:
+            raise ControllerError(f"controller {name!r}: gain {gain!r} needs a value: {gain}=...")
+        values[gain] = _value(name, known[gain], text)
+    try:
+        return preset.law(**values)
+    except ControllerError as error:
+        raise ControllerError(f"controller {name!r}: {error}") from None
+
+
+def _value(name: str, field: Any, text: str) -> Any:
+    if "unit" in field.metadata:
+        try:
+            return float(text)
+        except ValueError:
+            raise ControllerError(
+                f"controller {name!r}: {field.name} must be {accepted(field.metadata)}; got {text!r}"
+            ) from None
+    if get_origin(field.type) is Literal and text not in get_args(field.type):
+        choices = ", ".join(map(repr, get_args(field.type)))
+        raise ControllerError(f"controller {name!r}: {field.name} must be one of {choices}; got {text!r}")
+    return text
+
+
+def gains_of(law: Controller) -> dict[str, Any]:
+    """Every gain of a controller that has an effect, by name: what a comparison records beside its numbers."""
+    idle: set[str] = getattr(law, "idle", set())
+    return {
+        f.name: getattr(law, f.name)
+        for f in fields(law)  # type: ignore[arg-type]
+        if f.init and f.name != "level" and f.name not in idle
+    }
+
+
+def label(specification: str) -> str:
+    """A controller's name for a figure or table: the preset's title, with the gains that were changed."""
+    name, _, gains = specification.partition(":")
+    return CATALOGUE[name].title + (f" ({gains})" if gains else "")
+
+
+def law_title(controller: str) -> str:
+    """:func:`label` of what a run says drove it; the name itself, of a run from a file or of a law without a preset."""
+    try:
+        return label(controller)
+    except KeyError:
+        return controller
+
+
+def kept_distance(controller: str) -> float | None:
+    """The distance [m] between centers that a law keeps, by its specification: d_min (6.1), or its plan's clearance."""
+    try:
+        law = make_controller(controller)
+    except ControllerError:  # a run from a file or of a controller without a preset
+        return None
+    found = getattr(law, "d_min", getattr(law, "clearance", None))
+    return None if found is None else float(found)

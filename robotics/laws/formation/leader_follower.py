@@ -1,0 +1,224 @@
+"""Leader-follower formation, thesis 5.2: the leader's posture alone tells the leader and all followers how to move.
+
+Robot 1 is the leader, the others are the followers, who all get the same command. With κ the curvature of the
+leader's path, x_f the followers' mean x and dx = x_l − x_f the leader's lead, the law that the networks learn is
+
+    v_l = v_d clip(1 − dx, 0, 3)            the leader hurries from behind and waits in front (thesis 5.2.1)
+    v_f = v_d clip(1 + dx/4, 1/2, 1)        the followers go slower while the leader is behind (5.2.3)
+    ω_l = v_l κ(x_l) − K_y v_l e_l − K_ψ ψ_l
+    ω_f = v_f κ(x_l − dx)                   open loop, as in the thesis
+          − K_y v_f e_i − K_ψ ψ_i           correction "own-pose": each follower by its own e_i, ψ_i
+
+where e is a robot's lateral offset from its own path [m, > 0 to the left] and ψ its heading less the path's [rad].
+The thesis describes the first two lines in words; the numbers, and the third line's feedback, are choices. (5.7)
+takes x_l, y_l and θ_l only; but what five formations ask for is no function of these three, see
+``datasets/README.md``, and so dx is a fourth input where a network has it.
+
+Along its path the leader's lateral error obeys e'' + (K_ψ/v) e' + K_y e = 0 per metre: damped (1 or more) up to
+v = K_ψ/(2 √K_y) = 0.2 m/s, 0.67 at 0.3 m/s.
+
+The followers' controller reads the leader's posture, and the leader's the followers' x, directly from the shared
+observation: the thesis's set-up, where one computer commands all robots. A radio that delays or loses these would
+stand between; here there is none.
+"""
+
+from dataclasses import dataclass, field, replace
+from importlib import resources
+from pathlib import Path as FilePath
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
+from fuzzy.files.fisfile import read_fis
+from fuzzy.naming import expected
+from fuzzy.system import Sugeno
+from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.paths.path import Path, X
+from robotics.paths.posture import wrapped
+from robotics.quantity import check_quantities, quantity
+from robotics.vehicle.plant import Level
+
+INPUTS = ("x_l", "y_l", "theta_l", "dx")  # m, m, rad, m: what a network may ask for, by name
+OUTPUTS = ("v_l", "w_l", "v_f", "w_f")  # m/s, rad/s, m/s, rad/s
+Correction = Literal["own-pose", "none"]
+
+
+class Velocities(NamedTuple):
+    """What leader and followers shall do; each field has the shape of the leader's posture."""
+
+    v_l: np.ndarray  # m/s
+    w_l: np.ndarray  # rad/s
+    v_f: np.ndarray  # m/s
+    w_f: np.ndarray  # rad/s
+
+
+class Memory(NamedTuple):
+    """What a formation controller remembers."""
+
+    first_lead: np.ndarray  # (runs,) m: dx at the start; not-a-number before it
+    together: np.ndarray  # (runs,) bool: has the leader met the followers?
+    over: np.ndarray  # (runs,) bool: has the leader reached the end of its path? Then all stand still.
+
+
+def correction(path: Path, x: Any, y: Any, heading: Any, v: Any, ky: float, kpsi: float) -> np.ndarray:
+    """−K_y v e − K_ψ ψ [rad/s] for robots at these poses, driving at ``v`` [m/s] along ``path``."""
+    point = path.beside(x)
+    lateral = (y - point.y) * np.cos(point.heading)
+    return -ky * v * lateral - kpsi * wrapped(heading - point.heading)
+
+
+def law(
+    path: Path, x: np.ndarray, y: np.ndarray, heading: np.ndarray, dx: np.ndarray, speed: float, ky: float, kpsi: float
+) -> Velocities:
+    """The law of this module's head, followers open loop, for a leader at (x, y, heading) with lead ``dx``.
+
+    ``path`` is the leader's; ``speed`` is v_d [m/s]; the arrays have any one shape.
+    """
+    v_l = speed * np.clip(1 - dx, 0.0, 3.0)
+    v_f = speed * np.clip(1 + dx / 4, 0.5, 1.0)
+    w_l = v_l * path.beside(x).curvature + correction(path, x, y, heading, v_l, ky, kpsi)
+    return Velocities(v_l, w_l, v_f, v_f * path.beside(x - dx).curvature)
+
+
+def literal_speeds(first_lead: np.ndarray, together: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray]:
+    """v_l and v_f [m/s] as thesis 5.2.1 has them: the leader's speed depends on where it started.
+
+    3, 2, 1, 0, 0 times v_d for a start 4 and 2 m behind, level, 2 and 4 m ahead, until it meets the followers; v_d
+    from then on, and for the followers always.
+    """
+    v_l = speed * np.where(together, 1.0, np.clip(1 - first_lead / 2, 0.0, 3.0))
+    return v_l, np.full_like(v_l, speed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FormationTeacher:
+    """The law itself as a controller. ``speeds`` "literal" makes the thesis's data, "lead" is the law above."""
+
+    speed: float = quantity(0.1, "m/s", above=0)  # v_d
+    ky: float = quantity(4.0, "1/m²", least=0)
+    kpsi: float = quantity(0.8, "1/s", least=0)
+    correction: Correction = "none"  # of the followers; the leader always corrects itself
+    speeds: Literal["lead", "literal"] = "lead"
+    level: Level = "velocity"
+
+    def __post_init__(self) -> None:
+        check_quantities(self, ControllerError)
+
+    def init(self, scenario: Any, runs: int) -> Memory:
+        """Not begun."""
+        return _begin(scenario, runs)
+
+    def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
+        """The law at the measured postures."""
+        memory = _remember(seen, memory)
+        path, dx = seen.trajectory.paths[0], lead(seen.x)
+        x, y, heading = seen.x[:, 0], seen.y[:, 0], seen.heading[:, 0]
+        if self.speeds == "lead":
+            wish = law(path, x, y, heading, dx, self.speed, self.ky, self.kpsi)
+        else:
+            v_l, v_f = literal_speeds(memory.first_lead, memory.together, self.speed)
+            w_l = v_l * path.beside(x).curvature + correction(path, x, y, heading, v_l, self.ky, self.kpsi)
+            wish = Velocities(v_l, w_l, v_f, v_f * path.beside(x - dx).curvature)
+        return _command(seen, wish, memory, self.correction, self.ky, self.kpsi), memory
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeaderFollower:
+    """Four Sugeno systems, v_l, w_l, v_f and w_f of (5.7), in the place of the law.
+
+    ``networks`` is the path of one .fis file with these four outputs, or of a folder that holds v_l.fis, w_l.fis,
+    v_f.fis and w_f.fis, or a name of robotics/rulebases. The inputs of each are some of x_l, y_l, theta_l and dx, by
+    name.
+
+    "formation" is what ``robotics learn datasets/formation-well-posed.csv --check
+    datasets/formation-well-posed-check.csv -o robotics/rulebases/formation`` makes; "thesis" the thesis's own.
+    """
+
+    networks: str = "formation"
+    correction: Correction = "own-pose"  # "none": the thesis's followers, open loop
+    ky: float = quantity(4.0, "1/m²", least=0)  # of the followers' correction; the leader's is in its network
+    kpsi: float = quantity(0.8, "1/s", least=0)
+    level: Level = "velocity"
+    systems: tuple[CompiledSugeno, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_quantities(self, ControllerError)
+        object.__setattr__(self, "systems", tuple(compile_sugeno(fis) for fis in load_networks(self.networks)))
+
+    @property
+    def idle(self) -> set[str]:
+        """The gains that have no effect without a correction."""
+        return {"ky", "kpsi"} if self.correction == "none" else set()
+
+    def init(self, scenario: Any, runs: int) -> Memory:
+        """Not begun."""
+        return _begin(scenario, runs)
+
+    def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
+        """(5.7)."""
+        memory = _remember(seen, memory)
+        known = {"x_l": seen.x[:, 0], "y_l": seen.y[:, 0], "theta_l": wrapped(seen.heading[:, 0]), "dx": lead(seen.x)}
+        found: dict[str, np.ndarray] = {}
+        for system in self.systems:
+            z = system(np.stack([known[v.name] for v in system.fis.inputs], axis=-1))
+            found |= {v.name: z[:, i] for i, v in enumerate(system.fis.outputs)}
+        wish = Velocities(*(found[name] for name in OUTPUTS))
+        return _command(seen, wish, memory, self.correction, self.ky, self.kpsi), memory
+
+
+def load_networks(name: str) -> tuple[Sugeno, ...]:
+    """The systems under that name, file or folder, which together have the four outputs. Raises ControllerError.
+
+    A system that would warn of an input outside its universe does not: it is evaluated there, as MATLAB does it.
+    """
+    folder = FilePath(name)
+    packaged = resources.files("robotics") / "rulebases" / name if name.isidentifier() else None
+    if packaged is not None and packaged.is_dir():
+        folder = FilePath(str(packaged))
+    systems = [read_fis(folder / f"{o}.fis") for o in OUTPUTS] if folder.is_dir() else [load_rule_base(name)]
+    for fis in systems:
+        for variable in fis.inputs:
+            if variable.name not in INPUTS:
+                raise ControllerError(f"{name}: " + expected(variable.name, INPUTS, "formation input"))
+    outputs = sorted(v.name for fis in systems for v in fis.outputs)
+    if outputs != sorted(OUTPUTS):
+        raise ControllerError(
+            f"{name}: the outputs of formation networks are {', '.join(OUTPUTS)}; got {', '.join(outputs)}"
+        )
+    return tuple(replace(fis, out_of_range="ignore") if fis.out_of_range == "warn" else fis for fis in systems)
+
+
+def lead(x: np.ndarray) -> np.ndarray:
+    """dx [m] (runs,): the leader's x less the followers' mean, from ``x`` (runs, robots)."""
+    return x[:, 0] - x[:, 1:].mean(axis=1)
+
+
+def _begin(scenario: Any, runs: int) -> Memory:
+    paths = scenario.trajectory.paths
+    if len(paths) < 2:
+        raise ControllerError(f"{scenario.name}: a formation needs a leader and followers, at least two robots")
+    for i, path in enumerate(paths):
+        if not np.all(np.diff(path.table[X]) > 0):
+            raise ControllerError(f"{scenario.name}: robot {i + 1}: x must grow along the path of a formation")
+    return Memory(np.full(runs, np.nan), np.zeros(runs, dtype=bool), np.zeros(runs, dtype=bool))
+
+
+def _remember(seen: Observation, memory: Memory) -> Memory:
+    dx = lead(seen.x)
+    first = np.where(np.isnan(memory.first_lead), dx, memory.first_lead)
+    over = memory.over | (seen.x[:, 0] >= seen.trajectory.paths[0].table[X, -1])
+    return Memory(first, memory.together | (dx * np.sign(first) <= 0), over)
+
+
+def _command(seen: Observation, wish: Velocities, memory: Memory, own: Correction, ky: float, kpsi: float) -> Command:
+    """The leader's command, and the followers', each with its own correction; 0 for all once it is over."""
+    v, w = np.empty_like(seen.x), np.empty_like(seen.x)
+    v[:, 0], w[:, 0] = wish.v_l, wish.w_l
+    v[:, 1:], w[:, 1:] = wish.v_f[:, None], wish.w_f[:, None]
+    if own == "own-pose":
+        for i, path in enumerate(seen.trajectory.paths[1:], start=1):
+            w[:, i] += correction(path, seen.x[:, i], seen.y[:, i], seen.heading[:, i], wish.v_f, ky, kpsi)
+    v[memory.over], w[memory.over] = 0.0, 0.0
+    return Command(v, w, v, w)

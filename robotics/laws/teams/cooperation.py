@@ -1,0 +1,152 @@
+"""Hierarchical fuzzy cooperation: the tracking rule base under a clock that all share, thesis 5.3.
+
+Every path is cut into the same number of samples, so that a longer path has them farther apart and is driven faster;
+ς_i = s_i / L_i is a robot's progress, z the clock that says which sample is due. The upper level runs the clock,
+
+    z' = (1/T) (1 − e^{−t}) (1 − tanh((d − d0)₊² / d1²))        after (5.14)
+
+d being how far [m] the robot that is most behind lags along its path; the lower level is the rule base of Table 5.6
+towards the sample due. As printed, (1 − tanh(Σ d_RP²)) counts robots ahead as well: they wait for a clock that waits
+for them, and test 2 never starts ("literal"; "lag-clock" is the same with the clock above). e^{k2 (t − t0)} must decay.
+
+``repaired`` besides: the target is held at most ``reach`` metres ahead of the robot's own place on the path, so that a
+robot far off its path drives to the path and not across it, even before it is due; "ahead" (rule 11) is told along
+the path, for beside it the robot's own x says nothing; and the robot looks ``look_ahead`` seconds ahead, which takes
+the lag away. Each robot keeps a copy of the clock, and the copies agree on the slowest.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.teams.neighbours import ALONE, alone_for, current, least
+from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
+from robotics.paths.trajectory import Reference
+from robotics.quantity import check_quantities, quantity
+from robotics.radio.graph import is_connected
+from robotics.vehicle.plant import Level
+
+WINDOW, WIDE = 0.5, 3.0  # m: how far from the last place the next is looked for; the same after an outage
+
+BESIDE = 0.04  # m: a robot this near the end of its path has arrived
+JOINED = 0.03  # m: a robot this near its path is on it
+
+
+class _Memory(NamedTuple):
+    """Each (runs, robots), but for what says otherwise."""
+
+    clock: np.ndarray  # s: the scenario's time that each robot's copy of the clock shows
+    pace: np.ndarray  # 1: of that copy
+    place: np.ndarray  # m: abscissa of the nearest point
+    lengths: np.ndarray  # (robots,) or (runs, robots) m
+    end: np.ndarray  # (1,) or (runs, 1) s
+
+
+@dataclass(frozen=True, kw_only=True)
+class FuzzyCooperation:
+    """The rule base, how its target is chosen, and the clock."""
+
+    variant: Literal["repaired", "lag-clock", "literal"] = "repaired"
+    rule_base: str = "tracking"
+    look_ahead: float = quantity(0.4, "s", least=0, most=10)
+    reach: float = quantity(0.4, "m", above=0)  # "repaired": the target is no farther ahead of the robot's place
+    lag: float = quantity(0.25, "m", least=0)  # d0: a lag that does not slow the clock
+    softness: float = quantity(0.4, "m", above=0)  # d1
+    level: Level = "velocity"
+    tracker: FuzzyTracking = field(init=False, repr=False)
+
+    message = ("place", "speed", "clock", "pace")
+
+    def __post_init__(self) -> None:
+        check_quantities(self, ControllerError)
+        object.__setattr__(self, "tracker", FuzzyTracking(rule_base=self.rule_base))
+
+    @property
+    def idle(self) -> set[str]:
+        """The parameters that have no effect in this variant."""
+        return {"literal": {"reach", "lag", "softness"}, "lag-clock": {"reach"}}.get(self.variant, set())
+
+    def init(self, scenario: Any, runs: int) -> _Memory:
+        """The clock at 0. Raises ControllerError where the graph is not connected."""
+        if scenario.kind != "team" and len(scenario.robots) > 1:
+            raise ControllerError(f'{scenario.name}: cooperation needs a scenario of kind = "team"')
+        robots = len(scenario.robots)
+        if not is_connected(scenario.radio.adjacency(robots)):
+            raise ControllerError(f"{scenario.name}: the graph {scenario.radio.graph!r} is not connected")
+        zero = np.zeros((runs, robots))
+        paths = scenario.trajectory.joined
+        pose = np.broadcast_to(scenario.starts, (runs, robots, 3))
+        begin = scenario.trajectory.at(0.0).s
+        near = paths.nearest(pose[..., 0], pose[..., 1], begin, zero + WIDE)
+        return _Memory(zero, zero, near, paths.lengths, scenario.trajectory.ends.max(axis=-1, keepdims=True))
+
+    def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
+        """The clock, and Table 5.6 towards the sample due."""
+        return self.steered(seen, memory, dt)
+
+    def steered(
+        self,
+        seen: Observation,
+        memory: _Memory,
+        dt: float,
+        turn: np.ndarray | None = None,
+        excused: np.ndarray | None = None,
+    ) -> tuple[Command, _Memory]:
+        """:meth:`control` with ``turn`` [rad] (runs, robots) added to α.
+
+        The clock does not wait for the ``excused`` (runs, robots) bool; they say so by a place that is not a number.
+        """
+        heard = seen.heard
+        assert heard is not None  # a simulation gives it to every law that says something
+        paths, lengths = seen.trajectory.joined, memory.lengths
+        reach = np.where(alone_for(heard, seen.time) > ALONE, WIDE, WINDOW)
+        place = paths.nearest(seen.x, seen.y, memory.place, reach)
+        clock = memory.clock
+        due = seen.trajectory.each_at(np.minimum(clock, memory.end))
+        theirs = current(heard, 0, 1)
+        if self.variant == "literal":
+            apart = np.hypot(due.x - seen.x, due.y - seen.y)  # d_RP
+            said, said_rate = apart, np.zeros_like(apart)
+            others = np.where(heard.hears & ~np.isnan(theirs), theirs, 0.0)
+            slowing = np.tanh(apart**2 + (others**2).sum(axis=-1))
+        else:
+            said, said_rate = place, (place - memory.place) / dt
+            own = due.s - place
+            if excused is not None:
+                said, own = np.where(excused, np.nan, said), np.where(excused, 0.0, own)
+            # All paths have the same timing: a share of one's own path that is due is due on every path.
+            share = due.s / lengths
+            lags = share[:, :, None] * lengths[..., None, :] - theirs
+            lags = np.where(heard.hears & ~np.isnan(lags), lags, 0.0)
+            worst = np.maximum(own, lags.max(axis=-1))
+            slowing = np.tanh((np.maximum(worst - self.lag, 0.0) / self.softness) ** 2)
+        pace = (1 - np.exp(-seen.time)) * (1 - slowing)
+        # the sample to drive to
+        late = self.look_ahead * pace if self.variant == "repaired" else self.look_ahead
+        target = seen.trajectory.each_at(np.minimum(clock + late, memory.end))
+        behind: np.ndarray | None = None
+        if self.variant == "repaired":
+            # At the path's end the nearest point is the end from both sides: there the robot's own x tells.
+            dx, dy = target.x - seen.x, target.y - seen.y
+            over = (target.s >= lengths) & (np.hypot(dx, dy) < BESIDE)
+            ahead = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy
+            behind = np.where(over, np.where(ahead > 0, ahead, -1.0), target.s - place)
+            held = np.minimum(target.s, place + self.reach)
+            # A robot that is ahead of time but off its path drives to the path before it waits.
+            near = paths.at(place)
+            off = np.hypot(near.x - seen.x, near.y - seen.y)
+            joining = (off > JOINED) & ~over
+            behind = np.where(joining, np.maximum(behind, off), behind)
+            held = np.where(joining, np.maximum(held, place + np.minimum(off, self.reach) / 2), held)
+            point = paths.at(held)
+            target = Reference(point.x, point.y, point.heading, target.v, target.v * point.curvature, held)
+        v, w = self.tracker.toward(seen, target, behind, turn)
+        message = np.stack([said, said_rate, clock, pace])
+        clock = clock + dt * pace
+        if self.variant != "literal":
+            clock = np.minimum(clock, least(clock, current(heard, 2, 3) + dt, heard.hears))
+        after = memory._replace(clock=clock, pace=pace, place=place)
+        moving = due._replace(v=due.v * pace, w=due.w * pace)
+        return Command(v, w, v, w, message, moving, place / lengths), after

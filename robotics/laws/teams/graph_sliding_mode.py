@@ -1,0 +1,177 @@
+"""Exponential sliding mode with a communication graph, thesis chapter 3.
+
+What (3.4) leaves open or prints wrongly is decided so:
+
+* the error is one of position, of a hand point ``hand`` metres ahead of the axle: with a velocity error (3.4) holds an
+  algebraic loop (relative degree 0). h = p + b (cos ψ, sin ψ), h_d likewise on the reference.
+* errors are taken in the frame of the path, e = R_dᵀ (h_d − h): e_x along it, e_y across.
+* robots couple along their paths only, each in shares of its own length,
+      ē_i = e_i + Σ_j a_ij (e_i − L_i/L_j e_j)     (the x components)
+  with a_ij = −l_ij: the Laplacian's own entries, as (3.5) prints them, push apart. Coupling in the world's frame
+  pushes robots off their paths.
+* ē, not e, stands in every term of the surface. As printed, the coupling is in the surface only and acts as damping,
+  which slows synchronisation (the slow pole of the difference modes goes from −1.0 to −0.21 for a = 1).
+
+    S_i = e_i' + λ_d ē_i + λ_p ∫ ē_i dt                               (3.4), (3.5)
+    e_i'' := −λ_d ē_i' − λ_p ē_i − K/Q(S_i) sign S_i                  (2.22), (2.23)
+    [v'; ω'] = G⁻¹ (h'' − G' [v; ω]),  G = [cos ψ, −b sin ψ; sin ψ, b cos ψ]
+    τ = Γ⁻¹ [v'; ω']                                                  (2.19), or v and ω by integration
+
+The paths' frames turn slowly beside these errors; their turning is left out of e'. ∫ ē stops while |ē| > 0.6 m.
+
+Forms: ``cross-coupled`` as above; ``thesis`` with e for ē and the coupling Σ a_ij (e_i − e_j) in S only; ``literal``
+the same with a_ij = l_ij in the world's frame, which diverges for a = 1, λ_d = 2.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.teams.neighbours import current, differences
+from robotics.laws.tracking.sliding_mode import attraction
+from robotics.paths.trajectory import Reference
+from robotics.quantity import check_quantities, quantity
+from robotics.radio.graph import is_connected, weights
+from robotics.vehicle.plant import Level, saturate, velocity_limits
+
+NEAR = 0.6  # m: no integration of larger errors
+
+
+class _Memory(NamedTuple):
+    integral: np.ndarray  # (2, runs, robots) ∫ ē dt
+    command: np.ndarray  # (2, runs, robots) v [m/s], ω [rad/s]
+    reference: Reference | None  # of the period before
+    weights: np.ndarray  # (robots, robots): a_ij
+    ratio: np.ndarray  # (robots, robots): L_i / L_j
+    lengths: np.ndarray  # (robots,) m
+    limits: np.ndarray
+    mass: np.ndarray  # (robots,) kg
+    inertia: np.ndarray  # (robots,) kg m²
+    radius: np.ndarray  # (robots,) m
+    half_axle: np.ndarray  # (robots,) m
+
+
+@dataclass(frozen=True, kw_only=True)
+class GraphSlidingMode:
+    """Gains; the defaults of the reaching law are the thesis's (2.1.3.2)."""
+
+    form: Literal["cross-coupled", "thesis", "literal"] = "cross-coupled"
+    coupling: float = quantity(1.0, "1", least=0)  # a: the weight of every link
+    lam_d: float = quantity(2.0, "1/s", above=0)  # λ_d
+    lam_p: float = quantity(1.0, "1/s²", least=0)  # λ_p
+    k: float = quantity(0.2, "m/s²", above=0)
+    mu0: float = quantity(0.1, "1", above=0, most=1)  # μ0
+    alpha: float = quantity(3.0, "s/m", above=0)  # α
+    hand: float = quantity(0.1, "m", above=0)  # b
+    realisation: Literal["velocity", "torque"] = "velocity"
+
+    message = ("e_x", "e_x_rate", "e_y", "e_y_rate")
+
+    def __post_init__(self) -> None:
+        check_quantities(self, ControllerError)
+
+    @property
+    def level(self) -> Level:
+        """Wheel torques (2.19), or velocities for the wheel loops."""
+        return self.realisation
+
+    def init(self, scenario: Any, runs: int) -> _Memory:
+        """At rest. Raises ControllerError where the graph is not connected."""
+        robots = [member.robot for member in scenario.robots]
+        if scenario.kind != "team":
+            raise ControllerError(f'{scenario.name}: this law needs a scenario of kind = "team"')
+        a = scenario.radio.adjacency(len(robots))
+        if self.coupling > 0 and not is_connected(a):
+            raise ControllerError(
+                f"{scenario.name}: the graph {scenario.radio.graph!r} is not connected (theorem 3.1): every robot must "
+                "reach every other, over others if need be"
+            )
+        a = weights(a)
+        lengths = np.array([path.length for path in scenario.trajectory.paths])
+        zero = np.zeros((2, runs, len(robots)))
+        sign = -1.0 if self.form == "literal" else 1.0
+        ratio = lengths[:, None] / lengths if self.form == "cross-coupled" else np.ones_like(a)
+        return _Memory(
+            zero,
+            zero,
+            None,
+            sign * self.coupling * a,
+            ratio,
+            lengths,
+            velocity_limits(robots),
+            np.array([r.effective_mass for r in robots]),
+            np.array([r.effective_inertia for r in robots]),
+            np.array([r.wheel_radius for r in robots]),
+            np.array([r.half_axle for r in robots]),
+        )
+
+    def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
+        """(3.4)-(3.6) with (2.19), (2.22), (2.23)."""
+        heard = seen.heard
+        assert heard is not None  # a simulation gives it to every law that says something
+        b, ref = self.hand, seen.reference
+        before = memory.reference or ref
+        a_ref, w_ref_rate = (ref.v - before.v) / dt, (ref.w - before.w) / dt
+        place_d, velocity_d, acceleration_d = _hand(ref, a_ref, w_ref_rate, b)
+        cos, sin = np.cos(seen.heading), np.sin(seen.heading)
+        place = np.stack([seen.x + b * cos, seen.y + b * sin])
+        velocity = np.stack([seen.v * cos - b * seen.w * sin, seen.v * sin + b * seen.w * cos])
+        frame = np.zeros_like(ref.heading) if self.form == "literal" else ref.heading
+        e, rate = _into(frame, place_d[:, None] - place), _into(frame, velocity_d[:, None] - velocity)
+        # coupling
+        pulls, pull_rates = np.zeros_like(e), np.zeros_like(rate)
+        components = (0,) if self.form == "cross-coupled" else (0, 1)
+        for i in components:
+            theirs, their_rates = current(heard, 2 * i, 2 * i + 1), heard.values[2 * i + 1]
+            pulls[i] = differences(e[i], memory.ratio * theirs, memory.weights)
+            pull_rates[i] = differences(rate[i], memory.ratio * their_rates, memory.weights)
+        message = np.stack([e[0], rate[0], e[1], rate[1]])
+        if self.form == "cross-coupled":
+            e, rate_bar = e + pulls, rate + pull_rates  # ē, ē'
+            s = rate + self.lam_d * e + self.lam_p * memory.integral
+        else:
+            rate_bar = rate
+            s = rate + self.lam_d * e + pulls + self.lam_p * memory.integral  # (3.4), (3.5)
+        push = self.k / attraction(s, self.mu0, self.alpha) * np.sign(s)  # (2.23)
+        wish = self.lam_d * rate_bar + self.lam_p * e + push  # −e''
+        if self.form != "cross-coupled":
+            wish = wish + pull_rates  # (3.6)
+        hand = acceleration_d[:, None] + _into(-frame, wish)
+        # [v'; ω'] = G⁻¹ (h'' − G' [v; ω])
+        turning = np.stack([-seen.v * sin - b * seen.w * cos, seen.v * cos - b * seen.w * sin]) * seen.w
+        free = hand - turning
+        acceleration = np.stack([cos * free[0] + sin * free[1], (cos * free[1] - sin * free[0]) / b])
+        near = np.hypot(*e) < NEAR
+        integral = memory.integral + dt * np.where(near, e, 0.0)
+        v = np.maximum(memory.command[0] + dt * acceleration[0], 0.0)  # it never reverses
+        w = memory.command[1] + dt * acceleration[1]
+        command = np.stack(saturate(memory.limits, v, w))
+        if self.realisation == "torque":
+            common = memory.radius * memory.mass / 2 * acceleration[0]  # (2.19)
+            apart = memory.radius * memory.inertia / (2 * memory.half_axle) * acceleration[1]
+            first, second = common + apart, common - apart
+            demand = seen.v + dt * acceleration[0], seen.w + dt * acceleration[1]
+        else:
+            first, second = command
+            demand = first, second
+        progress = np.clip((ref.s - message[0]) / memory.lengths, 0.0, 1.0)
+        after = memory._replace(integral=integral, command=command, reference=ref)
+        return Command(first, second, *demand, message, None, progress), after
+
+
+def _hand(ref: Reference, a: np.ndarray, w_rate: np.ndarray, b: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Place, velocity and acceleration (2, robots) of the reference's hand point; ``a`` = v', ``w_rate`` = ω'."""
+    cos, sin = np.cos(ref.heading), np.sin(ref.heading)
+    ahead, left = np.stack([cos, sin]), np.stack([-sin, cos])
+    place = np.stack([ref.x, ref.y]) + b * ahead
+    velocity = ref.v * ahead + b * ref.w * left
+    acceleration = (a - b * ref.w**2) * ahead + (ref.v * ref.w + b * w_rate) * left
+    return place, velocity, acceleration
+
+
+def _into(heading: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """``vector`` (2, runs, robots) in the frame turned by ``heading`` (robots,)."""
+    cos, sin = np.cos(heading), np.sin(heading)
+    return np.stack([cos * vector[0] + sin * vector[1], cos * vector[1] - sin * vector[0]])

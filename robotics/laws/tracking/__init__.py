@@ -1,0 +1,1 @@
+"""Tracking laws of one robot: fuzzy, Lyapunov, sliding modes."""

@@ -1,0 +1,148 @@
+"""Fuzzy trajectory tracking, thesis 2.3 and 5.3.1: the eleven rules of Table 5.6, and λ(y_err) of (2.36).
+
+The target is the trajectory's point ``look_ahead`` seconds from now (the thesis's next sample, some samples on).
+
+    d_RP = distance to the target,   α = its bearing from the heading,   x_err as in (5.9)
+    (v, ω) = tracking rule base(d_RP, α, x_err [, heading error])        (2.35)
+    α(new) = λ(y_err) + α, with the second rule base                     (2.36), optional
+
+With the bearing as α the rule base is pure pursuit: both lateral poles are those of s² + (2/T) s + 2/T² for a
+look-ahead of T (damping 0.71, √2/T rad/s), at any speed. That is a local certificate; convergence from afar is
+shown by sampling, not proved. With the path's heading as α the lateral error is unseen: λ is then needed, with
+y_err in the path's frame (the thesis's global y works on paths along +x only; errata A22, A23).
+"""
+
+import math
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numba import njit
+
+from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
+from fuzzy.files.fisfile import parse_fis, read_fis
+from fuzzy.naming import expected
+from fuzzy.system import Sugeno
+from robotics.laws.law import Command, ControllerError, Observation
+from robotics.paths.posture import wrapped_compiled
+from robotics.paths.trajectory import Reference
+from robotics.quantity import check_quantities, quantity
+from robotics.vehicle.plant import Level
+
+INPUTS = ("distance", "alpha", "x_err", "heading_err")  # what a tracking rule base may ask for, by name
+
+
+@dataclass(frozen=True, kw_only=True)
+class FuzzyTracking:
+    """A tracking rule base and how it is used."""
+
+    rule_base: str = "tracking"  # a name of robotics/rulebases, or the path of a .fis file
+    look_ahead: float = quantity(0.4, "s", least=0, most=10)
+    deadband: float = quantity(0.03, "m", least=0)  # closer than this the bearing is noise: α := 0
+    steering: Literal["bearing", "heading"] = "bearing"  # what α is: to the target point, or to the path's heading
+    lateral: Literal["none", "path", "world"] = "none"  # the frame of y_err for λ; "world" is the thesis's
+    lateral_rule_base: str = "lateral"
+    level: Level = "velocity"
+    tracking: CompiledSugeno = field(init=False, repr=False, compare=False)
+    turn: CompiledSugeno = field(init=False, repr=False, compare=False)
+    inputs: tuple[int, ...] = field(init=False, repr=False)  # which of INPUTS the rule base takes, in its order
+
+    def __post_init__(self) -> None:
+        check_quantities(self, ControllerError)
+        fis = load_rule_base(self.rule_base)
+        for variable in fis.inputs:
+            if variable.name not in INPUTS:
+                raise ControllerError(f"{self.rule_base}: " + expected(variable.name, INPUTS, "tracking input"))
+        if len(fis.outputs) != 2:
+            raise ControllerError(f"{self.rule_base}: a tracking rule base has the outputs v and w, in this order")
+        object.__setattr__(self, "inputs", tuple(INPUTS.index(v.name) for v in fis.inputs))
+        object.__setattr__(self, "tracking", compile_sugeno(fis))
+        turn = load_rule_base(self.lateral_rule_base)
+        if len(turn.inputs) != 1 or len(turn.outputs) != 1:
+            raise ControllerError(f"{self.lateral_rule_base}: λ has one input, y_err, and one output")
+        object.__setattr__(self, "turn", compile_sugeno(turn))
+
+    @property
+    def idle(self) -> set[str]:
+        """The parameters that have no effect as it is used."""
+        return {"lateral_rule_base"} if self.lateral == "none" else set()
+
+    def init(self, scenario: Any, runs: int) -> None:
+        """It remembers nothing."""
+
+    def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
+        """(2.35), (2.36)."""
+        v, w = self.toward(seen, seen.trajectory.at(seen.time + self.look_ahead))
+        return Command(v, w, v, w), None
+
+    def toward(
+        self,
+        seen: Observation,
+        target: Reference,
+        x_err: np.ndarray | None = None,
+        turn: np.ndarray | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """v [m/s] and ω [rad/s], each (runs, robots), towards ``target``, (robots,) or (runs, robots) each field.
+
+        ``x_err`` [m] (runs, robots) is how far the robot is behind, if that is not the target's x in its frame (5.9).
+        ``turn`` [rad] (runs, robots) is what else is added to α: η of (6.4).
+        """
+        if self.lateral != "none":
+            y_err = target.y - seen.y
+            if self.lateral == "path":
+                y_err = np.cos(target.heading) * y_err - np.sin(target.heading) * (target.x - seen.x)
+            lateral = self.turn(y_err[..., None])[..., 0]  # (2.36)
+            turn = lateral if turn is None else lateral + turn
+        robots = seen.x.shape[-1]
+        x, y, heading = (np.ascontiguousarray(part).reshape(-1, robots) for part in target[:3])
+        places, bearing = np.array(self.inputs), self.steering == "bearing"
+        known = _known(seen.x, seen.y, seen.heading, x, y, heading, x_err, turn, places, self.deadband, bearing)
+        command = self.tracking(known)
+        return command[..., 0], command[..., 1]
+
+
+@njit(cache=True, error_model="numpy")
+def _known(x, y, heading, to_x, to_y, to_heading, x_err, turn, places, deadband, bearing):  # type: ignore[no-untyped-def]
+    """What the rule base is asked (runs, robots, inputs): of INPUTS those at ``places``; targets may be (1, robots)."""
+    known = np.empty((*x.shape, len(places)))
+    inputs = np.empty(4)
+    for n in range(x.shape[0]):
+        to = n % len(to_x)
+        for i in range(x.shape[1]):
+            dx = to_x[to, i] - x[n, i]
+            dy = to_y[to, i] - y[n, i]
+            inputs[0] = math.hypot(dx, dy)  # d_RP
+            inputs[3] = wrapped_compiled(to_heading[to, i] - heading[n, i])
+            if not bearing:
+                inputs[1] = inputs[3]
+            elif inputs[0] < deadband:
+                inputs[1] = 0.0
+            else:
+                inputs[1] = wrapped_compiled(math.atan2(dy, dx) - heading[n, i])
+            if turn is not None:
+                inputs[1] += turn[n, i]
+            if x_err is not None:
+                inputs[2] = x_err[n, i]
+            else:
+                inputs[2] = math.cos(heading[n, i]) * dx + math.sin(heading[n, i]) * dy  # (5.9)
+            for j in range(len(places)):
+                known[n, i, j] = inputs[places[j]]
+    return known
+
+
+def rule_base_names() -> list[str]:
+    """The rule bases that come with the package."""
+    folder = resources.files("robotics") / "rulebases"
+    return sorted(f.name.removesuffix(".fis") for f in folder.iterdir() if f.name.endswith(".fis"))
+
+
+def load_rule_base(name: str) -> Sugeno:
+    """The rule base of that name, or in that ``.fis`` file. Raises ControllerError or FisFileError."""
+    if name in rule_base_names():
+        file = resources.files("robotics") / "rulebases" / f"{name}.fis"
+        return parse_fis(file.read_text(encoding="utf-8"), f"{name}.fis")
+    if Path(name).suffix != ".fis":
+        raise ControllerError(expected(name, rule_base_names(), "rule base") + "; or the path of a .fis file")
+    return read_fis(name)

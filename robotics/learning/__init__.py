@@ -1,1 +1,0 @@
-"""Formation data, and the systems learnt from them."""

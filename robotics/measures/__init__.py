@@ -1,0 +1,1 @@
+"""Metrics: functions from a run to numbers."""

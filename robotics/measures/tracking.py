@@ -1,0 +1,145 @@
+"""Figures of merit: functions from a run to one number a seed and robot, all (runs, robots).
+
+The errors are those of the true posture against the reference at the same time, in the robot's frame (5.9);
+the controller saw only the measured posture. A robot that was stopped is measured up to then.
+"""
+
+import warnings
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from robotics.paths.posture import PostureError, posture_error
+from robotics.paths.trajectory import Reference
+from robotics.simulation.run import Run
+
+SETTLED = 0.05  # m
+
+
+class Metric(NamedTuple):
+    """A figure of merit: its function, unit and meaning; smaller is better, unless ``larger`` says otherwise."""
+
+    measure: Callable[[Run], np.ndarray]
+    unit: str
+    title: str
+    larger: bool = False  # is better
+
+
+def tracking_error(run: Run) -> PostureError:
+    """The posture error (5.9) of every sample; each field is (runs, robots, samples).
+
+    The target is the scenario's reference, or in a team's run where the law wanted the robot to be.
+    """
+    if run.team is not None:
+        place = Reference(run["x_target"], run["y_target"], run["heading_target"], *([np.zeros(1)] * 3))
+        return posture_error(run["x"], run["y"], run["heading"], place)
+    target = Reference(*(rows.T[None] for rows in run.reference))
+    return posture_error(run["x"], run["y"], run["heading"], target)
+
+
+def cross_track_error(run: Run) -> np.ndarray:
+    """Signed distance to the nearest point of the path [m], > 0 to its left: (runs, robots, samples)."""
+    from scipy.spatial import cKDTree
+
+    result = np.full(run["x"].shape, np.nan)
+    for i, nodes in enumerate(run.paths):
+        points = np.stack([run["x"][:, i], run["y"][:, i]], axis=-1)
+        known = np.isfinite(points).all(axis=-1)
+        query = points[known]
+        _, nearest = cKDTree(nodes.T).query(query)
+        best = np.full(len(query), np.inf)
+        signed = np.zeros(len(query))
+        for start in (nearest - 1, nearest):  # the two chords that meet in the nearest node
+            k = np.clip(start, 0, nodes.shape[1] - 2)
+            chord = (nodes[:, k + 1] - nodes[:, k]).T
+            offset = query - nodes[:, k].T
+            t = np.clip((offset * chord).sum(-1) / (chord**2).sum(-1), 0.0, 1.0)
+            distance = np.hypot(*(offset - t[:, None] * chord).T)
+            side = np.sign(chord[:, 0] * offset[:, 1] - chord[:, 1] * offset[:, 0])
+            closer = distance < best
+            best = np.where(closer, distance, best)
+            signed = np.where(closer, np.where(side == 0, 1.0, side) * distance, signed)
+        result[:, i][known] = signed
+    return result
+
+
+def _mean(values: np.ndarray) -> np.ndarray:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # a robot stopped at once has no sample: not-a-number
+        return np.asarray(np.nanmean(values, axis=-1))
+
+
+def _last(values: np.ndarray) -> np.ndarray:
+    """The last known sample of each robot."""
+    known = np.isfinite(values)
+    last = values.shape[-1] - 1 - np.argmax(known[..., ::-1], axis=-1)
+    return np.take_along_axis(values, last[..., None], axis=-1)[..., 0]
+
+
+def _rate(run: Run, total: np.ndarray) -> np.ndarray:
+    """A total per second of the time that the robot was in play."""
+    seconds = np.isfinite(run["x"]).sum(-1) - 1
+    return total / np.maximum(seconds * (run.time[1] - run.time[0]), np.finfo(float).tiny)
+
+
+def settling_time(run: Run, distance: np.ndarray) -> np.ndarray:
+    """The time [s] from which ``distance`` (runs, robots, samples) [m] stays below 5 cm; infinite if it never does."""
+    outside = ~(np.abs(distance) < SETTLED)
+    samples = outside.shape[-1]
+    first = np.where(outside.any(-1), samples - np.argmax(outside[..., ::-1], axis=-1), 0)
+    return np.where(first < samples, run.time[np.minimum(first, samples - 1)], np.inf)
+
+
+def _variation(run: Run, channel: str) -> np.ndarray:
+    return _rate(run, np.nansum(np.abs(np.diff(run[channel], axis=-1)), axis=-1))
+
+
+def _error_norm(run: Run) -> np.ndarray:
+    e = tracking_error(run)
+    return np.sqrt(e.x**2 + e.y**2 + e.heading**2)
+
+
+METRICS: dict[str, Metric] = {
+    # The totals of thesis (2.26), named for what they are
+    "mean_abs_x_error_m": Metric(lambda r: _mean(np.abs(tracking_error(r).x)), "m", "mean |x_err|"),
+    "mean_abs_y_error_m": Metric(lambda r: _mean(np.abs(tracking_error(r).y)), "m", "mean |y_err|"),
+    "mean_abs_heading_error_rad": Metric(lambda r: _mean(np.abs(tracking_error(r).heading)), "rad", "mean |ψ_err|"),
+    "mean_error_norm": Metric(
+        lambda r: _mean(_error_norm(r)), "m, rad", "mean error norm: the thesis's “MSE”, 1 rad counted as 1 m"
+    ),
+    "mean_speed_error_mps": Metric(
+        lambda r: _mean(np.abs(r["v_demand"] - r["v"])), "m/s", "mean speed error: the thesis's “Chatter”"
+    ),
+    # What the field reports
+    "rms_cross_track_m": Metric(lambda r: np.sqrt(_mean(cross_track_error(r) ** 2)), "m", "RMS cross-track error"),
+    "max_cross_track_m": Metric(
+        lambda r: np.nanmax(np.abs(cross_track_error(r)), axis=-1), "m", "largest cross-track error"
+    ),
+    "settling_time_s": Metric(
+        lambda r: settling_time(r, np.hypot(tracking_error(r).x, tracking_error(r).y)),
+        "s",
+        "settling time: distance to the reference below 5 cm for good",
+    ),
+    "path_settling_time_s": Metric(
+        lambda r: settling_time(r, cross_track_error(r)), "s", "settling time: cross-track error below 5 cm for good"
+    ),
+    "final_error_m": Metric(
+        lambda r: _last(np.hypot(tracking_error(r).x, tracking_error(r).y)), "m", "distance to the reference at the end"
+    ),
+    "control_effort": Metric(lambda r: _rate(r, _last(r["effort"])), "N² m²", "mean square torque, both wheels"),
+    "torque_variation_nmps": Metric(
+        lambda r: _rate(r, _last(r["torque_variation"])), "N m/s", "total variation of the torques a second: chatter"
+    ),
+    "v_variation_mps2": Metric(
+        lambda r: _variation(r, "v_demand"), "m/s²", "total variation of the demanded speed a second"
+    ),
+    "w_variation_radps2": Metric(
+        lambda r: _variation(r, "w_demand"), "rad/s²", "total variation of the demanded turn rate a second"
+    ),
+}
+
+
+def measure(run: Run) -> dict[str, np.ndarray]:
+    """Every metric of a run, each (runs, robots)."""
+    return {name: metric.measure(run) for name, metric in METRICS.items()}

@@ -1,0 +1,1 @@
+"""Where robots shall be, and when: paths, references, posture errors."""

@@ -1,0 +1,181 @@
+"""The paths of several robots in one table: points and nearest points of all of them in one compiled pass."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+
+from robotics.paths.path import HEADING, Path, PathPoint, X, Y, point
+
+
+@dataclass(frozen=True)
+class Paths:
+    """The paths of several robots in one table, for looking at all of them in one pass.
+
+    Each robot has one path in all runs, or, with ``lengths`` (runs, robots), another in every run.
+    """
+
+    lengths: np.ndarray  # (robots,) or (runs, robots) m
+    table: np.ndarray = field(repr=False)  # (5, nodes of all): as of Path, one path after the other
+    first: np.ndarray = field(repr=False)  # as lengths, but flat: the column at which each begins
+    cells: np.ndarray = field(repr=False)  # as lengths, but flat: one less than its nodes
+
+    def at(self, s: np.ndarray) -> PathPoint:
+        """Each robot's path at its abscissae ``s`` (..., robots) [m]; beyond an end it stays there.
+
+        With another path in every run ``s`` is (runs, robots).
+        """
+        flat = np.ascontiguousarray(s, dtype=float).reshape(-1, self.lengths.size)
+        rows = _points_of_all(self.table, self.first, self.cells, self.lengths.ravel(), flat)
+        return PathPoint(*(row.reshape(np.shape(s)) for row in rows))
+
+    def nearest(self, x: np.ndarray, y: np.ndarray, around: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        """The abscissae [m] of the points nearest to ``x``, ``y`` [m] within ``reach`` [m] of ``around`` [m].
+
+        All are (..., robots). A path that crosses or closes itself is thus followed along the branch one is on.
+        """
+        shape = np.shape(x)
+        flat = [
+            np.ascontiguousarray(np.broadcast_to(a, shape), dtype=float).reshape(-1, self.lengths.size)
+            for a in (x, y, around, reach)
+        ]
+        return _nearest_of_all(self.table, self.first, self.cells, self.lengths.ravel(), *flat).reshape(shape)
+
+
+def join_paths(paths: Sequence[Path]) -> Paths:
+    """``paths``, one a robot, in one table."""
+    nodes = np.array([path.table.shape[1] for path in paths])
+    return Paths(
+        np.array([path.length for path in paths]),
+        np.ascontiguousarray(np.concatenate([path.table for path in paths], axis=1)),
+        np.concatenate([[0], np.cumsum(nodes)[:-1]]),
+        nodes - 1,
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def _points_of_all(table, first, cells, lengths, s):  # type: ignore[no-untyped-def]
+    out = np.empty((4, s.shape[0], s.shape[1]))
+    for r in range(s.shape[0]):
+        for i in range(s.shape[1]):
+            out[0, r, i], out[1, r, i], out[2, r, i], out[3, r, i] = point(
+                table, first[i], cells[i], lengths[i], s[r, i]
+            )
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def _nearest_of_all(table, first, cells, lengths, x, y, around, reach):  # type: ignore[no-untyped-def]
+    out = np.empty(x.shape)
+    for r in range(x.shape[0]):
+        for i in range(x.shape[1]):
+            h = lengths[i] / cells[i]
+            low = min(max(around[r, i] - reach[r, i], 0.0), lengths[i])
+            high = max(min(around[r, i] + reach[r, i], lengths[i]), low)
+            best = _nearest_node(table, first[i], cells[i], h, x[r, i], y[r, i], around[r, i], low, high)
+            s = _nearest_beside(table, first[i], cells[i], h, x[r, i], y[r, i], best, low, high)
+            out[r, i] = min(max(s, low), high)
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def _nearest_node(table, first, cells, h, x, y, around, low, high):  # type: ignore[no-untyped-def]
+    """Which node between ``low`` and ``high`` is nearest to (x, y); where there is none, one beside them."""
+    start = min(int(np.ceil(low / h - 1e-9)), cells)
+    stop = max(min(int(high / h + 1e-9), cells), start)
+    stride = max(int(np.sqrt((stop - start) / 2)), 1)
+    best = min(max(int(around / h + 0.5), start), stop)
+    least = _square(table, first + best, x, y)
+    for k in range(start, stop + 1, stride):
+        square = _square(table, first + k, x, y)
+        if square < least:
+            least, best = square, k
+    # A metre along the path brings one nearer by a metre at most: few of the stretches left out can hold a better one.
+    past = np.sqrt(_square(table, first + start, x, y))
+    for k in range(start, stop, stride):
+        end = min(k + stride, stop)
+        here = np.sqrt(_square(table, first + end, x, y))
+        if past + here < 2 * np.sqrt(least) + (end - k) * h:
+            for inner in range(k + 1, end + 1):
+                square = _square(table, first + inner, x, y)
+                if square < least:
+                    least, best = square, inner
+        past = here
+    return best
+
+
+@njit(cache=True, error_model="numpy")
+def _square(table, k, x, y):  # type: ignore[no-untyped-def]
+    return (table[0, k] - x) ** 2 + (table[1, k] - y) ** 2
+
+
+@njit(cache=True, error_model="numpy")
+def _nearest_beside(table, first, cells, h, x, y, best, low, high):  # type: ignore[no-untyped-def]
+    """The abscissa nearest to (x, y) in the cell before or behind node ``best``: of half the squared distance there,
+    g and g' are the first two derivatives by the cell's own parameter t; g = 0 by Newton's method, held in a bracket.
+    """
+    k = first + best
+    ca, sa = np.cos(table[2, k]), np.sin(table[2, k])
+    ahead = ca * (x - table[0, k]) + sa * (y - table[1, k]) > 0
+    if (best == cells) if ahead else (best == 0):
+        return best * h
+    other = k + 1 if ahead else k - 1
+    cb, sb = np.cos(table[2, other]), np.sin(table[2, other])
+    if not ahead:
+        ca, sa, cb, sb = cb, sb, ca, sa
+    k, cell = min(k, other), best if ahead else best - 1
+    # The cell as point() interpolates it: x = a0 + a1 t + a2 t² + a3 t³, seen from (x, y)
+    a0, b0 = table[0, k] - x, table[1, k] - y
+    a1, b1 = h * ca, h * sa
+    over, up = table[0, k + 1] - table[0, k], table[1, k + 1] - table[1, k]
+    a2, b2 = 3 * over - h * (2 * ca + cb), 3 * up - h * (2 * sa + sb)
+    a3, b3 = h * (ca + cb) - 2 * over, h * (sa + sb) - 2 * up
+    left, right = max(low / h - cell, 0.0), min(high / h - cell, 1.0)
+    t = left
+    for step in range(60):
+        px, py = a0 + t * (a1 + t * (a2 + t * a3)), b0 + t * (b1 + t * (b2 + t * b3))
+        dx, dy = a1 + t * (2 * a2 + t * 3 * a3), b1 + t * (2 * b2 + t * 3 * b3)
+        g = px * dx + py * dy
+        if step == 0:  # at the left end
+            if g >= 0:
+                break
+            t = right
+            continue
+        if step == 1:  # at the right end
+            if g <= 0:
+                break
+        elif g > 0:
+            right = t
+        else:
+            left = t
+        bend = dx * dx + dy * dy + px * (2 * a2 + 6 * t * a3) + py * (2 * b2 + 6 * t * b3)
+        before = t
+        t = t - g / bend
+        newton = left < t < right
+        if not newton:
+            t = (left + right) / 2
+        # The step after one of Newton's is about its square.
+        if abs(t - before) < (1e-7 if newton else 1e-12):
+            break
+    return (cell + t) * h
+
+
+def table_length(table: np.ndarray) -> float:
+    """The length [m] of the path with that table, whose nodes are equally spaced."""
+    chord = np.hypot(np.diff(table[X]), np.diff(table[Y]))
+    turn = np.abs(np.diff(table[HEADING]))
+    return float((chord * (1 + turn**2 / 24)).sum())  # arc over chord, to the second order
+
+
+def join_tables(tables: Sequence[Sequence[np.ndarray]]) -> Paths:
+    """The paths of ``tables`` [run][robot] as one table."""
+    flat = [table for row in tables for table in row]
+    nodes = np.array([table.shape[1] for table in flat])
+    lengths = np.array([table_length(table) for table in flat]).reshape(len(tables), len(tables[0]))
+    return Paths(
+        lengths,
+        np.ascontiguousarray(np.concatenate(flat, axis=1)),
+        np.concatenate([[0], np.cumsum(nodes)[:-1]]),
+        nodes - 1,
+    )

@@ -1,0 +1,37 @@
+"""A target as a robot sees it: the posture error (5.9), and angles brought into one turn."""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from robotics.paths.trajectory import Reference
+
+if TYPE_CHECKING:
+    pass
+
+
+class PostureError(NamedTuple):
+    """Where a target lies as a robot sees it; each field is (runs, robots)."""
+
+    x: np.ndarray  # m, ahead
+    y: np.ndarray  # m, to the left
+    heading: np.ndarray  # rad in [-π, π)
+
+
+def wrapped(angle: np.ndarray) -> np.ndarray:
+    """``angle`` [rad] brought into [-π, π)."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+wrapped_compiled = njit(cache=True, error_model="numpy")(wrapped)  # the same, for one angle in a compiled loop
+
+
+def posture_error(x: Any, y: Any, heading: Any, target: Reference) -> PostureError:
+    """The target minus the pose, in the robot's frame: thesis (5.9), desired − actual.
+
+    (2.28) prints actual − desired; with it (2.30) is positive feedback. Every law here uses (5.9).
+    """
+    dx, dy = target.x - x, target.y - y
+    cos, sin = np.cos(heading), np.sin(heading)
+    return PostureError(cos * dx + sin * dy, cos * dy - sin * dx, wrapped(target.heading - heading))

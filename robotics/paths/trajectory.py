@@ -1,0 +1,164 @@
+"""Trajectories: when the reference is where on its path.
+
+A path says where, a :class:`Timing` says how fast; together they are the moving target that controllers track.
+"""
+
+from dataclasses import dataclass, field
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from robotics.paths.joined import Paths, join_paths
+from robotics.paths.path import Path, PathError, X, point
+from robotics.quantity import check_quantities, quantity
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timing:
+    """How the reference moves along its path: exactly one of these.
+
+    ``speed``: at constant speed. ``duration``: at the constant speed that takes this long.
+    ``x_rate``: so that x grows evenly, dx/dt = x_rate (the thesis's "x = 0.3 t, y = sin x").
+    """
+
+    speed: float | None = quantity(None, "m/s", above=0.0)
+    duration: float | None = quantity(None, "s", above=0.0)
+    x_rate: float | None = quantity(None, "m/s", above=0.0)
+    start: float = quantity(0.0, "m", least=0.0)  # the abscissa at time 0
+    ramp: float = quantity(0.0, "s", least=0.0)  # over which the speed rises at the start and falls at the end
+
+    def __post_init__(self) -> None:
+        check_quantities(self, PathError)
+        given = {n: getattr(self, n) for n in ("speed", "duration", "x_rate") if getattr(self, n) is not None}
+        if len(given) != 1:
+            raise PathError(f"timing: give exactly one of speed, duration and x_rate, got {', '.join(given) or 'none'}")
+        if self.ramp and self.x_rate is not None:
+            raise PathError("timing: ramp goes with speed or duration, not with x_rate")
+        if self.duration is not None and 2 * self.ramp > self.duration:
+            raise PathError(f"timing: two ramps of {self.ramp:g} s do not fit into {self.duration:g} s")
+
+
+class Reference(NamedTuple):
+    """The moving target of every robot at one time; each field is (robots,)."""
+
+    x: np.ndarray  # m
+    y: np.ndarray  # m
+    heading: np.ndarray  # rad, continuous
+    v: np.ndarray  # m/s
+    w: np.ndarray  # rad/s
+    s: np.ndarray  # m, the abscissa on the robot's path
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Paths with their timing, for all robots of a scenario."""
+
+    paths: tuple[Path, ...]
+    tables: np.ndarray = field(repr=False)  # (robots, 2, nodes): abscissa [m] and its rate [m/s] at equal time steps
+    ends: np.ndarray = field(repr=False)  # (robots,) s, when each reference reaches the end of its path
+    joined: Paths = field(init=False, repr=False, compare=False)  # the same paths, for looking at all at once
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "joined", join_paths(self.paths))
+
+    def at(self, time: float) -> Reference:
+        """Every robot's reference at ``time`` [s]; after its end a reference rests there."""
+        return Reference(*self._rows(np.full((1, len(self.paths)), float(time)))[:, 0])
+
+    def sampled(self, times: np.ndarray) -> Reference:
+        """The references at ``times`` (n,) [s]; each field is (n, robots)."""
+        times = np.asarray(times, dtype=float)
+        return Reference(*self._rows(np.repeat(times[:, None], len(self.paths), axis=1)))
+
+    def each_at(self, times: np.ndarray) -> Reference:
+        """Each robot's reference at a time of its own, ``times`` (n, robots) [s]; each field is (n, robots)."""
+        return Reference(*self._rows(np.ascontiguousarray(times, dtype=float)))
+
+    def _rows(self, times: np.ndarray) -> np.ndarray:
+        j = self.joined
+        rows: np.ndarray = _refer_each(j.table, j.first, j.cells, j.lengths, self.tables, self.ends, times)
+        return rows
+
+
+def compile_trajectory(paths: tuple[Path, ...], timings: tuple[Timing, ...]) -> Trajectory:
+    """Tabulate when each robot's reference is where; times are those of the path's own length."""
+    nodes = 4097
+    tables, ends = np.empty((len(paths), 2, nodes)), np.empty(len(paths))
+    for i, (path, timing) in enumerate(zip(paths, timings, strict=True)):
+        if timing.start >= path.length:
+            raise PathError(f"timing: start {timing.start:g} m lies at or beyond the path's end, {path.length:g} m")
+        rest = path.length - timing.start
+        if timing.x_rate is None:
+            end, s, rate = _ramped(rest, timing, nodes)
+            s = timing.start + s
+        else:
+            end, s, rate = _even_in_x(path, timing.start, timing.x_rate, nodes)
+        tables[i], ends[i] = np.stack([s, rate]), end
+    return Trajectory(paths, tables, ends)
+
+
+def _ramped(rest: float, timing: Timing, nodes: int) -> tuple[float, np.ndarray, np.ndarray]:
+    """Constant speed over ``rest`` [m] between two linear ramps."""
+    ramp = timing.ramp
+    if timing.duration is not None:
+        end = timing.duration
+        speed = rest / (end - ramp)
+    else:
+        speed = timing.speed or inf
+        ramp = min(ramp, rest / speed)  # a path too short for the speed is driven in a triangle
+        end = rest / speed + ramp
+    if ramp == 0.0:
+        return end, rest * np.linspace(0, 1, nodes), np.full(nodes, rest / end)
+    t = np.linspace(0.0, end, nodes)
+    left = end - t
+    s = np.where(t < ramp, speed * t**2 / (2 * ramp), speed * (t - ramp / 2))
+    s = np.where(left < ramp, rest - speed * left**2 / (2 * ramp), s)
+    return end, s, speed * np.minimum(1.0, np.minimum(t, left) / ramp)
+
+
+def _even_in_x(path: Path, start: float, x_rate: float, nodes: int) -> tuple[float, np.ndarray, np.ndarray]:
+    x = path.table[X]
+    if not np.all(np.diff(x) * np.sign(x[-1] - x[0]) > 0):
+        raise PathError("timing: x_rate needs a path on which x always grows or always falls; give speed or duration")
+    first = float(path.at(start).x)
+    end = abs(float(x[-1]) - first) / x_rate
+    direction = np.sign(x[-1] - x[0])
+    wanted = first + direction * x_rate * np.linspace(0.0, end, nodes)
+    s = np.interp(direction * wanted, direction * x, np.linspace(0.0, path.length, len(x)))
+    for _ in range(3):  # Newton: dx/ds = cos(heading)
+        point = path.at(s)
+        s = np.clip(s + (wanted - point.x) / np.cos(point.heading), 0.0, path.length)
+    return end, s, x_rate / np.abs(np.cos(path.at(s).heading))
+
+
+@njit(cache=True, error_model="numpy")
+def _refer_each(table, first, cells, lengths, laws, ends, times):  # type: ignore[no-untyped-def]
+    out = np.empty((6, times.shape[0], times.shape[1]))
+    last = laws.shape[2] - 1
+    for n in range(times.shape[0]):
+        for i in range(times.shape[1]):
+            end = ends[i]
+            h = end / last
+            place = min(max(times[n, i], 0.0), end) / h
+            k = min(int(place), last - 1)
+            t = place - k
+            right = t * t * (3 - 2 * t)
+            s = (
+                (1 - right) * laws[i, 0, k]
+                + right * laws[i, 0, k + 1]
+                + (t * (1 - t) * (1 - t) * laws[i, 1, k] - t * t * (1 - t) * laws[i, 1, k + 1]) * h
+            )
+            rate = (1 - t) * laws[i, 1, k] + t * laws[i, 1, k + 1]
+            if times[n, i] >= end:
+                s = lengths[i]
+                rate = 0.0
+            x, y, heading, curvature = point(table, first[i], cells[i], lengths[i], s)
+            out[0, n, i] = x
+            out[1, n, i] = y
+            out[2, n, i] = heading
+            out[3, n, i] = rate
+            out[4, n, i] = rate * curvature
+            out[5, n, i] = s
+    return out

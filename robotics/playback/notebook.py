@@ -1,0 +1,47 @@
+"""The player of a run as a widget for notebooks: the module of the page, :mod:`robotics.playback.player`."""
+
+from pathlib import Path
+from typing import Any
+
+from robotics.playback.player import player_data
+from robotics.simulation.run import Run
+
+# The looks of the player are under a class that its page gives to the element round it.
+_REST = """export default {
+  render({ model, el }) {
+    const root = document.createElement("div");
+    root.className = "fleet-player";
+    root.setAttribute("role", "group");
+    root.setAttribute("aria-label", `Player: ${model.get("run").title}`);
+    el.append(root);
+    const end = entry.default.render({ model, el: root });
+    return () => {
+      end?.();
+      root.remove();
+    };
+  },
+};"""
+
+
+def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: Any) -> Any:
+    """A widget that plays ``seed`` of ``run`` (the first by default) in Jupyter, marimo and the like.
+
+    It begins at ``speed`` times real time; ``options`` are those of :func:`robotics.playback.player.player_data`
+    (``start``, ``end``, ``stale``). Raises ReplayError, or ModuleError without the extra ``notebook``.
+    """
+    from fuzzy.designer.esmodule import composed
+    from fuzzy.designer.notebook import widget_library
+
+    anywidget, traitlets = widget_library()
+    folder = Path(__file__).parent / "playback"
+
+    class Player(anywidget.AnyWidget):  # type: ignore[name-defined]
+        """The player of one run."""
+
+        _esm = composed(folder / "player.js", _REST)
+        _css = (folder / "player.css").read_text(encoding="utf-8")
+        run = traitlets.Dict().tag(sync=True)
+        speed = traitlets.Float(1.0).tag(sync=True)
+        page = traitlets.Bool(False).tag(sync=True)
+
+    return Player(run=player_data(run, seed, **options), speed=float(speed))

@@ -1,0 +1,171 @@
+"""The radio: who hears whom, how late, and what is lost; and the faults of a run.
+
+Every ``period`` each robot broadcasts what its law wants to say. A message reaches a robot that the graph (and the
+range) lets hear it after ``latency`` and up to ``jitter`` more, unless it is lost: each with the probability
+``loss``, or in bursts by the model of Gilbert and Elliott [Gilbert 1960, Elliott 1963]: a link goes bad with the
+probability ``burst_start`` a message, good again with ``burst_end``, and loses ``burst_loss`` of them meanwhile.
+What is heard is at least one control period old: all robots decide at the same time.
+
+Baud rates count ten bits a byte, on one shared channel: all messages of a period must fit.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from robotics.radio.description import Radio
+from robotics.radio.faults import Condition
+from robotics.random_streams import RADIO_STREAM
+
+_BLOCK = 2_000_000  # random numbers drawn at a time: bounds memory
+
+_NO_CUT = np.zeros((0, 0, 0), dtype=bool)
+
+
+class Heard(NamedTuple):
+    """What each robot last heard of each other."""
+
+    values: np.ndarray  # (fields, runs, receivers, senders); not-a-number before the first message
+    age: np.ndarray  # (runs, receivers, senders) s since it was sent; infinite before the first
+    hears: np.ndarray  # (robots, robots) bool: the graph
+
+
+class _Flight(NamedTuple):
+    sent: int  # period
+    first: int  # period before which none of it is heard
+    last: int  # period after which none of it is
+    values: np.ndarray  # (fields, runs, robots)
+    arrives: np.ndarray  # (runs, receivers, senders) int32: the period in which it is heard; -1 never
+
+
+class Air(NamedTuple):
+    """What was heard so far, and what is on its way."""
+
+    values: np.ndarray  # (fields, runs, receivers, senders): heard last
+    born: np.ndarray  # (runs, receivers, senders) int32: the period in which that was sent, -1 before the first
+    flying: tuple[_Flight, ...]  # oldest first
+    bad: np.ndarray  # (runs, receivers, senders) bool: links in a burst of losses
+
+
+@dataclass(frozen=True)
+class Channel:
+    """The radio of one simulation; its state is an :class:`Air`."""
+
+    radio: Radio
+    graph: np.ndarray  # (robots, robots) bool
+    tick: float  # s, the control period
+    every: int  # periods from message to message
+    draws: Iterator[np.ndarray] | None  # uniform numbers (streams, runs, receivers, senders), message by message
+
+    @classmethod
+    def opened(cls, radio: Radio, robots: int, seeds: Sequence[int], tick: float) -> "Channel":
+        """The channel of ``robots`` robots in the runs of ``seeds``. Raises RadioError."""
+        streams = sum((radio.loss > 0 or radio.burst_start > 0, radio.burst_start > 0, radio.jitter > 0))
+        draws = _uniform(seeds, streams, robots) if streams else None
+        every = max(1, round(radio.period / tick))
+        return cls(radio, radio.adjacency(robots).astype(bool), tick, every, draws)
+
+    def init(self, fields: int, runs: int) -> Air:
+        """Silence, for messages of so many values. Raises RadioError where they do not fit."""
+        robots = len(self.graph)
+        self.radio.check_bandwidth(robots, fields)
+        shape = (runs, robots, robots)
+        return Air(np.full((fields, *shape), np.nan), np.full(shape, -1, np.int32), (), np.zeros(shape, dtype=bool))
+
+    def hear(self, air: Air, k: int, condition: Condition | None) -> tuple[Heard, Air]:
+        """What every robot knows of the others in period ``k``."""
+        values, born = air.values, air.born
+        landing = [flight for flight in air.flying if flight.first <= k <= flight.last]
+        cut = _NO_CUT if condition is None else condition.cut
+        for flight in landing:
+            values, born = _land(values, born, flight.values, flight.arrives, cut, flight.sent, k)
+        flying = tuple(flight for flight in air.flying if flight.last > k)
+        return Heard(values, _ages(born, k, self.tick), self.graph), Air(values, born, flying, air.bad)
+
+    def send(
+        self, air: Air, k: int, values: np.ndarray, x: np.ndarray, y: np.ndarray, condition: Condition | None
+    ) -> Air:
+        """Broadcast ``values`` (fields, runs, robots) in period ``k``, from ``x``, ``y`` (runs, robots) [m]."""
+        if k % self.every:
+            return air
+        radio, bad = self.radio, air.bad
+        passes = np.broadcast_to(self.graph, bad.shape)
+        if radio.range is not None:
+            passes = passes & _within(np.ascontiguousarray(x), np.ascontiguousarray(y), radio.range)
+        if condition is not None:
+            passes = passes & ~condition.cut
+        draws = iter(()) if self.draws is None else iter(next(self.draws))
+        if radio.loss > 0 or radio.burst_start > 0:
+            lost, chance = next(draws), np.asarray(radio.loss)
+            if radio.burst_start > 0:
+                turn = next(draws)
+                bad = np.where(bad, turn >= radio.burst_end, turn < radio.burst_start)
+                chance = np.where(bad, max(radio.burst_loss, radio.loss), radio.loss)
+            passes = passes & (lost >= chance)
+        arrives: Any = np.int32(k + self._periods(radio.latency))
+        if radio.jitter > 0:
+            arrives = (k + self._periods(radio.latency + radio.jitter * next(draws))).astype(np.int32)
+        arrives = np.where(passes, arrives, np.int32(-1))
+        said = np.array(values, dtype=float, order="C")
+        first, last = (k + int(self._periods(late)) for late in (radio.latency, radio.latency + radio.jitter))
+        return air._replace(flying=(*air.flying, _Flight(k, first, last, said, arrives)), bad=bad)
+
+    def _periods(self, late: Any) -> Any:
+        """After how many control periods a message is heard that takes ``late`` [s]."""
+        return np.maximum(1.0, np.ceil(late / self.tick - 1e-9))
+
+
+def _uniform(seeds: Sequence[int], streams: int, robots: int) -> Iterator[np.ndarray]:
+    """Uniform numbers (streams, runs, robots, robots), message by message; each run draws from its own generator."""
+    generators = [np.random.default_rng([seed, RADIO_STREAM]) for seed in seeds]
+    size = streams * robots * robots
+    count = max(1, min(256, _BLOCK // (size * len(generators))))
+    draws = np.empty((len(generators), count, streams, robots, robots))
+    while True:
+        for generator, rows in zip(generators, draws, strict=True):
+            generator.random(out=rows)
+        yield from np.moveaxis(draws, 0, 2)
+
+
+@njit(cache=True, error_model="numpy")
+def _land(values, born, said, arrives, cut, sent, k):  # type: ignore[no-untyped-def]
+    """``values`` and ``born`` after what arrives of one flight in period ``k``, where nothing newer was heard."""
+    fields, runs, robots, _ = values.shape
+    heard, when = np.empty_like(values), np.empty_like(born)
+    new = np.empty(robots, np.bool_)
+    for r in range(runs):
+        for i in range(robots):
+            for j in range(robots):
+                new[j] = arrives[r, i, j] == k and sent > born[r, i, j]
+                if cut.size and cut[r, i, j]:
+                    new[j] = False
+                when[r, i, j] = sent if new[j] else born[r, i, j]
+            for f in range(fields):
+                for j in range(robots):
+                    heard[f, r, i, j] = said[f, r, j] if new[j] else values[f, r, i, j]
+    return heard, when
+
+
+@njit(cache=True, error_model="numpy")
+def _ages(born, k, tick):  # type: ignore[no-untyped-def]
+    age = np.empty(born.shape)
+    for r in range(born.shape[0]):
+        for i in range(born.shape[1]):
+            for j in range(born.shape[2]):
+                age[r, i, j] = (k - born[r, i, j]) * tick if born[r, i, j] >= 0 else np.inf
+    return age
+
+
+@njit(cache=True, error_model="numpy")
+def _within(x, y, reach):  # type: ignore[no-untyped-def]
+    """Who is within ``reach`` [m] of whom (runs, robots, robots)."""
+    runs, robots = x.shape
+    near = np.empty((runs, robots, robots), np.bool_)
+    for r in range(runs):
+        for i in range(robots):
+            for j in range(robots):
+                near[r, i, j] = (x[r, i] - x[r, j]) ** 2 + (y[r, i] - y[r, j]) ** 2 <= reach * reach
+    return near

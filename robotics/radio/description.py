@@ -1,0 +1,91 @@
+"""The radio: who hears whom, how late, and what is lost; and the faults of a run.
+
+Every ``period`` each robot broadcasts what its law wants to say. A message reaches a robot that the graph (and the
+range) lets hear it after ``latency`` and up to ``jitter`` more, unless it is lost: each with the probability
+``loss``, or in bursts by the model of Gilbert and Elliott [Gilbert 1960, Elliott 1963]: a link goes bad with the
+probability ``burst_start`` a message, good again with ``burst_end``, and loses ``burst_loss`` of them meanwhile.
+What is heard is at least one control period old: all robots decide at the same time.
+
+Baud rates count ten bits a byte, on one shared channel: all messages of a period must fit.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import ceil
+from typing import Any, Literal
+
+import numpy as np
+
+from fuzzy.errors import InputError
+from robotics.quantity import check_quantities, quantity
+from robotics.radio.graph import GRAPHS, adjacency
+
+PRESETS: dict[str, dict[str, Any]] = {
+    # Thesis 4.5: ZigBee modules at 9600 baud. Frame overhead: transmit request with a 16-bit address (assumed).
+    "zigbee-9600": {"baud": 9600.0, "header_bytes": 9, "value_bytes": 2, "period": 0.1, "latency": 0.03},
+}
+
+
+class RadioError(InputError):
+    """A radio or a fault that cannot be. The message names the field and what is accepted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Radio:
+    """How a team talks."""
+
+    graph: Literal["star", "ring", "line", "complete", "edges"] = "complete"
+    hub: int = 1  # the center of a star, from 1
+    edges: tuple[tuple[int, int], ...] = ()  # for "edges": [sender, receiver], from 1
+    range: float | None = quantity(None, "m", above=0)  # between centers; none: unlimited
+    period: float = quantity(0.05, "s", above=0, most=60)  # from message to message
+    latency: float = quantity(0.0, "s", least=0, most=10)
+    jitter: float = quantity(0.0, "s", least=0, most=10)  # uniform on top of the latency
+    loss: float = quantity(0.0, "1", least=0, most=1)  # of messages, independently
+    burst_start: float = quantity(0.0, "1", least=0, most=1)  # good link -> bad, a message
+    burst_end: float = quantity(0.2, "1", above=0, most=1)  # bad -> good
+    burst_loss: float = quantity(1.0, "1", least=0, most=1)  # of messages on a bad link, if more than loss
+    baud: float | None = quantity(None, "baud", above=0)  # none: unlimited
+    header_bytes: int = 0  # of a message besides its values
+    value_bytes: int = 2  # of a value
+
+    def __post_init__(self) -> None:
+        check_quantities(self, RadioError)
+        _expect_one_of(GRAPHS, "graph", self.graph)
+        for name, least in (("hub", 1), ("header_bytes", 0), ("value_bytes", 1)):
+            number = getattr(self, name)
+            if not isinstance(number, int) or number < least:
+                raise RadioError(f"{name} must be a whole number >= {least}, got {number!r}").about(name)
+        if (self.graph == "edges") != bool(self.edges):
+            raise RadioError('edges = [[sender, receiver], ...] belong to graph = "edges", and only to it').about(
+                "edges"
+            )
+        for sender, receiver in self.edges:
+            if sender == receiver:
+                raise RadioError(f"edges: robot {sender} needs no radio to hear itself").about("edges")
+
+    def adjacency(self, robots: int) -> np.ndarray:
+        """Who can hear whom (robots, robots), before range. Raises RadioError where a robot does not exist."""
+        for name, values in (("hub", [self.hub]), ("edges", [i for edge in self.edges for i in edge])):
+            for i in values:
+                if not 1 <= i <= robots:
+                    raise RadioError(f"{name}: robots are 1 to {robots}, got {i}").about(name)
+        return adjacency(self.graph, robots, self.hub, self.edges)
+
+    def check_bandwidth(self, robots: int, values: int) -> None:
+        """Do ``robots`` messages of so many values fit into a period? Raises RadioError."""
+        if self.baud is None or values == 0:
+            return
+        need = robots * (self.header_bytes + self.value_bytes * values)
+        room = self.baud / 10 * self.period
+        if need > room + 1e-9:
+            raise RadioError(
+                f"{robots} robots × ({self.header_bytes} + {values} × {self.value_bytes}) bytes = {need} bytes "
+                f"every {self.period:g} s do not fit into the {room:g} that {self.baud:g} baud carry; "
+                f"period must be >= {ceil(need / self.baud * 1000) / 100:g} s"
+            ).about("period")
+
+
+def _expect_one_of(names: Iterable[str], name: str, value: Any) -> None:
+    if value not in names:
+        raise RadioError(f"{name} must be one of {', '.join(map(repr, names))}; got {value!r}").about(name)

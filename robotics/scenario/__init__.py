@@ -1,0 +1,1 @@
+"""Scenarios: what is simulated, described and read from files."""

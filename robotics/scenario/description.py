@@ -1,0 +1,180 @@
+"""Scenarios: what is simulated, read from TOML into frozen dataclasses at the edge.
+
+A scenario says which robots start where, on which paths with which timing, how they sense, how late commands
+arrive, and for how long. Units are SI and radians throughout. Everything wrong with a file is a
+:class:`ScenarioError` that names the file, the line, the field and what is accepted.
+"""
+
+from dataclasses import dataclass, field
+from math import isfinite, pi
+from typing import Literal
+
+import numpy as np
+
+from fuzzy.errors import InputError
+from robotics.environment.world import Obstacle, Obstacles, World, compile_world
+from robotics.paths.path import PathError, Shape, compile_path
+from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
+from robotics.quantity import check_quantities, quantity
+from robotics.radio.description import Radio, RadioError
+from robotics.radio.faults import Fault
+from robotics.sensing.posture import Sensing
+from robotics.vehicle.plant import STEP
+from robotics.vehicle.robot import Robot
+
+Pose = tuple[float, float, float]
+
+
+class ScenarioError(InputError):
+    """A scenario that cannot be run. The message names the file, line, field and accepted values."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Member:
+    """One robot of a scenario: where it starts, where it shall go and when, and what it is."""
+
+    start: Pose  # x [m], y [m], heading [rad]
+    path: Shape
+    timing: Timing
+    robot: Robot = field(default_factory=Robot)
+    sensing: Sensing | None = None  # its own; none: the scenario's
+
+    def __post_init__(self) -> None:
+        if not all(isfinite(v) for v in self.start):
+            raise ScenarioError(f"start must be finite, got {self.start!r}")
+        if abs(self.start[2]) > 2 * pi:
+            raise ScenarioError(
+                f"start: the heading is in radians, between -2π and 2π; got {self.start[2]!r}"
+                + (" (degrees?)" if abs(self.start[2]) <= 360 else "")
+            ).about("start")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenario:
+    """Robots, time and sensing. The trajectory is compiled, and checked to be drivable, on construction."""
+
+    name: str
+    robots: tuple[Member, ...]
+    duration: float = quantity(30.0, "s", above=0, most=86400)
+    latency: float = quantity(0.0, "s", least=0, most=2)  # from deciding on a command to its effect, steps of 10 ms
+    period: float = quantity(0.05, "s", above=0, most=1)  # of the high-level controller, in steps of 10 ms
+    plant: Literal["dynamic", "kinematic"] = "dynamic"
+    divergence: float = quantity(10.0, "m", above=0)  # a robot this far from its reference is stopped
+    sensing: Sensing = field(default_factory=Sensing)
+    # Each robot its own reference; a leader and followers; or a team that shall arrive together
+    kind: Literal["tracking", "formation", "team"] = "tracking"
+    controller: str = ""  # the one to run if no other is asked for
+    radio: Radio = field(default_factory=Radio)  # of a team
+    faults: tuple[Fault, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()  # the robots do not know them, they only sense them
+    title: str = ""
+    source: str = ""  # thesis section or paper, and what was chosen here
+    trajectory: Trajectory = field(init=False, repr=False, compare=False)
+    world: Obstacles | None = field(init=False, repr=False, compare=False)  # none: no obstacles
+
+    def __post_init__(self) -> None:
+        check_quantities(self, ScenarioError)
+        if not self.robots:
+            raise ScenarioError("a scenario needs at least one robot: [[robots]]")
+        for name in ("period", "latency"):
+            steps = getattr(self, name) / STEP
+            if abs(steps - round(steps)) > 1e-9:
+                raise ScenarioError(f"{name} must be a multiple of {STEP:g} s, got {getattr(self, name)!r}").about(name)
+        if self.ticks < 1:
+            raise ScenarioError(f"duration must be at least a period, {self.period:g} s; got {self.duration!r}").about(
+                "duration"
+            )
+        self._check_team()
+        trajectory = _compiled(self.robots)
+        object.__setattr__(self, "trajectory", trajectory)
+        world = compile_world(World(obstacles=self.obstacles, known=False)) if self.obstacles else None
+        object.__setattr__(self, "world", world)
+        self._check_feasible(trajectory)
+
+    @property
+    def ticks(self) -> int:
+        """How many periods the scenario lasts."""
+        return round(self.duration / self.period)
+
+    @property
+    def times(self) -> np.ndarray:
+        """The times of the samples (ticks + 1,) [s], both ends included."""
+        return np.arange(self.ticks + 1) * self.period
+
+    @property
+    def starts(self) -> np.ndarray:
+        """Where the robots start (robots, 3): x [m], y [m], heading [rad]."""
+        return np.array([member.start for member in self.robots])
+
+    def _check_team(self) -> None:
+        """Robots that the radio and the faults name exist, and a team has one duration for all."""
+        count = len(self.robots)
+        try:
+            self.radio.adjacency(count)
+        except RadioError as error:
+            raise error.about("radio") from None
+        every = self.radio.period / self.period
+        if self.kind == "team" and (round(every) < 1 or abs(every - round(every)) > 1e-9):
+            raise ScenarioError(
+                f"radio: period must be a multiple of {self.period:g} s, got {self.radio.period:g}"
+            ).about("radio", "period")
+        for i, fault in enumerate(self.faults):
+            for name in ("robot", "other"):
+                number = getattr(fault, name)
+                if number is not None and not 1 <= number <= count:
+                    problem = ScenarioError(f"{name} must be a robot, 1 to {count}; got {number}")
+                    raise problem.about("faults", i, name)
+        if self.kind == "team":
+            if count < 2:
+                raise ScenarioError("a team needs at least two robots").about("robots")
+            durations = [member.timing.duration for member in self.robots]
+            for i, (member, duration) in enumerate(zip(self.robots, durations, strict=True)):
+                if duration is None or duration != durations[0] or member.timing.ramp != self.robots[0].timing.ramp:
+                    problem = ScenarioError("a team arrives together: every timing has the same duration and ramp")
+                    raise problem.about("robots", i, "timing")
+
+    def _check_feasible(self, trajectory: Trajectory) -> None:
+        """Refuse a reference that no command can follow: |v| + L |ω| beyond what the wheels can turn."""
+        # Every 10 ms, not every period: a sharp corner lasts no longer.
+        span = min(self.duration, trajectory.ends.max())
+        times = np.linspace(0.0, span, min(round(span / STEP), 100_000) + 1)
+        reference = trajectory.sampled(times)
+        for i, member in enumerate(self.robots):
+            robot = member.robot
+            v, w = np.abs(reference.v[:, i]), np.abs(reference.w[:, i])
+            for need, limit, what in (
+                (v + robot.half_axle * w, robot.wheel_speed_limit, "|v| + L |ω| = {:.4g} m/s exceeds r ω_wheel ="),
+                (v, robot.v_max, "|v| = {:.4g} m/s exceeds v_max ="),
+                (w, robot.w_max, "|ω| = {:.4g} rad/s exceeds w_max ="),
+            ):
+                k = int(np.argmax(need))
+                if need[k] > limit * (1 + 1e-9):
+                    place = f"({reference.x[k, i]:.3f}, {reference.y[k, i]:.3f}) m, abscissa {reference.s[k, i]:.3f} m"
+                    problem = ScenarioError(
+                        f"robot {i + 1}: the reference is infeasible: at t = {times[k]:.2f} s, {place}, "
+                        f"{what.format(need[k])} {limit:.4g} by {need[k] - limit:.3g} "
+                        f"({100 * (need[k] / limit - 1):.1f} %); slow the timing down or smooth the path"
+                    )
+                    raise problem.about("robots", i, "timing")
+
+
+def _compiled(robots: tuple[Member, ...]) -> Trajectory:
+    """The robots' trajectory. An error is about the robot's path or about its timing."""
+    parts = []
+    for i, member in enumerate(robots):
+        try:
+            path = compile_path(member.path)
+        except PathError as error:
+            raise error.about("robots", i, "path") from None
+        try:
+            parts.append(compile_trajectory((path,), (member.timing,)))
+        except PathError as error:
+            raise error.about("robots", i, "timing") from None
+    return Trajectory(
+        tuple(part.paths[0] for part in parts),
+        np.concatenate([part.tables for part in parts]),
+        np.concatenate([part.ends for part in parts]),
+    )
+
+
+# Reading --------------------------------------------------------------------------------------------------------

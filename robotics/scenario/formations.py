@@ -1,0 +1,65 @@
+"""Leader-follower formations, thesis 5.2: the scenario.
+
+Robot 1 leads. The sine of the thesis's figures is lost; the centers of its Tables 5.2 and 5.3 lie on y = 0.5 cos x,
+and its initial poses [-3, 0.5, 0] and [3, -0.5, 0] on it too if a straight line y = 0.5 leads in before x = 0. The
+followers drive the same curve one metre to the left and to the right, from x = 0.
+
+A formation has no reference in time. Each robot's trajectory runs along its own path with the desired speed from
+x = 0 on, so the leader's reference drives beside the followers'; the laws of
+:mod:`robotics.laws.formation.leader_follower` use the paths only. A run counts until the leader reaches the end of
+its path, where all robots stop.
+"""
+
+from math import pi
+
+import numpy as np
+
+from robotics.paths.path import Sine
+from robotics.paths.trajectory import Timing
+from robotics.scenario.description import Member, Scenario
+from robotics.sensing.posture import Sensing
+
+AMPLITUDE, WAVENUMBER = 0.5, 1.0  # m, rad/m: y = 0.5 cos x, fitted to the centers of Tables 5.2 and 5.3
+PERIOD = 2 * pi  # m
+SIDES = (1.0, -1.0)  # m, the followers' offsets in y: [0, 1.5, 0] and [0, -0.5, 0]
+
+
+def leader_path(end: float = PERIOD, lead_in: float = 4.0) -> Sine:
+    """y = 0.5 cos x up to x = ``end`` [m], after a straight line of ``lead_in`` metres."""
+    return Sine(amplitude=AMPLITUDE, wavenumber=WAVENUMBER, phase=pi / 2, x_end=end, lead_in=lead_in)
+
+
+def formation_scenario(start: float, speed: float = 0.1, end: float = PERIOD) -> Scenario:
+    """A formation that begins with the leader at x = ``start`` [m] on its path and the followers at x = 0.
+
+    The plant is the kinematic one, so that a robot which knows its path stays on it: what is sampled from such a run
+    is the law, not the wheels' lag. ``speed`` is v_d [m/s]. It lasts until either law of the teacher has ended.
+    """
+    lead_in = max(0.0, -start)
+    curve = AMPLITUDE * np.cos(WAVENUMBER * max(start, 0.0))
+    slope = -AMPLITUDE * WAVENUMBER * np.sin(WAVENUMBER * max(start, 0.0))
+    leader = Member(
+        start=(float(start), float(curve), float(np.arctan(slope))),
+        path=leader_path(end, lead_in),
+        timing=Timing(speed=speed, start=lead_in),
+    )
+    followers = [
+        Member(
+            start=(0.0, AMPLITUDE + side, 0.0),
+            path=Sine(amplitude=AMPLITUDE, wavenumber=WAVENUMBER, phase=pi / 2, x_end=end, offset=side),
+            timing=Timing(speed=speed),
+        )
+        for side in SIDES
+    ]
+    # The curve is 1.06 times as long as its x. While a leader far behind catches up with 5 v_d / 2, the followers lose
+    # v_d / 2: a fifth of its way; and a little more until it is level.
+    longest = (1.07 * end + 0.2 * lead_in + 1.5) / speed
+    return Scenario(
+        name=f"formation-{start:g}",
+        robots=(leader, *followers),
+        duration=float(np.ceil(longest)),
+        plant="kinematic",
+        divergence=1e3,
+        sensing=Sensing(posture="pose"),
+        kind="formation",
+    )

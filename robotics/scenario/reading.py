@@ -1,0 +1,206 @@
+"""Scenario files: TOML into :class:`robotics.scenario.description.Scenario`.
+
+Everything wrong with a file is a ScenarioError that names the file, the line, the field and what is accepted.
+"""
+
+import re
+import tomllib
+import types
+from collections.abc import Sequence
+from dataclasses import MISSING, fields
+from importlib import resources
+from pathlib import Path as FilePath
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from fuzzy.errors import InputError
+from fuzzy.naming import expected
+from robotics.environment.world import Obstacle
+from robotics.laws.catalogue import make_controller
+from robotics.paths.path import SHAPES
+from robotics.paths.trajectory import Timing
+from robotics.quantity import accepted, is_number
+from robotics.radio.description import PRESETS, Radio, RadioError
+from robotics.radio.faults import Fault
+from robotics.scenario.description import Member, Scenario, ScenarioError
+from robotics.scenario.lines import line_of
+from robotics.scenario.obstacletable import obstacle_from_table
+from robotics.sensing.posture import Sensing
+from robotics.vehicle.robot import Robot
+
+
+def scenario_names(kind: str | None = None) -> list[str]:
+    """The scenarios that come with the package; with ``kind`` those of one kind, "tracking" or "formation"."""
+    folder = resources.files("robotics") / "scenarios"
+    names = sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+    return names if kind is None else [name for name in names if load_scenario(name).kind == kind]
+
+
+def load_scenario(name: str | FilePath) -> Scenario:
+    """The scenario of that name, or in that ``.toml`` file. Raises ScenarioError."""
+    if str(name) in scenario_names():
+        file = resources.files("robotics") / "scenarios" / f"{name}.toml"
+        return parse_scenario(file.read_text(encoding="utf-8"), str(name), f"{name}.toml")
+    path = FilePath(name)
+    if path.suffix != ".toml":
+        raise ScenarioError(f"{expected(str(name), scenario_names(), 'scenario')}; or the path of a .toml file")
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        reason = "it is not UTF-8 text" if isinstance(error, UnicodeDecodeError) else str(error)
+        reason = (error.strerror or reason) if isinstance(error, OSError) else reason
+        raise ScenarioError(f"{path}: cannot be read: {reason}") from None
+    return parse_scenario(text, path.stem, str(path))
+
+
+def parse_scenario(text: str, name: str, file: str = "<text>") -> Scenario:
+    """The scenario that ``text`` (TOML) describes; ``file`` is what messages call it. Raises ScenarioError."""
+    try:
+        table = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # besides TOMLDecodeError: an endless number, an endless nesting
+        line = re.search(r"at line (\d+)", str(error))
+        end = f":{text.count(chr(10)) + 1}" if isinstance(error, tomllib.TOMLDecodeError) else ""
+        where = f":{line[1]}" if line else end
+        raise ScenarioError(f"{file}{where}: this is not TOML: {error}") from None
+    try:
+        return scenario_from_table(table, name)
+    except InputError as error:
+        raise ScenarioError(f"{file}:{line_of(text, error.at)}: {error}") from None
+
+
+def scenario_from_table(table: dict[str, Any], name: str) -> Scenario:
+    """The scenario of a TOML file's ``table``, which is left as it is.
+
+    Raises an InputError whose ``at`` says which keys of the table it is about.
+    """
+    rest = dict(table)
+    common = rest.pop("robot", {})
+    _expect_table(common, ("robot",))
+    members = rest.pop("robots", [])
+    if not (isinstance(members, list) and members):
+        raise ScenarioError("at least one [[robots]] table is needed").about("robots")
+    robots = tuple(_member(m, common, ("robots", i)) for i, m in enumerate(members))
+    scenario: Scenario = _build(Scenario, rest, (), name=name, robots=robots)
+    if scenario.controller:
+        try:  # its gains may not suit the graph, its messages not the radio
+            law = make_controller(scenario.controller)
+            law.init(scenario, 1)
+            scenario.radio.check_bandwidth(len(robots), len(getattr(law, "message", ())))
+        except RadioError as error:
+            raise error.about("radio") from None
+        except InputError as error:
+            raise error.about("controller") from None
+    return scenario
+
+
+def _member(table: Any, common: dict[str, Any], keys: tuple[str | int, ...]) -> Member:
+    _expect_table(table, keys)
+    table = dict(table)
+    own = table.pop("robot", {})
+    _expect_table(own, (*keys, "robot"))
+    robot = _build(Robot, common, ("robot",))
+    if own:
+        robot = _build(Robot, {**common, **own}, (*keys, "robot"))
+    if "path" not in table:
+        raise ScenarioError("a robot needs a path, such as path = { shape = 'sine', amplitude = 1.0 }").about(*keys)
+    shape = table.pop("path")
+    _expect_table(shape, (*keys, "path"))
+    shape = dict(shape)
+    if "shape" not in shape:
+        raise ScenarioError(f"path lacks shape, one of {', '.join(SHAPES)}").about(*keys, "path")
+    kind = shape.pop("shape")
+    if not isinstance(kind, str) or kind not in SHAPES:
+        raise ScenarioError(expected(str(kind), SHAPES, "path shape")).about(*keys, "path", "shape")
+    path = _build(SHAPES[kind], shape, (*keys, "path"))
+    return _build(Member, table, keys, path=path, robot=robot)
+
+
+def _expect_table(value: Any, keys: tuple[str | int, ...]) -> None:
+    if not isinstance(value, dict):
+        raise ScenarioError(f"{keys[-1]} must be a table, got {value!r}").about(*keys)
+
+
+def _build(kind: type, table: dict[str, Any], keys: tuple[str | int, ...], **given: Any) -> Any:
+    """A dataclass from a TOML table: every key known, every value of the field's type, nothing missing."""
+    hints = get_type_hints(kind)
+    known = {f.name: f for f in fields(kind) if f.init and f.name not in given and f.name != "name"}
+    values = dict(given)
+    for key, value in table.items():
+        if key not in known:
+            also = () if keys else ("robot", "robots")
+            raise ScenarioError(expected(key, [*known, *also], "key")).about(*keys, key)
+        values[key] = _convert(value, hints[key], known[key], (*keys, key))
+    missing = [n for n, f in known.items() if n not in values and f.default is MISSING and f.default_factory is MISSING]
+    if missing:
+        raise ScenarioError(f"{kind.__name__.lower()} lacks {', '.join(missing)}").about(*keys)
+    try:
+        return kind(**values)
+    except InputError as error:
+        raise error.about(*keys) from None
+
+
+def _convert(value: Any, hint: Any, f: Any, keys: tuple[str | int, ...]) -> Any:
+    def refuse(what: str) -> ValueError:
+        return ScenarioError(f"{f.name} must be {what}; got {value!r}").about(*keys)
+
+    origin = get_origin(hint)
+    if origin in (Union, types.UnionType):
+        hint = next(h for h in get_args(hint) if h is not type(None))
+        origin = get_origin(hint)
+    if hint in (Sensing, Timing, Radio):
+        _expect_table(value, keys)
+        if hint is Radio and "preset" in value:
+            value = dict(value)
+            preset = value.pop("preset")
+            if not isinstance(preset, str) or preset not in PRESETS:
+                raise ScenarioError(expected(str(preset), PRESETS, "radio preset")).about(*keys, "preset")
+            value = {**PRESETS[preset], **value}
+        return _build(hint, value, keys)
+    if hint == tuple[Obstacle, ...]:
+        if not isinstance(value, list):
+            raise refuse("tables [[obstacles]]")
+        for i, row in enumerate(value):
+            _expect_table(row, (*keys, i))
+        return tuple(obstacle_from_table(row, (*keys, i), _build) for i, row in enumerate(value))
+    if hint == tuple[Fault, ...]:
+        if not isinstance(value, list):
+            raise refuse("tables [[faults]]")
+        for i, row in enumerate(value):
+            _expect_table(row, (*keys, i))
+        return tuple(_build(Fault, row, (*keys, i)) for i, row in enumerate(value))
+    if hint is int:
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise refuse("a whole number")
+        return value
+    if origin is Literal:
+        if value not in get_args(hint):
+            raise refuse("one of " + ", ".join(map(repr, get_args(hint))))
+        return value
+    if hint is float:
+        if not is_number(value):
+            raise refuse(accepted(f.metadata) if "unit" in f.metadata else "a finite number")
+        return float(value)
+    if hint is str:
+        if not isinstance(value, str):
+            raise refuse("text in quotes")
+        return value
+    if origin is tuple:
+        inner = get_args(hint)
+        if inner == (tuple[int, int], Ellipsis):
+            good = isinstance(value, list) and all(isinstance(e, list) and len(e) == 2 for e in value)
+            if not (good and all(type(i) is int for e in value for i in e)):
+                raise refuse("a list of pairs [sender, receiver], robots counted from 1")
+            return tuple((a, b) for a, b in value)
+        if inner[-1] is Ellipsis:
+            if not isinstance(value, list):
+                raise refuse("a list of points [x, y]")
+            return tuple(_numbers(row, 2, refuse) for row in value)
+        return _numbers(value, len(inner), refuse)
+    raise TypeError(f"a field of type {hint!r} cannot be read from TOML")
+
+
+def _numbers(value: Any, count: int, refuse: Any) -> tuple[float, ...]:
+    shape = {2: "[x, y] in m", 3: "[x, y, heading] in m, m, rad"}[count]
+    good = isinstance(value, Sequence) and not isinstance(value, str) and len(value) == count
+    if not (good and all(is_number(v) for v in value)):
+        raise refuse(f"{count} finite numbers {shape}")
+    return tuple(float(v) for v in value)

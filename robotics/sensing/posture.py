@@ -1,0 +1,199 @@
+"""Posture sensors: the true pose with noise, odometry, and the filter that joins both.
+
+Encoders tell how far each wheel has turned, a whole number of counts; a robot that believes its wheels or its axle
+to be a little other than they are drifts. A pose sensor is noisy but does not drift. The complementary filter
+predicts by odometry and corrects the prediction by a share of what the pose sensor says.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import pi
+from typing import Any, Literal
+
+import numpy as np
+from numba import njit
+
+from fuzzy.errors import InputError
+from robotics.quantity import check_quantities, quantity
+from robotics.random_streams import RELATIVE_STREAM, WHEEL_STREAM
+from robotics.vehicle import plant as p
+
+# Periods of noise drawn at a time, and numbers in all: bounds memory without a call a period and run
+_NOISE_BLOCK, _MOST_DRAWS = 256, 4_000_000
+
+
+class SensingError(InputError):
+    """A way of sensing that cannot be. The message names the field, its value and what is accepted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensing:
+    """How a robot knows its posture.
+
+    ``posture`` "odometry": from its encoders alone, starting from where it believes to stand (``start``).
+    "pose": the true pose with white noise, drawn afresh every period; with a ``filter_gain`` below 1 a complementary
+    filter joins both, predicting by odometry and correcting by that share.
+    """
+
+    posture: Literal["odometry", "pose"] = "odometry"
+    position_noise: float = quantity(0.0, "m", least=0, most=10)  # standard deviation in x and in y, for "pose"
+    heading_noise: float = quantity(0.0, "rad", least=0, most=pi)  # standard deviation, for "pose"
+    relative_noise: float = quantity(0.0, "1", least=0, most=1)  # x and y times 1 + this × normal (thesis 4.5: 0.1)
+    noise_start: float = quantity(0.0, "s", least=0)  # the noise acts from then on
+    noise_end: float | None = quantity(None, "s", above=0)  # and until then; none: to the end
+    filter_gain: float = quantity(1.0, "1", above=0, most=1)  # 1: no filter
+    # What odometry takes a wheel's radius and the axle to be: relative standard deviations over the seeds
+    wheel_error: float = quantity(0.0, "1", least=0, most=0.2)
+    axle_error: float = quantity(0.0, "1", least=0, most=0.2)
+    # How far the robot truly stands from where it believes to stand: standard deviations over the seeds
+    start_position: float = quantity(0.0, "m", least=0, most=10)
+    start_heading: float = quantity(0.0, "rad", least=0, most=pi)
+
+    def __post_init__(self) -> None:
+        check_quantities(self, SensingError)
+        own: dict[str, float | None] = {"position_noise": 0, "heading_noise": 0, "relative_noise": 0, "filter_gain": 1}
+        own |= {"noise_start": 0, "noise_end": None}
+        for name, default in own.items():
+            if self.posture == "odometry" and getattr(self, name) != default:
+                raise SensingError(f'{name} belongs to posture = "pose"; odometry has its own')
+        if self.noise_end is not None and self.noise_end <= self.noise_start:
+            raise SensingError(
+                f"noise_end must be > noise_start, {self.noise_start:g} s; got {self.noise_end:g}"
+            ).about("noise_end")
+
+
+@dataclass(frozen=True)
+class PostureSensors:
+    """How all robots of a scenario know their postures. Arrays are (robots,), or (3, robots) for x, y, heading."""
+
+    pose: np.ndarray  # bool: by a pose sensor; else by odometry
+    posed: int  # how many are
+    noise: np.ndarray  # (3, robots) m, m, rad: standard deviations
+    relative: np.ndarray  # 1: standard deviation of x and y as a share of each
+    since: np.ndarray  # s: noise from then on
+    until: np.ndarray  # s: and no longer
+    gain: np.ndarray  # of the filter; 1: none
+    draws: Iterator[np.ndarray] | None  # normal numbers (3, runs, robots), period by period
+    relative_draws: Iterator[np.ndarray] | None
+    # Which robots those concern: an index
+    noisy: Any
+    scaled: Any
+    filtered: Any  # None: no robot
+    # s: no robot's noise goes on for longer
+    noise_ends: float
+    relative_ends: float
+
+    @classmethod
+    def of(
+        cls,
+        sensing: Sequence[Sensing],
+        ticks: int,
+        generators: Sequence[np.random.Generator],
+        seeds: Sequence[int],
+    ) -> "PostureSensors":
+        """The sensors of robots with ``sensing``, one each, for ``ticks`` periods.
+
+        The absolute noise comes from ``generators``, one a run; the rest from ``seeds``.
+        """
+        pose = np.array([s.posture == "pose" for s in sensing])
+        noise = np.array([[s.position_noise] * 2 + [s.heading_noise] for s in sensing]).T
+        relative = np.array([s.relative_noise for s in sensing])
+        until = np.array([np.inf if s.noise_end is None else s.noise_end for s in sensing])
+        gain = np.array([s.filter_gain for s in sensing])
+        noisy, scaled = noise.max(axis=0) > 0, relative > 0
+        periods = min(_NOISE_BLOCK, ticks + 1, max(1, _MOST_DRAWS // (3 * len(sensing) * len(seeds))))
+        own = [np.random.default_rng([seed, RELATIVE_STREAM]) for seed in seeds] if relative.any() else []
+        return cls(
+            pose,
+            int(pose.sum()),
+            noise,
+            relative,
+            np.array([s.noise_start for s in sensing]),
+            until,
+            gain,
+            _normal(generators, periods, len(sensing)) if noise.any() else None,
+            _normal(own, periods, len(sensing)) if own else None,
+            _which(noisy),
+            _which(scaled),
+            _which(gain < 1) if (gain < 1).any() else None,
+            until[noisy].max(initial=0.0),
+            until[scaled].max(initial=0.0),
+        )
+
+    def measure(
+        self, time: float, state: np.ndarray, estimate: np.ndarray | None, v: np.ndarray, w: np.ndarray, dt: float
+    ) -> np.ndarray:
+        """The measured postures (3, runs, robots) at ``time`` [s].
+
+        ``state`` is the plant's (channels, runs, robots); ``estimate`` the postures of the period before, ``v`` and
+        ``w`` (runs, robots) what the encoders told since, ``dt`` [s] ago.
+        """
+        odometry = state[p.ODO_X : p.ODO_HEADING + 1]
+        if not self.posed:
+            return odometry.copy()
+        truth = state[p.X : p.HEADING + 1]
+        measured = truth.copy() if self.posed == len(self.pose) else np.where(self.pose, truth, odometry)
+        now = time + 1e-9
+        # Noise that is over need not be drawn; noise that is yet to come must be, or it would come too early.
+        if self.relative_draws is not None and now < self.relative_ends:
+            share = next(self.relative_draws)[:2, :, self.scaled] * (self.relative * self._active(now))[self.scaled]
+            measured[:2, :, self.scaled] *= 1 + share
+        if self.draws is not None and now < self.noise_ends:
+            measured[:, :, self.noisy] += (
+                next(self.draws)[:, :, self.noisy] * (self.noise * self._active(now))[:, None, self.noisy]
+            )
+        if self.filtered is not None and estimate is not None:
+            forward, turn = v[:, self.filtered] * dt, w[:, self.filtered] * dt
+            predicted = estimate[:, :, self.filtered]
+            middle = predicted[2] + turn / 2
+            predicted = predicted + np.stack([forward * np.cos(middle), forward * np.sin(middle), turn])
+            gap = measured[:, :, self.filtered] - predicted
+            measured[:, :, self.filtered] = predicted + self.gain[self.filtered] * gap
+        return measured
+
+    def _active(self, now: float) -> np.ndarray:
+        return (self.since <= now) & (now < self.until)
+
+
+def _which(robots: np.ndarray) -> Any:
+    """An index of the ``robots`` (robots,) bool; of all of them one that copies nothing."""
+    return slice(None) if robots.all() else np.flatnonzero(robots)
+
+
+def _normal(generators: Sequence[np.random.Generator], periods: int, robots: int) -> Iterator[np.ndarray]:
+    """Normal numbers (3, runs, robots), period by period; each run draws from its own generator."""
+    draws = np.empty((len(generators), periods, 3, robots))
+    while True:
+        for generator, rows in zip(generators, draws, strict=True):
+            generator.standard_normal(out=rows)
+        yield from draws.transpose(1, 2, 0, 3)
+
+
+def wheel_errors(sensing: Sequence[Sensing], seeds: Sequence[int]) -> np.ndarray | None:
+    """What each robot takes its right wheel, left wheel and axle to be, as a share of the truth: (3, lanes).
+
+    None where every robot knows its own wheels.
+    """
+    spread = np.array([[s.wheel_error, s.wheel_error, s.axle_error] for s in sensing]).T
+    if not spread.any():
+        return None
+    draws = [np.random.default_rng([seed, WHEEL_STREAM]).standard_normal(spread.shape) for seed in seeds]
+    return np.concatenate([1 + np.clip(spread * d, -0.5, 0.5) for d in draws], axis=1)
+
+
+@njit(cache=True, error_model="numpy")
+def wheel_odometry(parameters, state, before, period):  # type: ignore[no-untyped-def]
+    """What the encoders have counted (2, lanes), and v [m/s] and ω [rad/s] (2, lanes) since   thesis (2.25).
+
+    ``before`` (2, lanes) are the counts ``period`` seconds ago.
+    """
+    counts, velocities = np.empty_like(before), np.empty_like(before)
+    for lane in range(before.shape[1]):
+        for wheel in range(2):
+            counts[wheel, lane] = np.floor(state[p.ANGLE_R + wheel, lane] * parameters[p.P_COUNT, lane])
+        a_second = (counts[:, lane] - before[:, lane]) / period / parameters[p.P_COUNT, lane]
+        right = a_second[0] * parameters[p.P_ODO_RIGHT, lane]
+        left = a_second[1] * parameters[p.P_ODO_LEFT, lane]
+        velocities[0, lane] = (right + left) / 2
+        velocities[1, lane] = (right - left) / (2 * parameters[p.P_ODO_HALF_AXLE, lane])
+    return counts, velocities

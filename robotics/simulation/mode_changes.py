@@ -1,0 +1,74 @@
+"""What each robot was about, and when that changed: the table of modes and hand-overs of a run."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from robotics.laws.modes import ALONE, AVOID, FOLLOW, MODES, STOPPED, TRACK, YIELD
+from robotics.simulation.run import Run
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+# Why one of the first four follows another, (before, after); the longer stories are in robotics.coordination
+_REASONS = {
+    (TRACK, AVOID): "an obstacle is near",
+    (TRACK, FOLLOW): "an obstacle is near",
+    (AVOID, TRACK): "all is free again",
+    (AVOID, FOLLOW): "no progress along its path",
+    (FOLLOW, AVOID): "its way is free beyond where it got stuck",
+    (FOLLOW, TRACK): "all is free again",
+    (TRACK, YIELD): "another robot, or what may move, is near",
+    (AVOID, YIELD): "another robot, or what may move, is near",
+    (FOLLOW, YIELD): "another robot, or what may move, is near",
+    (YIELD, TRACK): "its way is free",
+    (YIELD, AVOID): "its way is free",
+    (YIELD, FOLLOW): "its way is free",
+}
+TIMED_OUT = "timed out: the group goes on without it"
+REJOINED = "rejoined: the group waits for it again"
+
+
+class Event(NamedTuple):
+    """One change of a robot's mode."""
+
+    time: float  # s
+    run: int
+    robot: int
+    before: str
+    after: str
+    why: str
+
+
+def mode_events(times: np.ndarray, modes: np.ndarray) -> list[Event]:
+    """The changes in ``modes`` (samples, runs, robots) of codes, at ``times`` (samples,) [s]; in the order of time."""
+    changed = np.argwhere(modes[1:] != modes[:-1])
+    return [
+        Event(float(times[k + 1]), int(r), int(i), MODES[before], MODES[after], reason(before, after))
+        for k, r, i in changed.tolist()
+        for before, after in [(int(modes[k, r, i]), int(modes[k + 1, r, i]))]
+    ]
+
+
+def reason(before: int, after: int) -> str:
+    """Why a robot went from one mode to another, codes of MODES; of two reasons both."""
+    if after == STOPPED:
+        return "its command was not finite, or it was lost"
+    reasons = []
+    if before & 3 != after & 3:
+        reasons.append(_REASONS[before & 3, after & 3])
+    if before & ALONE != after & ALONE:
+        reasons.append(TIMED_OUT if after & ALONE else REJOINED)
+    return "; ".join(reasons)
+
+
+def events_of(run: Run) -> "pd.DataFrame":
+    """The hand-overs of ``run``, a row each: seed, time [s], robot (from 1), from, to, why.
+
+    By seed, then time. A law without modes has none.
+    """
+    import pandas as pd
+
+    listed = [] if run.modes is None else sorted(mode_events(run.time, run.modes), key=lambda e: e.run)
+    rows = [(run.seeds[e.run], round(e.time, 9), e.robot + 1, e.before, e.after, e.why) for e in listed]
+    return pd.DataFrame(rows, columns=["seed", "time", "robot", "from", "to", "why"])

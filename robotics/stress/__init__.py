@@ -1,1 +1,0 @@
-"""Thousands of random scenarios, and what went wrong in which."""

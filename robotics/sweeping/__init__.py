@@ -1,1 +1,0 @@
-"""Sweeps: many scenarios on many workers, that survive being killed."""

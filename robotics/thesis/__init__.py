@@ -1,0 +1,1 @@
+"""The thesis's own experiments, claims and chapters of the report."""

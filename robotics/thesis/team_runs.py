@@ -1,0 +1,123 @@
+"""The thesis's experiments with teams, run: chapters 3 and 4, 5.3 and 5.4, and how coordination scales."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robotics.experiments.recovery import Recovery, recovery_curve
+from robotics.experiments.scaling import Scaling
+from robotics.laws.catalogue import make_controller
+from robotics.measures.teams import arrival_time, progress_gap, spread, true_progress
+from robotics.measures.tracking import cross_track_error, settling_time, tracking_error
+from robotics.radio.faults import Fault
+from robotics.scenario.random_team import random_team
+from robotics.scenario.reading import load_scenario
+from robotics.simulation.loop import simulate
+from robotics.simulation.run import Run
+
+# Scenario and controllers of every experiment; the first is the one that is drawn
+EXPERIMENTS: dict[str, tuple[str, ...]] = {
+    "chapter-3": ("graph-esm", "graph-esm:realisation=torque", "graph-esm-thesis", "graph-esm-literal"),
+    "chapter-4-circles": ("virtual-structure-measured", "virtual-structure-virtual", "virtual-structure-thesis"),
+    "chapter-4-crossing": ("virtual-structure-measured", "virtual-structure-virtual", "virtual-structure-thesis"),
+    "chapter-4-noise": ("virtual-structure-virtual", "virtual-structure-thesis"),
+    "chapter-4-faults": (
+        "virtual-structure-virtual",
+        "virtual-structure-thesis",
+        "virtual-structure-measured",
+        "virtual-structure",
+        "virtual-structure:catch_up=1.5",
+        "cooperation",
+    ),
+    "chapter-4-faults-20": ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure"),
+    "chapter-5-test-1": ("cooperation", "cooperation-literal"),
+    "chapter-5-test-2": ("cooperation", "cooperation-literal"),
+}
+# Tables 5.7 and 5.8: the controllers, and whether each knows the reference's speed
+DUELS: dict[str, str] = {
+    "virtual-structure-thesis:feed_forward=none": "nonlinear, K 1, 1, 1, without feed-forward",
+    "virtual-structure-thesis": "nonlinear, K 1, 1, 1, with feed-forward",
+    "virtual-structure-virtual:feed_forward=none": "nonlinear, K 1, 10, 5, without feed-forward",
+    "virtual-structure-virtual": "nonlinear, K 1, 10, 5, with feed-forward",
+    "cooperation:look_ahead=0.05": "fuzzy, target the next sample",
+    "cooperation": "fuzzy, target 0.4 s ahead",
+}
+TESTS = ("chapter-5-test-1", "chapter-5-test-2")
+OUTAGES = (5.0, 10.0, 15.0, 20.0, 25.0)  # s
+RECOVERERS = ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure")
+RECOVERY_SEEDS = 20
+SIZES, LOSSES = (10, 50, 200), (0.0, 0.3)
+HELD = (Fault(robot=1, kind="stall", start=15.0, duration=5.0),)  # chapter 3: robot 1 is held up
+COUPLINGS = ("graph-esm:coupling=0", "graph-esm-thesis", "graph-esm")
+
+
+@dataclass(frozen=True, eq=False)
+class TeamResults:
+    """Everything that was run."""
+
+    runs: dict[tuple[str, str], Run]  # by scenario and controller
+    recoveries: list[Recovery]
+    scaling: list[Scaling]
+    apart: dict[str, float]  # s: ∫ Σ |z_i − z_j| dt after robot 1 is held up, by controller
+
+
+# How many times run_team_experiments calls ``advance``
+STEPS = (
+    sum(map(len, EXPERIMENTS.values()))
+    + len(TESTS) * (len(DUELS) - 1)
+    + len(RECOVERERS)
+    + len(SIZES) * len(LOSSES)
+    + len(COUPLINGS)
+)
+
+
+def run_team_experiments(seed: int = 0, advance: Callable[[], None] | None = None) -> TeamResults:
+    """Run them all with ``seed``; ``advance`` is called after every one, STEPS times."""
+    step = advance or (lambda: None)
+    runs: dict[tuple[str, str], Run] = {}
+    wanted = [(scenario, law) for scenario, laws in EXPERIMENTS.items() for law in laws]
+    wanted += [(scenario, law) for scenario in TESTS for law in DUELS if (scenario, law) not in wanted]
+    for scenario, law in wanted:
+        runs[scenario, law] = simulate(load_scenario(scenario), make_controller(law), [seed], name=law, links=True)
+        step()
+    held = replace(load_scenario("chapter-3"), faults=HELD)
+    apart = {}
+    for law in COUPLINGS:
+        apart[law] = separation(simulate(held, make_controller(law), [seed], name=law), since=10.0)
+        step()
+    recoveries = recovery_curve(RECOVERERS, OUTAGES, range(seed, seed + RECOVERY_SEEDS), advance=step)
+    scaling = []
+    for robots in SIZES:
+        team = random_team(robots, seed)
+        for loss in LOSSES:
+            setting = replace(team, radio=replace(team.radio, loss=loss))
+            run = simulate(setting, make_controller(team.controller), [seed])
+            arrivals, gap = arrival_time(run), float(np.nanmax(progress_gap(run)))
+            late = float(arrivals.max() - setting.trajectory.ends.max())
+            scaling.append(Scaling(robots, loss, float(spread(arrivals)[0]), late, gap))
+            step()
+    return TeamResults(runs, recoveries, scaling, apart)
+
+
+def separation(run: Run, since: float) -> float:
+    """∫ Σ |z_i − z_j| dt [s] from ``since`` [s] on, z_i being where robot i truly is on its path."""
+    z = true_progress(run)[0][:, run.time >= since]
+    pairs = np.abs(z[:, None] - z[None])
+    return float(np.nansum(pairs) / 2 * (run.time[1] - run.time[0]))
+
+
+def mean_errors(run: Run) -> np.ndarray:
+    """Thesis (5.17) for every robot (robots, 4): means of |x_err|, |y_err| [m], |ψ_err| [rad], and of the norm.
+
+    The thesis calls the last "MSE"; it is a mean error norm, with 1 rad counted as 1 m.
+    """
+    e = tracking_error(run)
+    norm = np.sqrt(e.x**2 + e.y**2 + e.heading**2)
+    means = [np.nanmean(v[0], axis=-1) for v in (np.abs(e.x), np.abs(e.y), np.abs(e.heading), norm)]
+    return np.stack(means, axis=1)
+
+
+def path_reached(run: Run) -> np.ndarray:
+    """(robots,) s: when each robot is within 5 cm of its path for good; infinite if never."""
+    return np.asarray(settling_time(run, cross_track_error(run))[0])

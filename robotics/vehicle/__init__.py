@@ -1,0 +1,1 @@
+"""The robot and what moves it: parameters, and the plant."""

@@ -1,0 +1,129 @@
+"""The command line ``anfis``, end to end."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import fuzzy
+from anfis.commands.application import main
+
+X = np.random.default_rng(0).uniform(-1, 1, (120, 2))
+Y = np.sin(3 * X[:, 0]) * X[:, 1]
+
+
+@pytest.fixture
+def data(tmp_path):
+    for name, rows in (("data", slice(0, 80)), ("check", slice(80, None))):
+        table = pd.DataFrame({"a": X[rows, 0], "b": X[rows, 1], "y": Y[rows]})
+        table.to_csv(tmp_path / f"{name}.csv", index=False)
+    return tmp_path
+
+
+def test_train_evaluate_predict(data, capsys):
+    files = [str(data / name) for name in ("data.csv", "check.csv", "net.fis", "h.csv", "e.png")]
+    options = ["--grid", "3", "--mf", "gaussmf", "--epochs", "5", "--check", files[1], "--history", files[3]]
+    assert main(["train", files[0], "-o", files[2], *options, "--plot", files[4], "--json", "-q"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    history = pd.read_csv(files[3])
+    assert len(history) == 6
+    assert printed["best"]["check"] == history["check"].min()
+    assert printed["start"]["train"] == history["train"][0]
+    assert (data / "e.png").read_bytes().startswith(b"\x89PNG")
+    fis = fuzzy.read_fis(files[2])
+    assert [v.name for v in (*fis.inputs, *fis.outputs)] == ["a", "b", "y"]
+    error = fuzzy.Sugeno(fis.inputs, fis.outputs, fis.rules, out_of_range="ignore")(X[80:])[:, 0] - Y[80:]
+    assert main(["evaluate", files[2], files[1], "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["outputs"]["y"]
+    assert found["rmse"] == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-12)
+    assert found["rmse"] == pytest.approx(printed["best"]["check"], rel=1e-9)
+    assert main(["predict", files[2], files[1], "-o", str(data / "p.csv")]) == 0
+    np.testing.assert_allclose(pd.read_csv(data / "p.csv")["y"] - Y[80:], error, atol=1e-14)
+
+
+def test_resume_is_as_if_it_had_not_stopped(data, capsys):
+    common = [str(data / "data.csv"), "--grid", "2", "-q"]
+    assert main(["train", *common, "--epochs", "6", "-o", str(data / "whole.fis")]) == 0
+    assert main(["train", *common, "--epochs", "3", "-o", str(data / "a.fis"), "--checkpoint", str(data / "c.pt")]) == 0
+    assert main(["train", *common, "--epochs", "6", "-o", str(data / "b.fis"), "--resume", str(data / "c.pt")]) == 0
+    assert (data / "whole.fis").read_bytes() == (data / "b.fis").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "fragment"),
+    [
+        (["--outputs", "z", "--grid", "2"], "unknown column 'z'. Known: a, b, y"),
+        ([], "exactly one of --start, --rules, --radius and --grid"),
+        (["--grid", "2", "--method", "hybird"], "did you mean 'hybrid'"),
+        (["--grid", "2", "--step", "-1"], "step must be"),
+        (["--grid", "2", "--mf", "gausmf"], "gaussmf"),
+        (["--start", "none.fis"], "none.fis"),
+        (["--grid", "2", "--resume", "none.pt"], "none.pt"),
+        (["--grid", "2", "--inputs", "a,y"], "column 'y' is both an input and an output"),
+        (["--grid", "2", "--inputs", "a,a"], "column 'a' is named twice"),
+        (["--rules", "3", "--mf", "trimf"], "--mf says what --grid is made of"),
+        (["--grid", "2", "--history", "nowhere/h.csv"], "nowhere/h.csv: cannot be written"),
+        (["--grid", "2", "--plot", "e.gif"], "end it in .png, .pdf or .svg"),
+    ],
+)
+def test_bad_options_are_one_message(data, arguments, fragment, capsys):
+    assert main(["train", str(data / "data.csv"), "-o", str(data / "x.fis"), *arguments, "-q"]) == 2
+    printed = capsys.readouterr()
+    assert fragment in printed.err
+    assert "Traceback" not in printed.err
+    assert not (data / "x.fis").exists()
+
+
+def test_predictions_as_json(data, tmp_path, capsys):
+    fuzzy.write_fis(fuzzy.identify(X, Y, "grid", input_names=["a", "b"], output_names=["y"]), data / "p.fis")
+    table, out = data / "data.csv", tmp_path / "out.csv"
+    assert main(["predict", str(data / "p.fis"), str(table), "--json", "-o", str(out)]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    expected = fuzzy.read_fis(data / "p.fis")(pd.read_csv(table)[["a", "b"]].to_numpy())[:, 0]
+    assert printed == {"samples": len(expected), "outputs": {"y": expected.tolist()}, "file": str(out)}
+    np.testing.assert_array_equal(pd.read_csv(out)["y"], expected)
+
+
+def test_help_has_an_example(capsys):
+    for command in ("train", "predict", "evaluate"):
+        assert main([command, "--help"]) == 0
+        assert "Example: anfis" in capsys.readouterr().out
+
+
+def test_an_interrupt_writes_the_best_so_far(data, capsys, monkeypatch):
+    import anfis.training
+
+    advance = anfis.training._Run.advance
+
+    def interrupted(self, state):
+        if state.epoch == 3:
+            raise KeyboardInterrupt
+        return advance(self, state)
+
+    monkeypatch.setattr(anfis.training._Run, "advance", interrupted)
+    files = [str(data / name) for name in ("data.csv", "net.fis", "h.csv")]
+    assert main(["train", files[0], "-o", files[1], "--grid", "2", "--epochs", "9", "--history", files[2], "-q"]) == 130
+    printed = capsys.readouterr()
+    assert printed.err == f"anfis: interrupted; the best so far is in {files[1]}\n"
+    assert "stopped: interrupted" in printed.out
+    history = pd.read_csv(files[2])
+    assert len(history) == 4
+    fis = fuzzy.read_fis(files[1])
+    assert np.sqrt(np.mean((fis(X[:80])[:, 0] - Y[:80]) ** 2)) == pytest.approx(history["train"].min(), rel=1e-6)
+
+
+@pytest.mark.parametrize("start", [["--rules", "5"], ["--radius", "0.6"]])
+def test_clusters_to_start_from_and_a_bar(data, capsys, start):
+    assert main(["train", str(data / "data.csv"), "-o", str(data / "n.fis"), *start, "--epochs", "2"]) == 0
+    printed = capsys.readouterr()
+    assert "epoch 2: training" in printed.err
+    assert printed.out.count("\n") == 1
+    # And on from there, by another method.
+    again = ["--start", str(data / "n.fis"), "--method", "second-order", "--epochs", "1", "-q"]
+    assert main(["train", str(data / "data.csv"), "-o", str(data / "m.fis"), *again]) == 0
+
+
+def test_versions(capsys):
+    assert main(["--version"]) == 0
+    assert "torch" in capsys.readouterr().out

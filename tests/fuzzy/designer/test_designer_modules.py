@@ -1,0 +1,413 @@
+"""The designer's modules in a real browser, each alone on a page, with the design's own edits and views behind it."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fuzzy
+from fuzzy.designer.design import design_of
+from fuzzy.designer.views import design_data, surface_data, viewer_data
+from tests.fuzzy.designer.design_bench import Bench, system
+from tests.fuzzy.designer.module_page import drag, touch
+
+MODULES = ("terms", "tree", "rules", "viewer", "surface")
+
+
+@pytest.fixture(scope="module")
+def page(browser: Any) -> Bench:
+    return Bench(browser.new_page())
+
+
+@pytest.fixture
+def bench(page: Bench) -> Iterator[Bench]:
+    page.problems.clear()
+    yield page
+    page.settled()
+    assert page.problems == []
+
+
+# The terms ------------------------------------------------------------------------------------------------------
+
+
+def test_a_vertex_is_dragged_before_any_answer_as_one_gesture(bench: Bench) -> None:
+    bench.show("terms")
+    bench.page.evaluate("window.model.held = true")
+    before, handle = bench.curve("near"), bench.page.get_by_role("slider", name="near: peak")
+    assert handle.get_attribute("aria-valuetext") == "0.5 m"
+    drag(bench.page, handle, (20, 0), (60, 5))
+    bench.settled()
+    assert bench.curve("near") != before  # the other side has said nothing yet
+    messages = bench.sent()
+    edits = [m for m in messages if m.get("edit") == "term"]
+    assert edits
+    assert {m["gesture"] for m in edits} != {None}
+    assert len({m["gesture"] for m in edits}) == 1
+    # What another says of the dragged term meanwhile is not taken over.
+    held = bench.curve("near")
+    bench.page.evaluate("window.model.set('design', structuredClone(window.model.get('design')))")
+    assert bench.curve("near") == held
+    bench.page.mouse.move(2000, 0, steps=3)  # far to the right: the right foot stops it
+    bench.page.mouse.up()
+    bench.settled()
+    last = [m for m in bench.sent() if m.get("edit") == "term"]
+    assert last[-1]["parameters"] == [0.0, 1.2, 1.2]
+    assert {m["gesture"] for m in last} == {edits[0]["gesture"]}
+    assert all(m["parameters"] == sorted(m["parameters"]) for m in last)
+
+
+def test_a_hand_beyond_the_plot_takes_a_vertex_to_its_edge(bench: Bench) -> None:
+    bench.show("terms")
+    handle = bench.page.get_by_role("slider", name="near: right foot")
+    drag(bench.page, handle, (3000, 0))
+    bench.page.mouse.up()
+    bench.settled()
+    high = bench.page.evaluate("window.model.get('design').inputs[0].high")
+    assert bench.parameters("near")[2] == high
+    assert handle.get_attribute("aria-valuenow") == f"{high:g}"
+
+
+def test_a_drag_reaches_the_design_and_escape_takes_it_back(bench: Bench) -> None:
+    bench.show("terms")
+    handle = bench.page.get_by_role("slider", name="near: right foot")
+    drag(bench.page, handle, (-60, 0))
+    bench.page.mouse.up()
+    bench.settled()
+    moved = bench.parameters("near")
+    assert moved[:2] == [0.0, 0.5]
+    assert 0.5 < moved[2] < 1.2
+    assert handle.get_attribute("aria-valuenow") == str(moved[2])
+    drag(bench.page, handle, (30, 0))
+    bench.page.keyboard.press("Escape")
+    bench.page.mouse.up()
+    bench.settled()
+    assert bench.parameters("near") == moved
+    # A whole curve moves all its places; a click only chooses it.
+    x, y = bench.page.evaluate("""(() => {
+      const path = document.querySelector("[data-curve='far']"), frame = path.getScreenCTM();
+      const at = path.getPointAtLength(path.getTotalLength() * 0.6);
+      return [at.x + frame.e, at.y + frame.f];
+    })()""")
+    bench.page.mouse.click(x, y)
+    bench.settled()
+    assert bench.selected["term"] == "far"
+    assert bench.parameters("far") == [0.5, 2.0]
+    bench.page.mouse.move(x, y)
+    bench.page.mouse.down()
+    bench.page.mouse.move(x - 80, y, steps=4)
+    bench.page.mouse.up()
+    bench.settled()
+    assert bench.parameters("far")[0] == 0.5
+    assert bench.parameters("far")[1] < 1.95
+
+
+def test_a_finger_drags_a_vertex(bench: Bench) -> None:
+    bench.show("terms")
+    touch(bench.page, bench.page.get_by_role("slider", name="near: right foot"), -50)
+    bench.settled()
+    assert bench.parameters("near")[:2] == [0.0, 0.5]
+    assert 0.5 < bench.parameters("near")[2] < 1.19
+
+
+def test_keys_and_fields_move_the_same_parameters(bench: Bench) -> None:
+    bench.show("terms")
+    page = bench.page
+    page.get_by_role("slider", name="near: peak").focus()
+    page.keyboard.press("ArrowRight")
+    bench.settled()
+    assert bench.parameters("near") == [0.0, 0.51, 1.2]
+    page.keyboard.press("Shift+ArrowLeft")
+    page.keyboard.press("Alt+ArrowRight")
+    bench.settled()
+    assert bench.parameters("near") == pytest.approx([0.01, 0.42, 1.21])
+    page.keyboard.press("End")
+    bench.settled()
+    assert bench.parameters("near") == pytest.approx([0.01, 1.21, 1.21])
+    field = page.get_by_role("spinbutton", name="peak of near")
+    field.fill("0.7")
+    field.press("Enter")
+    bench.settled()
+    assert bench.parameters("near")[1] == 0.7
+    field.press("ArrowUp")
+    bench.settled()
+    assert bench.parameters("near")[1] == 0.71
+    field.fill("5")  # beyond its neighbour: refused in words, and the curve is the old one again
+    field.press("Enter")
+    page.wait_for_function("document.querySelector('.fd-problem').textContent !== ''")
+    assert bench.parameters("near")[1] == 0.71
+    page.get_by_role("slider", name="current d").press("Home")
+    bench.settled()
+    assert bench.design.point[0] == 0.0
+
+
+def test_terms_and_variables_are_named_typed_and_ranged(bench: Bench) -> None:
+    bench.show("terms")
+    page = bench.page
+    name = page.get_by_role("textbox", name="term's name").first
+    name.fill("close by")
+    name.press("Enter")
+    bench.settled()
+    assert list(bench.design.system.inputs[0].terms) == ["close by", "far"]
+    assert "'close by'" in bench.design.lines[0].text
+    assert page.get_by_role("slider", name="close by: peak").count() == 1
+    page.get_by_label("type of close by").select_option("gbellmf")
+    bench.settled()
+    assert bench.design.system.inputs[0].terms["close by"].matlab == "gbellmf"
+    assert page.get_by_role("slider", name="close by: steepness b").count() == 1
+    page.get_by_role("button", name="add a term").click()
+    page.get_by_role("spinbutton", name="highest value").fill("3")
+    page.get_by_role("spinbutton", name="highest value").press("Enter")
+    bench.settled()
+    assert len(bench.design.system.inputs[0].terms) == 3
+    assert bench.design.system.inputs[0].universe == (0.0, 3.0)
+    page.get_by_role("button", name="remove the term far").click()
+    page.get_by_role("button", name="v", exact=True).click()
+    bench.settled()
+    marker = page.get_by_role("slider", name="slow: value")
+    drag(bench.page, marker, (40, 0))
+    page.mouse.up()
+    bench.settled()
+    terms = bench.design.system.outputs[0].terms
+    assert terms["slow"].value > 0.2
+    assert "far" not in bench.design.system.inputs[0].terms
+    page.get_by_role("spinbutton", name="× a of mixed").fill("-0.5")
+    page.get_by_role("spinbutton", name="× a of mixed").press("Enter")
+    bench.settled()
+    assert bench.design.system.outputs[0].terms["mixed"].slopes == (0.1, -0.5)
+
+
+def test_compared_curves_are_dashed_behind(bench: Bench) -> None:
+    other = design_data(design_of(system()))
+    bench.show("terms", compared={"name": "before", "inputs": other["inputs"], "surface": None})
+    assert bench.page.locator(".fd-old path").count() == 2
+    assert "dashed grey: before" in bench.page.locator(".fd-note").inner_text()
+
+
+# Tree and rules -------------------------------------------------------------------------------------------------
+
+
+def test_the_tree_is_walked_with_the_keys(bench: Bench) -> None:
+    bench.show("tree")
+    page = bench.page
+    page.get_by_role("treeitem", name="Inputs").first.focus()
+    for key in ("ArrowDown", "ArrowDown", "Enter"):
+        page.keyboard.press(key)
+    bench.settled()
+    assert (bench.selected["variable"], bench.selected["term"]) == ("d", "near")
+    assert page.get_by_role("treeitem", name="near, trimf").count() == 1
+    page.keyboard.press("ArrowLeft")  # to its variable
+    page.keyboard.press("ArrowLeft")  # which is folded
+    assert page.get_by_role("treeitem", name="near, trimf").count() == 0
+    page.get_by_label("and", exact=True).select_option("min")
+    page.get_by_role("button", name="add an output").click()
+    bench.settled()
+    assert bench.design.system.and_method == "min"
+    assert len(bench.design.system.outputs) == 2
+    page.get_by_role("textbox", name="system's name").fill("renamed")
+    page.get_by_role("textbox", name="system's name").press("Enter")
+    bench.settled()
+    assert bench.design.system.name == "renamed"
+
+
+def test_rules_are_moved_copied_weighed_and_deleted(bench: Bench) -> None:
+    bench.show("rules")
+    page, first = bench.page, bench.texts()
+    page.get_by_role("button", name="move down rule 1").click()
+    bench.settled()
+    assert bench.texts() == [first[1], first[0], first[2]]
+    focus = "document.activeElement.getAttribute('aria-label')"
+    assert page.evaluate(focus) == "move down rule 2"  # the focus goes with the rule
+    page.keyboard.press("Alt+ArrowDown")
+    bench.settled()
+    assert bench.texts() == [first[1], first[2], first[0]]
+    page.keyboard.press("Alt+ArrowUp")
+    page.get_by_role("button", name="copy rule 1").click()
+    bench.settled()
+    assert bench.texts() == [first[1], first[1], first[0], first[2]]
+    page.get_by_role("button", name="delete rule 2").click()
+    page.get_by_label("rule 1 in force").uncheck()
+    weight = page.get_by_role("spinbutton", name="weight of rule 2")
+    weight.fill("0.25")
+    weight.press("Enter")
+    bench.settled()
+    assert not bench.design.lines[0].enabled
+    assert bench.design.lines[1].rule.weight == 0.25
+    page.get_by_role("button", name="add all combinations").click()
+    bench.settled()
+    assert len(bench.design.lines) > 3
+
+
+def test_an_error_is_underlined_at_the_word(bench: Bench) -> None:
+    bench.show("rules")
+    page, good = bench.page, bench.design.lines[0].rule
+    field = page.get_by_role("textbox", name="rule 1")
+    field.fill("if d is nearish then v is slow")
+    field.press("Enter")
+    page.wait_for_selector(".fd-over mark")
+    assert page.locator(".fd-over mark").inner_text() == "nearish"
+    assert bench.design.lines[0].rule == good
+    assert field.get_attribute("aria-invalid") == "true"
+    told = page.locator(f"[id='{field.get_attribute('aria-describedby')}']").inner_text()
+    assert "nearish" in told
+    assert "near" in told.replace("nearish", "")
+    field.fill("if d is far then v is slow")
+    field.press("Enter")
+    bench.settled()
+    assert page.locator(".fd-over mark").count() == 0
+    assert bench.design.lines[0].rule.when[0].term == "far"
+
+
+def test_rules_as_a_table(bench: Bench) -> None:
+    bench.show("rules")
+    page = bench.page
+    page.get_by_role("button", name="Table").click()
+    row = page.get_by_role("group", name="rule 2 as a table")
+    assert json.loads(row.get_by_label("a, manner").input_value()) == [True, 2]
+    row.get_by_label("connective").select_option("or")
+    row.get_by_label("a, manner").select_option(label="is somewhat")
+    row.get_by_label("v, consequent").select_option("mixed")
+    bench.settled()
+    assert bench.texts()[1] == "if d is far or a is somewhat left then v is mixed"
+    row.get_by_label("a, term").select_option("")
+    bench.settled()
+    assert bench.texts()[1] == "if d is far then v is mixed"
+
+
+# Viewer and surface ---------------------------------------------------------------------------------------------
+
+
+def test_the_viewer_follows_the_point(bench: Bench) -> None:
+    bench.show("viewer")
+    page = bench.page
+    key = bench.design.lines[0].key
+    firing = f"Number(document.querySelector('[data-rule=\"{key}\"]').dataset.firing)"
+    bench.page.evaluate("window.model.held = true")
+    before = page.evaluate(firing)
+    assert before == pytest.approx(viewer_data(bench.design)["rules"][0]["firing"])
+    page.get_by_role("slider", name="d", exact=True).press("Shift+ArrowLeft")
+    bench.settled()
+    assert page.evaluate(firing) > before  # at once, without an answer
+    page.evaluate("(window.model.held = false, window.model.take({}))")
+    box = page.locator(".fd-grid-of-rules").bounding_box()
+    page.mouse.move(box["x"] + 100, box["y"] + 30)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 70, box["y"] + 60, steps=4)
+    page.mouse.up()
+    bench.settled()
+    assert 0 < bench.design.point[0] < 1
+    rows = viewer_data(bench.design)
+    assert page.evaluate(firing) == pytest.approx(rows["rules"][0]["firing"])
+    assert page.locator("[data-output='v']").text_content() == f"= {rows['output'][0]:.4g} m/s"
+    assert page.locator(".fd-words").text_content() == rows["words"]
+    page.get_by_label("only rules that fire").check()
+    fires = sum(row["firing"] > 0 for row in rows["rules"])
+    assert page.locator(".fd-firing").count() == fires
+
+
+@pytest.mark.parametrize(("conjunction", "disjunction"), [("min", "max"), ("min", "probor"), ("prod", "max")])
+def test_firing_is_that_of_the_chosen_operators(bench: Bench, conjunction: str, disjunction: str) -> None:
+    fis = system()
+    rules = [*fis.rules, "if d is near or a is left then v is fast with 0.5"]
+    bench.show("viewer", replace(fis, rules=rules, and_method=conjunction, or_method=disjunction))
+    bars = "[...document.querySelectorAll('[data-firing]')].map((bar) => Number(bar.dataset.firing))"
+    wanted = [row["firing"] for row in viewer_data(bench.design)["rules"]]
+    assert bench.page.evaluate(bars) == pytest.approx(wanted)
+    assert len({round(firing, 6) for firing in wanted}) == len(rules)  # else it would prove little
+
+
+def test_sections_of_the_surface(bench: Bench) -> None:
+    bench.show("surface")
+    page = bench.page
+    section = page.locator("[data-along='x']")
+    before = section.get_attribute("d")
+    cross = page.get_by_role("slider", name="section at a")
+    cross.press("Shift+ArrowUp")
+    bench.settled()
+    assert bench.design.point[1] == pytest.approx(0.3)
+    assert section.get_attribute("d") != before
+    box = page.locator(".fd-over-bands").bounding_box()
+    page.mouse.move(box["x"] + 120, box["y"] + 80)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 160, box["y"] + 120, steps=4)
+    page.mouse.up()
+    bench.settled()
+    gestures = [m for m in bench.sent() if m.get("look") == "point"]
+    assert 0 < bench.design.point[0] < 1
+    assert gestures[-1]["point"] == list(bench.design.point)
+    # The section is the surface's own row: compared with the system itself, through the picture's scale.
+    d = [tuple(map(float, pair.split())) for pair in section.get_attribute("d")[1:].split("L") if "M" not in pair]
+    fis = replace(bench.design.in_force)
+    x = np.linspace(0, 2, 41)
+    wanted = fuzzy.infer(fis, np.column_stack([x, np.full(41, bench.design.point[1])])).output[:, 0]
+    assert len(d) == 41
+    slope, shift = np.polyfit([y for _, y in d], wanted, 1)
+    assert slope < 0
+    assert np.abs(slope * np.array([y for _, y in d]) + shift - wanted).max() < 0.02
+
+
+def test_the_surface_turns_and_gaps_are_hatched(bench: Bench) -> None:
+    bench.show("surface")
+    page = bench.page
+    assert "no rule fires" in page.locator(".fd-note").inner_text()
+    picture = "document.querySelector('.fd-relief').toDataURL()"
+    page.get_by_role("button", name="3-D").click()
+    relief = page.get_by_role("img", name="Surface of v")
+    seen = [page.evaluate(picture)]
+    relief.press("ArrowLeft")
+    seen.append(page.evaluate(picture))
+    drag(bench.page, relief, (50, 20))
+    page.mouse.up()
+    seen.append(page.evaluate(picture))
+    assert len(set(seen)) == 3
+    page.get_by_label("second input").select_option("")
+    bench.settled()
+    assert bench.look["inputs"] == [0]
+    assert page.get_by_role("slider", name="current d").count() == 1
+    page.get_by_role("slider", name="current d").press("End")
+    bench.settled()
+    assert bench.design.point[0] == 2.0
+
+
+def test_difference_to_another_design(bench: Bench) -> None:
+    fis = system()
+    design = design_of(fis)
+    rules = [replace(rule, weight=0.3) if n == 0 else rule for n, rule in enumerate(fis.rules)]
+    surface = surface_data(design_of(replace(fis, rules=rules)))
+    other = {"name": "before", "inputs": design_data(design)["inputs"], "surface": surface}
+    bench.show("surface", compared=other)
+    assert bench.page.locator(".fd-iso").count() > 2
+    bench.page.get_by_label("other design").select_option("difference")
+    assert bench.page.locator(".fd-iso").count() == 0
+    assert "v − before's" in bench.page.locator(".fd-over-bands").text_content()
+
+
+NAMED = ("slider", "spinbutton", "textbox", "combobox", "checkbox", "button", "treeitem", "img", "group", "list")
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_everything_has_a_role_a_name_and_room(bench: Bench, module: str) -> None:
+    for width in (390, 1600):
+        bench.show(module, width=width)
+        assert bench.page.evaluate("document.documentElement.scrollWidth <= innerWidth"), width
+    snapshot = bench.page.locator("#here").aria_snapshot()
+    for line in snapshot.splitlines():
+        words = line.strip().removeprefix("- ").removesuffix(":")
+        if words.split(" ")[0] in NAMED:
+            assert '"' in words, f"{module}: nameless {words}"
+    focusable = """[...document.querySelectorAll("#here [tabindex='0'], #here button, #here input, #here select")]
+      .filter((node) => node.checkVisibility() && node.getBoundingClientRect().width === 0).length"""
+    assert bench.page.evaluate(focusable) == 0
+    assert bench.leave() == (0, 0)
+
+
+def test_names_from_a_file_are_text(bench: Bench) -> None:
+    evil = "<img src=x onerror=alert(1)>"
+    fis = system()
+    d = replace(fis.inputs[0], unit=evil, terms={evil: fis.inputs[0].terms["near"]})
+    fis = replace(fis, name=evil, inputs=[d, fis.inputs[1]], rules=[f"if d is '{evil}' then v is slow"])
+    for module in MODULES:
+        bench.show(module, fis)
+        assert bench.page.locator("#here img").count() == 0

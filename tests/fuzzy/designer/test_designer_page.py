@@ -1,0 +1,398 @@
+"""The designer end to end: a real server process, a real browser with a real mouse and keyboard."""
+
+import http.client
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fuzzy.files.fisfile import read_fis, write_fis
+from fuzzy.membership import Triangle
+from fuzzy.system import Constant, Sugeno, Variable
+from tests.fuzzy.designer.module_page import drag
+
+pytest.importorskip("nicegui", reason="the designer needs the extra design")
+PATIENCE = 60_000  # ms that a condition may take on a loaded machine; nothing waits longer than it must
+START = "import sys; from fuzzy.commands.application import main; sys.exit(main(sys.argv[1:]))"
+
+
+def tipper():
+    """Two inputs whose rules overlap, so that a moved vertex moves surface and bars."""
+    service = {"poor": Triangle(-4, 0, 5), "good": Triangle(0, 5, 10), "superb": Triangle(5, 10, 14)}
+    food = {"bad": Triangle(-6, 0, 7), "tasty": Triangle(3, 10, 16)}
+    tip = {"low": Constant(5.0), "middle": Constant(15.0), "high": Constant(25.0)}
+    rules = [
+        "if service is poor and food is bad then tip is low",
+        "if service is good then tip is middle",
+        "if service is superb and food is tasty then tip is high",
+    ]
+    inputs = [Variable("service", (0, 10), service), Variable("food", (0, 10), food)]
+    return Sugeno(inputs, [Variable("tip", (0, 30), tip, "%")], rules, name="tipper")
+
+
+class Server:
+    """``fuzzy design`` in a process of its own, which can be killed and started again."""
+
+    def __init__(self, folder):
+        self.folder, self.port = folder, None
+        self.start()
+
+    def start(self):
+        environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST", "NICEGUI"))}
+        port = [] if self.port is None else ["--port", str(self.port)]
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", START, "design", "tipper.fis", *port, "--no-browser"],
+            cwd=self.folder,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        said = self.process.stdout.readline()
+        found = re.search(r"http://127\.0\.0\.1:(\d+)/", said)
+        assert found, said + self.process.stderr.read()
+        self.url, self.port = found[0], int(found[1])
+
+    def end(self, how=signal.SIGINT):
+        self.process.send_signal(how)
+        _, problems = self.process.communicate(timeout=60)
+        return self.process.returncode, problems
+
+
+class Watched:
+    """A browser tab that notes console errors, exceptions and requests to anywhere but the server."""
+
+    def __init__(self, context, server):
+        self.page, self.wrong, self.forgiven = context.new_page(), [], False
+        self.page.set_default_timeout(PATIENCE)
+        self.page.on("console", lambda m: self.note(m.text) if m.type in ("error", "warning") else None)
+        self.page.on("pageerror", lambda error: self.note(str(error)))
+        self.page.on("request", lambda request: self.request(request.url, server))
+        self.page.on("websocket", lambda socket: self.request(socket.url, server))
+
+    def note(self, text):
+        if not self.forgiven:
+            self.wrong.append(text)
+
+    def request(self, url, server):
+        if not url.startswith((server.url, f"ws://127.0.0.1:{server.port}/", "data:", "blob:", "about:")):
+            self.wrong.append(f"request to {url}")
+
+    def open(self, url):
+        self.page.goto(url)
+        self.page.wait_for_selector(".shell-header[data-ready]")
+        self.page.wait_for_selector(".fd-terms [role=slider]")
+        return self.page
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("designs")
+    write_fis(tipper(), path / "tipper.fis")
+    return path
+
+
+@pytest.fixture(scope="module")
+def server(folder):
+    server = Server(folder)
+    yield server
+    assert server.end() == (0, "")  # Ctrl-C ends it cleanly, and no handler failed meanwhile
+
+
+@pytest.fixture(scope="module")
+def context(browser):
+    context = browser.new_context(viewport={"width": 1600, "height": 1000}, accept_downloads=True)
+    yield context
+    context.close()
+
+
+@pytest.fixture(scope="module")
+def first_tab(context, server):
+    tab = Watched(context, server)
+    tab.open(server.url)
+    return tab
+
+
+@pytest.fixture
+def tab(first_tab, folder):
+    """The tab, with the design as the file was written first."""
+    page = first_tab.page
+    page.set_viewport_size({"width": 1600, "height": 1000})
+    write_fis(tipper(), folder / "tipper.fis")
+    menu(page, "Back to the saved file")
+    page.wait_for_selector(".state:not(.unsaved)")
+    page.get_by_role("tab", name="Viewer").click()
+    page.wait_for_selector(".fd-viewer")
+    yield first_tab
+    assert first_tab.wrong == []
+
+
+def menu(page, entry):
+    page.get_by_role("button", name="File ▾").click()
+    page.get_by_role("menuitem", name=entry).click()
+
+
+def pixels(page):
+    """What stands on the surface's canvas or in its drawing, as one text."""
+    return page.evaluate(
+        """() => [...document.querySelectorAll(".fd-surface canvas")].map((c) => c.toDataURL()).join("")
+           + [...document.querySelectorAll(".fd-surface path")].map((p) => p.getAttribute("d")).join("")"""
+    )
+
+
+def until_changed(page, show, before):
+    page.wait_for_function(f"(before) => ({show})() !== before", arg=before)
+
+
+WORDS = """() => document.querySelector(".fd-viewer").innerText"""
+
+
+def foot(page):
+    return page.get_by_role("slider", name="poor: right foot")
+
+
+def test_mouse_moves_a_vertex_and_everything_follows_and_undo_restores_the_bytes(tab, folder):
+    page, before = tab.page, (folder / "tipper.fis").read_bytes()
+    words = page.evaluate(WORDS)
+    drag(page, foot(page), (60, 0), release=True)
+    until_changed(page, WORDS, words)
+    page.wait_for_selector(".state.unsaved")
+    at = float(foot(page).get_attribute("aria-valuenow"))
+    assert at > 5.2
+    page.get_by_role("button", name="Save").click()
+    page.wait_for_selector(".state:not(.unsaved)")
+    saved = read_fis(folder / "tipper.fis")["service"].terms["poor"]
+    assert (saved.a, saved.b, saved.c) == (-4, 0, pytest.approx(at, rel=1e-6))
+    # The surface, in its own tab, follows too.
+    page.get_by_role("tab", name="Surface").click()
+    page.wait_for_selector(".fd-surface")
+    page.wait_for_function("document.querySelector('.fd-surface').clientHeight > 100")
+    seen = pixels(page)
+    drag(page, foot(page), (-80, 0), release=True)
+    page.wait_for_function("() => !document.querySelector('.state').innerText.startsWith('saved')")
+    for _ in range(100):
+        if pixels(page) != seen:
+            break
+        page.evaluate("new Promise(requestAnimationFrame)")
+    else:
+        pytest.fail("the surface did not change")
+    # A drag is one edit.
+    page.keyboard.press("Control+z")
+    page.wait_for_selector(".state:not(.unsaved)")
+    page.get_by_role("button", name="Undo").click()
+    page.wait_for_selector(".state.unsaved")
+    page.keyboard.press("Control+s")
+    page.wait_for_selector(".state:not(.unsaved)")
+    assert (folder / "tipper.fis").read_bytes() == before
+
+
+def test_keyboard_moves_a_vertex_and_reaches_the_tabs_and_the_menu(tab):
+    page = tab.page
+    words, at = page.evaluate(WORDS), float(foot(page).get_attribute("aria-valuenow"))
+    foot(page).focus()
+    page.keyboard.press("Shift+ArrowRight")
+    until_changed(page, WORDS, words)
+    assert float(foot(page).get_attribute("aria-valuenow")) == pytest.approx(at + 0.5)
+    page.keyboard.press("Control+z")
+    page.wait_for_selector(".state:not(.unsaved)")
+    page.keyboard.press("Control+Shift+Z")
+    page.wait_for_selector(".state.unsaved")
+    page.get_by_role("tab", name="Viewer").focus()
+    page.keyboard.press("ArrowRight")
+    page.wait_for_selector("[role=tab][aria-selected=true]:text('Surface')")
+    page.wait_for_function("document.activeElement.innerText === 'Surface'")
+    page.get_by_role("button", name="File ▾").focus()
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("End")
+    assert page.evaluate("document.activeElement.innerText") == "Back to the saved file"
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".state:not(.unsaved)")
+
+
+def test_a_second_tab_follows_on_a_narrow_screen(tab, context, server):
+    other = Watched(context, server)
+    second = other.page
+    second.set_viewport_size({"width": 390, "height": 800})
+    other.open(server.url)
+    drag(tab.page, foot(tab.page), (40, 0), release=True)
+    tab.page.wait_for_selector(".state.unsaved")
+    at = foot(tab.page).get_attribute("aria-valuenow")
+    second.wait_for_function(
+        "(at) => [...document.querySelectorAll('[role=slider]')].some((s) => "
+        "s.ariaLabel === 'poor: right foot' && s.ariaValueNow === at)",
+        arg=at,
+    )
+    assert second.evaluate("document.documentElement.scrollWidth") <= 390
+    assert not second.get_by_role("complementary", name="System").is_visible()
+    second.get_by_role("button", name="System").click()
+    second.get_by_role("complementary", name="System").wait_for()
+    second.get_by_role("tab", name="Surface").click()
+    second.wait_for_selector(".fd-surface")
+    assert second.evaluate("document.documentElement.scrollWidth") <= 390
+    second.get_by_role("button", name="Undo").click()
+    tab.page.wait_for_selector(".state:not(.unsaved)")
+    assert other.wrong == []
+    second.close()
+
+
+def test_uploads(tab, tmp_path):
+    page = tab.page
+    bad = tmp_path / "bad.fis"
+    bad.write_text("[System]\nName='x'\nType='sugeno'\nNumInputs=oops\n")
+    with page.expect_file_chooser() as chooser:
+        menu(page, "Upload")
+    chooser.value.set_files(bad)
+    alert = page.get_by_role("alert").filter(has_text="bad.fis:4")
+    alert.wait_for()
+    assert "NumInputs" in alert.inner_text()
+    assert page.locator(".state").inner_text() == "saved"  # the last good system stays
+    good = tmp_path / "odd.fis"
+    name = "`${alert(1)}</script><b>'"[:-1]
+    fis = tipper()
+    write_fis(Sugeno(fis.inputs, fis.outputs, fis.rules[:2], name=name), good)
+    with page.expect_file_chooser() as chooser:
+        menu(page, "Upload")
+    chooser.value.set_files(good)
+    page.wait_for_selector(".state.unsaved")
+    assert page.get_by_role("button", name="Undo: upload odd.fis").count() == 1
+    page.reload()  # the odd name is in the page itself then
+    page.wait_for_selector(".fd-terms [role=slider]")
+    assert name in [field.input_value() for field in page.locator(".fd-tree input").all()]
+
+
+def test_files_stay_in_the_folder(tab, folder):
+    page = tab.page
+    for name, told in (("../outside", "no dot"), ("a/../../outside", "no dot"), ("tipper2", None)):
+        menu(page, "Save as")
+        page.get_by_role("dialog").get_by_role("textbox").fill(name)
+        page.keyboard.press("Enter")
+        if told is None:
+            page.wait_for_function("document.title.includes('tipper2.fis')")
+        else:
+            page.get_by_role("alert").filter(has_text=told).wait_for()
+    page.wait_for_url("**tipper2.fis")
+    assert sorted(path.name for path in folder.glob("*.fis")) == ["tipper.fis", "tipper2.fis"]
+    assert not (folder.parent / "outside.fis").exists()
+    with page.expect_download() as download:
+        menu(page, "Download")
+    assert Path(download.value.path()).read_bytes() == (folder / "tipper2.fis").read_bytes()
+    with page.expect_download() as download:
+        menu(page, "Export")
+        page.get_by_role("dialog").get_by_role("combobox", name="Figure").select_option("surface")
+        page.get_by_role("dialog").get_by_role("combobox", name="Format").select_option("pdf")
+        page.get_by_role("button", name="Export", exact=True).click()
+    assert download.value.suggested_filename == "tipper2-surface.pdf"
+    assert Path(download.value.path()).read_bytes().startswith(b"%PDF")
+
+
+ERRORS = """() => [...document.querySelectorAll(".shell-shown table td")].map((cell) => cell.innerText).join(" ")"""
+
+
+def test_the_robot_follows_the_design(tab, server, folder):
+    """The figures of merit of the closed loop change with a vertex, and are back after undo."""
+    from importlib.resources import files
+
+    text = (files("robotics") / "rulebases" / "tracking.fis").read_text(encoding="utf-8")
+    (folder / "tracking.fis").write_text(text, encoding="utf-8")
+    page = tab.open(f"{server.url}?file=tracking.fis")
+    page.get_by_role("tab", name="Try it").click()
+    # Three columns: this design, the file's and the nonlinear law's, each run in a worker.
+    page.wait_for_function(f"({ERRORS})().split(' ').length >= 24")
+    before = page.evaluate(ERRORS)
+    page.get_by_role("treeitem", name="Far", exact=False).get_by_text("Far", exact=True).first.click()
+    drag(page, page.get_by_role("slider", name="Far: peak"), (90, 0), release=True)
+    until_changed(page, ERRORS, before)
+    page.keyboard.press("Control+z")
+    page.wait_for_selector(".state:not(.unsaved)")
+    page.wait_for_function(f"(before) => ({ERRORS})() === before", arg=before)
+    tab.open(server.url)
+
+
+def answer(server, path="/", method="GET", body=None, **headers):
+    """The status of a request with the given headers in the place of a browser's own."""
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)
+    named = {name.replace("_", "-"): value for name, value in headers.items()}
+    connection.request(method, path, body, {"Host": f"127.0.0.1:{server.port}"} | named)
+    reply = connection.getresponse()
+    text = reply.read().decode()
+    connection.close()
+    return reply.status, text
+
+
+SOCKET = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec_WebSocket_Version": "13"}
+SOCKET_PATH = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
+
+
+def test_foreign_hosts_and_origins_are_refused(server):
+    own, at = f"http://127.0.0.1:{server.port}", "/modules/fuzzy/designer/static/chart.js"
+    assert answer(server, at)[0] == 200
+    assert answer(server, at, Origin=own)[0] == 200
+    foreign = [
+        {"Host": "evil.example"},
+        {"Host": f"evil.example:{server.port}"},
+        {"Host": "127.0.0.1:1"},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Origin": f"https://127.0.0.1:{server.port}"},
+        {"Sec_Fetch_Site": "cross-site", "Sec_Fetch_Mode": "no-cors"},
+    ]
+    for headers in foreign:
+        assert answer(server, at, **headers)[0] == 403, headers
+        assert answer(server, "/upload?file=tipper.fis&name=x", "POST", b"", **headers)[0] == 403, headers
+    key = {"Sec_WebSocket_Key": "dGhlIHNhbXBsZSBub25jZQ=="}
+    for headers in ({}, *foreign[:6]):
+        assert answer(server, SOCKET_PATH, **SOCKET, **key, **headers)[0] == 403, headers
+    # Without an upgrade the same path is a request like the others.
+    assert answer(server, SOCKET_PATH.replace("websocket", "polling"), Origin="http://evil.example")[0] == 403
+
+
+def test_paths_and_sizes_are_limited(server, folder):
+    (folder / "secret.txt").write_text("hidden")
+    for path in (
+        "/modules/fuzzy/designer/server.py",
+        "/modules/fuzzy/../pyproject.toml",
+        "/modules/fuzzy/%2e%2e/%2e%2e/pyproject.toml",
+        "/modules/os/path.js",
+        "/secret.txt",
+    ):
+        assert answer(server, path)[0] == 404, path
+    status, text = answer(server, "/?file=../../etc/passwd")
+    assert status == 200
+    assert "cannot be opened" in text
+    status, text = answer(server, "/upload?file=tipper.fis&name=big.fis", "POST", b"x" * 2_000_001)
+    assert status == 413
+    assert "2 MB" in text
+    status, text = answer(server, "/upload?file=../x.fis&name=a.fis", "POST", b"[System]")
+    assert (status, "problem" in text) == (200, True)
+
+
+def test_the_server_listens_on_this_machine_only(server):
+    import psutil
+
+    listening = [c.laddr for c in psutil.Process(server.process.pid).net_connections() if c.status == "LISTEN"]
+    assert [(a.ip, a.port) for a in listening] == [("127.0.0.1", server.port)]
+
+
+def test_after_a_kill_the_design_is_back(tab, server, folder):
+    page, before = tab.page, (folder / "tipper.fis").read_bytes()
+    drag(page, foot(page), (60, 0), release=True)
+    page.wait_for_selector(".state.unsaved")
+    at = foot(page).get_attribute("aria-valuenow")
+    kept = folder / ".fuzzy-design" / "tipper.fis.json"
+    for _ in range(PATIENCE // 20):  # it is written within a quarter of a second
+        if kept.exists() and at[:6] in kept.read_text():
+            break
+        page.wait_for_timeout(20)
+    tab.forgiven = True  # the browser complains, rightly, that the server is gone
+    assert server.end(signal.SIGKILL)[0] == -signal.SIGKILL
+    server.start()
+    page.wait_for_selector(".restored:not(:empty)")  # the page comes back by itself
+    tab.forgiven = False
+    assert foot(page).get_attribute("aria-valuenow") == at
+    assert (folder / "tipper.fis").read_bytes() == before
+    page.get_by_role("button", name="Undo").click()
+    page.wait_for_selector(".state:not(.unsaved)")

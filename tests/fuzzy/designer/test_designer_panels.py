@@ -1,0 +1,392 @@
+"""The panels, the notebook's widgets and the formulas, each alone on a page: their traits are the test's."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fuzzy
+from anfis.designer.panel import variables
+from anfis.designer.task import METHODS
+from fuzzy.membership import FUNCTIONS, membership_function
+from robotics.designer.tryout import Trial, choices, course_data, design_data, rival_data
+from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.scenario.reading import scenario_names
+from tests.fuzzy.designer.design_bench import system
+from tests.fuzzy.designer.membership_cases import cases
+from tests.fuzzy.designer.module_page import ModulePage, drag
+
+
+@pytest.fixture(scope="module")
+def one_page(browser: Any) -> ModulePage:
+    return ModulePage(browser.new_page())
+
+
+@pytest.fixture
+def bench(one_page: ModulePage) -> Iterator[ModulePage]:
+    one_page.problems.clear()
+    yield one_page
+    assert one_page.leave() == (0, 0)  # a module leaves nothing behind
+    assert one_page.problems == []
+
+
+# The formulas ---------------------------------------------------------------------------------------------------
+
+
+def test_formulas_equal_pythons(bench: ModulePage) -> None:
+    rng = np.random.default_rng(7)
+    chosen = cases(rng)
+    assert len(chosen) > 500
+    assert {name for name, _ in chosen} == {f.matlab for f in FUNCTIONS}
+    xs = [sorted({*p, *rng.uniform(-5, 5, 12), 0.0, -1e4, 1e4}) for _, p in chosen]
+    script = """async (cases) => {
+      const { degree } = await import("./fuzzy/designer/static/membership.js");
+      return cases.map(([name, p, xs]) => xs.map((x) => String(degree(name, x, p))));
+    }"""
+    theirs = bench.page.evaluate(script, [[name, p, x] for (name, p), x in zip(chosen, xs, strict=True)])
+    for (name, p), x, got in zip(chosen, xs, theirs, strict=True):
+        with np.errstate(all="ignore"):
+            wanted = membership_function(name, p)(np.array(x))
+        np.testing.assert_allclose([float(v) for v in got], wanted, rtol=1e-9, atol=1e-12, err_msg=f"{name} {p}")
+
+
+ORDERED = ("trimf", "trapmf", "linsmf", "linzmf", "smf", "zmf", "pimf")
+
+
+def test_handles_keep_the_order_and_stand_on_the_curve(bench: ModulePage) -> None:
+    rng = np.random.default_rng(3)
+    chosen = cases(rng)
+    script = """async (cases) => {
+      const { handles, degree } = await import("./fuzzy/designer/static/membership.js");
+      const about = (name, p, to, h) =>
+        [h.index, h.name, h.x, h.y, degree(name, h.x, p), h.move(to, 1e-3), h.range.map(String)];
+      return cases.map(([name, p, to]) => handles(name, p).map((h) => about(name, p, to, h)));
+    }"""
+    targets = rng.uniform(-4, 4, len(chosen)).tolist()
+    answers = bench.page.evaluate(script, [[n, p, t] for (n, p), t in zip(chosen, targets, strict=True)])
+    moved = 0
+    for (name, p), to, handles in zip(chosen, targets, answers, strict=True):
+        function = type(membership_function(name, p))
+        places = {i for i, role in enumerate(function.roles) if role == "location"}
+        assert places <= {h[0] for h in handles}, name
+        for index, words, x, y, on_curve, after, ends in handles:
+            membership_function(name, after)  # raises where the order is lost
+            assert [a for i, a in enumerate(after) if i != index] == [b for i, b in enumerate(p) if i != index]
+            if index in places:
+                low, high = (float(e.replace("Infinity", "inf")) for e in ends)
+                assert after[index] == min(max(to, low), high)
+                for a, b in [(index - 1, index), (index, index + 1)]:
+                    if name in ORDERED and a >= 0 and b < len(p) and p[a] <= p[b]:
+                        assert after[a] <= after[b], (name, p, words)
+            elif min(abs(q) for i, q in enumerate(p) if i not in places) > 0.05:
+                assert y == pytest.approx(on_curve, abs=1e-6), (name, p, words, x)
+            moved += after != p
+    assert moved > 500
+
+
+# The panel "Train" ----------------------------------------------------------------------------------------------
+
+TRAINING = "anfis/designer/training.js"
+ROLES = {"a": "input", "b": "input", "y": "output", "z": "output"}
+BELLS = {"low": fuzzy.gbellmf(1, 2, 0), "high": fuzzy.gbellmf(1, 2, 3)}
+START = fuzzy.Sugeno(
+    [fuzzy.Variable(name, (0.0, 3.0), BELLS) for name in "ab"],
+    [fuzzy.Variable(name, (0.0, 1.0), {"on": 1.0}) for name in "yz"],
+)
+IDLE = {
+    "state": "idle",
+    "epochs": 60,
+    "epoch": [],
+    "train": [],
+    "check": None,
+    "best": None,
+    "first": None,
+    "rules": None,
+    "outputs": None,
+    "parameters": None,
+    "stopped": None,
+    "words": [],
+}
+TRAITS: dict[str, Any] = {
+    "sources": {"files": ["made.csv"], "generators": [["formation", "Formation data"]]},
+    "accepted": {"start": ["present", "subtractive", "grid"], "method": list(METHODS)},
+    "table": None,
+    "choice": {"start": "present", "radius": 0.5, "mfs": 3, "method": "hybrid", "epochs": 60, "goal": 0.0}
+    | {"share": 0.2, "seed": 0},
+    "columns": {},
+    "system": {"name": "start", "inputs": ["a", "b"], "outputs": ["y", "z"], "rules": 4},
+    "progress": IDLE,
+    "before": None,
+    "after": None,
+    "problem": None,
+}
+DATA: dict[str, Any] = {
+    "table": {
+        "name": "made.csv",
+        "rows": 60,
+        "columns": [{"name": n, "low": 0.0, "high": 1.0} for n in ("a", "b", "y", "<b>z</b>")],
+    },
+    "columns": {"a": "a", "b": "b", "y": "y"},
+}
+DONE = IDLE | {
+    "state": "done",
+    "epoch": [0, 1, 2, 3],
+    "train": [1.0, 0.1, 0.01, 0.001],
+    "check": [1.0, 0.2, 0.1, 0.4],
+    "best": {"epoch": 2, "error": 0.1, "checked": True},
+    "first": 1.0,
+    "rules": 4,
+    "outputs": 2,
+    "parameters": 30,
+    "stopped": "callback",
+    "words": ["input 'a' is constant"],
+}
+
+
+def test_data_columns_and_settings_are_chosen(bench: ModulePage) -> None:
+    page = bench.page
+    bench.render(TRAINING, TRAITS)
+    assert page.get_by_role("button", name="Train").is_disabled()
+    page.get_by_label("Data from a file").select_option("g:formation")
+    page.get_by_label("Upload a CSV file").set_input_files(
+        {"name": "up.csv", "mimeType": "text/csv", "buffer": ("1,2\n" * 60_000).encode()}
+    )
+    page.wait_for_function("window.model.sent.length === 3")
+    sent = bench.sent()
+    assert sent[0] == {"do": "generate", "name": "formation"}
+    assert "".join(m["text"] for m in sent[1:]) == "1,2\n" * 60_000
+    assert [(m["do"], m["name"], m["number"], m["last"]) for m in sent[1:]] == [
+        ("piece", "up.csv", 0, False),
+        ("piece", "up.csv", 1, True),
+    ]
+    bench.forget()
+    bench.give(**DATA)
+    page.get_by_label("Column of the output z").select_option("<b>z</b>")
+    page.get_by_label("Epochs", exact=True).fill("12")
+    page.keyboard.press("Tab")
+    page.get_by_label("Share of the samples").fill("25")
+    page.keyboard.press("Tab")
+    page.get_by_label("Epochs", exact=True).fill("-1")  # no number of epochs: no message
+    page.keyboard.press("Tab")
+    page.get_by_label("Start from", exact=True).select_option("grid")
+    page.get_by_role("button", name="Train").press("Enter")
+    assert bench.sent() == [
+        {"do": "column", "name": "z", "value": "<b>z</b>"},
+        {"do": "choose", "name": "epochs", "value": 12},
+        {"do": "choose", "name": "share", "value": 0.25},
+        {"do": "choose", "name": "start", "value": "grid"},
+        {"do": "train"},
+    ]
+    bench.give(choice=TRAITS["choice"] | {"start": "grid"}, columns=ROLES)
+    assert page.get_by_label("Role of the column a").input_value() == "input"
+    assert page.get_by_label("Terms an input").input_value() == "3"
+    assert not page.get_by_label("Radius of a cluster").is_visible()
+
+
+def test_the_error_curve_is_logarithmic_with_its_least_checking_error(bench: ModulePage) -> None:
+    page = bench.page
+    bench.render(TRAINING, TRAITS | DATA | {"progress": DONE, "before": variables(START)})
+    place = page.evaluate("""() => ["tn-train", "tn-check"].map((kind) =>
+      document.querySelector(`path.${kind}[d*=L]:not([d="M1 5H33"])`).getAttribute("d").split(/[ML]/).slice(1)
+        .map((pair) => pair.split(" ").map(Number)))""")
+    train, check = np.array(place)
+    steps = np.diff(train[:, 1])
+    np.testing.assert_allclose(steps, steps[0], atol=0.03)  # a decade an epoch is a straight line
+    assert steps[0] > 0
+    marker = page.evaluate("(({cx, cy}) => [cx.baseVal.value, cy.baseVal.value])(document.querySelector('.tn-best'))")
+    np.testing.assert_allclose(marker, check[2], atol=0.02)
+    status = page.get_by_role("status").inner_text()
+    assert "4 rules · 30 parameters · epoch 3 · least checking error 0.1 at epoch 2" in status
+    assert "stopped by hand" in status
+    assert page.get_by_text("The 2 outputs are learnt together").is_visible()
+    assert page.get_by_text("input 'a' is constant").is_visible()
+    # before and after
+    assert page.evaluate("document.querySelectorAll('svg[role=img] path.tn-before').length") == 4
+    moved = replace(START, inputs=[replace(v, terms=dict(v.terms)) for v in START.inputs])
+    bench.give(after=variables(moved))
+    curves = page.evaluate("""[...document.querySelectorAll("svg[aria-label^=Membership]")].map((svg) =>
+      ["path.tn-before", "path[stroke]"].map((kind) => [...svg.querySelectorAll(kind)]
+        .map((p) => p.getAttribute("d"))))""")
+    assert len(curves) == 2
+    assert all(before == after and len(after) == 2 for before, after in curves)  # the same terms lie on each other
+    page.get_by_role("button", name="Take the best into the design").click()
+    assert bench.sent()[-1] == {"do": "take"}
+    bench.give(progress=DONE | {"state": "learning", "stopped": None})
+    assert page.get_by_role("button", name="Take the best").is_disabled()
+    page.get_by_role("button", name="Stop").click()
+    assert bench.sent()[-1] == {"do": "stop"}
+    bench.give(problem={"message": "made.csv, line 3: <i>no</i>"})
+    assert page.get_by_role("alert").inner_text() == "made.csv, line 3: <i>no</i>"
+
+
+@pytest.mark.parametrize("width", [390, 1600])
+def test_training_fits_the_page(bench: ModulePage, width: int) -> None:
+    page = bench.page
+    bench.render(TRAINING, TRAITS | DATA | {"progress": DONE, "before": variables(START)}, width)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.evaluate("[...document.querySelectorAll('input, select')].every((c) => c.ariaLabel)")
+
+
+# The panel "Try it" ---------------------------------------------------------------------------------------------
+
+TRYOUT = "robotics/designer/tryout.js"
+
+
+@pytest.fixture(scope="module")
+def slower() -> fuzzy.Sugeno:
+    """The package's rule base with a gentler turn: another system, with another path."""
+    v, w = load_rule_base("tracking").outputs
+    gentle = replace(w, terms={**w.terms, "Positive": fuzzy.Constant(1.5)})
+    return replace(load_rule_base("tracking"), name="slower", outputs=(v, gentle))
+
+
+@pytest.fixture(scope="module")
+def traits(slower: fuzzy.Sugeno) -> dict[str, Any]:
+    trial, tracking = Trial(), load_rule_base("tracking")
+    return {
+        "choices": choices(),
+        "trial": {"scenario": trial.scenario, "law": "fuzzy", "look_ahead": 0.4, "seed": 0, "rival": "lyapunov"}
+        | {"kind": "tracking"},
+        "course": course_data(trial),
+        "tried": design_data(slower, trial) | {"notes": ["<img src=x onerror=alert(1)>"]},
+        "before": design_data(tracking, trial) | {"label": "as opened"},
+        "rival": rival_data("lyapunov", trial),
+        "busy": False,
+        "problem": None,
+    }
+
+
+def drawn(bench: ModulePage, name: str) -> list[str]:
+    found: list[str] = bench.page.evaluate(
+        f"[...document.querySelectorAll('path[data-run={name}]')].map((p) => p.getAttribute('d'))"
+    )
+    return found
+
+
+def test_the_picture_follows_the_design(bench: ModulePage, traits: dict[str, Any]) -> None:
+    page = bench.page
+    bench.render(TRYOUT, traits)
+    page.wait_for_function("window.model.sent.length > 0")
+    assert bench.sent() == [{"do": "see", "on": True}]
+    first = drawn(bench, "tried")
+    assert len(first) == 2  # the top view and the error
+    rival = drawn(bench, "rival")
+    bench.give(tried=traits["before"])
+    assert drawn(bench, "tried") != first
+    assert drawn(bench, "tried") == drawn(bench, "before")
+    assert drawn(bench, "rival") == rival
+    # Equal axes: on the circle's picture a metre is the same both ways.
+    circle = Trial(scenario="lyapunov-circle")
+    bench.give(course=course_data(circle), tried=None, before=None, rival=None)
+    widths = page.evaluate(
+        "(({width, height}) => [width, height])(document.querySelector('g path.tr-reference').getBBox())"
+    )
+    assert widths[0] == pytest.approx(widths[1], rel=0.01)
+    bench.give(problem={"message": "it has 1 output"})
+    assert page.get_by_role("alert").inner_text() == "it has 1 output"
+
+
+def test_figures_controls_and_keys(bench: ModulePage, traits: dict[str, Any]) -> None:
+    page = bench.page
+    bench.render(TRYOUT, traits)
+    page.wait_for_function("window.model.sent.length > 0")
+    row = page.get_by_role("row", name="RMS cross-track error [m]")
+    figures = [float(text) for text in row.get_by_role("cell").all_inner_texts()]
+    wanted = [traits[name]["metrics"]["rms_cross_track_m"] for name in ("tried", "before", "rival")]
+    assert figures == pytest.approx(wanted, rel=5e-3)
+    assert row.locator(".tr-best").inner_text() == row.get_by_role("cell").nth(int(np.argmin(wanted))).inner_text()
+    assert "<img" in page.locator(".tr-note").first.inner_text()  # words of a file are words
+    bench.forget()
+    page.get_by_label("Scenario", exact=True).select_option("lyapunov-sine")
+    page.get_by_label("Compare with", exact=True).select_option("esm")
+    page.get_by_label("Look-ahead in seconds").fill("0.6")
+    page.keyboard.press("Tab")
+    page.get_by_label("Look-ahead in seconds").fill("99")  # no number of seconds that there is: no message
+    page.keyboard.press("Tab")
+    page.get_by_role("button", name="Compare from here").press("Enter")
+    assert bench.sent() == [
+        {"do": "choose", "name": "scenario", "value": "lyapunov-sine"},
+        {"do": "choose", "name": "rival", "value": "esm"},
+        {"do": "choose", "name": "look_ahead", "value": 0.6},
+        {"do": "pin"},
+    ]
+    time = page.get_by_role("slider", name="Time")
+    time.press("Home")
+    assert page.locator("output").inner_text().startswith("0.0 s: −1.41 m")
+    options = page.evaluate("[...document.querySelectorAll('option')].filter((o) => o.disabled).map((o) => o.value)")
+    assert options == scenario_names("formation")
+
+
+@pytest.mark.parametrize("width", [390, 1600])
+def test_a_trial_fits_the_page(bench: ModulePage, traits: dict[str, Any], width: int) -> None:
+    page = bench.page
+    bench.render(TRYOUT, traits, width)
+    page.wait_for_function("window.model.sent.length > 0")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    tops = page.evaluate("[...document.querySelectorAll('svg.tr-plot')].map((s) => s.getBoundingClientRect().top)")
+    assert (tops[0] == tops[1]) == (width == 1600)  # side by side where there is room
+
+
+def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuzzy.Sugeno) -> None:
+    page = bench.page
+    trial = Trial(scenario="chapter-4-crossing")
+    played = {
+        "trial": traits["trial"]
+        | {"scenario": trial.scenario, "law": "cooperation", "kind": "team", "rival": "virtual-structure"},
+        "course": course_data(trial),
+        "tried": design_data(slower, trial),
+        "before": None,
+        "rival": {"label": "Virtual structure", "why": "it cannot"},
+    }
+    bench.render(TRYOUT, traits | played)
+    page.get_by_role("button", name="Play").wait_for()
+    assert page.get_by_text("Virtual structure, waiting: it cannot").is_visible()
+    assert not page.locator("svg.tr-plot").first.is_visible()
+    page.get_by_role("button", name="Play").click()
+    page.wait_for_function("[...document.querySelectorAll('input[type=range]')].some((r) => Number(r.value) > 0)")
+    bench.give(**{name: traits[name] for name in ("trial", "course", "tried", "rival")})
+    assert page.locator("svg.tr-plot").first.is_visible()
+    assert page.get_by_role("button", name="Play").count() == 0
+
+
+# Notebooks ------------------------------------------------------------------------------------------------------
+
+
+def test_editor_in_a_notebook(bench: ModulePage) -> None:
+    pytest.importorskip("anywidget")
+    from fuzzy.designer.notebook import Session, editor
+
+    page, fis = bench.page, system()
+    widget, session = editor(fis), Session(fis)
+    bench.render_text(widget._esm, widget._css, session.traits())
+    drag(page, page.get_by_role("slider", name="near: right foot"), (50, 0), release=True)
+    page.wait_for_function("window.model.sent.some((message) => message.edit === 'term')")
+    for message in bench.sent():
+        session.hear(message)
+        widget._handle_custom_msg(message, [])
+    bench.give(**session.traits())
+    assert widget.fis["d"].terms["near"].c > 1.25
+    assert widget.fis == session.design.in_force
+    assert widget.design == session.traits()["design"]
+    page.get_by_role("button", name="Undo: move near").click()
+    assert bench.sent()[-1] == {"do": "undo"}
+    widget._handle_custom_msg({"do": "undo"}, [])
+    assert widget.fis == fis
+    for part in ("fd-tree", "fd-terms", "fd-rules", "fd-viewer", "fd-surface"):
+        assert page.locator(f".{part}").count() == 1
+
+
+def test_player_in_a_notebook(bench: ModulePage) -> None:
+    pytest.importorskip("anywidget")
+    import robotics
+    from robotics.playback.notebook import player
+
+    scenario = robotics.load_scenario("lyapunov-circle")
+    run = robotics.simulate(scenario, robotics.make_controller("lyapunov"), seeds=[3])
+    widget = player(run, end=2.0, speed=2.0)
+    bench.render_text(widget._esm, widget._css, {"run": widget.run, "speed": widget.speed, "page": False})
+    bench.page.get_by_role("slider").first.press("End")
+    bench.page.wait_for_function("document.querySelector('.clock').innerText.includes('2.0')")
+    bench.page.evaluate("document.querySelector('.fleet-player').remove()")  # the notebook's to take away

@@ -1,0 +1,367 @@
+"""The designer's server without a browser: who may ask, what may be read, work beside the page, notebooks' modules."""
+
+import asyncio
+import os
+import re
+import socket
+import sys
+
+import pytest
+
+from fuzzy.commands.application import main
+from fuzzy.designer.esmodule import ModuleError
+from fuzzy.designer.figures import FIGURES, figure_bytes
+from fuzzy.designer.folder import LARGEST_FILE, FolderError, open_folder, read_bytes
+from fuzzy.designer.guard import Guard
+from fuzzy.designer.modules import Modules
+from fuzzy.designer.open_documents import Desk
+from fuzzy.designer.panel import Place, Workbench, find_panels
+from fuzzy.designer.server import ServerError, bound_socket
+from fuzzy.designer.workers import WorkError, Workers
+from fuzzy.errors import InputError
+from fuzzy.files.fisfile import FisFileError, format_fis, read_fis, write_fis
+from fuzzy.membership import Triangle
+from fuzzy.system import Sugeno, Variable
+
+
+def small(name="small"):
+    terms = {"low": Triangle(-1, 0, 1), "high": Triangle(0, 1, 2)}
+    rules = ["if x is low then y is a", "if x is high then y is b"]
+    return Sugeno([Variable("x", (0, 1), terms)], [Variable("y", (0, 1), {"a": 0.0, "b": 1.0})], rules, name=name)
+
+
+# Who may ask
+
+
+def asked(headers, kind="http", method="GET"):
+    """What the guard lets through (True) or the status and headers of its answer."""
+    passed, answers = [], []
+
+    async def app(scope, receive, send):
+        passed.append(scope)
+        if scope["type"] == "http":
+            await send({"type": "http.response.start", "status": 200, "headers": []})
+
+    async def send(message):
+        answers.append(message)
+
+    scope = {"type": kind, "method": method, "path": "/", "headers": [(n.encode(), v.encode()) for n, v in headers]}
+    asyncio.run(Guard(app, 8080)(scope, None, send))
+    return bool(passed), answers
+
+
+OWN = ("host", "127.0.0.1:8080")
+
+
+@pytest.mark.parametrize(
+    ("headers", "http", "websocket"),
+    [
+        ([OWN], True, False),
+        ([OWN, ("origin", "http://127.0.0.1:8080")], True, True),
+        ([("host", "LOCALHOST:8080"), ("origin", "http://localhost:8080")], True, True),
+        ([("host", "localhost:8080"), ("origin", "http://127.0.0.1:8080")], False, False),
+        ([], False, False),
+        ([OWN, OWN], False, False),
+        ([("host", "127.0.0.1")], False, False),
+        ([("host", "127.0.0.1:8080.evil.example")], False, False),
+        ([("host", "evil.example:8080"), ("origin", "http://evil.example:8080")], False, False),
+        ([OWN, ("origin", "http://127.0.0.1:8081")], False, False),
+        ([OWN, ("origin", "null")], False, False),
+        ([OWN, ("sec-fetch-site", "same-origin")], True, False),
+        ([OWN, ("sec-fetch-site", "cross-site"), ("sec-fetch-mode", "no-cors")], False, False),
+        ([OWN, ("sec-fetch-site", "cross-site"), ("sec-fetch-mode", "navigate")], True, False),
+    ],
+)
+def test_guard(headers, http, websocket):
+    passed, answers = asked(headers)
+    assert passed == http
+    assert answers[0]["status"] == (200 if http else 403)
+    passed, answers = asked(headers, "websocket")
+    assert passed == websocket
+    assert websocket or answers[0]["type"] == "websocket.close"
+
+
+def test_the_browser_is_told_to_ask_nobody_else():
+    _, [answer] = asked([OWN])
+    policy = dict(answer["headers"])[b"content-security-policy"].decode()
+    hosts = set(re.findall(r"//([^ ;]+)", policy))
+    assert hosts == {"127.0.0.1:8080", "localhost:8080"}
+    assert "default-src 'none'" in policy
+    assert "*" not in policy
+
+
+def test_port():
+    taken = socket.socket()
+    taken.bind(("127.0.0.1", 0))
+    taken.listen()
+    port = taken.getsockname()[1]
+    with pytest.raises(ServerError, match=f"127.0.0.1:{port}"):
+        bound_socket(port)
+    first, second = bound_socket(None), bound_socket(None)
+    assert first.getsockname()[0] == second.getsockname()[0] == "127.0.0.1"
+    assert first.getsockname()[1] != second.getsockname()[1]
+    for each in (taken, first, second):
+        each.close()
+
+
+# What may be read
+
+
+def test_folder(tmp_path):
+    inner, outer = tmp_path / "inner", tmp_path / "outer.fis"
+    (inner / "deep" / "deeper" / "deepest").mkdir(parents=True)
+    (inner / ".hidden").mkdir()
+    for path in (outer, inner / "b.fis", inner / "deep" / "A.FIS", inner / ".hidden" / "c.fis"):
+        write_fis(small(), path)
+    write_fis(small(), inner / "deep" / "deeper" / "deepest" / "d.fis")
+    (inner / "folder.fis").mkdir()
+    (inner / "link.fis").symlink_to(outer)
+    (inner / "way").symlink_to(tmp_path)
+    (inner / "own.fis").symlink_to(inner / "b.fis")
+    (inner / "ring.fis").symlink_to(inner / "ring.fis")
+    folder = open_folder(inner)
+    assert folder.files() == ["b.fis", "deep/A.FIS", "own.fis"]
+    assert folder.inside("deep/new.fis") == inner / "deep" / "new.fis"
+    assert folder.inside("own.fis") == inner / "b.fis"
+    assert folder.read("deep/A.FIS") == small()
+    bad = ["link.fis", "way/outer.fis", "../outer.fis", str(outer), "ring.fis", "folder.fis", ".hidden/c.fis", "b.txt"]
+    for name in [
+        *bad,
+        "",
+        "a\0.fis",
+        "deep\\A.fis",
+        "C:b.fis",
+        "deep//A.fis",
+        "./b.fis",
+        "a" * 400 + ".fis",
+        "Con.fis",
+        "aux/a.fis",
+        "a\u202egpj.fis",
+    ]:
+        with pytest.raises(FolderError):
+            folder.inside(name)
+    with pytest.raises(FolderError, match="no file"):
+        folder.read("missing.fis")
+    (inner / "large.fis").write_bytes(b" " * (LARGEST_FILE + 1))
+    with pytest.raises(FolderError, match="2 MB"):
+        folder.read("large.fis")
+    with pytest.raises(FolderError, match="no folder"):
+        open_folder(outer)
+
+
+def test_upload_is_read_with_line_and_warnings():
+    text = format_fis(small("größe"))
+    assert read_bytes(text.encode(), "a.fis") == (small("größe"), [])
+    fis, _ = read_bytes(text.encode("latin-1"), "a.fis")
+    assert fis.name == "größe"
+    with pytest.raises(FisFileError, match=r"a\.fis:\d+: "):
+        read_bytes(text.replace("NumRules=2", "NumRules=3").encode(), "a.fis")
+    for data in (b"", b"\0" * 100, bytes(range(256)), text.encode("utf-16")):
+        with pytest.raises(FisFileError):
+            read_bytes(data, "a.fis")
+
+
+def test_modules(tmp_path):
+    modules = Modules()
+    import fuzzy
+
+    static = os.path.dirname(fuzzy.__file__)  # noqa: PTH120
+    assert modules.file("fuzzy", "designer/static/chart.js").samefile(f"{static}/designer/static/chart.js")
+    for path in ("designer/server.py", "../pyproject.toml", "designer/static", "designer/none.js", "", "\0.js"):
+        assert modules.file("fuzzy", path) is None
+    assert modules.file("os", "path.js") is None
+    package = tmp_path / "other"
+    package.mkdir()
+    for name in ("__init__.py", "a.js"):
+        (package / name).touch()
+    (package / "link.js").symlink_to(__file__)
+    assert modules.url(package / "a.js") == "/modules/other/a.js"
+    assert modules.file("other", "a.js") == package / "a.js"
+    assert modules.file("other", "link.js") is None
+
+
+# Documents that tabs share
+
+
+def test_desk(tmp_path):
+    write_fis(small(), tmp_path / "a.fis")
+
+    async def work():
+        desk = Desk(open_folder(tmp_path))
+        first, other = desk.document("a.fis"), desk.document("b.fis")
+        assert desk.document("a.fis") is first
+        first.apply({"edit": "rename", "name": "changed"})
+        # Kept at once, not when the process ends.
+        assert desk.document("a.fis").saved is False
+        assert any("changed" in path.read_text() for path in (tmp_path / ".fuzzy-design").iterdir())
+        desk.arrive(other)
+        desk.save(other)
+        with pytest.raises(FolderError, match="another tab"):
+            desk.save(first, "b.fis", overwrite=True)
+        desk.leave(other)
+        desk.save(first, "b.fis", overwrite=True)
+        assert desk.document("b.fis") is first
+        with pytest.raises(FolderError):
+            desk.save(first, "../c.fis")
+        desk.close()
+
+    asyncio.run(work())
+    assert read_fis(tmp_path / "b.fis").name == "changed"
+    assert read_fis(tmp_path / "a.fis") == small()
+
+
+def test_a_hidden_panel_rests(tmp_path):
+    write_fis(small(), tmp_path / "a.fis")
+    calls, said = [], []
+
+    async def slow():
+        calls.append("shown")
+
+    def refuse():
+        raise InputError("not like this")
+
+    async def work():
+        desk = Desk(open_folder(tmp_path))
+        bench = Workbench(desk.document("a.fis"), desk.workers, Modules().url, lambda *what: said.append(what))
+        place = Place(shown=False)
+        with bench.building(place):
+            bench.on_change(lambda: calls.append("hidden"))
+        bench.on_change(slow)
+        bench.on_change(refuse)
+        bench.on_close(lambda: calls.append("closed"))
+        await bench.changed()
+        assert (calls, said) == (["shown"], [("not like this", True)])
+        assert place.missed
+        place.shown = True
+        await bench.changed(place)
+        assert calls == ["shown", "hidden"]
+        await bench.close()
+        await bench.changed()
+        assert calls == ["shown", "hidden", "closed"]
+
+    asyncio.run(work())
+
+
+def test_panels_are_found(monkeypatch):
+    from importlib import metadata
+
+    group = "fuzzyfleet.designer"
+    points = [
+        metadata.EntryPoint("late", f"{__name__}:LATE", group),
+        metadata.EntryPoint("early", f"{__name__}:Early", group),
+        metadata.EntryPoint("gone", "no_such_package_at_all:panel", group),
+    ]
+    monkeypatch.setattr(metadata, "entry_points", lambda group: points)
+    panels, missing = find_panels()
+    assert [panel.title for panel in panels] == ["Early", "Late"]
+    assert len(missing) == 1
+    assert "'gone'" in missing[0]
+
+
+class Early:
+    title, order = "Early", 1
+
+    def build(self, bench):
+        pass
+
+
+class Late(Early):
+    title, order = "Late", 2
+
+
+LATE = Late()
+
+
+# Work beside the page
+
+
+def refused(word):
+    raise InputError(f"no {word}")
+
+
+def failed():
+    raise KeyError("bug")
+
+
+def unsendable():
+    return lambda: None
+
+
+def ended():
+    os._exit(3)
+
+
+def test_workers():
+    async def work():
+        workers = Workers(1)
+        own = await workers.run(os.getpid)
+        assert own != os.getpid()
+        assert await workers.run(os.getpid) == own
+        with pytest.raises(InputError, match=r"^no way$"):
+            await workers.run(refused, "way")
+        for bug in (failed, unsendable):
+            with pytest.raises(WorkError):
+                await workers.run(bug)
+        # The page's loop goes on while a worker works.
+        turns, task = 0, asyncio.ensure_future(workers.run(sum, range(10_000_000)))
+        while not task.done():
+            turns += 1
+            await asyncio.sleep(0)
+        assert turns > 10
+        assert task.result() == 49_999_995_000_000
+        with pytest.raises(WorkError, match="ended"):
+            await workers.run(ended)
+        assert await workers.run(os.getpid) not in (own, os.getpid())  # a new one
+        workers.close()
+        workers.close()
+
+    asyncio.run(work())
+
+
+def test_figures():
+    for kind in FIGURES:
+        assert figure_bytes(small(), kind, "svg", [0.5], [0], 0).startswith(b"<?xml")
+    with pytest.raises(InputError, match="png"):
+        figure_bytes(small(), "surface", "gif", [0.5], [0], 0)
+    with pytest.raises(InputError, match="memberships"):
+        figure_bytes(small(), "secrets", "png", [0.5], [0], 0)
+
+
+# The command
+
+
+def test_command_says_what_is_wrong(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.fis").write_text("[System]\nName='x'\n")
+    (tmp_path / "elsewhere").mkdir()
+    for arguments, told in (
+        (["bad.fis"], "bad.fis"),
+        (["nowhere/x.fis"], "no folder"),
+        (["x.txt"], ".fis"),
+        (["x.fis", "--folder", "elsewhere/none"], "no folder"),
+        (["bad.fis", "--folder", "elsewhere"], "not in the folder"),
+        (["x.fis", "--port", "70000"], "port"),
+    ):
+        assert main(["design", *arguments, "--no-browser"]) == 2
+        out, err = capsys.readouterr()
+        assert told in err
+        assert out == ""
+        assert "Traceback" not in err
+    taken = socket.socket()
+    taken.bind(("127.0.0.1", 0))
+    taken.listen()
+    assert main(["design", "x.fis", "--no-browser", "--port", str(taken.getsockname()[1])]) == 2
+    assert "another --port" in capsys.readouterr().err
+    taken.close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.fis", "elsewhere"]
+
+
+def test_without_the_extra(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "nicegui", None)
+    assert main(["design", str(tmp_path / "x.fis")]) == 2
+    assert "pip install 'fuzzyfleet[design]'" in capsys.readouterr().err
+    monkeypatch.setitem(sys.modules, "anywidget", None)
+    from fuzzy.designer.notebook import editor
+
+    with pytest.raises(ModuleError, match=r"fuzzyfleet\[notebook\]"):
+        editor(small())

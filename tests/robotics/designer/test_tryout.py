@@ -1,0 +1,359 @@
+"""The panel "Try it": its runs are the simulator's own, its session runs the latest wish, its module shows them."""
+
+import asyncio
+import json
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fuzzy.compiled.kernel import evaluate_batch
+from fuzzy.errors import InputError
+from fuzzy.files.fisfile import write_fis
+from fuzzy.membership import Gaussian
+from fuzzy.system import Constant, Linear, Sugeno, Variable
+from robotics.designer.panel import Session, formation_data, panel
+from robotics.designer.tryout import (
+    SHOWN,
+    Attempt,
+    Trial,
+    TryoutError,
+    choices,
+    course_data,
+    design_data,
+    driven_by,
+    holds_tracking,
+    law_name,
+    rival_data,
+    run_design,
+    run_rival,
+    shown,
+)
+from robotics.experiments.learning.formationdata import FILES, Recipe
+from robotics.experiments.learning.formationdata import formation_data as formation_table
+from robotics.laws.catalogue import make_controller
+from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.measures.registry import measure_all
+from robotics.scenario.reading import load_scenario, scenario_names
+from robotics.simulation.loop import simulate
+
+TEAM = "chapter-4-crossing"
+NEW = Path("no-such-folder/new.fis")  # a system that has not been saved yet
+
+
+@pytest.fixture(scope="module")
+def tracking() -> Sugeno:
+    return load_rule_base("tracking")
+
+
+@pytest.fixture(scope="module")
+def slower(tracking: Sugeno) -> Sugeno:
+    """The rule base with a gentler turn: another system, with another path."""
+    v, w = tracking.outputs
+    return replace(tracking, name="slower", outputs=(v, replace(w, terms={**w.terms, "Positive": Constant(1.5)})))
+
+
+# The runs -------------------------------------------------------------------------------------------------------
+
+
+def test_the_package_s_rule_base_drives_as_the_package_s_law(tracking: Sugeno) -> None:
+    trial = Trial(scenario="table-2-1", seed=3)
+    direct = simulate(load_scenario("table-2-1"), make_controller("fuzzy"), (3,))
+    run = run_design(tracking, trial).run
+    assert np.array_equal(run.samples, direct.samples)
+    measured = measure_all(direct, "tracking")
+    data = design_data(tracking, trial)
+    assert data["metrics"] == {name: float(measured[name][0, 0]) for name in SHOWN["tracking"]}
+    np.testing.assert_allclose(data["x"][0], direct["x"][0, 0], atol=5.1e-5)
+    assert len(data["cross_track"][0]) == len(data["time"]) == len(direct.time)
+
+
+def test_a_changed_system_drives_as_its_file_would(slower: Sugeno, tracking: Sugeno, tmp_path: Path) -> None:
+    file = tmp_path / "slower.fis"
+    write_fis(slower, file)
+    direct = simulate(load_scenario("fuzzy-off-path"), make_controller(f"fuzzy:rule_base={file},look_ahead=0.7"))
+    run = run_design(slower, Trial(look_ahead=0.7)).run
+    assert np.array_equal(run.samples, direct.samples)
+    assert not np.array_equal(run.samples, run_design(tracking, Trial(look_ahead=0.7)).run.samples)
+
+
+@pytest.fixture(scope="module")
+def team(slower: Sugeno) -> Attempt:
+    return run_design(slower, Trial(scenario=TEAM))
+
+
+def test_a_team_s_law_takes_the_system_where_it_holds_one(team: Attempt, slower: Sugeno, tmp_path: Path) -> None:
+    file = tmp_path / "slower.fis"
+    write_fis(slower, file)
+    direct = simulate(load_scenario(TEAM), make_controller(f"cooperation:rule_base={file}"), links=True)
+    assert law_name(Trial(scenario=TEAM)) == "cooperation"
+    assert np.array_equal(team.run.samples, direct.samples)
+    measured = measure_all(direct, "team")
+    metrics = shown(team, "team", "slower")["metrics"]
+    assert metrics["min_distance_m"] == measured["min_distance_m"].min()
+    assert metrics["arrival_time_s"] == measured["arrival_time_s"].mean()
+
+
+def test_only_the_tracking_rule_base_is_replaced_and_the_law_itself_stays(slower: Sugeno) -> None:
+    law: Any = make_controller("obstacles")
+    driven = driven_by(law, slower)
+    assert driven.cooperation.tracker.tracking.fis is slower
+    assert driven.turn is law.turn
+    assert driven.cooperation.tracker.turn is law.cooperation.tracker.turn
+    assert law.cooperation.tracker.tracking.fis.name != slower.name
+
+
+def test_a_rival_is_the_catalogue_s_law() -> None:
+    direct = simulate(load_scenario("lyapunov-sine"), make_controller("esm"), (2,))
+    assert np.array_equal(run_rival("esm", Trial(scenario="lyapunov-sine", seed=2)).run.samples, direct.samples)
+
+
+def test_inputs_may_be_fewer_and_in_another_order() -> None:
+    fis = Sugeno(
+        [
+            Variable("alpha", (-3.2, 3.2), {"any": Gaussian(2.0, 0.0)}),
+            Variable("distance", (0, 20), {"any": Gaussian(9.0, 0.0)}),
+        ],
+        [
+            Variable("v", (0, 1), {"go": Linear((0.0, 2.0), 0.0)}),
+            Variable("w", (-9, 9), {"turn": Linear((4.0, 0.0), 0.0)}),
+        ],
+        ["if alpha is any and distance is any then v is go and w is turn"],
+    )
+    metrics = design_data(fis, Trial(scenario="lyapunov-circle"))["metrics"]
+    assert 0 < metrics["rms_cross_track_m"] < 0.3  # proportional pursuit: it finds the circle
+
+
+def test_edits_are_never_compiled_again(tracking: Sugeno) -> None:
+    if not hasattr(evaluate_batch, "signatures"):
+        pytest.skip("Numba compiles nothing here (NUMBA_DISABLE_JIT)")
+    x = np.zeros((1, 1, 4))
+    driven_by(make_controller("fuzzy"), tracking).tracking(x)
+    before = len(evaluate_batch.signatures)
+    first = tracking.inputs[0]
+    curved = replace(first, terms={**first.terms, "Close": Gaussian(0.05, 0.05)})
+    sloped = replace(tracking.outputs[0], terms={**tracking.outputs[0].terms, "Slow": Linear((1, 0, 0, 0), 0.5)})
+    for fis in (
+        replace(tracking, inputs=(curved, *tracking.inputs[1:])),
+        replace(tracking, rules=tracking.rules[:5]),
+        replace(tracking, outputs=(sloped, tracking.outputs[1])),
+        replace(tracking, and_method="min", defuzzification="wtsum", out_of_range="clip", no_rule_fires="nan"),
+    ):
+        driven_by(make_controller("fuzzy"), fis).tracking(x)
+    assert len(evaluate_batch.signatures) == before
+
+
+# What is said ---------------------------------------------------------------------------------------------------
+
+
+def test_what_does_not_fit_gets_a_sentence_that_says_what_is_needed(tracking: Sugeno) -> None:
+    v, w = tracking.outputs
+    first = replace(tracking.inputs[0], name="range")
+    for fis, says in (
+        (replace(tracking, inputs=(first, *tracking.inputs[1:]), rules=()), "no law knows the input 'range'"),
+        (load_rule_base("theta"), "no law knows the input"),
+        (replace(tracking, outputs=(v,), rules=()), "it has 1 output (v)"),
+        (replace(tracking, outputs=(w, v)), "order w, v"),
+        (replace(tracking, rules=()), "no rule in force"),
+    ):
+        with pytest.raises(TryoutError) as caught:
+            run_design(fis, Trial())
+        assert says in str(caught.value)
+    with pytest.raises(TryoutError, match=r"distance \[m\], alpha \[rad\], x_err \[m\] and heading_err \[rad\]"):
+        run_design(replace(tracking, outputs=(v,), rules=()), Trial())
+
+
+@pytest.mark.parametrize(
+    ("choice", "says"),
+    [
+        ({"scenario": "fuzzy-of-path"}, "did you mean 'fuzzy-off-path'"),
+        ({"scenario": "formation-ahead"}, "not by a tracking rule base"),
+        ({"scenario": None}, "unknown scenario"),
+        ({"law": "lyapunov"}, "unknown law"),
+        ({"look_ahead": -1.0}, "look_ahead must be a finite number in s, >= 0 and <= 10"),
+        ({"look_ahead": "1"}, "look_ahead must be"),
+        ({"seed": 1.5}, "seed must be a whole number"),
+        ({"seed": True}, "seed must be a whole number"),
+    ],
+)
+def test_choices_that_there_are_not(choice: dict[str, Any], says: str) -> None:
+    with pytest.raises(TryoutError, match=says.replace("(", r"\(")):
+        Trial(**choice)
+
+
+def test_what_happens_on_the_way_is_noted(tracking: Sugeno) -> None:
+    narrow = replace(tracking.inputs[0], universe=(0.0, 0.1))
+    leaving = replace(tracking, inputs=(narrow, *tracking.inputs[1:]), out_of_range="warn")
+    notes = run_design(leaving, Trial()).notes
+    assert len(notes) == 1
+    assert "distance" in notes[0]
+    # Where no rule fires the command is no number: the robot is stopped, and the curves end.
+    few = replace(tracking, rules=tracking.rules[:1], no_rule_fires="nan")
+    data = design_data(few, Trial())
+    assert any("robot 1 was stopped at" in note for note in data["notes"])
+    assert data["x"][0][-1] is None
+    assert data["metrics"]["settling_time_s"] == "never"
+    json.dumps(data, allow_nan=False)
+    with pytest.raises(InputError, match="distance"):
+        run_design(replace(leaving, out_of_range="error"), Trial())
+
+
+def test_every_scenario_is_offered_or_says_why_not() -> None:
+    known = choices()
+    assert [s["name"] for s in known["scenarios"]] == scenario_names()
+    assert {s["name"] for s in known["scenarios"] if s["why"]} == set(scenario_names("formation"))
+    assert {name for name, _ in known["laws"]} >= {"cooperation", "obstacles", "crash-yielding"}
+    assert not any(holds_tracking(make_controller(n)) for pairs in known["rivals"].values() for n, _ in pairs)
+    assert law_name(Trial(scenario="chapter-6-case-3")) == "obstacles"
+    assert law_name(Trial(scenario="chapter-6-case-3", law="cooperation")) == "cooperation"
+    json.dumps([known, course_data(Trial(scenario=TEAM))], allow_nan=False)
+
+
+def test_formation_data_for_training(monkeypatch: pytest.MonkeyPatch) -> None:
+    short = Recipe(starts=(4.0,), samples=20)
+    monkeypatch.setitem(FILES, "formation-literal.csv", short)
+    generators = {g.name: g for g in formation_data()}
+    made, direct = generators["formation-literal"].make(), formation_table(short)
+    assert made.names == direct.names
+    assert made.inputs == 3
+    assert np.array_equal(made.values, direct.values)
+    assert set(generators) == {"formation-literal", "formation-well-posed"}
+
+
+# The session ----------------------------------------------------------------------------------------------------
+
+
+class Bench:
+    """What the designer's page offers to a panel, without a page."""
+
+    def __init__(self, fis: Sugeno, path: Path) -> None:
+        self.document: Any = SimpleNamespace(design=SimpleNamespace(in_force=fis), path=path)
+        self.traits: dict[str, Any] = {}
+        self.calls: list[tuple[str, tuple[Any, ...]]] = []
+        self.gate = asyncio.Event()
+        self.gate.set()
+
+    def widget(self, module: Path, **traits: Any) -> Any:
+        assert module.is_file()
+        self.traits.update(traits)
+        return SimpleNamespace(update=self.traits.update, on_message=lambda f: setattr(self, "say", f))
+
+    def on_change(self, callback: Any) -> None:
+        self.changed = callback
+
+    def edit(self, fis: Sugeno) -> None:
+        self.document.design.in_force = fis
+        self.changed()
+
+    async def background(self, function: Any, *args: Any) -> Any:
+        self.calls.append((function.__name__, args))
+        await self.gate.wait()
+        return function(*args)
+
+
+async def opened(fis: Sugeno, path: Path = NEW) -> tuple[Bench, Session]:
+    bench = Bench(fis, path)
+    session = Session(bench)
+    bench.say({"do": "see", "on": True})
+    assert session.task is not None
+    await session.task
+    return bench, session
+
+
+def test_the_latest_design_wins_and_the_rival_is_run_once(tracking: Sugeno, slower: Sugeno) -> None:
+    async def scene() -> None:
+        bench, session = await opened(tracking)
+        assert bench.traits["tried"] == design_data(tracking, Trial())
+        assert bench.traits["rival"] == rival_data("lyapunov", Trial())
+        assert bench.traits["before"] == bench.traits["tried"] | {"label": "as opened"}
+        bench.calls.clear()
+        bench.gate.clear()
+        others = [replace(tracking, name=f"design {k}") for k in range(20)]
+        for fis in others:
+            bench.edit(fis)
+            await asyncio.sleep(0)
+        bench.edit(slower)
+        bench.gate.set()
+        await session.task  # type: ignore[misc]
+        assert [args[0].name for _, args in bench.calls] == ["design 0", "slower"]
+        assert bench.traits["tried"] == design_data(slower, Trial())
+        assert bench.traits["busy"] is False
+        bench.say({"do": "pin"})
+        await session.task  # type: ignore[misc]
+        assert bench.traits["before"] == bench.traits["tried"] | {"label": "pinned"}
+        bench.say({"do": "choose", "name": "rival", "value": "esm"})
+        await session.task  # type: ignore[misc]
+        bench.say({"do": "choose", "name": "rival", "value": "lyapunov"})
+        await session.task  # type: ignore[misc]
+        assert [name for name, _ in bench.calls].count("rival_data") == 1
+        assert bench.traits["rival"] == rival_data("lyapunov", Trial())
+
+    asyncio.run(scene())
+
+
+def test_the_design_before_is_that_of_the_file(tracking: Sugeno, slower: Sugeno, tmp_path: Path) -> None:
+    write_fis(slower, tmp_path / "slower.fis")
+    bench, _ = asyncio.run(opened(tracking, tmp_path / "slower.fis"))
+    assert bench.traits["before"] == design_data(slower, Trial()) | {"label": "in the file"}
+    assert bench.traits["tried"]["label"] == "tracking"
+
+
+def test_nothing_is_run_for_a_panel_that_nobody_sees(tracking: Sugeno, slower: Sugeno) -> None:
+    async def scene() -> None:
+        bench = Bench(tracking, NEW)
+        panel.build(bench)
+        bench.edit(slower)
+        await asyncio.sleep(0)
+        assert bench.calls == []
+
+    asyncio.run(scene())
+
+
+def test_a_run_that_another_choice_overtook_is_not_shown(tracking: Sugeno) -> None:
+    async def scene() -> None:
+        bench, session = await opened(tracking)
+        bench.gate.clear()
+        bench.edit(replace(tracking, name="late"))
+        await asyncio.sleep(0)
+        bench.say({"do": "choose", "name": "scenario", "value": "lyapunov-circle"})
+        bench.gate.set()
+        await session.task  # type: ignore[misc]
+        assert bench.traits["course"]["scenario"] == "lyapunov-circle"
+        assert bench.traits["tried"]["time"][-1] == 25.0
+        assert bench.traits["before"]["time"][-1] == 25.0
+
+    asyncio.run(scene())
+
+
+def test_wrong_wishes_and_designs_get_sentences(tracking: Sugeno) -> None:
+    async def scene() -> None:
+        bench, session = await opened(tracking)
+        for message in (
+            None,
+            [],
+            {"do": "run"},
+            {"do": ["see"]},
+            {"do": "choose"},
+            {"do": "choose", "name": "scenario", "value": {"a": 1}},
+            {"do": "choose", "name": "scenario", "value": "formation-ahead"},
+            {"do": "choose", "name": "rival", "value": "fuzzy"},
+            {"do": "choose", "name": "look_ahead", "value": None},
+            {"do": "choose", "name": "seed", "value": -1},
+        ):
+            bench.traits["problem"] = None
+            bench.say(message)
+            assert bench.traits["problem"]["message"], message
+        assert session.trial == Trial()
+        bench.edit(replace(tracking, outputs=tracking.outputs[:1], rules=()))
+        await session.task  # type: ignore[misc]
+        assert "it has 1 output" in bench.traits["problem"]["message"]
+        assert bench.traits["tried"] is None
+        bench.edit(tracking)
+        await session.task  # type: ignore[misc]
+        assert bench.traits["problem"] is None
+        assert bench.traits["tried"]["label"] == "tracking"
+
+    asyncio.run(scene())

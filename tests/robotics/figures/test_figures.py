@@ -1,0 +1,265 @@
+from dataclasses import replace
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.colors import same_color
+from matplotlib.figure import Figure
+
+from fuzzy.inference import infer
+from robotics.environment.world import Disc, World, compile_world
+from robotics.experiments.comparison import Comparison, compare, summarise
+from robotics.figures.controllers import HEADLINES, plot_comparison, plot_errors, plot_paths, plot_run, plot_velocities
+from robotics.figures.drawing import POINTS, looks, only, seeds_as_text, thinned
+from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
+from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.measures.tracking import tracking_error
+from robotics.scenario.reading import parse_scenario
+from robotics.simulation.run import Run
+
+TWO_ROBOTS = """
+duration = 6.0
+divergence = 1.5
+[sensing]
+posture = "pose"
+position_noise = 0.003
+[[robots]]
+start = [-0.5, 0.0, 0.0]
+path = { shape = "sine", amplitude = 1.0, x_end = 8.0 }
+timing = { x_rate = 0.3 }
+[[robots]]
+start = [0.0, -2.0, 0.3]
+path = { shape = "line", start = [0.0, -2.0], end = [5.0, -2.0] }
+timing = { speed = 0.3 }
+"""
+LAWS = ("lyapunov", "lyapunov:signs=literal", "esm")  # the second one diverges
+LOST = LAWS[1]
+
+
+@pytest.fixture(scope="module")
+def comparison() -> Comparison:
+    return compare([parse_scenario(TWO_ROBOTS, "two")], LAWS, (3, 4, 9))
+
+
+@pytest.fixture(scope="module")
+def runs(comparison: Comparison) -> list[Run]:
+    return [comparison.runs["two", name] for name in LAWS]
+
+
+def lines(figure: Figure) -> list[mpl.lines.Line2D]:
+    return [line for ax in figure.axes for line in ax.lines]
+
+
+def drawn(ax: mpl.axes.Axes, x: np.ndarray, y: np.ndarray) -> list[mpl.lines.Line2D]:
+    """The lines with exactly this data."""
+    return [
+        line
+        for line in ax.lines
+        if np.array_equal(line.get_xdata(), x, equal_nan=True) and np.array_equal(line.get_ydata(), y, equal_nan=True)
+    ]
+
+
+def crosses(ax: mpl.axes.Axes) -> list[tuple[float, float]]:
+    return [(line.get_xdata()[0], line.get_ydata()[0]) for line in ax.lines if line.get_marker() == "X"]
+
+
+def labels(figure: Figure) -> set[str]:
+    return {text.get_text() for text in figure.findobj(mpl.text.Text)}
+
+
+def test_paths_are_those_of_the_runs(runs: list[Run]) -> None:
+    figure = plot_paths(runs, seed=4)
+    overview, detail = figure.axes
+    for run in runs:
+        for robot in range(2):
+            (line,) = drawn(overview, run["x"][1, robot], run["y"][1, robot])
+            assert same_color(line.get_color(), looks(LAWS)[run.controller].color)
+    for nodes in runs[0].paths:
+        stride = nodes[:, :: max(1, nodes.shape[1] // POINTS)]
+        found = [line for line in overview.lines if np.array_equal(line.get_xdata()[:100], stride[0, :100])]
+        assert [line.get_linestyle() for line in found] == ["--"]
+        assert found[0].get_xdata()[-1] == nodes[0, -1]
+    assert overview.get_xlabel() == "x [m]"
+    assert overview.get_ylabel() == "y [m]"
+    assert overview.get_aspect() == 1
+    starts = {(line.get_xdata()[0], line.get_ydata()[0]) for line in overview.lines if line.get_marker() == "o"}
+    assert starts == {(-0.5, 0.0), (0.0, -2.0)}
+    # The detail is drawn about the place that a square marks, a place of a reference.
+    (square,) = [line for line in overview.lines if line.get_marker() == "s"]
+    (x,), (y,) = square.get_data()
+    scale = {"Δx [m]": 1.0, "Δx [mm]": 1000.0}[detail.get_xlabel()]
+    assert (x, y) in set(zip(runs[0].target("x").ravel(), runs[0].target("y").ravel(), strict=True))
+    assert drawn(detail, scale * (runs[2]["x"][1, 0] - x), scale * (runs[2]["y"][1, 0] - y))
+    assert {"Lyapunov", "Lyapunov (signs=literal)", "Exponential SM", "reference", "start"} <= labels(figure)
+
+
+def test_a_cross_marks_where_a_robot_was_stopped(runs: list[Run]) -> None:
+    lost = runs[1]
+    assert lost.diverged.all()
+    assert not runs[0].diverged.any()
+    ends = [(lost["x"][0, r, k], lost["y"][0, r, k]) for r, k in enumerate(lost.stopped[0])]
+    assert crosses(plot_paths(runs).axes[0]) == ends
+    k = lost.stopped[0, 1]
+    v_axes = plot_velocities(runs, robot=1).axes[2]
+    assert crosses(v_axes) == [(lost.time[k], lost["v"][0, 1, k])]
+    assert len(crosses(plot_run(lost).axes[0])) == lost.diverged.size
+    assert crosses(plot_run(runs[0]).axes[0]) == []
+
+
+def test_errors_are_those_of_the_metrics(runs: list[Run]) -> None:
+    figure = plot_errors(runs, seed=9, robot=1)
+    left = [ax for ax in figure.axes if ax.get_subplotspec().is_first_col()]
+    names = [("x error", "m"), ("y error", "m"), ("heading error", "rad")]
+    for ax, (name, unit), field in zip(left, names, ("x", "y", "heading"), strict=True):
+        assert ax.get_ylabel() in (f"{name} [{unit}]", f"{name} [m{unit}]")
+        scale = 1000 if ax.get_ylabel() == f"{name} [m{unit}]" else 1
+        for run in runs:
+            error = getattr(tracking_error(run), field)[2, 1]
+            assert len(drawn(ax, run.time, scale * error)) == 1
+    assert "time [s]" in labels(figure)
+
+
+def test_second_half_is_magnified_where_it_is_dwarfed(runs: list[Run]) -> None:
+    figure = plot_errors(runs[:1], robot=0)
+    assert len(figure.axes) == 6
+    right = figure.axes[1]
+    half = runs[0].time >= 3.0
+    assert right.get_ylabel() == "x error [mm]"
+    assert drawn(right, runs[0].time[half], 1000 * tracking_error(runs[0]).x[0, 0][half])
+
+
+def test_velocities_have_one_row_a_controller(comparison: Comparison, runs: list[Run]) -> None:
+    robot = comparison.scenarios[0].robots[0].robot
+    figure = plot_velocities(runs, machine=robot)
+    assert len(figure.axes) == 2 * len(LAWS)
+    for row, run in enumerate(runs):
+        for column, channel in enumerate("vw"):
+            ax = figure.axes[2 * row + column]
+            assert drawn(ax, run.time, run[channel][0, 0])
+            assert drawn(ax, run.time, run.target(channel)[0])
+    assert {"linear speed v [m/s]", "angular speed ω [rad/s]", "time [s]"} <= labels(figure)
+    # The wheels end at 0.825 m/s, before the 1.12 m/s that the robot's field says; one run comes near it.
+    limits = [line.get_ydata()[0] for line in figure.axes[0].lines if line.get_label() == "limit"]
+    assert limits == [pytest.approx(robot.wheel_speed_limit)]
+    # The diverging law turns right at nearly the 5.74 rad/s that the command may have.
+    assert [line.get_ydata()[0] for line in figure.axes[1].lines if line.get_label() == "limit"] == [-5.74]
+    assert not [line for line in lines(plot_velocities(runs)) if line.get_label() == "limit"]
+
+
+def test_a_controller_looks_the_same_in_every_figure(comparison: Comparison, runs: list[Run]) -> None:
+    assert looks(["esm"])["esm"] == looks(["fuzzy", "csm", "esm", "csm:k=0.3"])["esm"]
+    many = looks(["fuzzy", "lyapunov", "csm", "assm", "qssm", "esm", *(f"csm:k={k}" for k in range(1, 16))])
+    assert len({(look.color, look.line) for look in many.values()}) == len(many)
+    own = looks(["csm:k=1", "fuzzy"])
+    assert own["fuzzy"] == many["fuzzy"] != own["csm:k=1"]
+    color = looks(LAWS)["esm"].color
+    for figure in (plot_paths(runs), plot_errors(runs), plot_velocities(runs), plot_comparison(comparison)):
+        assert any(same_color(line.get_color(), color) for line in lines(figure))
+
+
+def test_run_page_shows_every_seed_and_channel(runs: list[Run]) -> None:
+    run = runs[2]  # torques
+    figure = plot_run(run)
+    text = labels(figure)
+    assert {"x error [m]", "v [m/s]", "ω [rad/s]", "right wheel [N m]", "left wheel [N m]", "time [s]"} <= text
+    assert "commanded v [m/s]" in labels(plot_run(runs[0]))
+    panels = {ax.get_ylabel(): ax for ax in figure.axes}
+    for seed in range(3):
+        for robot in range(2):
+            assert drawn(panels["right wheel [N m]"], run.time, run["command_1"][seed, robot])
+            assert drawn(panels["y [m]"], run["x"][seed, robot], run["y"][seed, robot])
+    assert "Exponential SM on two, seed 3; faint: seeds 4, 9" in text
+    assert any("stopped (×): 6 of 6" in t for t in labels(plot_run(runs[1])))
+
+
+def test_comparison_shows_every_seed_mean_and_interval(comparison: Comparison) -> None:
+    figure = plot_comparison(comparison, metrics=HEADLINES)
+    assert len(figure.axes) == len(HEADLINES)
+    summary = summarise(comparison.table).set_index(["metric", "controller"])
+    for ax, metric in zip(figure.axes, HEADLINES, strict=True):
+        assert ax.get_xlabel().replace("\n", " ").count("[") == 1
+        for row, name in enumerate(LAWS):
+            group = comparison.table[comparison.table["controller"] == name].groupby("seed")[metric].mean()
+            mean, low, high = summary.loc[(metric, name), ["mean", "low", "high"]]
+            if np.isinf(mean):
+                assert "never settled: 3 of 3 ×" in {t.get_text() for t in ax.texts}
+                continue
+            assert any(np.array_equal(line.get_xdata(), group.to_numpy()) for line in ax.lines)
+            assert any(list(line.get_xdata()) == [mean] and list(line.get_ydata()) == [row] for line in ax.lines)
+            bars = [line for line in ax.lines if list(line.get_ydata()) == [row, row]]
+            assert any(np.allclose(line.get_xdata(), [max(low, line.get_xdata()[0]), high]) for line in bars)
+    norm = figure.axes[HEADLINES.index("mean_error_norm")]
+    assert norm.get_xscale() == "log"  # the diverging law is more than ten times worse
+    assert "logarithmic" in norm.get_xlabel()
+
+
+def test_switching_law_is_the_controllers() -> None:
+    figure = plot_switching([[(0.2, 1.0), (0.2, 0.1)], [(1.0, 0.5)]], alpha=3.0, reach=1.5)
+    assert [len(ax.lines) for ax in figure.axes] == [2, 1]
+    for ax, curves in zip(figure.axes, ([(0.2, 0.1), (0.2, 1.0)], [(1.0, 0.5)]), strict=True):
+        assert ax.get_xlabel() == "S [m/s]"
+        assert "[m/s²]" in ax.get_ylabel()
+        for line, (k, mu0) in zip(ax.lines, curves, strict=True):  # the highest end first
+            s = line.get_xdata()
+            expected = k / (mu0 + (1 - mu0) * np.exp(-3.0 * np.abs(s))) * np.sign(s)
+            np.testing.assert_allclose(line.get_ydata(), expected, rtol=1e-12)
+    assert any("conventional" in text for text in labels(figure))
+
+
+def test_rule_base_figures_show_the_rule_bases() -> None:
+    tracking = load_rule_base("tracking")
+    memberships = plot_tracking_memberships()
+    assert [ax.get_xlabel() for ax in memberships.axes] == ["distance [m]", "α [rad]"]
+    assert {"Very close", "Very far", "Straight"} <= labels(memberships)
+    v, w = plot_tracking_velocities().axes[:2]
+    distance, speed = v.lines[0].get_data()
+    x = np.column_stack([distance, 0 * distance, 0 * distance + 0.1, 0 * distance])
+    np.testing.assert_allclose(speed, infer(tracking, x).output[:, 0], atol=1e-12)
+    assert np.interp(0.2, distance, speed) == pytest.approx(0.5, abs=0.01)  # distance / 0.4 s
+    assert w.get_ylabel() == "ω [rad/s]"
+    assert w.lines[0].get_ydata().max() == pytest.approx(5.74)
+    memberships, turn = plot_lateral().axes
+    assert memberships.get_xlabel() == "y_err [m]"
+    assert turn.get_ylabel() == "λ [rad]"
+    assert turn.lines[0].get_ydata()[0] == pytest.approx(-0.6)
+
+
+def test_long_lines_keep_their_extremes() -> None:
+    time = np.linspace(0, 1, 100_000)
+    values = np.sin(40 * time)
+    values[12_345], values[77_777] = 9.0, -9.0
+    few, shown = thinned(time, values)
+    assert len(few) <= 2 * POINTS
+    assert (shown.max(), shown.min()) == (9.0, -9.0)
+    assert (few[0], few[-1]) == (0.0, 1.0)
+    assert np.all(np.diff(few) > 0)
+    assert thinned(time[:POINTS], values[:POINTS])[0] is not None
+    values[50_000:] = np.nan
+    assert np.isnan(thinned(time, values)[1]).any()
+
+
+def test_seeds_in_words() -> None:
+    assert seeds_as_text(range(20)) == "0–19"
+    assert seeds_as_text((3, 4, 7, 8, 9, 42)) == "3, 4, 7–9, 42"
+
+
+def test_wrong_requests_are_refused(comparison: Comparison, runs: list[Run]) -> None:
+    with pytest.raises(ValueError, match="seed 7 is not among those of the run: 3, 4, 9"):
+        plot_paths(runs, seed=7)
+    with pytest.raises(ValueError, match="at least one run"):
+        plot_errors([])
+    with pytest.raises(ValueError, match="'elsewhere' was not compared"):
+        plot_comparison(comparison, "elsewhere")
+    assert only(runs[0], None).seeds == (3,)
+
+
+def test_obstacles_and_one_robot_are_drawn_in_true_size(runs: list[Run]) -> None:
+    world = compile_world(World(obstacles=(Disc(position=(1.0, 0.7), radius=0.2),)))
+    top = plot_run(replace(only(runs[0], None), obstacles=world.rest)).axes[0]
+    disc, body = (
+        [p.vertices for c in top.collections if c.get_zorder() == zorder for p in c.get_paths()] for zorder in (1.5, 3)
+    )
+    np.testing.assert_allclose(disc[0].mean(axis=0), (1.0, 0.7), atol=0.02)
+    assert len(body) == 8 * runs[0].samples.shape[3]
+    for corners in body:
+        np.testing.assert_allclose(np.linalg.norm(np.diff(corners[:4], axis=0), axis=1), [0.23, 0.20, 0.23])

@@ -1,0 +1,121 @@
+"""Crash avoidance of thesis 6.1: (6.4) and (6.5) on made observations, and its two tests."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robotics.environment.collision import footprints, robot_contacts
+from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
+from robotics.laws.catalogue import make_controller
+from robotics.laws.law import ControllerError, Observation
+from robotics.measures.teams import arrival_time, nearest_distance, spread
+from robotics.radio.channel import Heard
+from robotics.scenario.reading import load_scenario
+from robotics.simulation.loop import simulate
+
+
+@pytest.fixture(scope="module")
+def crossing():
+    return load_scenario("chapter-6-test-2")
+
+
+def seen(crossing, poses, time=10.0):
+    """What three robots at ``poses`` (3, 3) hear of each other; each hears all, without delay."""
+    poses = np.asarray(poses, dtype=float)
+    values = np.zeros((6, 1, 3, 3))
+    values[4], values[5] = poses[:, 0], poses[:, 1]
+    hears = ~np.eye(3, dtype=bool)
+    heard = Heard(values=values, age=np.zeros((1, 3, 3)), hears=hears)
+    still = np.zeros((1, 3))
+    x, y, heading = poses.T[:, None]
+    return Observation(time, x, y, heading, still, still, crossing.trajectory.at(0.0), crossing.trajectory, heard, None)
+
+
+def decide(law, crossing, poses):
+    command, _ = law.control(seen(crossing, poses), law.init(crossing, 1), 0.05)
+    return command.v[0], command.w[0]
+
+
+@pytest.mark.parametrize("d_min", [0.5, 0.6, 1.0])
+def test_the_turn_is_the_formula_also_where_robots_overlap(d_min):
+    """1.2 rad (d_min − d) / (d_min − 0.3 m), and 0 from d_min on."""
+    law = CrashAvoidance(d_min=d_min)
+    least = max(0.0, d_min - 2 * (d_min - 0.3))  # the rule base ends at 2.4 rad
+    d = np.linspace(least, d_min, 50)
+    np.testing.assert_allclose(law.turn_at(d), 1.2 * (d_min - d) / (d_min - 0.3), atol=1e-9)
+    np.testing.assert_allclose(law.turn_at(np.array([d_min + 0.01, 7.0, np.nan])), 0.0, atol=1e-9)
+
+
+def test_the_robot_of_higher_number_stops_and_only_while_it_is_near(crossing):
+    """(6.5): j > i stands with v = ω = 0 at d_min and goes on beyond it; robot 1 never stops."""
+    law = CrashAvoidance(d_min=0.6)
+    apart = [(0.0, 2.0, 0.0), (-1.0, 0.0, 0.0), (0.0, -2.0, 0.0)]
+    # Behind their starts, so that all have somewhere to go
+    back = np.array(apart) - [0.3, 0.0, 0.0]
+    v, _ = decide(law, crossing, back)
+    assert (v > 0).all()
+    for moved, beside, stands in ((2, 0, 2), (0, 1, 1)):  # who is put beside whom, both with the target ahead
+        near = back.copy()
+        near[moved] = back[beside] + [0.0, -0.59 if moved == 2 else 0.59, 0.0]
+        v, w = decide(law, crossing, near)
+        assert (v[stands], w[stands]) == (0.0, 0.0)
+        assert (np.delete(v, stands) > 0).all()
+        near[moved] = back[beside] + [0.0, -0.61 if moved == 2 else 0.61, 0.0]
+        v, _ = decide(law, crossing, near)
+        assert (v > 0).all()
+
+
+@pytest.mark.parametrize(("side", "sign"), [(1.0, -1.0), (-1.0, 1.0)])
+def test_the_robot_of_lower_number_turns_away(crossing, side, sign):
+    """(6.4): a robot to the left makes it turn right, the more the nearer."""
+    law = CrashAvoidance(d_min=0.6)
+    base = np.array([(-0.3, 2.0, 0.0), (-5.0, 0.0, 0.0), (-0.3, -2.0, 0.0)])
+    turns = []
+    for d in (0.7, 0.55, 0.45, 0.35):
+        base[1] = (base[0, 0] + 0.1, base[0, 1] + side * np.sqrt(d**2 - 0.01), 0.0)
+        turns.append(sign * decide(law, crossing, base)[1][0])
+    assert abs(turns[0]) < 0.05  # nothing but the noise of the arithmetic, the target being straight ahead
+    assert turns[0] < turns[1] < turns[2] < turns[3]
+
+
+def drive(name, controller, duration=56.0):
+    """Least distance of centers [m], contact, spread of arrivals [s], arrival over duration."""
+    scenario = replace(load_scenario(name), duration=duration)
+    run = simulate(scenario, make_controller(controller), [0])
+    sizes = footprints([member.robot for member in scenario.robots])
+    x, y, heading = (np.ascontiguousarray(run[name][0].T) for name in ("x", "y", "heading"))
+    contact = (robot_contacts(x, y, heading, sizes) >= 0).any()
+    arrivals = arrival_time(run)
+    ends = scenario.trajectory.ends.max()
+    return nearest_distance(run).min(), contact, spread(arrivals)[0], arrivals.max() / ends
+
+
+@pytest.mark.parametrize(
+    ("scenario", "controller", "least", "ratio"),
+    [
+        ("chapter-6-test-1", "right-of-way", 0.40, 1.1),
+        ("chapter-6-test-2", "right-of-way", 0.45, 1.1),
+        ("chapter-6-test-2", "crash-yielding", 0.36, 1.25),
+    ],
+)
+def test_the_thesis_tests_end_without_contact_and_together(scenario, controller, least, ratio):
+    """Chapter 6.1.3's two tests with the numbers that an honest implementation reaches."""
+    distance, contact, apart, late = drive(scenario, controller)
+    assert not contact
+    assert distance >= least
+    assert apart <= 0.2
+    assert late <= ratio
+
+
+@pytest.mark.parametrize(("d_min", "duration"), [(0.6, 56.0), (0.8, 90.0)])
+def test_as_printed_the_second_test_collides_or_never_ends(d_min, duration):
+    _, contact, apart, _ = drive("chapter-6-test-2", f"crash-literal:d_min={d_min}", duration)
+    assert contact or np.isinf(apart)
+
+
+def test_a_distance_below_contact_is_refused():
+    with pytest.raises(ControllerError, match=r"d_min must be"):
+        CrashAvoidance(d_min=0.3)
+    with pytest.raises(ControllerError, match="one input"):
+        CrashAvoidance(eta_rule_base="tracking")

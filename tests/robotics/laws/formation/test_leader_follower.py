@@ -1,0 +1,234 @@
+"""The leader-follower law and networks in closed loop, on the full plant."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fuzzy.files.fisfile import write_fis
+from fuzzy.fitting.clustering import Options, subtractive_clusters
+from fuzzy.membership import Gaussian
+from fuzzy.rule import Clause, Rule
+from fuzzy.system import Linear, Sugeno, Variable
+from robotics.experiments.comparison import compare
+from robotics.experiments.learning.formationdata import Recipe, formation_data
+from robotics.laws.catalogue import CATALOGUE, gains_of, make_controller
+from robotics.laws.formation.leader_follower import (
+    FormationTeacher,
+    LeaderFollower,
+    correction,
+    law,
+    lead,
+    literal_speeds,
+)
+from robotics.laws.law import ControllerError
+from robotics.measures.formations import alignment_time, final_spread, last_samples, lateral_error
+from robotics.paths.path import compile_path
+from robotics.scenario.formations import leader_path
+from robotics.scenario.reading import load_scenario, scenario_names
+from robotics.sensing.posture import Sensing
+from robotics.simulation.loop import simulate
+
+PATH = compile_path(leader_path())
+
+
+def test_lead_is_over_the_followers_mean():
+    assert lead(np.array([[3.0, 0.0, 1.0], [0.0, 1.0, 1.0]])).tolist() == [2.5, -1.0]
+
+
+def test_beside_is_the_point_with_that_x():
+    x = np.array([[-4.0, -1.0], [0.5, np.pi]])
+    point = PATH.beside(x)
+    np.testing.assert_allclose(point.x, x, atol=1e-9)
+    np.testing.assert_allclose(point.y, 0.5 * np.cos(np.maximum(x, 0)), atol=1e-9)
+    assert point.curvature[1, 1] == pytest.approx(0.5, abs=1e-5)
+    assert PATH.beside(np.array(99.0)).x == pytest.approx(2 * np.pi)
+
+
+def test_law_by_hand():
+    dx = np.array([-3.0, -1.0, 0.0, 0.5, 3.0])
+    x = np.full(5, np.pi)  # there y = −0.5, θ = 0, κ = 0.5
+    wish = law(PATH, x, np.full(5, -0.5), np.zeros(5), dx, 0.1, 4.0, 0.8)
+    np.testing.assert_allclose(wish.v_l, [0.3, 0.2, 0.1, 0.05, 0.0])
+    np.testing.assert_allclose(wish.v_f, [0.05, 0.075, 0.1, 0.1, 0.1])
+    np.testing.assert_allclose(wish.w_l, 0.5 * wish.v_l, atol=1e-6)
+    assert wish.w_f[2] == pytest.approx(0.05, abs=1e-6)
+    assert wish.w_f[4] == pytest.approx(-0.05 * np.cos(np.pi - 3), abs=5e-4)  # the followers are near x = 0.14
+    off = law(PATH, x[:1], np.array([-0.4]), np.array([0.2]), np.zeros(1), 0.1, 4.0, 0.8)
+    assert off.w_l[0] == pytest.approx(0.05 - 4 * 0.1 * 0.1 - 0.8 * 0.2, abs=1e-6)
+
+
+def test_correction_turns_back_to_the_path():
+    assert correction(PATH, np.pi, -0.4, 0.0, 0.1, 4.0, 0.0) == pytest.approx(-0.04)  # left of it: to the right
+    assert correction(PATH, np.pi, -0.5, 0.1 + 2 * np.pi, 0.1, 4.0, 0.8) == pytest.approx(-0.08)
+
+
+def test_literal_speeds_are_those_of_5_2_1():
+    v_l, v_f = literal_speeds(np.array([-4.0, -2.0, 0.0, 2.0, 4.0]), np.array([False] * 5), 0.1)
+    np.testing.assert_allclose(v_l, [0.3, 0.2, 0.1, 0.0, 0.0])
+    np.testing.assert_allclose(literal_speeds(v_l, np.array([True] * 5), 0.1)[0], 0.1)
+    np.testing.assert_allclose(v_f, 0.1)
+
+
+@pytest.mark.parametrize(("name", "aligned"), [("formation-behind", 28.2), ("formation-ahead", 44.4)])
+@pytest.mark.parametrize("own", ["none", "own-pose"])
+def test_teacher_does_both_experiments(name, aligned, own):
+    """Times of an independent prototype with a simpler plant (28.2 and 44.4 s, 28.4 and 44.5 s corrected)."""
+    run = simulate(load_scenario(name), FormationTeacher(correction=own))
+    assert not run.diverged.any()
+    assert alignment_time(run)[0] == pytest.approx(aligned, abs=0.5)
+    assert final_spread(run)[0] < 0.02
+    lateral = lateral_error(run)[0]
+    assert lateral[0] < 0.01
+    assert lateral[1:].max() < (0.04 if own == "none" else 0.002)
+    over = last_samples(run)[0]
+    assert (run["command_1"][0, :, over:] == 0).all()  # all stand still at the end
+    assert (run["command_1"][0, :, over - 1] > 0).all()
+
+
+def test_leader_hurries_from_behind_and_waits_in_front():
+    behind = simulate(load_scenario("formation-behind"), FormationTeacher())
+    assert behind["v"][0, 0].max() == pytest.approx(0.3, abs=0.02)
+    assert behind["v"][0, 1][20:60].max() < 0.06  # the followers slow down
+    ahead = simulate(load_scenario("formation-ahead"), FormationTeacher())
+    assert np.abs(ahead["x"][0, 0][: 20 * 20] - 3.0).max() < 0.01
+    assert ahead["v"][0, 1][20:200].mean() == pytest.approx(0.1, abs=0.01)
+
+
+def least_squares_systems():
+    """A first-order system for each output of the well-posed data: clusters, then one lstsq; no learning."""
+    table = formation_data(Recipe(kind="well-posed"))
+    x, systems = table.values[:, : table.inputs], []
+    for j, name in enumerate(table.names[table.inputs :], start=table.inputs):
+        z = table.values[:, j]
+        found = subtractive_clusters(np.column_stack([x, z]), 0.5, options=Options(squash=0.8, accept=0.5, reject=0.1))
+        c, sigma = found.centers[:, :-1], found.sigma[:-1]
+        w = np.exp(-(((x[:, None] - c) / sigma) ** 2).sum(-1) / 2)
+        w /= w.sum(1, keepdims=True)
+        design = (w[..., None] * np.column_stack([x, np.ones(len(x))])[:, None]).reshape(len(x), -1)
+        p = np.linalg.lstsq(design, z, rcond=None)[0].reshape(len(c), -1).tolist()
+        inputs = [
+            Variable(
+                n,
+                (x[:, i].min(), x[:, i].max()),
+                [(f"{name}{r}", Gaussian(sigma[i], m)) for r, m in enumerate(c[:, i])],
+            )
+            for i, n in enumerate(table.names[: table.inputs])
+        ]
+        terms = [(f"{name}{r}", Linear(row[:-1], row[-1])) for r, row in enumerate(p)]
+        rules = [
+            Rule(tuple(Clause(v.name, f"{name}{r}") for v in inputs), ((name, f"{name}{r}"),)) for r in range(len(c))
+        ]
+        systems.append(Sugeno(inputs, [Variable(name, (z.min(), z.max()), terms)], rules, name=name))
+    return systems
+
+
+def together(systems):
+    """The same in one system with four outputs; every rule speaks for one of them."""
+    inputs = [
+        Variable(v.name, v.universe, [t for fis in systems for t in fis.inputs[i].terms.items()])
+        for i, v in enumerate(systems[0].inputs)
+    ]
+    return Sugeno(inputs, [fis.outputs[0] for fis in systems], [r for fis in systems for r in fis.rules], name="all")
+
+
+@pytest.fixture(scope="module")
+def networks(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("networks")
+    systems = least_squares_systems()
+    for fis in systems:
+        write_fis(fis, folder / f"{fis.name}.fis")
+    write_fis(together(systems), folder / "all.fis")
+    return folder
+
+
+def test_identified_networks_do_both_experiments(networks):
+    """With each follower corrected by its own pose; bounds are those set for trained networks of 8 rules."""
+    law = make_controller(f"formation:networks={networks},correction=own-pose")
+    for name, latest in (("formation-behind", 32.0), ("formation-ahead", 50.0)):
+        run = simulate(load_scenario(name), law)
+        assert alignment_time(run)[0] <= latest, name
+        assert final_spread(run)[0] <= 0.03, name
+        lateral = lateral_error(run)[0]
+        assert lateral[0] <= 0.10, name
+        assert lateral[1:].max() <= 0.03, name
+
+
+@pytest.mark.parametrize(("name", "latest"), [("formation-behind", 32.0), ("formation-ahead", 50.0)])
+def test_packaged_networks_do_both_experiments_within_the_limits(name, latest):
+    """Chapters 5-6, I, as for networks just learnt."""
+    run = simulate(load_scenario(name), make_controller("formation"))
+    assert alignment_time(run)[0] <= latest
+    assert final_spread(run)[0] <= 0.03
+    lateral = lateral_error(run)[0]
+    assert lateral[0] <= 0.08
+    assert lateral[1:].max() <= 0.02
+
+
+def test_open_loop_followers_leave_their_paths_but_stay_level(networks):
+    run = simulate(load_scenario("formation-behind"), LeaderFollower(networks=str(networks), correction="none"))
+    assert alignment_time(run)[0] <= 35
+    assert final_spread(run)[0] <= 0.06
+    lateral = lateral_error(run)[0]
+    assert lateral[0] <= 0.15
+    assert 0.03 < lateral[1:].max() <= 0.7  # what the correction is for
+    assert lateral[1] == pytest.approx(lateral[2], abs=0.02)  # both get the same command
+
+
+def test_noise_on_every_posture(networks):
+    sensing = Sensing(posture="pose", position_noise=0.003, heading_noise=0.003)
+    scenario = replace(load_scenario("formation-behind"), sensing=sensing)
+    run = simulate(scenario, LeaderFollower(networks=str(networks)), seeds=(1, 2))
+    assert (alignment_time(run) <= 35).all()
+    assert (final_spread(run) <= 0.06).all()
+    alone = simulate(scenario, LeaderFollower(networks=str(networks)), seeds=(2,))
+    np.testing.assert_array_equal(alone.samples[:, :, 0], run.samples[:, :, 1])
+
+
+def test_one_file_and_four_are_the_same(networks):
+    short = replace(load_scenario("formation-ahead"), duration=20.0)
+    four = simulate(short, LeaderFollower(networks=str(networks)))
+    one = simulate(short, LeaderFollower(networks=str(networks / "all.fis")))
+    np.testing.assert_allclose(one.samples, four.samples, atol=1e-9)
+
+
+def test_wrong_networks_say_what_is_wrong(networks, tmp_path):
+    with pytest.raises(ValueError, match="nowhere"):
+        make_controller("formation:networks=nowhere")
+    with pytest.raises(ControllerError, match="the outputs of formation networks are v_l, w_l, v_f, w_f; got v_l"):
+        LeaderFollower(networks=str(networks / "v_l.fis"))
+    with pytest.raises(ControllerError, match="tracking: unknown formation input 'distance'"):
+        LeaderFollower(networks="tracking")
+    with pytest.raises(ValueError, match=r"v_l\.fis"):
+        LeaderFollower(networks=str(tmp_path))
+    with pytest.raises(ControllerError, match="correction must be one of 'own-pose', 'none'"):
+        make_controller("formation:correction=all")
+    with pytest.raises(ControllerError, match="reference: a formation needs a leader and followers"):
+        simulate(load_scenario("reference"), FormationTeacher())
+    circle = load_scenario("lyapunov-circle")
+    with pytest.raises(ControllerError, match="robot 1: x must grow along the path"):
+        simulate(replace(circle, robots=circle.robots * 2), FormationTeacher())
+
+
+def test_presets_and_gains():
+    assert {n for n, p in CATALOGUE.items() if p.kind == "formation"} == {"formation", "formation-teacher"}
+    assert gains_of(make_controller("formation-teacher:ky=5"))["ky"] == 5.0
+    assert "ky" not in gains_of(make_controller("formation:correction=none"))
+    assert make_controller("formation").correction == "own-pose"
+
+
+def test_formation_scenarios_are_told_apart():
+    assert scenario_names("formation") == ["formation-ahead", "formation-behind"]
+    assert sorted(n for kind in ("tracking", "formation", "team") for n in scenario_names(kind)) == scenario_names()
+    starts = {n: [m.start for m in load_scenario(n).robots] for n in scenario_names("formation")}
+    followers = [(0.0, 1.5, 0.0), (0.0, -0.5, 0.0)]
+    assert starts["formation-behind"] == [(-3.0, 0.5, 0.0), *followers]  # thesis 5.2.3
+    assert starts["formation-ahead"] == [(3.0, -0.5, 0.0), *followers]
+
+
+def test_a_tracking_controller_can_drive_a_formation_scenario():
+    """Each robot then tracks its own reference: what a comparison with names gives."""
+    short = replace(load_scenario("formation-behind"), duration=5.0)
+    table = compare([short], ["lyapunov", "formation-teacher"], [0]).table
+    assert len(table) == 6
+    assert not table["diverged"].any()

@@ -1,0 +1,273 @@
+"""Row E of the acceptance list, and the rule bases against pure pursuit."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+from fuzzy.files.fisfile import FisFileError, format_fis
+from robotics.laws.catalogue import make_controller
+from robotics.laws.law import ControllerError, Observation
+from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, load_rule_base, rule_base_names
+from robotics.measures.tracking import cross_track_error, measure, settling_time, tracking_error
+from robotics.paths.path import Circle, Line
+from robotics.paths.trajectory import Timing
+from robotics.scenario.description import Member, Scenario
+from robotics.scenario.reading import load_scenario
+from robotics.sensing.posture import Sensing
+from robotics.simulation.loop import simulate
+
+NOISY = Sensing(posture="pose", position_noise=0.005)
+ON_PATH, OFF_PATH = (replace(load_scenario(f"fuzzy-{where}-path"), sensing=Sensing()) for where in ("on", "off"))
+FUZZY = make_controller("fuzzy")
+
+
+# Row E ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("sensing", "rms"), [(Sensing(), 0.002), (NOISY, 0.004)], ids=["ideal", "5-mm-noise"])
+def test_row_e_on_the_path(sensing, rms):
+    run = simulate(replace(ON_PATH, sensing=sensing), FUZZY, range(5))
+    found = measure(run)
+    assert (found["rms_cross_track_m"] <= rms).all()
+    assert (found["settling_time_s"] == 0).all()
+    assert (found["final_error_m"] <= 0.040).all()
+    moving = (run.time > 2) & (run.time < 20)
+    lag = (tracking_error(run).x[..., moving] / run.target("v")[:, moving]).mean(axis=-1)
+    assert (np.abs(lag) <= 0.05).all()
+
+
+@pytest.mark.parametrize("sensing", [Sensing(), NOISY], ids=["ideal", "5-mm-noise"])
+def test_row_e_off_the_path(sensing):
+    run = simulate(replace(OFF_PATH, sensing=sensing), FUZZY, range(5))
+    found = measure(run)
+    assert np.hypot(run["x"][0, 0, 0] - 0, run["y"][0, 0, 0] + 1) == pytest.approx(2**0.5)
+    assert (found["settling_time_s"] <= 4).all()
+    assert (found["final_error_m"] <= 0.040).all()
+    late = run.time > 4
+    assert (np.sqrt((cross_track_error(run)[..., late] ** 2).mean(axis=-1)) <= 0.004).all()
+
+
+def test_row_e_a_robot_ahead_waits_and_starts_when_passed():
+    """1 m ahead on its path: no motion while the target it is given lies behind, then off within 0.2 s."""
+    point = ON_PATH.trajectory.paths[0].at(1.0)
+    start = (float(point.x), float(point.y), float(point.heading))
+    scenario = replace(ON_PATH, robots=(replace(ON_PATH.robots[0], start=start),))
+    for name in ("fuzzy", "fuzzy-literal", "fuzzy-literal:look_ahead=0.4"):
+        law = make_controller(name)
+        run = simulate(scenario, law)
+        target = np.array([scenario.trajectory.at(t + law.look_ahead).s[0] for t in run.time])
+        passed = run.time[np.argmax(target >= 1.0)]
+        assert passed > 3
+        behind = target < 1.0 - 0.03  # beyond the width of "behind", 2 cm
+        for speed in (run["v"], run["w"]):
+            assert (speed[0, 0, behind] == 0).all()
+        assert (run["command_1"][0, 0, behind] == 0).all()
+        moved = np.hypot(run["x"] - start[0], run["y"] - start[1])[0, 0]
+        assert run.time[np.argmax(moved > 1e-3)] <= passed + 0.2
+        assert measure(run)["rms_cross_track_m"].item() <= 0.002
+        assert measure(run)["final_error_m"].item() <= 0.040
+
+
+@pytest.fixture(scope="module")
+def scattered():
+    """100 robots around the start of the S-curve, within ±1.5 m and at all headings."""
+    rng = np.random.default_rng(0)
+    members = tuple(
+        replace(
+            ON_PATH.robots[0],
+            start=(rng.uniform(-1.5, 1.5), -1 + rng.uniform(-1.5, 1.5), rng.uniform(-pi, pi)),
+        )
+        for _ in range(100)
+    )
+    return replace(ON_PATH, robots=members)
+
+
+def settled(scenario, law):
+    run = simulate(scenario, law)
+    return settling_time(run, cross_track_error(run)), run
+
+
+def test_row_e_every_one_of_100_random_starts_settles(scattered):
+    time, run = settled(scattered, FUZZY)
+    assert np.isfinite(time).all()
+    e = tracking_error(run)
+    to_target = settling_time(run, np.hypot(e.x, e.y))
+    assert np.isfinite(to_target).all()
+    assert np.median(to_target) < 3
+    assert (measure(run)["final_error_m"] <= 0.040).all()
+
+
+def test_row_e_the_literal_rule_11_deadlocks_some_of_them(scattered):
+    """Erratum A27: facing away from the target (x_err < 0) it never moves; [E]: 84 of 120 converge."""
+    literal = replace(FUZZY, rule_base="tracking-literal")
+    time, run = settled(scattered, literal)
+    share = np.isfinite(time).mean()
+    assert 0.6 < share < 0.9
+    stuck = np.hypot(run["x"] - run["x"][..., :1], run["y"] - run["y"][..., :1]).max(axis=-1) < 1e-6
+    assert stuck.sum() > 10
+    heading = np.array([m.start[2] for m in scattered.robots])
+    assert (np.abs(heading[stuck[0]]) > pi / 3).all()
+    # Behind the path and facing away from it: the smallest example
+    start = (-0.5, -1.0, pi)
+    backwards = replace(ON_PATH, robots=(replace(ON_PATH.robots[0], start=start),))
+    assert simulate(backwards, literal)["v"].max() == 0
+    assert measure(simulate(backwards, FUZZY))["final_error_m"].item() < 0.01
+
+
+def test_lambda_keeps_random_starts_with_the_bearing_and_makes_them_with_the_heading(scattered):
+    """Errata A22, A23: with the path's heading as α the lateral error is unseen; λ in the path's frame mends it."""
+    part = replace(scattered, robots=scattered.robots[:40])
+    assert np.isfinite(settled(part, make_controller("fuzzy:lateral=path"))[0]).all()
+    assert np.isfinite(settled(part, make_controller("fuzzy:steering=heading,lateral=path"))[0]).all()
+    unseen, run = settled(part, make_controller("fuzzy:steering=heading"))
+    assert np.isinf(unseen).mean() > 0.8
+    # parallel to the path, not on it
+    along = np.abs(run["heading"][..., -60] - run.target("heading")[..., -60]) % (2 * pi)
+    assert np.median(np.minimum(along, 2 * pi - along)) < 0.05
+
+
+@pytest.mark.parametrize(("lateral", "reaches"), [("none", False), ("path", True)])
+def test_heading_steering_reaches_the_path_only_with_lambda(lateral, reaches):
+    law = make_controller(f"fuzzy:steering=heading,lateral={lateral}")
+    run = simulate(OFF_PATH, law)
+    rms = np.sqrt((cross_track_error(run)[..., run.time > 10] ** 2).mean())
+    if reaches:
+        assert rms < 0.05
+    else:
+        assert rms > 0.5  # [E]: 0.77 m RMS, parallel
+
+
+def test_lambda_of_the_global_y_fails_on_a_path_along_minus_x():
+    """Erratum A23."""
+    member = Member(start=(2.0, 0.3, pi), path=Line(start=(2.0, 0.0), end=(-4.0, 0.0)), timing=Timing(speed=0.3))
+    scenario = Scenario(name="back", robots=(member,), duration=18.0)
+    error = {
+        frame: np.abs(cross_track_error(simulate(scenario, make_controller(f"fuzzy:steering=heading,lateral={frame}"))))
+        for frame in ("path", "world")
+    }
+    assert error["path"][..., -1] < 0.02
+    assert error["world"][..., -1] > 0.3
+
+
+def test_next_sample_as_the_target_lags_by_350_ms():
+    """[E]: without look-ahead, the rules' effective 0.4 s becomes a constant lag: same cross-track, x_err 0.095 m."""
+    run = simulate(ON_PATH, make_controller("fuzzy-literal"))
+    moving = (run.time > 4) & (run.time < 20)
+    lag = (tracking_error(run).x[..., moving] / run.target("v")[:, moving]).mean()
+    assert lag == pytest.approx(0.35, abs=0.02)
+    assert measure(run)["rms_cross_track_m"].item() <= 0.002
+
+
+@pytest.mark.parametrize("direction", ["clockwise", "counter-clockwise"])
+def test_circle_is_followed_exactly(direction):
+    """Pure pursuit is exact on circles."""
+    turn = -1 if direction == "clockwise" else 1
+    member = Member(start=(1.0, 0.0, turn * pi / 2), path=Circle(direction=direction), timing=Timing(speed=0.3))
+    run = simulate(Scenario(name="circle", robots=(member,), duration=20.0), FUZZY)
+    assert np.abs(np.hypot(run["x"], run["y"]) - 1)[..., run.time > 4].max() <= 0.003
+
+
+# The rule bases -------------------------------------------------------------------------------------------------
+
+
+def surface(law, distance, alpha, x_err=1.0, heading_err=0.0):
+    known = dict(zip(("distance", "alpha", "x_err", "heading_err"), (distance, alpha, x_err, heading_err), strict=True))
+    names = [variable.name for variable in load_rule_base(law.rule_base).inputs]
+    return law.tracking(np.array([known[n] for n in names], dtype=float))
+
+
+@pytest.mark.parametrize("rule_base", ["tracking", "tracking-literal"])
+@pytest.mark.parametrize("distance", [0.0, 0.05, 0.15, 0.4])
+@pytest.mark.parametrize("alpha", [-0.3, 0.0, 0.3])
+def test_rule_base_is_pure_pursuit_at_its_centers(rule_base, distance, alpha):
+    """v = d / T, ω = 2 α / T with T = 0.4 s: rules 1-5 and 6-10 share one weighted average (erratum A26)."""
+    v, w = surface(replace(FUZZY, rule_base=rule_base), distance, alpha)
+    assert v == pytest.approx(distance / 0.4, abs=1e-12)
+    assert w == pytest.approx(2 * alpha / 0.4, abs=1e-12)
+
+
+@pytest.mark.parametrize("rule_base", ["tracking", "tracking-literal"])
+def test_beyond_the_centers_the_robots_limits_cap_it(rule_base):
+    law = replace(FUZZY, rule_base=rule_base)
+    for distance, alpha in ((1.0, 1.2), (7.0, 3.0)):
+        assert surface(law, distance, alpha) == pytest.approx([1.12, 5.74], abs=1e-12)
+        assert surface(law, distance, -alpha) == pytest.approx([1.12, -5.74], abs=1e-12)
+    # Between the centers: monotone, symmetric
+    alphas = np.linspace(0, 2, 41)
+    turns = np.array([surface(law, 0.2, a)[1] for a in alphas])
+    assert (np.diff(turns) >= 0).all()
+    np.testing.assert_allclose([surface(law, 0.2, -a)[1] for a in alphas], -turns, rtol=0, atol=1e-12)
+    assert (np.diff([surface(law, d, 0.1)[0] for d in np.linspace(0, 2, 41)]) >= 0).all()
+
+
+def test_rule_11_stops_and_its_repair_turns_a_robot_that_faces_away():
+    literal = replace(FUZZY, rule_base="tracking-literal")
+    for alpha, heading_err in ((3.0, 0.0), (3.0, 3.0), (-2.0, -2.5)):
+        assert surface(literal, 0.5, alpha, -0.5, heading_err) == pytest.approx([0, 0])
+    assert surface(FUZZY, 0.5, 3.0, -0.5, 0.5) == pytest.approx([0, 0])  # along the path: wait
+    v, w = surface(FUZZY, 0.5, 3.0, -0.5, 3.0)  # facing away: turn on the spot
+    assert v == pytest.approx(0)
+    assert w > 2.5
+    assert surface(FUZZY, 0.5, -3.0, -0.5, -3.0)[1] == pytest.approx(-w)
+    # "ahead" begins over 2 cm
+    assert surface(FUZZY, 0.15, 0.0, 0.0)[0] == pytest.approx(0.375)
+    assert 0 < surface(FUZZY, 0.15, 0.0, -0.01)[0] < 0.375
+    assert surface(FUZZY, 0.15, 0.0, -0.02)[0] == pytest.approx(0)
+
+
+def test_lambda_has_its_printed_values_at_the_centers():
+    centers = np.array([-2.0, -0.6, -0.15, 0.0, 0.15, 0.6, 2.0])
+    np.testing.assert_allclose(FUZZY.turn(centers[:, None])[:, 0], [-0.6, -0.6, -0.2, 0, 0.2, 0.6, 0.6], atol=1e-12)
+
+
+def test_command_is_the_rule_base_at_the_look_ahead_point():
+    target = ON_PATH.trajectory.at(5.4)
+    x, y, heading = target.x - 0.12, target.y + 0.05, 0.2
+    pose = (np.full((1, 1), float(v)) for v in (x[0], y[0], heading))
+    zero = np.zeros((1, 1))
+    seen = Observation(5.0, *pose, zero, zero, ON_PATH.trajectory.at(5.0), ON_PATH.trajectory)
+    command, _ = FUZZY.control(seen, None, 0.05)
+    alpha = np.arctan2(-0.05, 0.12) - 0.2
+    x_err = np.cos(0.2) * 0.12 - np.sin(0.2) * 0.05
+    expected = surface(FUZZY, np.hypot(0.12, 0.05), alpha, x_err, target.heading[0] - 0.2)
+    assert (command.first.item(), command.second.item()) == pytest.approx(tuple(expected), abs=1e-12)
+    # Within the deadband the bearing is not looked at
+    seen = seen._replace(x=np.full((1, 1), target.x[0] - 0.02), y=np.full((1, 1), target.y[0] + 0.02))
+    assert FUZZY.control(seen, None, 0.05)[0].second.item() == 0
+    assert replace(FUZZY, deadband=0.0).control(seen, None, 0.05)[0].second.item() < -1
+
+
+def test_packaged_rule_bases_have_table_5_6():
+    assert {"tracking", "tracking-literal", "lateral"} <= set(rule_base_names())
+    assert len(load_rule_base("tracking-literal").rules) == 11
+    assert len(load_rule_base("tracking").rules) == 16
+
+
+def test_a_rule_base_of_ones_own_is_used_and_a_wrong_one_refused(tmp_path):
+    own = tmp_path / "own.fis"
+    own.write_text(format_fis(load_rule_base("tracking-literal")), encoding="utf-8")
+    law = FuzzyTracking(rule_base=str(own))
+    assert surface(replace(FUZZY, rule_base="tracking-literal"), 0.3, 0.2) == pytest.approx(
+        law.tracking(np.array([0.3, 0.2, 1.0]))
+    )
+    for rule_base, message in (
+        ("trakcing", "unknown rule base 'trakcing'; did you mean 'tracking'?"),
+        ("lateral", "unknown tracking input 'y_err'"),
+    ):
+        with pytest.raises(ControllerError, match=message.replace("?", r"\?")):
+            FuzzyTracking(rule_base=rule_base)
+    with pytest.raises(ControllerError, match="λ has one input"):
+        FuzzyTracking(lateral_rule_base="tracking")
+    text = own.read_text(encoding="utf-8")
+    own.write_text(text.replace("'alpha'", "'beta'"), encoding="utf-8")
+    with pytest.raises(ControllerError, match="unknown tracking input 'beta'"):
+        FuzzyTracking(rule_base=str(own))
+    own.write_text("[System]\nnonsense", encoding="utf-8")
+    with pytest.raises(FisFileError):
+        FuzzyTracking(rule_base=str(own))
+    with pytest.raises(FisFileError, match=r"none\.fis"):
+        FuzzyTracking(rule_base=str(tmp_path / "none.fis"))
+    with pytest.raises(ControllerError, match="look_ahead must be a finite number in s, >= 0"):
+        FuzzyTracking(look_ahead=-1.0)
