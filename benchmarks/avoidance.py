@@ -26,7 +26,7 @@ import argparse
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from statistics import median
 from typing import Any, NamedTuple
@@ -38,15 +38,15 @@ from robotics.experiments.stress.crossing_runs import run_ensemble
 from robotics.experiments.stress.crossings import APART, AREA, ASPECT, SPEED
 from robotics.experiments.stress.outcome import Outcome
 from robotics.laws.catalogue import make_controller
-from robotics.laws.law import Command, Controller, Observation
+from robotics.laws.law import Command, Law, Observation
+from robotics.laws.setting import Setting
 from robotics.paths.joined import join_tables
 from robotics.paths.path import HEADING, Quintic, X, Y
 from robotics.paths.quintic_table import quintic_table
+from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Reference, Timing
 from robotics.scenario.description import Member, Scenario
-from robotics.scenario.ensemble import Ensemble, EvenTiming
 from robotics.sensing.posture import Sensing
-from robotics.vehicle.plant import Level
 
 FASTEST = 2 * SPEED  # m/s: a plan of right of way moves two cells a tick at most
 ROOM, SMALLEST = 0.75, 2.0  # m of a circle's circumference a robot; its least radius
@@ -56,7 +56,7 @@ QUICK = {3: 4, 10: 4}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Orca:
+class Orca(Law[list[Any]]):
     """ORCA for differential drives, through a point ahead of the axle; all robots of a run in one RVO2 simulator."""
 
     lead: float = 0.04  # m: from the axle's midpoint to the point
@@ -66,18 +66,17 @@ class Orca:
     sight: float = 4.0  # m
     right: float = 0.0  # rad: by how much the preferred velocity is turned to the right
     gain: float = 1.0  # 1/s: how the preferred speed falls near the goal
-    level: Level = field(default="velocity", init=False)
 
-    def init(self, scenario: Any, runs: int) -> list[Any]:
+    def init(self, setting: Setting, runs: int) -> list[Any]:
         """A simulator a run; its agents are set afresh in every period."""
         from pyrvo import RVOSimulator
 
-        body = scenario.robots[0].robot
+        body = setting.robots[0]
         radius = np.hypot(self.lead + body.length / 2, body.width / 2) + self.margin
-        shared = (scenario.period, self.sight, self.neighbours, self.horizon, self.horizon, float(radius), FASTEST)
+        shared = (setting.period, self.sight, self.neighbours, self.horizon, self.horizon, float(radius), FASTEST)
         simulators = [RVOSimulator(*shared) for _ in range(runs)]
         for simulator in simulators:
-            for _ in scenario.robots:
+            for _ in setting.robots:
                 simulator.add_agent((0.0, 0.0))
         return simulators
 
@@ -87,7 +86,7 @@ class Orca:
         x, y = seen.x + self.lead * cos, seen.y + self.lead * sin
         v_x, v_y = seen.v * cos - self.lead * seen.w * sin, seen.v * sin + self.lead * seen.w * cos
         # The axle's midpoint shall come to the goal, and the point as far beyond it as the robot is heading.
-        goal = seen.trajectory.each_at(np.full(seen.x.shape, np.inf))
+        goal = seen.references.each_at(np.full(seen.x.shape, np.inf))
         dx, dy = goal.x - seen.x, goal.y - seen.y
         gap = np.hypot(dx, dy) + 1e-9
         speed = np.minimum(SPEED, self.gain * gap) / gap
@@ -115,7 +114,7 @@ class Entrant(NamedTuple):
     """Who takes part, and by which paths."""
 
     name: str
-    law: Controller
+    law: Law[Any]
     roundabout: bool = False  # on circle swaps, and nowhere else
 
     def takes_part(self, case: str) -> bool:
@@ -135,10 +134,10 @@ class Clocked:
     def __getattr__(self, name: str) -> Any:
         return getattr(self.law, name)
 
-    def init(self, scenario: Any, runs: int) -> Any:
+    def init(self, setting: Setting, runs: int) -> Any:
         """The law's, timed."""
         began = time.process_time()
-        memory = self.law.init(scenario, runs)
+        memory = self.law.init(setting, runs)
         self.planning += time.process_time() - began
         return memory
 
@@ -190,7 +189,7 @@ def random_goals(robots: int, seeds: Sequence[int]) -> tuple[np.ndarray, np.ndar
 CASES = {"circle swap": circle_swap, "random goals": random_goals}
 
 
-def ensemble(starts: np.ndarray, goals: np.ndarray, roundabout: bool = False) -> Ensemble:
+def ensemble(starts: np.ndarray, goals: np.ndarray, roundabout: bool = False) -> Setting:
     """The robots on straight paths, or on paths that go around the middle as wide as they must on a circle swap.
 
     A quintic whose tangents are h times its chord to the right and to the left bows out by 5 h / 16 chords.
@@ -225,7 +224,7 @@ def ensemble(starts: np.ndarray, goals: np.ndarray, roundabout: bool = False) ->
         divergence=1e3,
         sensing=Sensing(posture="pose", position_noise=0.003, heading_noise=0.003, start_position=0.01),
     )
-    return Ensemble(scenario, poses, EvenTiming(paths, durations))
+    return replace(scenario.setting, starts=poses, references=EvenTiming(paths, durations))
 
 
 def entered(entrant: Entrant, case: str, robots: int, seeds: Sequence[int]) -> dict[str, Any]:

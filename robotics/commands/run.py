@@ -91,11 +91,11 @@ def run_(
 
             links = save is not None or player
             disturbed = {"loss": loss, "latency": latency, "freeze": freeze}
-            result, about, team_kind = single_run(
+            result, about = single_run(
                 random, law, seed, robots, kind, disturbed, controller, links, begin, moving=moving
             )
             outcome = about.summary()
-            name, count = result.scenario, result.samples.shape[3]
+            name, count, team_kind = result.scenario, result.samples.shape[3], result.about.kind
         else:
             advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
             # How old each message is, for moving pictures: as many numbers as robots squared.

@@ -18,8 +18,8 @@ from fuzzy.compiled.sugeno import compile_sugeno
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from robotics.laws.catalogue import CATALOGUE, make_controller
-from robotics.laws.law import Controller
+from robotics.laws.catalogue import label, make_controller, preset_of, presets
+from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking
 from robotics.measures.registry import measure_all, metrics_of
 from robotics.measures.tracking import cross_track_error
@@ -110,12 +110,12 @@ def choices() -> dict[str, Any]:
     """Scenarios, teams' laws and rivals that the panel offers, in JSON's types."""
     found = [(name, _scenario(name)) for name in scenario_names()]
     rivals: dict[str, list[list[str]]] = {"tracking": [], "team": []}
-    for name, preset in CATALOGUE.items():
+    for name, preset in presets().items():
         if preset.kind in rivals and not holds_tracking(_law(name)):
             rivals[preset.kind].append([name, preset.title])
     return {
         "scenarios": [{"name": name, "title": s.title or name, "kind": s.kind, "why": why_not(s)} for name, s in found],
-        "laws": [[name, CATALOGUE[name].title] for name in _team_laws()],
+        "laws": [[name, label(name)] for name in _team_laws()],
         "rivals": rivals,
     }
 
@@ -131,7 +131,7 @@ def law_name(trial: Trial) -> str:
 
 @lru_cache(maxsize=1)
 def _team_laws() -> tuple[str, ...]:
-    return tuple(name for name, preset in CATALOGUE.items() if preset.kind == "team" and holds_tracking(_law(name)))
+    return tuple(name for name, preset in presets().items() if preset.kind == "team" and holds_tracking(_law(name)))
 
 
 # The package's own scenarios and laws do not change while one designs, and reading one takes longer than a drag may.
@@ -141,7 +141,7 @@ def _scenario(name: str) -> Scenario:
 
 
 @lru_cache(maxsize=64)
-def _law(specification: str) -> Controller:
+def _law(specification: str) -> Law[Any]:
     return make_controller(specification)
 
 
@@ -203,12 +203,11 @@ def run_design(fis: Sugeno, trial: Trial) -> Attempt:
 
 def run_rival(specification: str, trial: Trial) -> Attempt:
     """A law of the catalogue on the same scenario with the same seed. Raises an InputError if it cannot drive it."""
-    if CATALOGUE.get(specification.partition(":")[0]) is None:
-        raise TryoutError(expected(specification, CATALOGUE, "controller"))
+    preset_of(specification)
     return _run(_law(specification), trial, specification)
 
 
-def _run(law: Controller, trial: Trial, name: str) -> Attempt:
+def _run(law: Law[Any], trial: Trial, name: str) -> Attempt:
     scenario = _scenario(trial.scenario)
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
@@ -251,7 +250,7 @@ def design_data(fis: Sugeno, trial: Trial) -> dict[str, Any]:
 
 def rival_data(specification: str, trial: Trial) -> dict[str, Any]:
     """:func:`run_rival`, as the panel's module takes it."""
-    return shown(run_rival(specification, trial), trial.kind, CATALOGUE[specification.partition(":")[0]].title)
+    return shown(run_rival(specification, trial), trial.kind, preset_of(specification).title)
 
 
 def shown(attempt: Attempt, kind: str, label: str) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from robotics.laws.catalogue import CATALOGUE, gains_of, label, make_controller
-from robotics.laws.law import Controller
+from robotics.laws.law import Law
 from robotics.measures.registry import measure_all, metrics_of
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
@@ -27,7 +27,7 @@ class Comparison:
     """What was compared, and what came out."""
 
     scenarios: tuple[Scenario, ...]
-    controllers: dict[str, Controller]  # by specification, such as "csm" or "csm:k=0.3"
+    controllers: dict[str, Law[Any]]  # by specification, such as "csm" or "csm:k=0.3"
     seeds: tuple[int, ...]
     table: pd.DataFrame  # one row a seed and robot: KEYS, the metrics, diverged (bool)
     runs: dict[tuple[str, str], Run]  # by scenario name and specification

@@ -1,17 +1,15 @@
 """Several scenarios of one world side by side in one array pass."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from robotics.environment.world import World, compile_worlds
 from robotics.laws.catalogue import make_controller
 from robotics.measures.clearance import _OFF
-from robotics.paths.joined import Paths
-from robotics.paths.trajectory import Reference, Trajectory
+from robotics.paths.references import side_by_side
 from robotics.scenario.description import Scenario
-from robotics.scenario.ensemble import Ensemble
 from robotics.simulation.loop import drive
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
@@ -38,49 +36,21 @@ def run_together(settings: Sequence[Scenario], controller: str, seed: int, longe
     duration = min(longest, max(s.duration for s in settings))
     shared = replace(first, duration=duration, obstacles=())
     worlds = [World(obstacles=s.obstacles, known=False) for s in settings]
-    ensemble = Ensemble(
-        shared,
-        np.stack([s.starts for s in settings]),
-        _joined(settings),  # type: ignore[arg-type]
-        compile_worlds(worlds) if any(s.obstacles for s in settings) else None,
+    references = side_by_side([s.trajectory for s in settings])
+    ensemble = replace(
+        shared.setting,
+        starts=np.stack([s.starts for s in settings]),
+        references=references,
+        world=compile_worlds(worlds) if any(s.obstacles for s in settings) else None,
     )
     law = make_controller(controller)
-    recorded = Recorder(ensemble.ticks + 1, len(settings), [m.robot for m in first.robots], team=True)
-    goals = ensemble.trajectory.joined.at(ensemble.trajectory.joined.lengths)
+    recorded = Recorder(ensemble, len(settings))
+    goals = references.joined.at(references.joined.lengths)
     reached = np.inf
-    for period in drive(ensemble, law, [seed] * len(settings)):
-        recorded.keep(period)
-        if np.isinf(reached) and (np.hypot(period.state[p.X] - goals.x, period.state[p.Y] - goals.y) < _OFF).all():
-            reached = period.time
-        if period.time > reached + _REST:
+    for state in drive(ensemble, law, [seed] * len(settings)):
+        recorded.keep(state)
+        if np.isinf(reached) and (np.hypot(state.truth[p.X] - goals.x, state.truth[p.Y] - goals.y) < _OFF).all():
+            reached = state.time
+        if state.time > reached + _REST:
             break
-    return [recorded.run(s, law.level, (seed,), controller, slice(r, r + 1)) for r, s in enumerate(settings)]
-
-
-@dataclass(frozen=True, eq=False)
-class _Timing:
-    """The references of several scenarios, a run each, to the last bit those of each alone."""
-
-    flat: Trajectory  # all robots of the first run, then those of the second ...
-    joined: Paths  # lengths (runs, robots)
-
-    @property
-    def ends(self) -> np.ndarray:
-        return self.flat.ends.reshape(self.joined.lengths.shape)
-
-    def at(self, time: float) -> Reference:
-        return Reference(*(row.reshape(self.joined.lengths.shape) for row in self.flat.at(time)))
-
-    def each_at(self, times: np.ndarray) -> Reference:
-        found = self.flat.each_at(np.reshape(times, (1, -1)))
-        return Reference(*(row.reshape(self.joined.lengths.shape) for row in found))
-
-
-def _joined(settings: Sequence[Scenario]) -> _Timing:
-    trajectories = [s.trajectory for s in settings]
-    flat = Trajectory(
-        tuple(path for t in trajectories for path in t.paths),
-        np.concatenate([t.tables for t in trajectories]),
-        np.concatenate([t.ends for t in trajectories]),
-    )
-    return _Timing(flat, replace(flat.joined, lengths=flat.joined.lengths.reshape(len(settings), -1)))
+    return [recorded.run(s.setting, law.level, (seed,), controller, slice(r, r + 1)) for r, s in enumerate(settings)]

@@ -1,7 +1,6 @@
 """What every picture of a run shares: a look for each controller, lines thinned to what pixels show, seeds as text."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -60,16 +59,7 @@ def only(run: Run, seed: int | None) -> Run:
     seed = run.seeds[0] if seed is None else seed
     if seed not in run.seeds:
         raise ValueError(f"seed {seed} is not among those of the run: {seeds_as_text(run.seeds)}")
-    place = run.seeds.index(seed)
-    part = slice(place, place + 1)
-    return replace(
-        run,
-        seeds=(seed,),
-        samples=run.samples[:, :, part],
-        stopped=run.stopped[part],
-        team=None if run.team is None else run.team[:, :, part],
-        links=None if run.links is None else run.links[:, part],
-    )
+    return run.only(seed)
 
 
 def seeds_as_text(seeds: Sequence[int]) -> str:

@@ -1,6 +1,8 @@
 """The controllers by name: presets of the laws, with the thesis's gains or the tuned ones."""
 
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Literal, get_args, get_origin
 
 from fuzzy.naming import expected
@@ -8,7 +10,8 @@ from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
 from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.formation.leader_follower import FormationTeacher, LeaderFollower
-from robotics.laws.law import Controller, ControllerError
+from robotics.laws.law import ControllerError, Law
+from robotics.laws.setting import Kind
 from robotics.laws.teams.cooperation import FuzzyCooperation
 from robotics.laws.teams.graph_sliding_mode import GraphSlidingMode
 from robotics.laws.teams.virtual_structure import VirtualStructure
@@ -17,16 +20,18 @@ from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.quantity import accepted
 
+GROUP = "fuzzyfleet.laws"  # the entry points by which other packages add laws
+
 
 @dataclass(frozen=True)
 class Preset:
     """A law with some of its gains set."""
 
-    law: Any
+    law: type[Law[Any]]
     gains: dict[str, Any]
     title: str
     note: str  # where the gains come from
-    kind: str = "tracking"  # the kind of scenario that it drives
+    kind: Kind = "tracking"  # the kind of scenario that it drives
 
 
 CATALOGUE: dict[str, Preset] = {
@@ -83,7 +88,7 @@ CATALOGUE: dict[str, Preset] = {
     ),
     "virtual-structure-thesis": Preset(
         VirtualStructure,
-        {"variant": "virtual", "ky": 1.0, "kpsi": 1.0},
+        {"variant": "virtual", "tracker.ky": 1.0, "tracker.kpsi": 1.0},
         "Virtual structure, thesis gains",
         "(4.10), (4.11) with the thesis's 1, 1, 1",
         "team",
@@ -138,28 +143,112 @@ CATALOGUE: dict[str, Preset] = {
 }
 
 
-def make_controller(specification: str) -> Controller:
+def presets() -> dict[str, Preset]:
+    """The package's own presets, and after them those that other installed packages add.
+
+    An entry point of the group ``fuzzyfleet.laws`` names a :class:`Preset`, or a dataclass derived from
+    :class:`robotics.laws.law.Law`. One that is neither, or cannot be loaded, is left out: see :func:`unusable_laws`.
+    """
+    return CATALOGUE | _installed()[0]
+
+
+def unusable_laws() -> dict[str, str]:
+    """The laws of other packages that cannot be used, by name, with a sentence that says why."""
+    return _installed()[1]
+
+
+@cache
+def _installed() -> tuple[dict[str, Preset], dict[str, str]]:
+    good: dict[str, Preset] = {}
+    bad: dict[str, str] = {}
+    for entry in sorted(entry_points(group=GROUP), key=lambda e: e.name):
+        what = f"the law {entry.name!r} of {_origin(entry)}"
+        if entry.name in CATALOGUE:
+            bad[f"{entry.name} ({_origin(entry)})"] = f"{what} has the name of one that comes with fuzzyfleet"
+            continue
+        try:
+            thing = entry.load()
+        except Exception as error:  # whatever a stranger's module does when it is imported
+            bad[entry.name] = f"{what} cannot be loaded: {type(error).__name__}: {error}"
+            continue
+        if isinstance(thing, type) and issubclass(thing, Law) and is_dataclass(thing):
+            thing = Preset(thing, {}, entry.name, (thing.__doc__ or "").partition("\n")[0])
+        if isinstance(thing, Preset):
+            good[entry.name] = thing
+        else:
+            bad[entry.name] = f"{what} must be a Preset, or a dataclass derived from Law; got {thing!r}"
+    return good, bad
+
+
+def _origin(entry: EntryPoint) -> str:
+    return f"the package {entry.dist.name}" if entry.dist is not None else entry.value
+
+
+def preset_of(specification: str) -> Preset:
+    """The preset of a specification ``name`` or ``name:gain=value``.
+
+    Raises ControllerError for an unknown name, and for a law of another package that cannot be used.
+    """
+    name = specification.partition(":")[0].strip()
+    known = presets()
+    if name in unusable_laws():
+        raise ControllerError(unusable_laws()[name])
+    if name not in known:
+        raise ControllerError(expected(name, known, "controller"))
+    return known[name]
+
+
+def make_controller(specification: str) -> Law[Any]:
     """The controller of a specification ``name`` or ``name:gain=value,gain=value``.
 
+    A gain of a part, such as a team law's tracker, is ``tracker.ky``; ``ky`` alone will do where it is the only one.
     Raises ControllerError for an unknown name or gain, or a value that the gain cannot take.
     """
     name, _, gains = specification.partition(":")
-    preset = CATALOGUE.get(name.strip())
-    if preset is None:
-        raise ControllerError(expected(name.strip(), CATALOGUE, "controller"))
+    preset, name = preset_of(specification), name.strip()
     values = dict(preset.gains)
-    known = {f.name: f for f in fields(preset.law) if f.init and f.name not in ("level", "mode")}
+    known = _gain_fields(preset.law)
+    short: dict[str, list[str]] = {}
+    for long in known:
+        short.setdefault(long.rpartition(".")[2], []).append(long)
     for item in filter(None, (part.strip() for part in gains.split(","))):
         gain, equals, text = (part.strip() for part in item.partition("="))
-        if gain not in known:
+        if gain not in known and len(short.get(gain, [])) == 1:
+            gain = short[gain][0]
+        if gain not in known or known[gain].name == "mode":
             raise ControllerError(f"controller {name!r}: " + expected(gain, known, "gain"))
         if not equals or not text:
             raise ControllerError(f"controller {name!r}: gain {gain!r} needs a value: {gain}=...")
         values[gain] = _value(name, known[gain], text)
     try:
-        return preset.law(**values)
+        return _built(preset.law, values)
     except ControllerError as error:
         raise ControllerError(f"controller {name!r}: {error}") from None
+
+
+def _gain_fields(law: type[Any]) -> dict[str, Any]:
+    """The fields that are gains, by name; those of a part as ``part.gain``."""
+    found: dict[str, Any] = {}
+    for f in fields(law):
+        if not f.init:
+            continue
+        part = None if f.default_factory is MISSING else f.default_factory()
+        if is_dataclass(part):
+            found |= {f"{f.name}.{name}": own for name, own in _gain_fields(type(part)).items()}
+        else:
+            found[f.name] = f
+    return found
+
+
+def _built(law: type[Any], values: dict[str, Any]) -> Any:
+    """``law`` with these gains, of which some are those of its parts."""
+    own = {name: value for name, value in values.items() if "." not in name}
+    for f in fields(law):
+        changed = {n.partition(".")[2]: v for n, v in values.items() if n.partition(".")[0] == f.name and "." in n}
+        if changed:
+            assert f.default_factory is not MISSING
+            own[f.name] = replace(f.default_factory(), **changed)
+    return law(**own)
 
 
 def _value(name: str, field: Any, text: str) -> Any:
@@ -176,27 +265,28 @@ def _value(name: str, field: Any, text: str) -> Any:
     return text
 
 
-def gains_of(law: Controller) -> dict[str, Any]:
+def gains_of(law: Law[Any]) -> dict[str, Any]:
     """Every gain of a controller that has an effect, by name: what a comparison records beside its numbers."""
-    idle: set[str] = getattr(law, "idle", set())
-    return {
-        f.name: getattr(law, f.name)
-        for f in fields(law)  # type: ignore[arg-type]
-        if f.init and f.name != "level" and f.name not in idle
-    }
+    found: dict[str, Any] = {}
+    for name in _gain_fields(type(law)):
+        part, _, gain = name.rpartition(".")
+        holder = getattr(law, part) if part else law
+        if gain not in holder.idle:
+            found[name] = getattr(holder, gain)
+    return found
 
 
 def label(specification: str) -> str:
     """A controller's name for a figure or table: the preset's title, with the gains that were changed."""
-    name, _, gains = specification.partition(":")
-    return CATALOGUE[name].title + (f" ({gains})" if gains else "")
+    gains = specification.partition(":")[2]
+    return preset_of(specification).title + (f" ({gains})" if gains else "")
 
 
 def law_title(controller: str) -> str:
     """:func:`label` of what a run says drove it; the name itself, of a run from a file or of a law without a preset."""
     try:
         return label(controller)
-    except KeyError:
+    except ControllerError:
         return controller
 
 

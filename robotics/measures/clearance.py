@@ -11,7 +11,6 @@ from robotics.measures.teams import arrival_time
 from robotics.measures.tracking import cross_track_error
 from robotics.scenario.description import Scenario
 from robotics.simulation.run import Run
-from robotics.vehicle.robot import Robot
 
 
 def robot_gaps(run: Run, place: int) -> dict[tuple[int, int], np.ndarray]:
@@ -21,14 +20,11 @@ def robot_gaps(run: Run, place: int) -> dict[tuple[int, int], np.ndarray]:
 
 
 def clearances(run: Run, place: int) -> np.ndarray:
-    """The distance [m] of each robot's rectangle from the nearest obstacle (robots, samples); infinite without any.
-
-    Robots are those of the standard size: a run does not say how large they are.
-    """
+    """The distance [m] of each robot's rectangle from the nearest obstacle (robots, samples); infinite without any."""
     x, y, heading = (run[name][place].T for name in ("x", "y", "heading"))
     if run.obstacles is None:
         return np.full(x.T.shape, np.inf)
-    return obstacle_clearance(x, y, heading, footprints([Robot()] * x.shape[1]), run.obstacles).T
+    return obstacle_clearance(x, y, heading, footprints(run.about.robots), run.obstacles).T
 
 
 _OFF = 0.1  # m from the path: off it; from the goal: there
@@ -64,8 +60,6 @@ class Merits:
 
 def merits(run: Run, scenario: Scenario) -> Merits:
     """What the first seed of a team's ``run`` of ``scenario`` came to."""
-    from robotics.measures.clearance import clearances, robot_gaps
-
     x, y, heading = (run[name][0].T for name in ("x", "y", "heading"))
     sizes = footprints([member.robot for member in scenario.robots])
     arrivals = arrival_time(run)[0]

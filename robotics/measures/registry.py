@@ -1,8 +1,5 @@
 """Which figures of merit belong to which kind of scenario."""
 
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
 
 from robotics.measures.tracking import METRICS, Metric
@@ -27,14 +24,5 @@ def measure_all(run: Run, kind: str) -> dict[str, np.ndarray]:
 
     A run's numbers do not depend, to the last bit, on which runs are beside it.
     """
-    laid = _time_innermost(run)
+    laid = run.time_innermost()
     return {name: metric.measure(laid) for name, metric in metrics_of(kind).items()}
-
-
-def _time_innermost(run: Run) -> Run:
-    """The same run with time last in memory: sums over time then add up alike whatever runs are beside it."""
-    arrays: dict[str, Any] = {name: getattr(run, name) for name in ("samples", "team")}
-    for name, values in arrays.items():
-        if values is not None:
-            arrays[name] = np.moveaxis(np.ascontiguousarray(np.moveaxis(values, 0, -1)), -1, 0)
-    return replace(run, **arrays)

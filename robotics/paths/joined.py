@@ -10,7 +10,7 @@ from robotics.paths.path import HEADING, Path, PathPoint, X, Y, point
 
 
 @dataclass(frozen=True)
-class Paths:
+class PathTable:
     """The paths of several robots in one table, for looking at all of them in one pass.
 
     Each robot has one path in all runs, or, with ``lengths`` (runs, robots), another in every run.
@@ -20,6 +20,12 @@ class Paths:
     table: np.ndarray = field(repr=False)  # (5, nodes of all): as of Path, one path after the other
     first: np.ndarray = field(repr=False)  # as lengths, but flat: the column at which each begins
     cells: np.ndarray = field(repr=False)  # as lengths, but flat: one less than its nodes
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """Every path by itself; with another path in every run, those of the first run, then those of the second."""
+        rows = zip(self.lengths.ravel(), self.first, self.cells, strict=True)
+        return tuple(Path(float(length), np.ascontiguousarray(self.table[:, k : k + n + 1])) for length, k, n in rows)
 
     def at(self, s: np.ndarray) -> PathPoint:
         """Each robot's path at its abscissae ``s`` (..., robots) [m]; beyond an end it stays there.
@@ -43,10 +49,10 @@ class Paths:
         return _nearest_of_all(self.table, self.first, self.cells, self.lengths.ravel(), *flat).reshape(shape)
 
 
-def join_paths(paths: Sequence[Path]) -> Paths:
+def join_paths(paths: Sequence[Path]) -> PathTable:
     """``paths``, one a robot, in one table."""
     nodes = np.array([path.table.shape[1] for path in paths])
-    return Paths(
+    return PathTable(
         np.array([path.length for path in paths]),
         np.ascontiguousarray(np.concatenate([path.table for path in paths], axis=1)),
         np.concatenate([[0], np.cumsum(nodes)[:-1]]),
@@ -168,12 +174,12 @@ def table_length(table: np.ndarray) -> float:
     return float((chord * (1 + turn**2 / 24)).sum())  # arc over chord, to the second order
 
 
-def join_tables(tables: Sequence[Sequence[np.ndarray]]) -> Paths:
+def join_tables(tables: Sequence[Sequence[np.ndarray]]) -> PathTable:
     """The paths of ``tables`` [run][robot] as one table."""
     flat = [table for row in tables for table in row]
     nodes = np.array([table.shape[1] for table in flat])
     lengths = np.array([table_length(table) for table in flat]).reshape(len(tables), len(tables[0]))
-    return Paths(
+    return PathTable(
         lengths,
         np.ascontiguousarray(np.concatenate(flat, axis=1)),
         np.concatenate([[0], np.cumsum(nodes)[:-1]]),

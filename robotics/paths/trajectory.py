@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from robotics.paths.joined import Paths, join_paths
+from robotics.paths.joined import PathTable, join_paths
 from robotics.paths.path import Path, PathError, X, point
 from robotics.quantity import check_quantities, quantity
 
@@ -58,7 +58,7 @@ class Trajectory:
     paths: tuple[Path, ...]
     tables: np.ndarray = field(repr=False)  # (robots, 2, nodes): abscissa [m] and its rate [m/s] at equal time steps
     ends: np.ndarray = field(repr=False)  # (robots,) s, when each reference reaches the end of its path
-    joined: Paths = field(init=False, repr=False, compare=False)  # the same paths, for looking at all at once
+    joined: PathTable = field(init=False, repr=False, compare=False)  # the same paths, for looking at all at once
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "joined", join_paths(self.paths))

@@ -401,8 +401,10 @@ function mount(model, el, time) {
     pen.rotate(-data.at("heading", i, place));
     pen.strokeStyle = pen.fillStyle = theme.color(i);
     pen.lineWidth = 1;
-    sensors.forEach(([x, y, axis, half, range], q) => {
-      const read = readings[(i * sensors.length + q) * data.frames + k], echo = Number.isFinite(read);
+    sensors[i].forEach((mounting, q) => {
+      if (!mounting) return; // it does not carry this one
+      const [x, y, axis, half, range] = mounting;
+      const read = readings[(i * sensors[i].length + q) * data.frames + k], echo = Number.isFinite(read);
       pen.beginPath();
       pen.moveTo(x * view.scale, -y * view.scale);
       pen.arc(x * view.scale, -y * view.scale, (echo ? read : range) * view.scale, -axis - half, -axis + half);

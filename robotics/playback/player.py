@@ -20,7 +20,8 @@ from fuzzy.files.atomic import replacing
 from robotics.environment.world import outlines
 from robotics.laws.modes import MODES
 from robotics.playback.replay import Replay, replay
-from robotics.sensing.sonar import SONAR
+from robotics.sensing.carried import sensor_names
+from robotics.sensing.sonar import RangeSensor
 from robotics.simulation.run import Run
 from robotics.simulation.spans import span
 from robotics.vehicle.robot import Robot
@@ -182,11 +183,21 @@ def _obstacles(film: Replay) -> dict[str, Any] | None:
 
 
 def _sonar(film: Replay) -> dict[str, Any] | None:
-    """Where the sonars are mounted, x, y [m], axis, half the cone [rad], range [m]; and what they read [m]."""
+    """What range sensors read [m], and where each robot's are mounted: x, y [m], axis, half the cone [rad], range [m].
+
+    A robot that does not carry one of them has null for it.
+    """
     if film.ranges is None:
         return None
-    mounted = [[round(v, 6) for v in (s.x, s.y, s.axis, s.half_cone, s.range)] for s in SONAR]
+    names = sensor_names(film.sensors)
+    mounted = [[_mounting(carried.get(name)) for name in names] for carried in film.sensors]
     return {"sensors": mounted, "readings": _packed(film.ranges)}
+
+
+def _mounting(sensor: RangeSensor | None) -> list[float] | None:
+    if sensor is None:
+        return None
+    return [round(v, 6) for v in (sensor.x, sensor.y, sensor.axis, sensor.half_cone, sensor.range)]
 
 
 def _modes(film: Replay) -> dict[str, Any] | None:

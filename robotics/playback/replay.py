@@ -4,13 +4,14 @@ Beside poses, speeds and targets these are the faults and stops as spans of time
 obstacles, what the sonars read, and what each robot was about.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from robotics.environment.world import NUMBER, Geometry, outlines
-from robotics.sensing.sonar import SONAR
+from robotics.sensing.sonar import RangeSensor
 from robotics.simulation.mode_changes import Event, mode_events
 from robotics.simulation.run import Run
 from robotics.simulation.spans import FaultSpan, ReplayError, _after, fault_spans, seed_place
@@ -68,7 +69,8 @@ class Replay:
     stale: StaleSpans = field(repr=False)
     stale_after: float = 0.0  # s: older messages are stale
     obstacles: Geometry | None = field(default=None, repr=False)  # its first axis: the frames, or 1 if all rest
-    ranges: np.ndarray | None = field(default=None, repr=False)  # (robots, sensors of SONAR, frames) m; inf: nothing
+    ranges: np.ndarray | None = field(default=None, repr=False)  # (robots, sensors, frames) m; inf: nothing
+    sensors: tuple[Mapping[str, RangeSensor], ...] = field(default=(), repr=False)  # what each robot carries, by name
     modes: np.ndarray | None = field(default=None, repr=False)  # codes of robotics.laws.modes.MODES
     handovers: tuple[Event, ...] = field(default=(), repr=False)  # changes of mode, in the order of time
 
@@ -159,7 +161,7 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
     if obstacles is not None and len(obstacles.counts) > 1:
         obstacles = Geometry(*(part[held] for part in obstacles))
     ranges = None
-    if run.ranges is not None and run.ranges.shape[-1] == len(SONAR):  # of other sensors the mounting is not known
+    if run.ranges is not None:
         ranges = np.moveaxis(run.ranges[held, place], 0, -1)
     modes: np.ndarray | None = None
     handovers: tuple[Event, ...] = ()
@@ -188,6 +190,7 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
         limit,
         obstacles,
         ranges,
+        run.about.sensors,
         modes,
         handovers,
     )

@@ -9,7 +9,7 @@ What is heard is at least one control period old: all robots decide at the same 
 Baud rates count ten bits a byte, on one shared channel: all messages of a period must fit.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -25,12 +25,37 @@ _BLOCK = 2_000_000  # random numbers drawn at a time: bounds memory
 _NO_CUT = np.zeros((0, 0, 0), dtype=bool)
 
 
-class Heard(NamedTuple):
-    """What each robot last heard of each other."""
+BELIEVED = 0.5  # s: how long a rate that was heard is believed; after that the value is kept as it was
 
+
+@dataclass(frozen=True, eq=False)
+class Heard:
+    """What each robot last heard of each other. ``heard["x"]`` is one value, ``heard.now("x", by="v_x")`` predicted."""
+
+    fields: tuple[str, ...]  # the names of the values
     values: np.ndarray  # (fields, runs, receivers, senders); not-a-number before the first message
     age: np.ndarray  # (runs, receivers, senders) s since it was sent; infinite before the first
     hears: np.ndarray  # (robots, robots) bool: the graph
+
+    @classmethod
+    def nothing(cls, runs: int, robots: int) -> "Heard":
+        """What robots hear whose law says nothing."""
+        age = np.full((runs, robots, robots), np.inf)
+        return cls((), np.empty((0, *age.shape)), age, np.zeros((robots, robots), dtype=bool))
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The value ``name`` as it was sent (runs, receivers, senders)."""
+        return np.asarray(self.values[self.fields.index(name)])
+
+    def now(self, name: str, *, by: str) -> np.ndarray:
+        """The value ``name`` as it is by now (runs, receivers, senders), if it changes at the rate that ``by`` says.
+
+        A rate is believed for BELIEVED seconds. Not-a-number: nothing was heard yet.
+        """
+        return np.asarray(_predicted(self[name], self[by], self.age, BELIEVED))
+
+
+NOTHING = Heard.nothing(0, 0)
 
 
 class _Flight(NamedTuple):
@@ -55,25 +80,28 @@ class Channel:
     """The radio of one simulation; its state is an :class:`Air`."""
 
     radio: Radio
+    fields: tuple[str, ...]  # what a message says: the names of its values
     graph: np.ndarray  # (robots, robots) bool
     tick: float  # s, the control period
     every: int  # periods from message to message
     draws: Iterator[np.ndarray] | None  # uniform numbers (streams, runs, receivers, senders), message by message
 
     @classmethod
-    def opened(cls, radio: Radio, robots: int, seeds: Sequence[int], tick: float) -> "Channel":
-        """The channel of ``robots`` robots in the runs of ``seeds``. Raises RadioError."""
+    def opened(cls, radio: Radio, fields: Sequence[str], robots: int, seeds: Sequence[int], tick: float) -> "Channel":
+        """The channel of ``robots`` robots in the runs of ``seeds``, every ``tick`` [s]. Raises RadioError."""
         streams = sum((radio.loss > 0 or radio.burst_start > 0, radio.burst_start > 0, radio.jitter > 0))
         draws = _uniform(seeds, streams, robots) if streams else None
         every = max(1, round(radio.period / tick))
-        return cls(radio, radio.adjacency(robots).astype(bool), tick, every, draws)
+        return cls(radio, tuple(fields), radio.adjacency(robots).astype(bool), tick, every, draws)
 
-    def init(self, fields: int, runs: int) -> Air:
-        """Silence, for messages of so many values. Raises RadioError where they do not fit."""
+    def init(self, runs: int) -> Air:
+        """Silence. Raises RadioError where the messages do not fit."""
         robots = len(self.graph)
-        self.radio.check_bandwidth(robots, fields)
+        self.radio.check_bandwidth(robots, len(self.fields))
         shape = (runs, robots, robots)
-        return Air(np.full((fields, *shape), np.nan), np.full(shape, -1, np.int32), (), np.zeros(shape, dtype=bool))
+        return Air(
+            np.full((len(self.fields), *shape), np.nan), np.full(shape, -1, np.int32), (), np.zeros(shape, dtype=bool)
+        )
 
     def hear(self, air: Air, k: int, condition: Condition | None) -> tuple[Heard, Air]:
         """What every robot knows of the others in period ``k``."""
@@ -83,12 +111,18 @@ class Channel:
         for flight in landing:
             values, born = _land(values, born, flight.values, flight.arrives, cut, flight.sent, k)
         flying = tuple(flight for flight in air.flying if flight.last > k)
-        return Heard(values, _ages(born, k, self.tick), self.graph), Air(values, born, flying, air.bad)
+        return Heard(self.fields, values, _ages(born, k, self.tick), self.graph), Air(values, born, flying, air.bad)
 
     def send(
-        self, air: Air, k: int, values: np.ndarray, x: np.ndarray, y: np.ndarray, condition: Condition | None
+        self,
+        air: Air,
+        k: int,
+        message: Mapping[str, np.ndarray],
+        x: np.ndarray,
+        y: np.ndarray,
+        condition: Condition | None,
     ) -> Air:
-        """Broadcast ``values`` (fields, runs, robots) in period ``k``, from ``x``, ``y`` (runs, robots) [m]."""
+        """Broadcast ``message``, (runs, robots) each value, in period ``k`` from ``x``, ``y`` (runs, robots) [m]."""
         if k % self.every:
             return air
         radio, bad = self.radio, air.bad
@@ -109,7 +143,7 @@ class Channel:
         if radio.jitter > 0:
             arrives = (k + self._periods(radio.latency + radio.jitter * next(draws))).astype(np.int32)
         arrives = np.where(passes, arrives, np.int32(-1))
-        said = np.array(values, dtype=float, order="C")
+        said = np.stack([np.asarray(message[name], dtype=float) for name in self.fields])
         first, last = (k + int(self._periods(late)) for late in (radio.latency, radio.latency + radio.jitter))
         return air._replace(flying=(*air.flying, _Flight(k, first, last, said, arrives)), bad=bad)
 
@@ -128,6 +162,16 @@ def _uniform(seeds: Sequence[int], streams: int, robots: int) -> Iterator[np.nda
         for generator, rows in zip(generators, draws, strict=True):
             generator.random(out=rows)
         yield from np.moveaxis(draws, 0, 2)
+
+
+@njit(cache=True, error_model="numpy")
+def _predicted(values, rates, age, longest):  # type: ignore[no-untyped-def]
+    out = np.empty(values.shape)
+    for r in range(values.shape[0]):
+        for i in range(values.shape[1]):
+            for j in range(values.shape[2]):
+                out[r, i, j] = values[r, i, j] + rates[r, i, j] * min(age[r, i, j], longest)
+    return out
 
 
 @njit(cache=True, error_model="numpy")

@@ -5,6 +5,7 @@ arrive, and for how long. Units are SI and radians throughout. Everything wrong 
 :class:`ScenarioError` that names the file, the line, the field and what is accepted.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import isfinite, pi
 from typing import Literal
@@ -12,13 +13,15 @@ from typing import Literal
 import numpy as np
 
 from fuzzy.errors import InputError
-from robotics.environment.world import Obstacle, Obstacles, World, compile_world
+from robotics.environment.world import Obstacle, World, compile_world
+from robotics.laws.setting import Kind, Setting
 from robotics.paths.path import PathError, Shape, compile_path
 from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
 from robotics.quantity import check_quantities, quantity
 from robotics.radio.description import Radio, RadioError
 from robotics.radio.faults import Fault
 from robotics.sensing.posture import Sensing
+from robotics.sensing.sonar import SONAR, RangeSensor
 from robotics.vehicle.plant import STEP
 from robotics.vehicle.robot import Robot
 
@@ -38,6 +41,7 @@ class Member:
     timing: Timing
     robot: Robot = field(default_factory=Robot)
     sensing: Sensing | None = None  # its own; none: the scenario's
+    sensors: Mapping[str, RangeSensor] | None = None  # its own range sensors, by name; none: the scenario's
 
     def __post_init__(self) -> None:
         if not all(isfinite(v) for v in self.start):
@@ -61,8 +65,8 @@ class Scenario:
     plant: Literal["dynamic", "kinematic"] = "dynamic"
     divergence: float = quantity(10.0, "m", above=0)  # a robot this far from its reference is stopped
     sensing: Sensing = field(default_factory=Sensing)
-    # Each robot its own reference; a leader and followers; or a team that shall arrive together
-    kind: Literal["tracking", "formation", "team"] = "tracking"
+    sensors: Mapping[str, RangeSensor] = field(default_factory=lambda: SONAR)  # what each robot carries, by name
+    kind: Kind = "tracking"
     controller: str = ""  # the one to run if no other is asked for
     radio: Radio = field(default_factory=Radio)  # of a team
     faults: tuple[Fault, ...] = ()
@@ -70,7 +74,7 @@ class Scenario:
     title: str = ""
     source: str = ""  # thesis section or paper, and what was chosen here
     trajectory: Trajectory = field(init=False, repr=False, compare=False)
-    world: Obstacles | None = field(init=False, repr=False, compare=False)  # none: no obstacles
+    setting: Setting = field(init=False, repr=False, compare=False)  # what a simulation and its law need of it
 
     def __post_init__(self) -> None:
         check_quantities(self, ScenarioError)
@@ -85,10 +89,9 @@ class Scenario:
                 "duration"
             )
         self._check_team()
-        trajectory = _compiled(self.robots)
+        trajectory = _trajectory(self.robots)
         object.__setattr__(self, "trajectory", trajectory)
-        world = compile_world(World(obstacles=self.obstacles, known=False)) if self.obstacles else None
-        object.__setattr__(self, "world", world)
+        object.__setattr__(self, "setting", self._compiled())
         self._check_feasible(trajectory)
 
     @property
@@ -99,12 +102,31 @@ class Scenario:
     @property
     def times(self) -> np.ndarray:
         """The times of the samples (ticks + 1,) [s], both ends included."""
-        return np.arange(self.ticks + 1) * self.period
+        return self.setting.times
 
     @property
     def starts(self) -> np.ndarray:
         """Where the robots start (robots, 3): x [m], y [m], heading [rad]."""
         return np.array([member.start for member in self.robots])
+
+    def _compiled(self) -> Setting:
+        return Setting(
+            name=self.name,
+            kind=self.kind,
+            robots=tuple(member.robot for member in self.robots),
+            starts=self.starts,
+            references=self.trajectory,
+            radio=self.radio,
+            sensing=tuple(member.sensing or self.sensing for member in self.robots),
+            sensors=tuple(self.sensors if m.sensors is None else m.sensors for m in self.robots),
+            world=compile_world(World(obstacles=self.obstacles, known=False)) if self.obstacles else None,
+            faults=self.faults,
+            ticks=self.ticks,
+            period=self.period,
+            latency=self.latency,
+            plant=self.plant,
+            divergence=self.divergence,
+        )
 
     def _check_team(self) -> None:
         """Robots that the radio and the faults name exist, and a team has one duration for all."""
@@ -158,7 +180,7 @@ class Scenario:
                     raise problem.about("robots", i, "timing")
 
 
-def _compiled(robots: tuple[Member, ...]) -> Trajectory:
+def _trajectory(robots: tuple[Member, ...]) -> Trajectory:
     """The robots' trajectory. An error is about the robot's path or about its timing."""
     parts = []
     for i, member in enumerate(robots):

@@ -11,14 +11,18 @@ def line_of(text: str, keys: tuple[str | int, ...]) -> int:
     wanted = [str(k) for k in keys]
     best, best_depth = 1, 0
     prefix: list[str] = []
-    counts: dict[str, int] = {}
+    counts: dict[tuple[str, ...], int] = {}  # of tables [[...]], by where they stand
     for number, line in enumerate(text.splitlines(), start=1):
         header, key = _HEADER.match(line), _KEY.match(line)
         if header:
             names = [n.strip().strip('"') for n in header[2].split(".")]
-            if header[1] == "[[":
-                counts[header[2]] = counts.get(header[2], -1) + 1
-            prefix = [part for n in names for part in ([n, str(counts[n])] if n in counts else [n])]
+            prefix = []
+            for n, name in enumerate(names, start=1):
+                prefix.append(name)
+                if n == len(names) and header[1] == "[[":
+                    counts[tuple(prefix)] = counts.get(tuple(prefix), -1) + 1
+                if tuple(prefix) in counts:
+                    prefix.append(str(counts[tuple(prefix)]))
             here = prefix
         elif key:
             here = prefix + [n.strip('"') for n in key[1].split(".")]

@@ -6,7 +6,7 @@ Everything wrong with a file is a ScenarioError that names the file, the line, t
 import re
 import tomllib
 import types
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields
 from importlib import resources
 from pathlib import Path as FilePath
@@ -16,6 +16,7 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.environment.world import Obstacle
 from robotics.laws.catalogue import make_controller
+from robotics.laws.law import check_needs
 from robotics.paths.path import SHAPES
 from robotics.paths.trajectory import Timing
 from robotics.quantity import accepted, is_number
@@ -25,6 +26,8 @@ from robotics.scenario.description import Member, Scenario, ScenarioError
 from robotics.scenario.lines import line_of
 from robotics.scenario.obstacletable import obstacle_from_table
 from robotics.sensing.posture import Sensing
+from robotics.sensing.sonar import PRESETS as SENSOR_PRESETS
+from robotics.sensing.sonar import RangeSensor
 from robotics.vehicle.robot import Robot
 
 
@@ -83,8 +86,9 @@ def scenario_from_table(table: dict[str, Any], name: str) -> Scenario:
     if scenario.controller:
         try:  # its gains may not suit the graph, its messages not the radio
             law = make_controller(scenario.controller)
-            law.init(scenario, 1)
-            scenario.radio.check_bandwidth(len(robots), len(getattr(law, "message", ())))
+            check_needs(scenario.setting, law)
+            law.init(scenario.setting, 1)
+            scenario.radio.check_bandwidth(len(robots), len(law.message))
         except RadioError as error:
             raise error.about("radio") from None
         except InputError as error:
@@ -167,6 +171,10 @@ def _convert(value: Any, hint: Any, f: Any, keys: tuple[str | int, ...]) -> Any:
         for i, row in enumerate(value):
             _expect_table(row, (*keys, i))
         return tuple(_build(Fault, row, (*keys, i)) for i, row in enumerate(value))
+    if origin is Mapping:
+        if not isinstance(value, list):
+            raise refuse("tables [[sensors]]")
+        return _sensors(value, keys)
     if hint is int:
         if isinstance(value, bool) or not isinstance(value, int):
             raise refuse("a whole number")
@@ -196,6 +204,35 @@ def _convert(value: Any, hint: Any, f: Any, keys: tuple[str | int, ...]) -> Any:
             return tuple(_numbers(row, 2, refuse) for row in value)
         return _numbers(value, len(inner), refuse)
     raise TypeError(f"a field of type {hint!r} cannot be read from TOML")
+
+
+def _sensors(rows: list[Any], keys: tuple[str | int, ...]) -> dict[str, RangeSensor]:
+    """Range sensors by name: a table each, or one for all of a preset, whose fields it may change."""
+    found: dict[str, RangeSensor] = {}
+    for i, row in enumerate(rows):
+        at = (*keys, i)
+        _expect_table(row, at)
+        own = {key: value for key, value in row.items() if key not in ("name", "preset")}
+        if "preset" in row:
+            preset = row["preset"]
+            if "name" in row or not isinstance(preset, str) or preset not in SENSOR_PRESETS:
+                what = expected(str(preset), SENSOR_PRESETS, "sensor preset")
+                raise ScenarioError(what if "name" not in row else "give name or preset, not both").about(*at, "preset")
+            made = {
+                name: _build(RangeSensor, {k: v for k, v in vars(sensor).items() if v is not None} | own, at)
+                for name, sensor in SENSOR_PRESETS[preset].items()
+            }
+        else:
+            name = row.get("name")
+            if not isinstance(name, str) or not name:
+                text = f'a sensor needs a name such as "rear", or preset, one of {", ".join(SENSOR_PRESETS)}'
+                raise ScenarioError(text).about(*at)
+            made = {name: _build(RangeSensor, own, at)}
+        for name in made:
+            if name in found:
+                raise ScenarioError(f"there are two sensors called {name!r}").about(*at)
+        found |= made
+    return found
 
 
 def _numbers(value: Any, count: int, refuse: Any) -> tuple[float, ...]:

@@ -11,7 +11,7 @@ is lost with the probability ``dropout``, and another robot's ping is heard with
 arrives straight on: half its way reads as a distance.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import gcd, pi
 from typing import NamedTuple
@@ -68,6 +68,8 @@ class RangeSensor:
     incidence: float = quantity(pi / 2, "rad", above=0, most=pi / 2)  # from the surface's normal; beyond: no echo
     dropout: float = quantity(0.0, "1", least=0, most=1)  # of echoes, independently
     crosstalk: float = quantity(0.0, "1", least=0, most=1)  # that a robot straight on pings meanwhile
+    failure_start: float | None = quantity(None, "s", least=0)  # from then on it sees nothing; none: it never fails
+    failure_end: float | None = quantity(None, "s", above=0)  # and until then; none: to the end
 
     def __post_init__(self) -> None:
         check_quantities(self, SonarError)
@@ -77,41 +79,63 @@ class RangeSensor:
             raise SonarError(f"rays must be >= 2 to fill a half_cone of {self.half_cone:g} rad, got 1").about("rays")
         if self.minimum >= self.range:
             raise SonarError(f"minimum must be < range, {self.range:g} m; got {self.minimum:g}").about("minimum")
+        if self.failure_end is not None and (self.failure_start is None or self.failure_end <= self.failure_start):
+            raise SonarError(f"failure_end must be > failure_start; got {self.failure_end:g}").about("failure_end")
 
 
 def _sonar(x: float, y: float, axis: float, half_cone: float, reach: float) -> RangeSensor:
     # Noise, minimum and incidence are typical of 40 kHz transducers and of surfaces that are not quite smooth.
     return RangeSensor(
         x=x, y=y, axis=axis, half_cone=half_cone, rays=7, range=reach, minimum=0.03,
-        noise=0.005, relative_noise=0.01, incidence=pi / 3,
+        noise=0.01, relative_noise=0.01, incidence=pi / 3,
     )  # fmt: skip
 
 
 # Two sonars on the nose and one on each side (thesis 6.2); the thesis says neither where nor what they can do.
-SONAR = (
-    _sonar(0.115, 0.06, pi / 9, 37 * pi / 180, 2.0),
-    _sonar(0.115, -0.06, -pi / 9, 37 * pi / 180, 2.0),
-    _sonar(0.0, 0.10, pi / 2, pi / 12, 1.2),
-    _sonar(0.0, -0.10, -pi / 2, pi / 12, 1.2),
-)
-FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT = range(4)  # of SONAR
+SONAR: Mapping[str, RangeSensor] = {
+    "front-left": _sonar(0.115, 0.06, pi / 9, 37 * pi / 180, 2.0),
+    "front-right": _sonar(0.115, -0.06, -pi / 9, 37 * pi / 180, 2.0),
+    "left": _sonar(0.0, 0.10, pi / 2, pi / 12, 1.2),
+    "right": _sonar(0.0, -0.10, -pi / 2, pi / 12, 1.2),
+}
+FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT = range(4)  # the order of SONAR
 
 
-def lidar(beams: int = 121, span: float = 4 * pi / 3, reach: float = 4.0) -> tuple[RangeSensor, ...]:
-    """A scanner above the axle: ``beams`` from right to left over ``span`` [rad], up to ``reach`` [m].
+def lidar(beams: int = 121, span: float = 4 * pi / 3, reach: float = 4.0) -> dict[str, RangeSensor]:
+    """A scanner above the axle: ``beams`` from right to left over ``span`` [rad], up to ``reach`` [m], by name.
 
-    Ten scans a second, with 1 cm + 1 % of noise: a small scanner such as the Hokuyo URG-04LX. Raises SonarError.
+    The names are beam-1, beam-2 and so on. Ten scans a second, with 1 cm + 1 % of noise: a small scanner such as the
+    Hokuyo URG-04LX. Raises SonarError.
     """
     if isinstance(beams, bool) or not isinstance(beams, int) or not 2 <= beams <= 10_000:
         raise SonarError(f"beams must be a whole number >= 2 and <= 10000, got {beams!r}").about("beams")
     axes = np.linspace(-span / 2, span / 2, beams).tolist()
-    return tuple(
-        RangeSensor(axis=a, range=reach, minimum=0.02, period=0.1, noise=0.01, relative_noise=0.01) for a in axes
-    )
+    return {
+        f"beam-{n}": RangeSensor(axis=a, range=reach, minimum=0.02, period=0.1, noise=0.01, relative_noise=0.01)
+        for n, a in enumerate(axes, start=1)
+    }
 
 
-LIDAR = lidar()
-PRESETS: dict[str, tuple[RangeSensor, ...]] = {"sonar": SONAR, "lidar": LIDAR}
+LIDAR: Mapping[str, RangeSensor] = lidar()
+PRESETS: dict[str, Mapping[str, RangeSensor]] = {"sonar": SONAR, "lidar": LIDAR}
+
+
+@dataclass(frozen=True, eq=False)
+class Ranges:
+    """What all range sensors read now. ``ranges["left"]`` is (runs, robots) [m]; infinite: nothing seen."""
+
+    names: tuple[str, ...]
+    values: np.ndarray  # (runs, robots, sensors) m; infinite also where a robot does not carry that sensor
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The readings of the sensor ``name`` (runs, robots) [m]."""
+        return np.asarray(self.values[..., self.names.index(name)])
+
+    def of(self, names: Sequence[str]) -> np.ndarray:
+        """The readings of the sensors ``names``, in this order (runs, robots, sensors) [m]."""
+        if tuple(names) == self.names:
+            return self.values
+        return np.ascontiguousarray(self.values[..., [self.names.index(name) for name in names]])
 
 
 class Echoes(NamedTuple):
@@ -132,6 +156,7 @@ class SensorArray:
     every: np.ndarray  # (sensors,) control periods from update to update
     seeds: tuple[int, ...] = field(repr=False)
     stride: int  # control periods from any update to the next
+    failures: np.ndarray | None = field(repr=False)  # (2, sensors) control periods: failed from, until; none fails
 
     @classmethod
     def opened(cls, sensors: Sequence[RangeSensor], seeds: Sequence[int], tick: float) -> "SensorArray":
@@ -152,6 +177,7 @@ class SensorArray:
             every,
             tuple(seeds),
             gcd(*every.tolist()),
+            _failures(sensors, tick),
         )
 
     def init(self, robots: int) -> Echoes:
@@ -198,6 +224,9 @@ class SensorArray:
         readings = _read(
             exact, state.readings, due, self.table, none if normal is None else normal, none if lost is None else lost
         )
+        if self.failures is not None:
+            failed = (self.failures[0] <= k) & (k < self.failures[1])
+            readings = np.where(failed & due, np.inf, readings)
         return readings, state._replace(readings=readings)
 
     def _cast(
@@ -236,6 +265,13 @@ class SensorArray:
                 draws[:, r] = rows
             blocks.append(draws)
         return tuple(blocks)
+
+
+def _failures(sensors: Sequence[RangeSensor], tick: float) -> np.ndarray | None:
+    """The control periods in which each sensor fails: the first, and the one after the last."""
+    starts = np.array([np.inf if s.failure_start is None else s.failure_start for s in sensors])
+    ends = np.array([np.inf if s.failure_end is None else s.failure_end for s in sensors])
+    return np.stack([starts, ends]) / tick - 1e-9 if np.isfinite(starts).any() else None
 
 
 def _column(sensor: RangeSensor) -> np.ndarray:

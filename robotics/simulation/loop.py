@@ -1,138 +1,215 @@
-"""The one simulation: sense, hear, decide, say, move; all seeds of a scenario in one array pass.
+"""The one simulation: sense, hear, decide, obey, say, move; all seeds of a setting in one array pass.
 
 Every run draws from its own generator, seeded by its own seed: a run's result does not depend, to the last bit,
 on which runs are beside it.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from math import inf
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from fuzzy.errors import InputError
 from robotics.environment.collision import footprints
-from robotics.laws.law import Controller, Observation
+from robotics.laws.law import Command, Law, Observation, check_needs
+from robotics.laws.setting import Setting
+from robotics.paths.references import sampled
 from robotics.paths.trajectory import Reference
-from robotics.radio.channel import Channel
+from robotics.radio.channel import Channel, Heard
 from robotics.radio.faults import Faults
-from robotics.scenario.description import STEP, Scenario
+from robotics.scenario.description import Scenario
+from robotics.sensing.carried import CarriedSensors
 from robotics.sensing.posture import PostureSensors, wheel_errors, wheel_odometry
-from robotics.sensing.sonar import RangeSensor, SensorArray
-from robotics.simulation.recorder import Period, Recorder
+from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
+from robotics.simulation.state import State
 from robotics.vehicle import plant as p
-
-if TYPE_CHECKING:
-    from robotics.scenario.ensemble import Ensemble
 
 
 class SimulationError(InputError):
     """A simulation that cannot start: no seeds, or a seed that is no whole number >= 0."""
 
 
-def drive(
-    setting: "Scenario | Ensemble", controller: Controller, seeds: Sequence[int], faults: Faults | None = None
-) -> Iterator[Period]:
-    """The periods of ``controller`` on a scenario or ensemble, a run for every seed: sense, hear, decide, say, move.
+def drive(setting: Setting, law: Law[Any], seeds: Sequence[int], faults: Faults | None = None) -> Iterator[State]:
+    """The periods of ``law`` in ``setting``, a run for every seed; each as it is before its robots move.
 
-    A robot whose command is not finite, or that is farther than its ``divergence`` from its target, is stopped.
-    ``faults`` are those of the scenario, if not given.
+    A robot whose command is not finite, or that is farther than ``setting.divergence`` from its target, is stopped.
+    ``faults`` are those of the setting, if not given. Raises SimulationError, and what the law raises.
     """
-    scenario: Any = setting  # an ensemble has what a scenario has, with runs in front
-    seeds = _checked(seeds)
-    runs, robots, ticks = len(seeds), len(scenario.robots), scenario.ticks
-    shape, lanes = (runs, robots), runs * robots
-    parameters = np.tile(np.stack([p.parameters(m.robot, STEP) for m in scenario.robots], axis=1), (1, runs))
-    sensing = [member.sensing or scenario.sensing for member in scenario.robots]
-    errors = wheel_errors(sensing, seeds)
-    if errors is not None:
-        parameters[p.P_ODO_RIGHT : p.P_ODO_HALF_AXLE + 1] *= errors
-    machine = p.Plant(
-        parameters,
-        steps=round(scenario.period / STEP),
-        step=STEP,
-        kinematic=scenario.plant == "kinematic",
-    )
-    late_periods, late_steps = divmod(round(scenario.latency / STEP), machine.steps)
-    generators = [np.random.default_rng(seed) for seed in seeds]
-    state = _start(scenario, generators)
-    sensors = PostureSensors.of(sensing, ticks, generators, seeds)
-    fields: tuple[str, ...] = getattr(controller, "message", ())
-    channel = Channel.opened(scenario.radio, robots, seeds, scenario.period) if fields else None
-    air = channel.init(len(fields), runs) if channel else None
-    if faults is None and scenario.faults:
-        faults = Faults.drawn(scenario.faults, robots, seeds)
-    watchdog: float = getattr(controller, "watchdog", inf)
-    looks: tuple[RangeSensor, ...] = getattr(controller, "sensors", ())
-    sonar = SensorArray.opened(looks, seeds, scenario.period) if looks and scenario.world is not None else None
-    echoes = sonar.init(robots) if sonar else None
-    sizes = footprints([member.robot for member in scenario.robots])
-    memory = controller.init(scenario, runs)
-    pending = [np.zeros((2, lanes))] * (late_periods + 2)  # commands on their way, newest first
-    counts, _ = wheel_odometry(machine.parameters, state, np.zeros((2, lanes)), scenario.period)
-    posture: np.ndarray | None = None
-    order = np.zeros((2, *shape))
-    held_for: np.ndarray | float = 0.0
-    stopped, gone = np.full(shape, -1), False
-    # A scenario's references are the same for all runs, and are looked up at once.
-    known = np.stack(setting.trajectory.sampled(setting.times)) if isinstance(setting, Scenario) else None
-    for k in range(ticks + 1):
-        time = k * scenario.period
-        target = Reference(*known[:, k]) if known is not None else scenario.trajectory.at(time)
-        condition = faults.at(time) if faults else None
-        # sense
-        counts, velocities = wheel_odometry(machine.parameters, state, counts, scenario.period)
-        v, w = velocities.reshape(2, *shape)
-        now = state.reshape(-1, *shape)
-        posture = sensors.measure(time, now, posture, v, w, scenario.period)
-        ranges = None
-        if sonar is not None and echoes is not None:
-            here = scenario.world.at(time)
-            ranges, echoes = sonar.sense(echoes, k, now[p.X], now[p.Y], now[p.HEADING], sizes, here)
-        # hear
-        heard = None
-        if channel and air is not None:
-            heard, air = channel.hear(air, k, condition)
-        # decide
-        x, y, heading = posture
-        seen = Observation(time, x, y, heading, v, w, target, scenario.trajectory, heard, ranges)
-        command, memory = controller.control(seen, memory, scenario.period)
-        aim = command.target or target
-        wish = np.empty((2, *shape))
+    simulation = Simulation.opened(setting, law, seeds, faults)
+    state = simulation.start()
+    while True:
+        for step in (simulation.sense, simulation.hear, simulation.decide, simulation.obey):
+            state = step(state)
+        yield state
+        if state.k == setting.ticks:
+            return
+        state = simulation.move(simulation.say(state))
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """What does not change while a simulation goes on, and the steps of a period, each from a State to a State."""
+
+    setting: Setting
+    law: Law[Any]
+    seeds: tuple[int, ...]
+    faults: Faults | None
+    plant: p.Plant
+    postures: PostureSensors
+    sensors: CarriedSensors | None  # none: the law needs none, or there is nothing to see
+    channel: Channel | None  # none: the law says nothing
+    sizes: np.ndarray  # of the robots, as of robotics.environment.collision
+    known: np.ndarray | None  # (fields, samples, robots): references that are the same for all runs, looked up at once
+    late: tuple[int, int]  # latency: whole periods, and steps of the plant beyond them
+    begin: np.ndarray  # (plant channels, lanes)
+
+    @classmethod
+    def opened(
+        cls, setting: Setting, law: Law[Any], seeds: Sequence[int], faults: Faults | None = None
+    ) -> "Simulation":
+        """All that is needed to begin. Raises SimulationError, RadioError, SonarError, or ControllerError."""
+        seeds = checked_seeds(seeds)
+        check_needs(setting, law)
+        robots = len(setting.robots)
+        parameters = np.tile(np.stack([p.parameters(robot, p.STEP) for robot in setting.robots], axis=1), len(seeds))
+        errors = wheel_errors(setting.sensing, seeds)
+        if errors is not None:
+            parameters[p.P_ODO_RIGHT : p.P_ODO_HALF_AXLE + 1] *= errors
+        steps = round(setting.period / p.STEP)
+        generators = [np.random.default_rng(seed) for seed in seeds]
+        begin = _start(setting, generators)
+        looks = law.needs and setting.world is not None
+        if faults is None and setting.faults:
+            faults = Faults.drawn(setting.faults, robots, seeds)
+        return cls(
+            setting,
+            law,
+            seeds,
+            faults,
+            p.Plant(parameters, steps=steps, step=p.STEP, kinematic=setting.plant == "kinematic"),
+            PostureSensors.of(setting.sensing, setting.ticks, generators, seeds),
+            CarriedSensors.opened(setting.sensors, seeds, setting.period) if looks else None,
+            Channel.opened(setting.radio, law.message, robots, seeds, setting.period) if law.message else None,
+            footprints(setting.robots),
+            None if setting.ensemble else np.stack(sampled(setting.references, setting.times)),
+            divmod(round(setting.latency / p.STEP), steps),
+            begin,
+        )
+
+    def start(self) -> State:
+        """Before the first period: at rest, nothing sensed, nothing heard."""
+        shape = len(self.seeds), len(self.setting.robots)
+        rest, none = np.zeros((2, shape[0] * shape[1])), np.zeros(shape)
+        counts, _ = wheel_odometry(self.plant.parameters, self.begin, rest, self.setting.period)
+        return State(
+            k=0,
+            time=0.0,
+            truth=self.begin.reshape(-1, *shape),
+            counts=counts,
+            reference=self._reference(0, 0.0),
+            posture=None,
+            v=none,
+            w=none,
+            echoes=self.sensors.init() if self.sensors else (),
+            ranges=None,
+            air=self.channel.init(shape[0]) if self.channel else None,
+            condition=None,
+            heard=Heard.nothing(*shape),
+            memory=self.law.init(self.setting, shape[0]),
+            command=Command(none, none, none, none),
+            target=self._reference(0, 0.0),
+            order=np.zeros((2, *shape)),
+            held_for=0.0,
+            stopped=np.full(shape, -1),
+            lost=np.zeros(shape, dtype=bool),
+            pending=(rest,) * (self.late[0] + 2),
+        )
+
+    def sense(self, state: State) -> State:
+        """What the robots measure: encoders, postures, ranges; and where the reference is by now."""
+        period, truth = self.setting.period, state.truth
+        lanes = truth.reshape(len(truth), -1)
+        counts, velocities = wheel_odometry(self.plant.parameters, lanes, state.counts, period)
+        v, w = velocities.reshape(2, *truth.shape[1:])
+        posture = self.postures.measure(state.time, truth, state.posture, v, w, period)
+        state = state._replace(counts=counts, v=v, w=w, posture=posture, reference=self._reference(state.k, state.time))
+        if self.sensors is None or self.setting.world is None:
+            return state
+        pose, here = truth[: p.HEADING + 1], self.setting.world.at(state.time)
+        ranges, echoes = self.sensors.sense(state.echoes, state.k, pose, self.sizes, here)
+        return state._replace(ranges=ranges, echoes=echoes)
+
+    def hear(self, state: State) -> State:
+        """Who is at fault, and what the radio brings."""
+        if self.faults is not None:
+            state = state._replace(condition=self.faults.at(state.time))
+        if self.channel is None or state.air is None:
+            return state
+        heard, air = self.channel.hear(state.air, state.k, state.condition)
+        return state._replace(heard=heard, air=air)
+
+    def decide(self, state: State) -> State:
+        """What the law commands."""
+        assert state.posture is not None
+        x, y, heading = state.posture
+        references = self.setting.references
+        seen = Observation(
+            state.time, x, y, heading, state.v, state.w, state.reference, references, state.heard, state.ranges
+        )
+        command, memory = self.law.control(seen, state.memory, self.setting.period)
+        return state._replace(command=command, memory=memory, target=command.target or state.reference)
+
+    def obey(self, state: State) -> State:
+        """What becomes of the command: a robot at fault holds its last order or stands; who is lost is noticed."""
+        command, target, condition = state.command, state.target, state.condition
+        wish = np.empty_like(state.order)
         wish[0], wish[1] = command.first, command.second
-        # stop what is lost
-        offset = (now[p.X] - aim.x) ** 2 + (now[p.Y] - aim.y) ** 2
+        offset = (state.truth[p.X] - target.x) ** 2 + (state.truth[p.Y] - target.y) ** 2
         finite = np.isfinite(wish)
-        lost = ~(finite[0] & finite[1] & (offset < scenario.divergence**2)) & (stopped < 0)
+        lost = ~(finite[0] & finite[1] & (offset < self.setting.divergence**2)) & (state.stopped < 0)
         if condition is None:
-            held_for = 0.0
-        else:
-            # Without a new command a robot holds its last, until its watchdog stops it.
-            held_for = np.where(condition.held, held_for + scenario.period, 0.0)
-            alone = held_for > watchdog + 1e-9
-            wish = np.where(condition.held, order, wish)
-            wish = np.where(condition.failed | alone, 0.0, wish)
-        yield Period(k, time, now, posture, aim, command, wish, condition, heard, stopped, lost, ranges)
-        order = wish
-        gone = gone or bool(lost.any())
-        if gone:
-            stopped = np.where(lost, k, stopped)
+            return state._replace(order=wish, lost=lost, held_for=0.0)
+        # Without a new command a robot holds its last, until its watchdog stops it.
+        held_for = np.where(condition.held, state.held_for + self.setting.period, 0.0)
+        wish = np.where(condition.held, state.order, wish)
+        wish = np.where(condition.failed | (held_for > self.law.watchdog + 1e-9), 0.0, wish)
+        return state._replace(order=wish, lost=lost, held_for=held_for)
+
+    def say(self, state: State) -> State:
+        """What the robots broadcast."""
+        if self.channel is None or state.air is None or state.command.message is None:
+            return state
+        x, y = state.truth[p.X], state.truth[p.Y]
+        return state._replace(air=self.channel.send(state.air, state.k, state.command.message, x, y, state.condition))
+
+    def move(self, state: State) -> State:
+        """The next period: lost robots are stopped, and the plant has moved for one period."""
+        order, stopped = state.order, np.where(state.lost, state.k, state.stopped)
+        if (stopped >= 0).any():
             order = np.where(stopped >= 0, 0.0, order)
-        # say
-        if channel and air is not None and command.message is not None:
-            air = channel.send(air, k, command.message, now[p.X], now[p.Y], condition)
-        # move
-        if k < ticks:
-            pending = [order.reshape(2, lanes), *pending[:-1]]
-            state = machine.advance(
-                state, pending[late_periods + 1], pending[late_periods], late_steps, controller.level
-            )
+        periods, steps = self.late
+        pending = (order.reshape(2, -1), *state.pending[:-1])
+        lanes = state.truth.reshape(len(state.truth), -1)
+        moved = self.plant.advance(lanes, pending[periods + 1], pending[periods], steps, self.law.level)
+        k = state.k + 1
+        return state._replace(
+            k=k,
+            time=k * self.setting.period,
+            truth=moved.reshape(state.truth.shape),
+            order=order,
+            stopped=stopped,
+            pending=pending,
+        )
+
+    def _reference(self, k: int, time: float) -> Reference:
+        return self.setting.references.at(time) if self.known is None else Reference(*self.known[:, k])
 
 
 def simulate(
     scenario: Scenario,
-    controller: Controller,
+    controller: Law[Any],
     seeds: Sequence[int] = (0,),
     *,
     name: str = "",
@@ -148,17 +225,31 @@ def simulate(
     A robot whose command is not finite, or that is farther than ``scenario.divergence`` from its target, is
     stopped: ``Run.stopped`` says when, and its samples after that are not-a-number.
     """
-    seeds = _checked(seeds)
-    robots = [member.robot for member in scenario.robots]
-    recorded = Recorder(scenario.ticks + 1, len(seeds), robots, team=scenario.kind == "team", links=links)
-    for period in drive(scenario, controller, seeds, faults):
-        recorded.keep(period)
+    return record(scenario.setting, controller, seeds, name=name, links=links, faults=faults, progress=progress)
+
+
+def record(
+    setting: Setting,
+    law: Law[Any],
+    seeds: Sequence[int],
+    *,
+    name: str = "",
+    links: bool = False,
+    faults: Faults | None = None,
+    progress: Callable[[], None] | None = None,
+) -> Run:
+    """:func:`simulate` for a setting: a compiled scenario, or an ensemble of one run."""
+    seeds = checked_seeds(seeds)
+    recorded = Recorder(setting, len(seeds), links=links)
+    for state in drive(setting, law, seeds, faults):
+        recorded.keep(state)
         if progress is not None:
             progress()
-    return recorded.run(scenario, controller.level, seeds, name or type(controller).__name__)
+    return recorded.run(setting, law.level, seeds, name or type(law).__name__)
 
 
-def _checked(seeds: Sequence[int]) -> tuple[int, ...]:
+def checked_seeds(seeds: Sequence[int]) -> tuple[int, ...]:
+    """``seeds`` as whole numbers. Raises SimulationError where there are none, or one is none."""
     for seed in seeds:
         if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
             raise SimulationError(f"a seed is a whole number >= 0, got {seed!r}")
@@ -167,11 +258,10 @@ def _checked(seeds: Sequence[int]) -> tuple[int, ...]:
     return tuple(int(seed) for seed in seeds)
 
 
-def _start(scenario: "Scenario | Ensemble", generators: Sequence[np.random.Generator]) -> np.ndarray:
-    """The state at time 0: each robot a little off where it believes to stand, as the scenario's sensing says."""
-    shape = (len(generators), len(scenario.robots), 3)
-    believed = np.broadcast_to(scenario.starts, shape).reshape(-1, 3)
-    sensing = [m.sensing or scenario.sensing for m in scenario.robots]
-    spread = np.tile([(s.start_position, s.start_position, s.start_heading) for s in sensing], (len(generators), 1))
-    draws = np.concatenate([g.standard_normal((len(scenario.robots), 3)) for g in generators])
-    return p.initial_state(believed + draws * spread, believed)
+def _start(setting: Setting, generators: Sequence[np.random.Generator]) -> np.ndarray:
+    """The state at time 0: each robot a little off where it believes to stand, as its sensing says."""
+    shape = (len(generators), len(setting.robots), 3)
+    believed = np.broadcast_to(setting.starts, shape).reshape(-1, 3)
+    spread = [(s.start_position, s.start_position, s.start_heading) for s in setting.sensing]
+    draws = np.concatenate([g.standard_normal(shape[1:]) for g in generators])
+    return p.initial_state(believed + draws * np.tile(spread, (len(generators), 1)), believed)

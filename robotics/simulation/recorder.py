@@ -1,123 +1,91 @@
-"""What is kept of a simulation as it goes on: samples, and the runs made of them."""
-
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+"""What is kept of a simulation as it goes on, and the runs made of it."""
 
 import numpy as np
 
 from robotics.environment.world import Geometry
-from robotics.laws.law import Command
-from robotics.laws.modes import STOPPED
-from robotics.paths.trajectory import Reference
-from robotics.radio.channel import Heard
-from robotics.radio.faults import Condition
-from robotics.scenario.description import Scenario
-from robotics.simulation.run import CHANNELS, TEAM_CHANNELS, Run
+from robotics.laws.setting import Setting
+from robotics.paths.references import sampled
+from robotics.simulation.channels import CHANNELS, RECORDS, Record, units_of
+from robotics.simulation.run import About, Recorded, Run
+from robotics.simulation.state import State
 from robotics.vehicle import plant as p
-from robotics.vehicle.robot import Robot
 
-if TYPE_CHECKING:
-    pass
-
-
-class Period(NamedTuple):
-    """One period of all runs, at its end; arrays are (runs, robots) unless they say otherwise."""
-
-    k: int
-    time: float  # s
-    state: np.ndarray  # (plant channels, runs, robots): the truth
-    posture: np.ndarray  # (3, runs, robots): x [m], y [m], heading [rad] as measured
-    target: Reference  # where the law wants the robots to be
-    command: Command
-    order: np.ndarray  # (2, runs, robots): the command after faults and stops
-    condition: Condition | None  # who is at fault
-    heard: Heard | None
-    stopped: np.ndarray  # int: the period before in which the robot was stopped, or -1
-    lost: np.ndarray  # bool: it is stopped in this one
-    ranges: np.ndarray | None = None  # (runs, robots, sensors) m: what their sensors read
+_DEMANDS = [list(CHANNELS).index(name) for name in ("v_demand", "w_demand")]
 
 
 class Recorder:
     """The samples of a simulation as it goes on, and the runs made of them."""
 
-    def __init__(self, samples: int, runs: int, robots: Sequence[Robot], *, team: bool, links: bool = False) -> None:
-        """Room for so many ``samples`` of all ``runs``."""
-        shape = (runs, len(robots))
-        self.limits = p.velocity_limits(robots)
-        self.kept = self.limited = 0  # samples; those whose command has been brought within the plant's limits
-        self.samples = np.empty((samples, len(CHANNELS), *shape))
-        self.team = np.empty((samples, len(TEAM_CHANNELS), *shape)) if team else None
-        self.links = np.full((samples, *shape, len(robots)), np.inf, dtype=np.float32) if links else None
-        self.modes: np.ndarray | None = None
-        self.ranges: np.ndarray | None = None
-        self.stopped = np.full(shape, -1)
+    def __init__(self, setting: Setting, runs: int, *, links: bool = False) -> None:
+        """Room for all samples of ``runs`` runs of ``setting``; ``links`` keeps the ages of messages too."""
+        self.length = setting.ticks + 1
+        self.limits = p.velocity_limits(setting.robots)
+        self.count = self.limited = 0  # samples kept; those whose demands have been brought within the limits
+        left_out = {"team": setting.kind != "team", "links": not links}
+        self.arrays: dict[str, np.ndarray] = {}
+        self.records = {name: record for name, record in RECORDS.items() if not left_out.get(name)}
+        self.stopped = np.full((runs, len(setting.robots)), -1)
 
-    def keep(self, period: Period) -> None:
+    def keep(self, state: State) -> None:
         """Keep one period; they come in their order."""
-        k, now, command, target = period.k, period.state, period.command, period.target
         gone = self.stopped >= 0
-        stops = bool(gone.any())
-        if command.mode is not None:
-            if self.modes is None:
-                self.modes = np.zeros((len(self.samples), *gone.shape), dtype=np.int8)
-            self.modes[k] = np.where(gone, STOPPED, command.mode)
-        if period.ranges is not None:
-            if self.ranges is None:
-                self.ranges = np.empty((len(self.samples), *period.ranges.shape), dtype=np.float32)
-            self.ranges[k] = period.ranges
-        row = self.samples[k]
-        row[:5], row[5:8], row[8:10] = now[: p.W + 1], period.posture, period.order
-        row[10], row[11] = command.v, command.w  # without the plant's limits until all is kept
-        row[12], row[13] = now[p.EFFORT], now[p.VARIATION]
-        if stops:
-            row[:, gone] = np.nan
-        if self.team is not None:
-            row = self.team[k]
-            row[0] = np.nan if command.progress is None else command.progress
-            row[1], row[2], row[3] = target.x, target.y, target.heading
-            row[4] = 0 if period.condition is None else period.condition.code
-            if stops:
-                row[:, gone] = np.nan
-        if self.links is not None and period.heard is not None:
-            self.links[k] = np.where(period.heard.hears, period.heard.age, np.inf)
-        self.stopped = np.where(period.lost, k, period.stopped)
-        self.kept = k + 1
+        some = bool(gone.any())
+        for name, record in self.records.items():
+            if record.scalars:
+                row = self._row(name, record, state.k, (len(units_of(record.scalars)), *gone.shape))
+                first = 0
+                for part in record.scalars:
+                    row[first : first + len(part.units)] = part.of(state)
+                    first += len(part.units)
+            else:
+                assert record.of is not None
+                found = record.of(state)
+                if found is None:
+                    continue
+                row = self._row(name, record, state.k, found.shape)
+                row[...] = found
+            if some and record.stopped is not None:
+                row[..., gone] = record.stopped
+        self.stopped = np.where(state.lost, state.k, state.stopped)
+        self.count = state.k + 1
 
-    def run(self, scenario: Scenario, level: str, seeds: tuple[int, ...], name: str, which: slice = slice(None)) -> Run:
-        """The run of ``scenario`` with the law called ``name``; ``which`` of the runs of the pass are its seeds.
+    def _row(self, name: str, record: Record, k: int, shape: tuple[int, ...]) -> np.ndarray:
+        """Where one period of a record goes; all before the first that has it is 0."""
+        if name not in self.arrays:
+            self.arrays[name] = np.zeros((self.length, *shape), dtype=record.dtype)
+        return self.arrays[name][k]
 
-        It ends with the scenario, or before, if no more was kept.
+    def run(self, setting: Setting, level: str, seeds: tuple[int, ...], name: str, which: slice = slice(None)) -> Run:
+        """The run of ``setting`` with the law called ``name``; ``which`` of the runs of the pass are its seeds.
+
+        It ends with the setting, or before, if no more was kept.
         """
-        end = min(scenario.ticks + 1, self.kept)
-        times = scenario.times[:end]
-        new = self.samples[self.limited : self.kept]
-        new[:, 10], new[:, 11] = p.saturate(self.limits, new[:, 10], new[:, 11])
-        self.limited = self.kept
-
-        def mine(kept: np.ndarray | None, axis: int = 1) -> np.ndarray | None:
-            return None if kept is None else kept[:end, :, which] if axis == 2 else kept[:end, which]
-
+        end = min(setting.ticks + 1, self.count)
+        times = setting.times[:end]
+        new = self.arrays["samples"][self.limited : self.count]
+        v, w = _DEMANDS
+        new[:, v], new[:, w] = p.saturate(self.limits, new[:, v], new[:, w])
+        self.limited = self.count
+        recorded = {
+            array: Recorded(values[:end], RECORDS[array].axes).only("run", which)
+            for array, values in self.arrays.items()
+            if array != "ranges" or setting.world is not None
+        }
         return Run(
-            scenario.name,
-            name,
-            level,
+            About(setting.name, setting.kind, name, level, setting.robots, setting.sensors),
             seeds,
             times,
-            self.samples[:end, :, which],
-            np.stack(scenario.trajectory.sampled(times)),
-            tuple(path.table[:2] for path in scenario.trajectory.paths),
+            recorded,
+            np.stack(sampled(setting.references, times)),
+            tuple(path.table[:2] for path in setting.references.joined.paths),
             np.where(self.stopped[which] < end, self.stopped[which], -1),
-            mine(self.team, axis=2),
-            mine(self.links),
-            mine(self.modes),
-            None if scenario.world is None else mine(self.ranges),
-            _obstacles(scenario, times),
+            _obstacles(setting, times),
         )
 
 
-def _obstacles(scenario: Scenario, times: np.ndarray) -> Geometry | None:
+def _obstacles(setting: Setting, times: np.ndarray) -> Geometry | None:
     """Where the obstacles are at ``times`` [s]; once, if none moves."""
-    world = scenario.world
+    world = setting.world
     if world is None or world.motion is None:
         return None if world is None else world.rest
     seen = [world.at(time) for time in times]

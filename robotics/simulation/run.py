@@ -2,9 +2,10 @@
 
 import json
 import zlib
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from zipfile import BadZipFile
 
 import numpy as np
@@ -13,35 +14,13 @@ from fuzzy.errors import InputError
 from fuzzy.files.atomic import replacing
 from robotics.environment.world import Geometry
 from robotics.laws.modes import MODES
+from robotics.sensing.sonar import SONAR, RangeSensor
+from robotics.simulation.channels import CHANNELS, RECORDS, TEAM_CHANNELS, Axes
+from robotics.vehicle.robot import Robot
 
 if TYPE_CHECKING:
     import pandas as pd
 
-# The channels of a run, in the order of ``Run.samples``, with their units
-CHANNELS: dict[str, str] = {
-    "x": "m",  # true pose
-    "y": "m",
-    "heading": "rad",
-    "v": "m/s",  # true velocity
-    "w": "rad/s",
-    "x_measured": "m",  # what the controller saw
-    "y_measured": "m",
-    "heading_measured": "rad",
-    "command_1": "m/s or N m",  # v, or the right wheel's torque
-    "command_2": "rad/s or N m",  # ω, or the left wheel's torque
-    "v_demand": "m/s",  # the speed that the law tries to reach, within the robot's limits
-    "w_demand": "rad/s",
-    "effort": "N² m² s",  # ∫ τr² + τl² dt so far
-    "torque_variation": "N m",  # Σ |Δτr| + |Δτl| so far, at the wheel loops' 100 Hz
-}
-# Further channels of a team's run, in the order of ``Run.team``
-TEAM_CHANNELS: dict[str, str] = {
-    "progress": "1",  # the law's own path parameter; not-a-number if it has none
-    "x_target": "m",  # where the law wants the robot to be
-    "y_target": "m",
-    "heading_target": "rad",
-    "fault": "1",  # 0 none, 1 failure, 2 delay, 3 silence, 4 stall
-}
 REFERENCE: dict[str, str] = {"x": "m", "y": "m", "heading": "rad", "v": "m/s", "w": "rad/s", "s": "m"}
 
 
@@ -50,31 +29,111 @@ class RunError(InputError):
 
 
 @dataclass(frozen=True, eq=False)
+class About:
+    """What ran."""
+
+    scenario: str
+    kind: str  # of the scenario: "tracking", "formation" or "team"
+    controller: str
+    level: str  # "velocity" or "torque": what the command is
+    robots: tuple[Robot, ...]
+    sensors: tuple[Mapping[str, RangeSensor], ...]  # what each robot carries, by name
+
+
+class Recorded(NamedTuple):
+    """A recorded array with what its axes are."""
+
+    values: np.ndarray
+    axes: Axes
+
+    def only(self, axis: str, which: slice) -> "Recorded":
+        """The part ``which`` along ``axis``."""
+        return self._replace(values=self.values[(slice(None),) * self.axes.index(axis) + (which,)])
+
+
+@dataclass(frozen=True, eq=False)
 class Run:
     """All samples of all seeds and robots. ``run["x"]`` is (runs, robots, samples)."""
 
-    scenario: str
-    controller: str
-    level: str  # "velocity" or "torque": what the command is
+    about: About
     seeds: tuple[int, ...]
     time: np.ndarray  # (samples,) s
-    samples: np.ndarray = field(repr=False)  # (samples, channels, runs, robots); NaN after a robot was stopped
+    recorded: dict[str, Recorded] = field(repr=False)  # the arrays of robotics.simulation.channels.RECORDS, by name
     reference: np.ndarray = field(repr=False)  # (6, samples, robots): REFERENCE
     paths: tuple[np.ndarray, ...] = field(repr=False)  # per robot (2, nodes) m: the path's nodes
     stopped: np.ndarray = field(repr=False)  # (runs, robots) int: the sample at which it diverged, or -1
-    team: np.ndarray | None = field(default=None, repr=False)  # (samples, team channels, runs, robots)
-    links: np.ndarray | None = field(default=None, repr=False)  # (samples, runs, receivers, senders) s: age of messages
-    modes: np.ndarray | None = field(
-        default=None, repr=False
-    )  # (samples, runs, robots) int8: robotics.laws.modes.MODES
-    ranges: np.ndarray | None = field(default=None, repr=False)  # (samples, runs, robots, sensors) m: as sensed
     obstacles: Geometry | None = field(default=None, repr=False)  # its first axis: the samples, or 1 if all rest
+
+    @property
+    def scenario(self) -> str:
+        """The name of its scenario."""
+        return self.about.scenario
+
+    @property
+    def controller(self) -> str:
+        """What drove the robots, by name."""
+        return self.about.controller
+
+    @property
+    def level(self) -> str:
+        """ "velocity" or "torque": what ``command_1`` and ``command_2`` are."""
+        return self.about.level
+
+    @property
+    def samples(self) -> np.ndarray:
+        """(samples, channels, runs, robots): CHANNELS; not-a-number after a robot was stopped."""
+        return self.recorded["samples"].values
+
+    @property
+    def team(self) -> np.ndarray | None:
+        """(samples, channels, runs, robots): TEAM_CHANNELS of a team's run; likewise."""
+        return self._values("team")
+
+    @property
+    def links(self) -> np.ndarray | None:
+        """(samples, runs, receivers, senders) s: the age of messages, if it was to be kept."""
+        return self._values("links")
+
+    @property
+    def modes(self) -> np.ndarray | None:
+        """(samples, runs, robots) int8: codes of robotics.laws.modes.MODES, if the law has modes."""
+        return self._values("modes")
+
+    @property
+    def ranges(self) -> np.ndarray | None:
+        """(samples, runs, robots, sensors) m: what the range sensors read, if the law needs any."""
+        return self._values("ranges")
+
+    def _values(self, name: str) -> np.ndarray | None:
+        return self.recorded[name].values if name in self.recorded else None
 
     def __getitem__(self, channel: str) -> np.ndarray:
         """One channel (runs, robots, samples); those of TEAM_CHANNELS only in a team's run."""
         if channel in TEAM_CHANNELS and self.team is not None:
             return np.moveaxis(self.team[:, list(TEAM_CHANNELS).index(channel)], 0, -1)
         return np.moveaxis(self.samples[:, list(CHANNELS).index(channel)], 0, -1)
+
+    def with_recorded(self, **arrays: np.ndarray | None) -> "Run":
+        """The same run with other values of some recorded arrays, by name; None leaves one out."""
+        kept = {name: record for name, record in self.recorded.items() if name not in arrays}
+        changed = {n: Recorded(values, RECORDS[n].axes) for n, values in arrays.items() if values is not None}
+        return replace(self, recorded=kept | changed)
+
+    def only(self, seed: int) -> "Run":
+        """The part of one seed. Raises ValueError for a seed that was not run."""
+        place = self.seeds.index(seed)
+        which = slice(place, place + 1)
+        recorded = {name: record.only("run", which) for name, record in self.recorded.items()}
+        return replace(self, seeds=(seed,), recorded=recorded, stopped=self.stopped[which])
+
+    def time_innermost(self) -> "Run":
+        """The same run with time last in memory: sums over time then add up alike whatever runs are beside it."""
+        arrays = {
+            name: np.moveaxis(np.ascontiguousarray(np.moveaxis(record.values, 0, -1)), -1, 0)
+            for name, record in self.recorded.items()
+            if "channel" in record.axes
+        }
+        return self.with_recorded(**arrays)
 
     def target(self, name: str) -> np.ndarray:
         """One field of the reference (robots, samples): x, y, heading, v, w or s."""
@@ -111,19 +170,17 @@ class Run:
 
     def save(self, path: str | Path) -> None:
         """Write the run to ``path`` (.npz), whole or not at all; :func:`load_run` reads it back without loss."""
-        about = {k: getattr(self, k) for k in ("scenario", "controller", "level")} | {"format": 1}
         arrays: dict[str, Any] = {f"path_{i}": nodes for i, nodes in enumerate(self.paths)}
-        arrays |= {k: v for k in ("team", "links", "modes", "ranges") if (v := getattr(self, k)) is not None}
+        arrays |= {name: record.values for name, record in self.recorded.items()}
         if self.obstacles is not None:
             arrays |= {f"obstacles_{name}": part for name, part in self.obstacles._asdict().items()}
         try:
             with replacing(path) as temporary, temporary.open("wb") as file:
                 np.savez_compressed(
                     file,
-                    about=np.array(json.dumps(about)),
+                    about=np.array(json.dumps(_as_json(self.about))),
                     seeds=np.array(self.seeds),
                     time=self.time,
-                    samples=self.samples,
                     reference=self.reference,
                     stopped=self.stopped,
                     **arrays,
@@ -133,30 +190,54 @@ class Run:
 
 
 def load_run(path: str | Path) -> Run:
-    """The run in a file that :meth:`Run.save` wrote. Raises RunError."""
+    """The run in a file that :meth:`Run.save` wrote, this version's or an older one's. Raises RunError."""
     try:
         with Path(path).open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            about = json.loads(str(file["about"]))
+            recorded = {name: Recorded(file[name], record.axes) for name, record in RECORDS.items() if name in file}
             obstacles = None
             if "obstacles_circles" in file:
                 obstacles = Geometry(*(file[f"obstacles_{name}"] for name in Geometry._fields))
             return Run(
-                about["scenario"],
-                about["controller"],
-                about["level"],
+                _from_json(json.loads(str(file["about"])), file["stopped"].shape[1], recorded),
                 tuple(int(s) for s in file["seeds"]),
                 file["time"],
-                file["samples"],
+                {"samples": recorded["samples"], **recorded},
                 file["reference"],
                 tuple(file[f"path_{i}"] for i in range(file["reference"].shape[2])),
                 file["stopped"],
-                file.get("team"),
-                file.get("links"),
-                file.get("modes"),
-                file.get("ranges"),
                 obstacles,
             )
     except OSError as error:
         raise RunError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except (KeyError, ValueError, EOFError, IndexError, TypeError, BadZipFile, zlib.error) as error:
+    except (KeyError, ValueError, EOFError, IndexError, TypeError, AttributeError, BadZipFile, zlib.error) as error:
         raise RunError(f"{path}: this file holds no run: {error}") from None
+
+
+def _as_json(about: About) -> dict[str, Any]:
+    """``about`` in JSON's types; robots that are alike stand once."""
+    kinds = [{"robot": asdict(r), "sensors": {n: asdict(s) for n, s in c.items()}} for r, c in _pairs(about)]
+    distinct = [kind for i, kind in enumerate(kinds) if kind not in kinds[:i]]
+    plain = {name: getattr(about, name) for name in ("scenario", "kind", "controller", "level")}
+    return plain | {"format": 2, "robots": distinct, "robot": [distinct.index(kind) for kind in kinds]}
+
+
+def _pairs(about: About) -> Iterator[tuple[Robot, Mapping[str, RangeSensor]]]:
+    return zip(about.robots, about.sensors, strict=True)
+
+
+def _from_json(table: dict[str, Any], robots: int, recorded: Mapping[str, Recorded]) -> About:
+    """What :func:`_as_json` wrote; of format 1, which did not say more, with standard robots and their sonars."""
+    named = (table["scenario"], table.get("kind", "team" if "team" in recorded else "tracking"), table["controller"])
+    if table["format"] == 1:
+        four = "ranges" in recorded and recorded["ranges"].values.shape[-1] == len(SONAR)
+        sensors: Mapping[str, RangeSensor] = SONAR if four else {}
+        return About(*named, table["level"], (Robot(),) * robots, (sensors,) * robots)
+    kinds = [
+        (Robot(**k["robot"]), {name: RangeSensor(**row) for name, row in k["sensors"].items()}) for k in table["robots"]
+    ]
+    return About(
+        *named,
+        table["level"],
+        tuple(kinds[i][0] for i in table["robot"]),
+        tuple(kinds[i][1] for i in table["robot"]),
+    )

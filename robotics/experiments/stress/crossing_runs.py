@@ -8,11 +8,11 @@ import numpy as np
 from robotics.environment.collision import footprints, robot_contacts
 from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.outcome import ARRIVED, HELD, LIMIT, NEAREST, Disturbance, Outcome
-from robotics.laws.law import Controller
+from robotics.laws.law import Law
+from robotics.laws.setting import Setting
 from robotics.radio.description import Radio
 from robotics.radio.faults import Fault, Faults
 from robotics.random_streams import FAULT_STREAM
-from robotics.scenario.ensemble import Ensemble
 from robotics.simulation.loop import drive
 from robotics.vehicle import plant as p
 
@@ -20,7 +20,7 @@ UNDISTURBED = Disturbance()
 
 
 def stress_crossing(
-    controller: Controller,
+    controller: Law[Any],
     robots: int,
     seeds: Sequence[int],
     kind: Any = "A",
@@ -41,7 +41,7 @@ def disturbed_crossing(
     kind: Any,
     disturbance: Disturbance,
     advance: Callable[[], None] | None = None,
-) -> tuple[Ensemble, Faults | None]:
+) -> tuple[Setting, Faults | None]:
     """The crossing of every seed, long enough to judge it, and what goes wrong in it."""
     radio = Radio(loss=disturbance.loss, latency=disturbance.latency)
     held = HELD * disturbance.freeze
@@ -49,20 +49,20 @@ def disturbed_crossing(
     return ensemble, _freeze(ensemble, seeds, disturbance.freeze) if disturbance.freeze > 0 else None
 
 
-def _freeze(ensemble: Ensemble, seeds: Sequence[int], duration: float) -> Faults:
+def _freeze(ensemble: Setting, seeds: Sequence[int], duration: float) -> Faults:
     """One robot of each run is held up once, from a moment in the first 80 % of the nominal time."""
-    robots = len(ensemble.robots)
+    robots, durations = len(ensemble.robots), ensemble.references.ends[:, 0]
     faults = tuple(Fault(robot=i + 1, kind="stall", duration=duration) for i in range(robots))
     starts = np.full((len(seeds), robots), np.inf)
     for k, seed in enumerate(seeds):
         rng = np.random.default_rng([seed, FAULT_STREAM])
-        starts[k, rng.integers(robots)] = rng.uniform(0.0, 0.8) * ensemble.trajectory.durations[k]
+        starts[k, rng.integers(robots)] = rng.uniform(0.0, 0.8) * durations[k]
     return Faults(faults, robots, starts, starts + duration)
 
 
 def run_ensemble(
-    ensemble: Ensemble,
-    controller: Controller,
+    ensemble: Setting,
+    controller: Law[Any],
     seeds: Sequence[int],
     faults: Faults | None = None,
     advance: Callable[[], None] | None = None,
@@ -73,29 +73,29 @@ def run_ensemble(
     After that nothing of a run counts, so that it does not matter which runs are beside it.
     """
     runs, robots = len(seeds), len(ensemble.robots)
-    paths = ensemble.trajectory.joined
+    paths, durations = ensemble.references.joined, ensemble.references.ends[:, 0]
     ends = paths.at(paths.lengths)
-    sizes = footprints([member.robot for member in ensemble.robots])
+    sizes = footprints(ensemble.robots)
     arrivals = np.full((runs, robots), np.inf)
     collided = np.zeros(runs, dtype=bool)
     nearest = np.full(runs, np.inf)
     refused = np.zeros(runs, dtype=bool)
     pairs = np.triu_indices(robots, 1)
-    limit = LIMIT * ensemble.trajectory.durations + extra
+    limit = LIMIT * durations + extra
     goes_on = np.ones(runs, dtype=bool)
-    for period in drive(ensemble, controller, seeds, faults):
-        if period.k == 0 and period.command.refused is not None:
-            refused = period.command.refused
-        x, y, heading = period.state[[p.X, p.Y, p.HEADING]]
+    for state in drive(ensemble, controller, seeds, faults):
+        if state.k == 0 and state.command.refused is not None:
+            refused = state.command.refused
+        x, y, heading = state.truth[: p.HEADING + 1]
         gaps = np.hypot(x[:, pairs[0]] - x[:, pairs[1]], y[:, pairs[0]] - y[:, pairs[1]]).min(axis=1)
         nearest = np.where(goes_on, np.minimum(nearest, gaps), nearest)
         if (gaps < 2 * sizes[2].max()).any():
             collided |= goes_on & (robot_contacts(x, y, heading, sizes) >= 0).any(axis=1)
         there = np.hypot(x - ends.x, y - ends.y) < np.maximum(ARRIVED * paths.lengths, NEAREST)
-        arrivals = np.where(there & np.isinf(arrivals) & goes_on[:, None], period.time, arrivals)
-        goes_on = ~(np.isfinite(arrivals).all(axis=1) | refused) & (period.time < limit)
+        arrivals = np.where(there & np.isinf(arrivals) & goes_on[:, None], state.time, arrivals)
+        goes_on = ~(np.isfinite(arrivals).all(axis=1) | refused) & (state.time < limit)
         if advance is not None:
             advance()
         if not goes_on.any():
             break
-    return Outcome(tuple(seeds), ensemble.trajectory.durations, arrivals, collided, refused, nearest)
+    return Outcome(tuple(seeds), durations, arrivals, collided, refused, nearest)

@@ -6,17 +6,19 @@ thesis has its two tests only; the classes are a choice.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
+from robotics.laws.setting import Setting
 from robotics.paths.joined import join_tables
 from robotics.paths.path import Quintic, X, Y
 from robotics.paths.quintic_table import quintic_table
+from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Timing
 from robotics.radio.description import Radio
 from robotics.scenario.description import Member, Scenario
-from robotics.scenario.ensemble import Ensemble, EvenTiming
 from robotics.sensing.posture import Sensing
 
 CROSSING_STREAM = 6  # of a seed's random streams: see robotics.radio.channel
@@ -37,7 +39,7 @@ def crossing_ensemble(
     factor: float = 4.0,
     extra: float = 0.0,
     advance: Callable[[], None] | None = None,
-) -> Ensemble:
+) -> Setting:
     """A crossing for every seed, for ``factor`` times the longest nominal duration and ``extra`` [s] at most.
 
     A seed's crossing is the same whatever the other seeds are.
@@ -63,7 +65,7 @@ def crossing_ensemble(
         sensing=Sensing(posture="pose", position_noise=0.003, heading_noise=0.003),
         radio=radio or Radio(),
     )
-    return Ensemble(scenario, starts, EvenTiming(paths, durations))
+    return replace(scenario.setting, starts=starts, references=EvenTiming(paths, durations))
 
 
 def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B"] = "A") -> list[np.ndarray]:

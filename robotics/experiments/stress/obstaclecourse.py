@@ -6,7 +6,7 @@ are, and against the obstacles.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -15,15 +15,16 @@ from robotics.environment.collision import footprints, obstacle_clearance, robot
 from robotics.environment.obstaclefields import GAP, random_field, random_trap
 from robotics.environment.world import Disc, World, WorldError, compile_worlds
 from robotics.experiments.stress.outcome import ARRIVED, NEAREST, Disturbance, Outcome
-from robotics.laws.law import Controller
+from robotics.laws.law import Law
 from robotics.laws.modes import FOLLOW
+from robotics.laws.setting import Setting
 from robotics.paths.joined import join_tables, table_length
 from robotics.paths.path import Line, Path, Quintic, X, Y
 from robotics.paths.quintic_table import quintic_table
+from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Timing
 from robotics.radio.description import Radio
 from robotics.scenario.description import Member, Scenario
-from robotics.scenario.ensemble import Ensemble, EvenTiming
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import drive
 from robotics.vehicle import plant as p
@@ -44,7 +45,7 @@ LONGEST = 8.0  # times the nominal duration: the end of a run
 
 def obstacle_ensemble(
     seeds: Sequence[int], kind: Kind = "A", robots: int = 1, *, radio: Radio | None = None, moving: int = 0
-) -> Ensemble:
+) -> Setting:
     """A course for every seed, with ``moving`` discs that cross its lanes.
 
     A seed's course is the same whatever the other seeds are, and its fixed obstacles whatever moves.
@@ -67,7 +68,8 @@ def obstacle_ensemble(
         sensing=Sensing(posture="pose", position_noise=0.003, heading_noise=0.003),
         radio=radio or Radio(),
     )
-    return Ensemble(scenario, starts, EvenTiming(paths, durations), compile_worlds([course[1] for course in drawn]))
+    worlds = compile_worlds([course[1] for course in drawn])
+    return replace(scenario.setting, starts=starts, references=EvenTiming(paths, durations), world=worlds)
 
 
 def random_course(rng: np.random.Generator, kind: Kind, robots: int, moving: int = 0) -> tuple[list[np.ndarray], World]:
@@ -139,7 +141,7 @@ class ObstacleOutcome(Outcome):
 
 
 def stress_obstacles(
-    controller: Controller,
+    controller: Law[Any],
     seeds: Sequence[int],
     kind: Kind = "A",
     robots: int = 1,
@@ -160,32 +162,32 @@ def stress_obstacles(
 
 
 def run_course(
-    ensemble: Ensemble,
-    controller: Controller,
+    ensemble: Setting,
+    controller: Law[Any],
     seeds: Sequence[int],
     advance: Callable[[], None] | None = None,
 ) -> ObstacleOutcome:
     """Drive until all have arrived or touched something in every run, or the time is up."""
     runs, robots = len(seeds), len(ensemble.robots)
     assert ensemble.world is not None
-    paths = ensemble.trajectory.joined
+    paths, durations = ensemble.references.joined, ensemble.references.ends[:, 0]
     ends = paths.at(paths.lengths)
-    sizes = footprints([member.robot for member in ensemble.robots])
+    sizes = footprints(ensemble.robots)
     arrivals = np.full((runs, robots), np.inf)
     collided, hit, trapped, caused = (np.zeros(runs, dtype=bool) for _ in range(4))
     nearest, clearance = np.full(runs, np.inf), np.full(runs, np.inf)
     pairs = np.triu_indices(robots, 1)
     before, place = np.zeros((runs, robots)), ensemble.world.at(0.0)
-    for period in drive(ensemble, controller, seeds):
-        x, y, heading = period.state[[p.X, p.Y, p.HEADING]]
-        geometry = ensemble.world.at(period.time)
+    for state in drive(ensemble, controller, seeds):
+        x, y, heading = state.truth[: p.HEADING + 1]
+        geometry = ensemble.world.at(state.time)
         if robots > 1:
             gaps = np.hypot(x[:, pairs[0]] - x[:, pairs[1]], y[:, pairs[0]] - y[:, pairs[1]]).min(axis=1)
             nearest = np.minimum(nearest, gaps)
             if (gaps < 2 * sizes[2].max()).any():
                 collided |= (robot_contacts(x, y, heading, sizes) >= 0).any(axis=1)
         free = obstacle_clearance(x, y, heading, sizes, geometry)
-        if ((free <= 0).any(axis=1) & ~hit).any() and period.k > 0:
+        if ((free <= 0).any(axis=1) & ~hit).any() and state.k > 0:
             # Whose motion was it? The robot's, had the obstacle stayed where it was.
             alone = obstacle_clearance(x, y, heading, sizes, place)
             nearer = (alone <= 0) | (before - alone > STANDING * ensemble.period)
@@ -193,16 +195,14 @@ def run_course(
         before, place = free, geometry
         clearance = np.minimum(clearance, free.min(axis=1))
         hit |= (free <= 0).any(axis=1)
-        if period.command.mode is not None:
-            trapped |= (period.command.mode & 3 == FOLLOW).any(axis=1)
+        if state.command.mode is not None:
+            trapped |= (state.command.mode & 3 == FOLLOW).any(axis=1)
         there = np.hypot(x - ends.x, y - ends.y) < np.maximum(ARRIVED * paths.lengths, NEAREST)
-        arrivals = np.where(there & np.isinf(arrivals), period.time, arrivals)
+        arrivals = np.where(there & np.isinf(arrivals), state.time, arrivals)
         if advance is not None:
             advance()
         if (np.isfinite(arrivals).all(axis=1) | hit | collided).all():
             break
     refused = np.zeros(runs, dtype=bool)
     crossed = (arrivals, collided, refused, nearest)
-    return ObstacleOutcome(
-        tuple(seeds), ensemble.trajectory.durations, *crossed, hit, clearance, trapped=trapped, caused=caused
-    )
+    return ObstacleOutcome(tuple(seeds), durations, *crossed, hit, clearance, trapped=trapped, caused=caused)

@@ -1,7 +1,7 @@
 """One run of a stress test by its seed, as a run that can be drawn, saved and played: the same to the last bit."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -11,14 +11,11 @@ from fuzzy.naming import expected
 from robotics.experiments.stress.crossing_runs import disturbed_crossing, run_ensemble
 from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, run_course
 from robotics.experiments.stress.outcome import HELD, Disturbance, Outcome
-from robotics.laws.law import Controller, ControllerError
-from robotics.paths.path import Path
-from robotics.paths.trajectory import Reference
+from robotics.laws.law import ControllerError, Law
 from robotics.radio.description import Radio
 from robotics.radio.faults import Faults
 from robotics.scenario.description import ScenarioError
-from robotics.scenario.ensemble import EvenTiming
-from robotics.simulation.loop import simulate
+from robotics.simulation.loop import record
 from robotics.simulation.run import Run
 
 AFTER = 2.0  # s that a run goes on after the last arrival
@@ -34,26 +31,9 @@ ALIASES = {  # what `robotics stress` calls some controllers
 }
 
 
-@dataclass(frozen=True, eq=False)
-class SingleTiming(EvenTiming):
-    """The timing of one run, with what a scenario's trajectory has besides."""
-
-    @property
-    def paths(self) -> tuple[Path, ...]:
-        """The robots' paths."""
-        j = self.joined
-        rows = zip(j.lengths[0], j.first, j.cells, strict=True)
-        return tuple(Path(float(length), j.table[:, k : k + n + 1]) for length, k, n in rows)
-
-    def sampled(self, times: np.ndarray) -> Reference:
-        """The references at ``times`` (n,) [s]; each field is (n, robots)."""
-        rows = [self.at(float(time)) for time in times]
-        return Reference(*(np.concatenate([getattr(row, name) for row in rows]) for name in Reference._fields))
-
-
 def single_run(
     stress: str,
-    controller: Controller,
+    controller: Law[Any],
     seed: int,
     robots: int | None = None,
     kind: Any = None,
@@ -63,8 +43,8 @@ def single_run(
     begin: Callable[[str, int], Callable[[], None]] | None = None,
     *,
     moving: int = 0,
-) -> tuple[Run, Outcome, str]:
-    """The run that ``robotics stress`` makes of ``seed``, its outcome, and the kind of its metrics.
+) -> tuple[Run, Outcome]:
+    """The run that ``robotics stress`` makes of ``seed``, and its outcome.
 
     ``robots``, ``kind``, ``disturbance`` (fields of :class:`robotics.experiments.stress.outcome.Disturbance`) and
     ``moving`` discs are as there. Raises ScenarioError for what that stress test has not, ControllerError where the law
@@ -95,12 +75,9 @@ def single_run(
         radio = Radio(loss=wrong.loss, latency=wrong.latency)
         ensemble = obstacle_ensemble([seed], kind, robots, radio=radio, moving=moving)
         outcome = run_course(ensemble, controller, [seed])
-    timing = SingleTiming(ensemble.trajectory.joined, ensemble.trajectory.durations)
-    end = ensemble.scenario.duration
     if outcome.arrived[0]:
-        end = min(end, float(np.ceil(outcome.arrivals.max() + AFTER)))
-    setting: Any = replace(ensemble, scenario=replace(ensemble.scenario, duration=end), trajectory=timing)
-    advance = begin(f"{setting.name}: {name}", setting.ticks + 1) if begin else None
+        end = round(np.ceil(outcome.arrivals.max() + AFTER) / ensemble.period)
+        ensemble = replace(ensemble, ticks=min(ensemble.ticks, end))
+    advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1) if begin else None
     links = links and robots > 1
-    run = simulate(setting, controller, [seed], name=name, links=links, faults=faults, progress=advance)
-    return run, outcome, setting.kind
+    return record(ensemble, controller, [seed], name=name, links=links, faults=faults, progress=advance), outcome

@@ -25,7 +25,7 @@ from robotics.scenario.description import Scenario
 from robotics.scenario.reading import scenario_from_table
 
 if TYPE_CHECKING:
-    from robotics.laws.law import Controller
+    from robotics.laws.law import Law
 
 Method = Literal["grid", "random", "latin-hypercube"]
 METHODS: tuple[Method, ...] = ("grid", "random", "latin-hypercube")
@@ -207,7 +207,7 @@ def check_plan(plan: Plan, advance: Callable[[], None] | None = None) -> None:
     sweep = plan.sweep
 
     @lru_cache(maxsize=1024)
-    def law(specification: str) -> "Controller":
+    def law(specification: str) -> "Law[Any]":
         return make_controller(specification)
 
     last: tuple[list[Any], Scenario] | None = None
@@ -217,7 +217,7 @@ def check_plan(plan: Plan, advance: Callable[[], None] | None = None) -> None:
             if last is None or own != last[0]:  # neighbours in a grid often differ in a gain only
                 last = own, scenario_at(sweep, values)
             for controller in sweep.controllers:
-                law(controller_at(sweep, controller, values)).init(last[1], 1)
+                law(controller_at(sweep, controller, values)).init(last[1].setting, 1)
         except InputError as error:
             line = _line_about(sweep, error)
             raise SweepError(f"{sweep.file}:{line}: {described(sweep, number, values)}: {error}") from None

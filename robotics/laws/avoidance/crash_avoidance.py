@@ -25,19 +25,19 @@ from typing import Any, Literal
 import numpy as np
 
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
-from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.modes import TRACK, YIELD
+from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import FuzzyCooperation
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.paths.posture import wrapped
 from robotics.quantity import check_quantities, quantity
-from robotics.vehicle.plant import Level
 
 TOUCHING = 0.3  # m: where two robots touch; η is 1.2 rad there, whatever d_min is
 
 
 @dataclass(frozen=True, kw_only=True)
-class CrashAvoidance:
+class CrashAvoidance(Law[Any]):
     """How near is too near, how far to turn, and the cooperation underneath."""
 
     variant: Literal["literal", "lag-clock", "yielding"] = "literal"
@@ -45,7 +45,6 @@ class CrashAvoidance:
     eta: float = quantity(1.0, "1", least=0, most=5)  # what η(d_ij) is multiplied by
     rule_base: str = ""  # for tracking; none: Table 5.6 as printed, for "yielding" as repaired
     eta_rule_base: str = "eta"
-    level: Level = "velocity"
     cooperation: FuzzyCooperation = field(init=False, repr=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
 
@@ -65,16 +64,15 @@ class CrashAvoidance:
             raise ControllerError(f"{self.eta_rule_base}: η has one input, the distance, and one output")
         object.__setattr__(self, "turn", compile_sugeno(turn))
 
-    def init(self, scenario: Any, runs: int) -> Any:
+    def init(self, setting: Setting, runs: int) -> Any:
         """What the cooperation remembers. Raises ControllerError where the graph is not connected."""
-        return self.cooperation.init(scenario, runs)
+        return self.cooperation.init(setting, runs)
 
     def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
         """(6.4), (6.5)."""
         heard = seen.heard
-        assert heard is not None  # a simulation gives it to every law that says something
-        dx = heard.values[-2] - seen.x[:, :, None]  # (runs, receivers, senders)
-        dy = heard.values[-1] - seen.y[:, :, None]
+        dx = heard["x"] - seen.x[:, :, None]  # (runs, receivers, senders)
+        dy = heard["y"] - seen.y[:, :, None]
         distance = np.hypot(dx, dy)
         close = heard.hears & (distance <= self.d_min)  # not who has never been heard
         number = np.arange(seen.x.shape[1])
@@ -85,7 +83,7 @@ class CrashAvoidance:
         wish, memory = self.cooperation.steered(seen, memory, dt, turn, excused)
         assert wish.message is not None
         v, w = np.where(stands, 0.0, wish.v), np.where(stands, 0.0, wish.w)
-        message = np.concatenate([wish.message, [seen.x, seen.y]])
+        message = {**wish.message, "x": seen.x, "y": seen.y}
         mode = np.where(stands, YIELD, TRACK)
         return wish._replace(first=v, second=w, v=v, w=w, message=message, mode=mode), memory
 

@@ -13,8 +13,8 @@ pulls it back: it grazes corners, and never leaves a trap.
 turned away from its target would stand still), and the target is held ``reach`` ahead of the robot's place on the path.
 Robots tell each other where they are, and stop, as in :mod:`robotics.laws.avoidance.right_of_way`, before one ahead.
 What is very near may be coming nearer: a robot stands still, or leaves straight ahead if that is free, until it has
-seen that nothing moves (:func:`robotics.laws.avoidance.obstacle_modes.halt`); it may be run into, but does not drive
-into what moves.
+seen that nothing moves (:func:`robotics.laws.avoidance.obstacle_modes.stand_still`); it may be run into, but does not
+drive into what moves.
 
 In both a robot stops for one nearer than ``d_pass`` ahead of it that goes round an obstacle (case studies 2 and 3). The
 lower number goes first, in "committed" also who avoids before who tracks. In "committed" nobody waits longer than 6 s;
@@ -26,25 +26,35 @@ progress along its path for longer than ``patience`` no longer slows the clock o
 it comes free they wait for it as before.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
-from robotics.laws.avoidance.obstacle_modes import BEST, GROWTH, MODE, ROWS, STALLED, STOP, WAY, commit, halt, unwatched
-from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.avoidance.obstacle_modes import (
+    BEST,
+    GROWTH,
+    MODE,
+    ROWS,
+    STALLED,
+    STOP,
+    WAY,
+    Mounting,
+    next_mode,
+    nothing_watched,
+    stand_still,
+)
+from robotics.laws.avoidance.priority import CONE, Others, blocked, others
+from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.modes import ALONE, AVOID, FOLLOW, TRACK, YIELD
+from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import JOINED, FuzzyCooperation
-from robotics.laws.teams.neighbours import PATIENCE
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.paths.posture import wrapped
 from robotics.quantity import check_quantities, quantity
-from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR, RangeSensor
-from robotics.vehicle.plant import Level
+from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR
 
-CONE = 0.9  # rad: what is ahead
-BRAKING = 1.0  # m/s²
 ABEAM = 1.45  # rad: a robot beyond that is not approached by driving on
 SIDE_MARGIN = 0.06  # m: so much farther than ``near`` one may come from the side
 TURN_AWAY = 0.8  # rad/s, from it
@@ -67,10 +77,11 @@ class _Memory(NamedTuple):
     ranges: np.ndarray  # (runs, robots, sensors) m
     waits: np.ndarray  # (runs, robots) s: for how long it has let a robot pass
     watch: np.ndarray  # (WATCH, runs, robots) of robotics.laws.avoidance.obstacle_modes
+    mounting: Mounting
 
 
 @dataclass(frozen=True, kw_only=True)
-class ObstacleAvoidance:
+class ObstacleAvoidance(Law[_Memory]):
     """From where on and how far to turn away, and the cooperation underneath."""
 
     variant: Literal["committed", "literal"] = "committed"
@@ -84,12 +95,10 @@ class ObstacleAvoidance:
     push_range: float = quantity(0.35, "m", least=0)  # "literal"
     rule_base: str = "tracking"
     theta_rule_base: str = "theta"
-    sonar_noise: float = quantity(0.01, "m", least=0, most=1)  # standard deviation, beside 1 % of the distance
-    level: Level = "velocity"
     cooperation: FuzzyCooperation = field(init=False, repr=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
-    sensors: tuple[RangeSensor, ...] = field(init=False, repr=False)
 
+    needs = tuple(SONAR)  # two on the nose and one on each side
     message = (*FuzzyCooperation.message, "avoids", "x", "y", "v_x", "v_y")
 
     def __post_init__(self) -> None:
@@ -100,31 +109,34 @@ class ObstacleAvoidance:
         if len(turn.inputs) != 1 or len(turn.outputs) != 1:
             raise ControllerError(f"{self.theta_rule_base}: Θ has one input, the distance, and one output")
         object.__setattr__(self, "turn", compile_sugeno(turn))
-        object.__setattr__(self, "sensors", tuple(replace(sensor, noise=self.sonar_noise) for sensor in SONAR))
 
     @property
-    def idle(self) -> set[str]:
+    def idle(self) -> frozenset[str]:
         """The parameters that have no effect in this variant."""
-        return {"push", "push_range"} if self.variant == "committed" else {"reach", "near"}
+        return frozenset({"push", "push_range"} if self.variant == "committed" else {"reach", "near"})
 
-    def init(self, scenario: Any, runs: int) -> _Memory:
+    def init(self, setting: Setting, runs: int) -> _Memory:
         """All track. Raises ControllerError where the graph is not connected."""
-        shape = (runs, len(scenario.robots))
+        shape = (runs, len(setting.robots))
         state = np.zeros((ROWS, *shape))
-        nothing = np.full((*shape, len(self.sensors)), np.inf)
-        return _Memory(self.cooperation.init(scenario, runs), state, nothing, np.zeros(shape), unwatched(*shape))
+        nothing = np.full((*shape, len(self.needs)), np.inf)
+        below = self.cooperation.init(setting, runs)
+        mounting = Mounting.of([[carried[name] for name in self.needs] for carried in setting.sensors])
+        return _Memory(below, state, nothing, np.zeros(shape), nothing_watched(*shape), mounting)
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Look, choose a mode, steer."""
         fresh = memory.ranges
+        them = others(seen) if seen.x.shape[1] > 1 else None
         if seen.ranges is not None:
-            known = self.variant == "committed" and seen.x.shape[1] > 1
-            fresh = self._without_robots(seen, seen.ranges) if known else seen.ranges
+            fresh = seen.ranges.of(self.needs)
+            if self.variant == "committed" and them is not None:
+                fresh = _without_robots(seen, them, fresh, memory.mounting)
             rise = RISE if self.variant == "literal" else COMMITTED_RISE
             memory = memory._replace(ranges=np.minimum(fresh, memory.ranges + rise * dt))
         if self.variant == "literal":
-            return self._literal(seen, memory, dt)
-        return self._committed(seen, memory, fresh, dt)
+            return self._literal(seen, them, memory, dt)
+        return self._committed(seen, them, memory, fresh, dt)
 
     def theta_at(self, distance: np.ndarray) -> np.ndarray:
         """|Θ| [rad] at ``distance`` [m] of any shape: the rule base, its range stretched to end at ro_min."""
@@ -133,7 +145,7 @@ class ObstacleAvoidance:
         known = np.clip(stretched, close, far)
         return np.asarray(self.theta * self.turn(known[..., None])[..., 0])
 
-    def _literal(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
+    def _literal(self, seen: Observation, them: Others | None, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         left, right = memory.ranges[..., FRONT_LEFT], memory.ranges[..., FRONT_RIGHT]
         front = np.minimum(left, right)
         turn = np.where(left < right, -1.0, 1.0) * self.theta_at(front)
@@ -150,21 +162,23 @@ class ObstacleAvoidance:
         share = np.where(front < 0.12, 0.0, np.clip(front / self.ro_min, 0.25, 1.0))
         v = np.where(avoids, wish.v * share, wish.v)
         mode = np.where(avoids, np.where(alone, AVOID + ALONE, AVOID), TRACK)
-        stands = self._lets_pass(seen, avoids)
+        stands = self._lets_pass(seen, them, avoids)
         v, w = np.where(stands, 0.0, v), np.where(stands, 0.0, wish.w)
         mode = np.where(stands, YIELD + (mode & ALONE), mode)
         return self._said(seen, wish, v, w, mode, avoids & ~alone), memory._replace(below=below, state=state)
 
-    def _committed(self, seen: Observation, memory: _Memory, fresh: np.ndarray, dt: float) -> tuple[Command, _Memory]:
+    def _committed(
+        self, seen: Observation, them: Others | None, memory: _Memory, fresh: np.ndarray, dt: float
+    ) -> tuple[Command, _Memory]:
         before = memory.state
         alone = (before[MODE] != TRACK) & (before[STALLED] > self.patience)
         wish, below = self.cooperation.steered(seen, memory.below, dt, None, alone)
-        paths, place = seen.trajectory.joined, below.place
+        paths, place = seen.references.joined, below.place
         nearest, end = paths.at(place), paths.at(np.broadcast_to(below.lengths, place.shape))
         ahead = paths.at(np.minimum(place + self.reach, below.lengths))
         alpha = wrapped(np.arctan2(ahead.y - seen.y, ahead.x - seen.x) - seen.heading)
         off = np.hypot(nearest.x - seen.x, nearest.y - seen.y)
-        state, steer = commit(
+        state, steer = next_mode(
             before,
             memory.ranges,
             fresh,
@@ -175,6 +189,7 @@ class ObstacleAvoidance:
             np.hypot(end.x - seen.x, end.y - seen.y),
             self.ro_min,
             dt,
+            memory.mounting.walls,
         )
         mode = state[MODE]
         away = state[WAY] * self.theta_at(steer.front)
@@ -186,25 +201,25 @@ class ObstacleAvoidance:
         w = np.where(mode == TRACK, wish.w, np.where(mode == AVOID, turning, steer.w))
         # The others wait for the way back to the path as well.
         assert wish.message is not None
-        said = wish.message[0] - np.where(mode == TRACK, 0.0, off)
-        wish = wish._replace(message=np.stack([said, *wish.message[1:]]))
+        said = wish.message["place"] - np.where(mode == TRACK, 0.0, off)
+        wish = wish._replace(message={**wish.message, "place": said})
         code = mode.astype(int)
         avoids = mode != TRACK
         # Case studies 2 and 3; but nobody waits for ever, for the other may be waiting as well.
-        passing = self._lets_pass(seen, avoids)
+        passing = self._lets_pass(seen, them, avoids)
         waits = np.where(passing, memory.waits + dt, 0.0)
         stands = passing & (waits <= LONGEST_WAIT)
         state[STALLED] -= np.where(stands & avoids, dt, 0.0)  # to let another pass is not to be stuck
-        blocked, aside = self._blocked(seen)
-        blocked |= stands
-        v = np.where(blocked | (aside != 0), 0.0, v)
-        w = np.where(stands | (blocked & (mode == TRACK)), 0.0, np.where(aside != 0, TURN_AWAY * aside, w))
-        blocked |= aside != 0
-        watch, halted = halt(memory.watch, fresh, seen.v, seen.w, dt)
+        stops, aside = self._stops(seen, them)
+        stops |= stands
+        v = np.where(stops | (aside != 0), 0.0, v)
+        w = np.where(stands | (stops & (mode == TRACK)), 0.0, np.where(aside != 0, TURN_AWAY * aside, w))
+        stops |= aside != 0
+        watch, halted = stand_still(memory.watch, fresh, seen.v, seen.w, dt)
         front = memory.ranges[..., [FRONT_LEFT, FRONT_RIGHT]].min(axis=-1)
-        leaves = halted & (front > LEAVE) & ~blocked
+        leaves = halted & (front > LEAVE) & ~stops
         v, w = np.where(halted, np.where(leaves, np.minimum(front - STOP, LEAVING), 0.0), v), np.where(halted, 0.0, w)
-        code = np.where(blocked | (halted & ~leaves), YIELD, code) + np.where(alone & (mode != TRACK), ALONE, 0)
+        code = np.where(stops | (halted & ~leaves), YIELD, code) + np.where(alone & (mode != TRACK), ALONE, 0)
         command = self._said(seen, wish, v, w, code, avoids & ~alone)
         return command, memory._replace(below=below, state=state, waits=waits, watch=watch)
 
@@ -226,66 +241,51 @@ class ObstacleAvoidance:
     ) -> Command:
         assert wish.message is not None
         cos, sin = np.cos(seen.heading), np.sin(seen.heading)
-        message = np.concatenate([wish.message, [avoids, seen.x, seen.y, seen.v * cos, seen.v * sin]])
+        message = {**wish.message, "avoids": avoids, "x": seen.x, "y": seen.y}
+        message |= {"v_x": seen.v * cos, "v_y": seen.v * sin}
         return wish._replace(first=v, second=w, v=v, w=w, message=message, mode=mode)
 
-    def _others(self, seen: Observation) -> tuple[np.ndarray, ...]:
-        """Where the others are now, from each robot (runs, robots, others): x, y [m] and their velocity [m/s]."""
-        heard = seen.heard
-        assert heard is not None  # a simulation gives it to every law that says something
-        x, y, v_x, v_y = heard.values[-4:]
-        age = np.minimum(heard.age, PATIENCE)
-        return x + v_x * age - seen.x[:, :, None], y + v_y * age - seen.y[:, :, None], v_x, v_y
+    def _lets_pass(self, seen: Observation, them: Others | None, avoids: np.ndarray) -> np.ndarray:
+        """Does a robot stop for one that goes round an obstacle (runs, robots)?
 
-    def _lets_pass(self, seen: Observation, avoids: np.ndarray) -> np.ndarray:
-        """Does a robot stop for one that goes round an obstacle (runs, robots)? Of two that do the lower goes."""
-        if seen.x.shape[1] == 1:
+        Of two that do, the one with the lower number goes first.
+        """
+        if them is None:
             return np.zeros(seen.x.shape, dtype=bool)
-        assert seen.heard is not None
-        dx, dy, _, _ = self._others(seen)
-        bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
         number = np.arange(seen.x.shape[1])
         first = number < number[:, None]
         if self.variant == "committed":
             first = first | ~avoids[:, :, None]
-        passing = seen.heard.hears & (seen.heard.values[-5] > 0.5) & (np.hypot(dx, dy) < self.d_pass)
-        return np.asarray((passing & first & (np.abs(bearing) < BESIDE_AHEAD)).any(axis=-1))
+        passing = seen.heard.hears & (seen.heard["avoids"] > 0.5) & (them.distance < self.d_pass)
+        return np.asarray((passing & first & (np.abs(them.bearing) < BESIDE_AHEAD)).any(axis=-1))
 
-    def _without_robots(self, seen: Observation, ranges: np.ndarray) -> np.ndarray:
-        """``ranges`` without the echoes of robots that are known to be there, but not so near as to be in the way."""
-        dx, dy, _, _ = self._others(seen)
-        cos, sin = np.cos(seen.heading)[:, :, None], np.sin(seen.heading)[:, :, None]
-        x, y = cos * dx + sin * dy, cos * dy - sin * dx
-        apart = np.hypot(x, y) > IN_THE_WAY
-        out = ranges.copy()
-        for q, sensor in enumerate(self.sensors):
-            distance = np.hypot(x - sensor.x, y - sensor.y)
-            off = np.abs(wrapped(np.arctan2(y - sensor.y, x - sensor.x) - sensor.axis))
-            reading = ranges[:, :, None, q]
-            fits = (reading > distance - 0.25) & (reading < distance + 0.05)
-            theirs = apart & fits & (off < sensor.half_cone + 0.16 / distance)
-            out[..., q] = np.where(theirs.any(axis=-1), np.inf, out[..., q])
-        return out
+    def _stops(self, seen: Observation, them: Others | None) -> tuple[np.ndarray, np.ndarray]:
+        """Does a robot stop for another ahead (runs, robots), and which way does it turn from one beside it?
 
-    def _blocked(self, seen: Observation) -> tuple[np.ndarray, np.ndarray]:
-        """Is another robot ahead, nearer than the braking distance (runs, robots)? And which way to turn, 1 or -1, from
-        one that is too near beside; 0: there is none.
+        The way is 1 to the left, -1 to the right, and 0 where no other is too near beside.
         """
-        if seen.x.shape[1] == 1:
+        if them is None:
             return np.zeros(seen.x.shape, dtype=bool), np.zeros(seen.x.shape)
-        assert seen.heard is not None
-        dx, dy, v_x, v_y = self._others(seen)
-        speed = np.abs(seen.v)
-        distance = np.hypot(dx, dy)
-        bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
-        limit = (self.near + speed**2 / (2 * BRAKING) + 0.1 * speed)[:, :, None]
-        ahead = (distance < limit) & (np.abs(bearing) < CONE) & seen.heard.hears
-        # Of two that drive towards each other the lower number goes on.
-        other = np.hypot(v_x, v_y)
-        mutual = (-(dx * v_x + dy * v_y) > np.cos(CONE) * distance * other) & (other > 0.01)
-        number = np.arange(seen.x.shape[1])
-        blocked = (ahead & ~((number[:, None] < number) & mutual)).any(axis=-1)
-        side = (np.abs(bearing) >= CONE) & (np.abs(bearing) < ABEAM) & seen.heard.hears
-        side &= distance < (self.near + SIDE_MARGIN + 0.2 * speed)[:, :, None]
-        aside = -np.sign(np.where(side, np.sign(bearing), 0.0).sum(axis=-1))
-        return blocked, np.where(blocked, 0.0, aside)
+        stops = blocked(seen, them, self.near)
+        bearing = np.abs(them.bearing)
+        side = (bearing >= CONE) & (bearing < ABEAM) & seen.heard.hears
+        side &= them.distance < (self.near + SIDE_MARGIN + 0.2 * np.abs(seen.v))[:, :, None]
+        aside = -np.sign(np.where(side, np.sign(them.bearing), 0.0).sum(axis=-1))
+        return stops, np.where(stops, 0.0, aside)
+
+
+def _without_robots(seen: Observation, them: Others, ranges: np.ndarray, mounting: Mounting) -> np.ndarray:
+    """``ranges`` without the echoes of robots that are known to be there, but not so near as to be in the way."""
+    cos, sin = np.cos(seen.heading)[:, :, None], np.sin(seen.heading)[:, :, None]
+    x, y = cos * them.dx + sin * them.dy, cos * them.dy - sin * them.dx
+    apart = np.hypot(x, y) > IN_THE_WAY
+    out = ranges.copy()
+    for q in range(ranges.shape[-1]):
+        mount_x, mount_y, axis, half_cone = (row[q, :, None] for row in mounting[:4])
+        distance = np.hypot(x - mount_x, y - mount_y)
+        off = np.abs(wrapped(np.arctan2(y - mount_y, x - mount_x) - axis))
+        reading = ranges[:, :, None, q]
+        fits = (reading > distance - 0.25) & (reading < distance + 0.05)
+        theirs = apart & fits & (off < half_cone + 0.16 / distance)
+        out[..., q] = np.where(theirs.any(axis=-1), np.inf, out[..., q])
+    return out

@@ -7,6 +7,7 @@ same side [Lumelsky 1987, Bug 2], and leaves it on the path beyond the place whe
 is a column of :data:`ROWS` numbers.
 """
 
+from collections.abc import Sequence
 from math import sin
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ from numba import njit
 
 from robotics.laws.modes import AVOID, FOLLOW, TRACK
 from robotics.paths.posture import wrapped_compiled
-from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR
+from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, RangeSensor
 
 # What is remembered: mode; way round, 1 to the left, -1 to the right; s for which all has been free; since the tracking
 # ended, the largest place [m], s since it grew, and the largest place less the distance from the path; s along the
@@ -43,9 +44,6 @@ DISTANCE = 0.25  # m, from the side sonar to the wall that is followed
 CORNER = 0.35  # m: radius of the turn round the end of a wall
 BLOCKED = 0.27  # m: what a front sonar reads before a corner to turn away from
 SEEN = 0.7  # m: a wall that a front sonar sees so near is still there
-FRONT_X, FRONT_Y, SIDE_Y = SONAR[0].x, SONAR[0].y, SONAR[2].y
-EDGE = SONAR[0].axis + SONAR[0].half_cone  # rad: how far to the side a front cone reaches
-SLANT, SET_BACK = sin(EDGE), SIDE_Y - FRONT_Y  # a wall beside, seen there: distance = SLANT · reading − SET_BACK
 BEYOND, OPEN = 0.1, 0.35  # m: past where it got stuck, and with so much ahead, a robot may leave the wall
 RELAX = 0.3  # m: with every flip it may leave it earlier, for it may have been farther while it still avoided
 
@@ -73,7 +71,34 @@ class Steering(NamedTuple):
     front: np.ndarray  # m: the distance that Θ is taken of
 
 
-def commit(
+class Mounting(NamedTuple):
+    """Where the four sonars of each robot are."""
+
+    x: np.ndarray  # (sonars, robots) m
+    y: np.ndarray  # (sonars, robots) m
+    axis: np.ndarray  # (sonars, robots) rad
+    half_cone: np.ndarray  # (sonars, robots) rad
+    walls: np.ndarray  # (WALLS, robots): what tells where a wall is
+
+    @classmethod
+    def of(cls, robots: Sequence[Sequence[RangeSensor]]) -> "Mounting":
+        """Of each robot the sonars in the order of FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, alike on both sides."""
+        rows = np.array([[(s.x, s.y, s.axis, s.half_cone) for s in sonars] for sonars in robots]).T
+        walls = []
+        for sonars in robots:
+            front, side = sonars[FRONT_LEFT], sonars[LEFT]
+            edge = front.axis + front.half_cone
+            walls.append([front.x, front.y, side.y, edge, sin(edge), side.y - front.y])
+        return cls(rows[0], rows[1], rows[2], rows[3], np.ascontiguousarray(np.array(walls).T))
+
+
+# Of one robot, rows of Mounting.walls: where the left front sonar is [m], how far to the left the side one is [m], how
+# far to the side a front cone reaches [rad]; of a wall beside that is seen there, distance = slant · reading − set back
+WALLS = 6
+FRONT_X, FRONT_Y, SIDE_Y, EDGE, SLANT, SET_BACK = range(WALLS)
+
+
+def next_mode(
     state: np.ndarray,
     ranges: np.ndarray,
     fresh: np.ndarray,
@@ -84,6 +109,7 @@ def commit(
     remaining: np.ndarray,
     near: float,
     dt: float,
+    walls: np.ndarray,
 ) -> tuple[np.ndarray, Steering]:
     """The next state and what to do.
 
@@ -92,24 +118,24 @@ def commit(
     (3, runs, robots) x [m], y [m], heading [rad]. ``alpha``
     [rad] is the bearing of a point a little ahead on the path, ``place`` [m] the abscissa of the nearest one, ``off``
     [m] how far that is, ``remaining`` [m] how far the end of the path; all (runs, robots). An obstacle nearer than
-    ``near`` [m] is avoided.
+    ``near`` [m] is avoided. ``walls`` is that of :class:`Mounting`.
     """
-    after, steer = _commit(state, ranges, fresh, pose, alpha, place, off, remaining, near, dt)
+    after, steer = _next_mode(state, ranges, fresh, pose, alpha, place, off, remaining, near, dt, walls)
     return after, Steering(*steer)
 
 
-def unwatched(runs: int, robots: int) -> np.ndarray:
-    """Nothing was seen yet: the memory of :func:`halt`."""
+def nothing_watched(runs: int, robots: int) -> np.ndarray:
+    """Nothing was seen yet: the memory of :func:`stand_still`."""
     watch = np.zeros((WATCH, runs, robots))
     watch[NEAREST] = watch[CHANGED] = watch[FLOOR] = np.inf
     return watch
 
 
 @njit(cache=True, error_model="numpy")
-def halt(watch, fresh, v, w, dt):  # type: ignore[no-untyped-def]
+def stand_still(watch, fresh, v, w, dt):  # type: ignore[no-untyped-def]
     """The next ``watch``, and does a robot stand still (runs, robots)? So that not it drives into what comes nearer.
 
-    ``watch`` (WATCH, runs, robots) begins as :func:`unwatched`, ``fresh`` (runs, robots, 4) [m] is as read, ``v``
+    ``watch`` (WATCH, runs, robots) begins as :func:`nothing_watched`, ``fresh`` (runs, robots, 4) [m] is as read, ``v``
     [m/s] and ``w`` [rad/s] (runs, robots) how it moves. Of what is very near a robot does not know if it moves: it
     stops, looks for a while if the nearest reading changes, and goes on if not, or after LONGEST_HALT; or it leaves,
     for AWAY.
@@ -141,7 +167,7 @@ def halt(watch, fresh, v, w, dt):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _commit(state, ranges, fresh, pose, alpha, place, off, remaining, near, dt):  # type: ignore[no-untyped-def]
+def _next_mode(state, ranges, fresh, pose, alpha, place, off, remaining, near, dt, walls):  # type: ignore[no-untyped-def]
     after, steer = state.copy(), np.zeros((4, *alpha.shape))
     for r in range(alpha.shape[0]):
         for i in range(alpha.shape[1]):
@@ -177,7 +203,9 @@ def _commit(state, ranges, fresh, pose, alpha, place, off, remaining, near, dt):
                     steer[0, r, i] = pull
                 steer[0, r, i] += one[WAY] * SHY * max(TIGHT - beside, 0.0)
             else:
-                steer[1, r, i], steer[2, r, i] = _along(one, seen, fresh[r, i], pose[:, r, i], alpha[r, i], dt)
+                steer[1, r, i], steer[2, r, i] = _along(
+                    one, seen, fresh[r, i], pose[:, r, i], alpha[r, i], dt, walls[:, i]
+                )
     return after, (steer[0], steer[1], steer[2], steer[3])
 
 
@@ -236,12 +264,12 @@ def _follow(one, seen, front, limit, alpha, place, off, dt):  # type: ignore[no-
 
 
 @njit(cache=True, error_model="numpy")
-def _along(one, seen, fresh, pose, alpha, dt):  # type: ignore[no-untyped-def]
+def _along(one, seen, fresh, pose, alpha, dt, wall):  # type: ignore[no-untyped-def]
     """v [m/s] and ω [rad/s] along the wall, which is on the right if the way round is to the left."""
     way = one[WAY]
     front = min(seen[FRONT_LEFT], seen[FRONT_RIGHT])
     ahead, beside = (seen[FRONT_RIGHT], seen[RIGHT]) if way > 0 else (seen[FRONT_LEFT], seen[LEFT])
-    _remember(one, fresh, pose)
+    _remember(one, fresh, pose, wall)
     speed = 0.25 * min(max((front - STOP) / 0.2, 0.0), 1.0)
     if front < BLOCKED:
         one[WALL], one[TURNED] = 1.0, 0.0
@@ -252,7 +280,7 @@ def _along(one, seen, fresh, pose, alpha, dt):  # type: ignore[no-untyped-def]
         return speed, min(max(2.0 * alpha, -1.5), 1.5)
     if ahead < SEEN:
         one[TURNED] = 0.0
-        edge = (DISTANCE + SET_BACK) / SLANT
+        edge = (DISTANCE + wall[SET_BACK]) / wall[SLANT]
         away = 4.0 * (edge - ahead) + 3.0 * max(DISTANCE - min(beside, BESIDE), -0.2)
         return speed, way * min(max(away, -1.0), 1.5)
     if beside < BESIDE:
@@ -272,14 +300,14 @@ def _along(one, seen, fresh, pose, alpha, dt):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _remember(one, fresh, pose):  # type: ignore[no-untyped-def]
+def _remember(one, fresh, pose, wall):  # type: ignore[no-untyped-def]
     """Where the wall is: beside the robot, or else at the outer edge of the front cone, where it is lost first."""
     way = one[WAY]
     ahead, beside = (fresh[FRONT_RIGHT], fresh[RIGHT]) if way > 0 else (fresh[FRONT_LEFT], fresh[LEFT])
     if beside < BESIDE:
-        x, y = 0.0, SIDE_Y + beside
+        x, y = 0.0, wall[SIDE_Y] + beside
     elif ahead < SEEN:
-        x, y = FRONT_X + ahead * np.cos(EDGE), FRONT_Y + ahead * np.sin(EDGE)
+        x, y = wall[FRONT_X] + ahead * np.cos(wall[EDGE]), wall[FRONT_Y] + ahead * np.sin(wall[EDGE])
     else:
         return
     c, s = np.cos(pose[2]), np.sin(pose[2])

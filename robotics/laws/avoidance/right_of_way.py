@@ -16,30 +16,27 @@ one with the lower number goes first.
 """
 
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
+from robotics.laws.avoidance.priority import blocked, others
 from robotics.laws.avoidance.reservation import CELLS, Plan, plan_right_of_way
 from robotics.laws.avoidance.sidestep import roundabout, sidestepped
-from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.modes import TRACK, YIELD
-from robotics.laws.teams.neighbours import ALONE, PATIENCE, alone_for, current, least
+from robotics.laws.setting import Setting
+from robotics.laws.teams.neighbours import OUTAGE, alone_for, smallest_heard
 from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.paths.joined import Paths, join_tables
-from robotics.paths.posture import wrapped
+from robotics.paths.joined import PathTable, join_tables
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.radio.graph import is_connected
-from robotics.scenario.ensemble import Ensemble
-from robotics.vehicle.plant import Level
 
 WINDOW, WIDE = 0.5, 3.0  # m: how far from the last place the next is looked for; the same after an outage
 TOGETHER = 0.6  # s: within which the plan lets all arrive
 ROOM = 0.1  # m: how much farther than the clearance a side-step goes
-CONE = 0.9  # rad: what is ahead
-BRAKING = 1.0  # m/s²
 LONG = 1.6  # of the nominal duration: for a longer plan, a roundabout is tried too
 
 
@@ -88,11 +85,11 @@ class _Memory(NamedTuple):
     end: np.ndarray  # (runs, 1) s: the plan's duration
     duration: np.ndarray  # (runs, 1) s: the nominal one
     found: np.ndarray  # (runs, 1) bool: is there a plan? Robots without stay where they are
-    paths: Paths  # with the side-steps
+    paths: PathTable  # with the side-steps
 
 
 @dataclass(frozen=True, kw_only=True)
-class RightOfWay:
+class RightOfWay(Law[_Memory]):
     """Distances of the plan and of the emergency rule, and the tracker's gains."""
 
     clearance: float = quantity(0.5, "m", above=0.31)  # between centers, in the plan
@@ -101,44 +98,39 @@ class RightOfWay:
     softness: float = quantity(0.15, "m", above=0)  # over which a larger one stops it
     near: float = quantity(0.34, "m", above=0)  # the emergency rule's distance at rest
     reach: float = quantity(0.5, "m", above=0)  # the target is no farther ahead of the robot's place
-    kx: float = quantity(1.0, "1/s", above=0)
-    ky: float = quantity(10.0, "1/m²", above=0)
-    kpsi: float = quantity(5.0, "1/m", above=0)
-    level: Level = "velocity"
-    tracker: Lyapunov = field(init=False, repr=False)
+    tracker: Lyapunov = field(default_factory=Lyapunov)
 
     message = ("place", "clock", "pace", "x", "y", "v_x", "v_y")
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
-        object.__setattr__(self, "tracker", Lyapunov(kx=self.kx, ky=self.ky, kpsi=self.kpsi))
 
     @property
     def watchdog(self) -> float:
         """After how long [s] without a new command a robot stops."""
-        return ALONE
+        return OUTAGE
 
-    def init(self, scenario: Any, runs: int) -> _Memory:
+    def init(self, setting: Setting, runs: int) -> _Memory:
         """The plans. Raises ControllerError where the graph is not connected, or a scenario has no safe plan.
 
         Of an ensemble the runs without one are refused: ``Command.refused`` says which.
         """
-        if scenario.kind != "team":
-            raise ControllerError(f'{scenario.name}: right of way needs a scenario of kind = "team"')
-        robots = len(scenario.robots)
-        if not is_connected(scenario.radio.adjacency(robots)):
-            raise ControllerError(f"{scenario.name}: the graph {scenario.radio.graph!r} is not connected")
-        spans = np.atleast_2d(scenario.trajectory.ends)[:, :1]
-        plan, paths, longer = self._planned(scenario.trajectory.joined, robots, spans[:, 0])
-        if not isinstance(scenario, Ensemble) and not plan.found.any():
+        if setting.kind != "team":
+            raise ControllerError(f'{setting.name}: right of way needs a scenario of kind = "team"')
+        robots = len(setting.robots)
+        if not is_connected(setting.radio.adjacency(robots)):
+            raise ControllerError(f"{setting.name}: the graph {setting.radio.graph!r} is not connected")
+        spans = np.atleast_2d(setting.references.ends)[:, :1]
+        plan, paths, longer = self._planned(setting.references.joined, robots, spans[:, 0])
+        if not setting.ensemble and not plan.found.any():
             raise ControllerError(
-                f"{scenario.name}: there is no safe plan: no order of the robots, no side-step around who waits or is "
+                f"{setting.name}: there is no safe plan: no order of the robots, no side-step around who waits or is "
                 f"parked, and no horizon up to 3.4 times the duration keeps them {self.clearance:g} m apart; move "
                 "starts or ends away from each other's paths"
             )
         duration = longer[:, None] * spans
         zero = np.zeros((runs, robots))
-        pose = np.broadcast_to(scenario.starts, (runs, robots, 3))
+        pose = np.broadcast_to(setting.starts, (runs, robots, 3))
         place = paths.nearest(pose[..., 0], pose[..., 1], zero, zero + WIDE)
         return _Memory(
             zero,
@@ -151,7 +143,7 @@ class RightOfWay:
             paths,
         )
 
-    def _planned(self, paths: Paths, robots: int, durations: np.ndarray) -> tuple[Plan, Paths, np.ndarray]:
+    def _planned(self, paths: PathTable, robots: int, durations: np.ndarray) -> tuple[Plan, PathTable, np.ndarray]:
         """The plan of every run, the paths it is for, and what the nominal duration is multiplied by.
 
         It is by the first of the ways that has one; but the quickest of the roundabouts, where there are some.
@@ -196,15 +188,14 @@ class RightOfWay:
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """The clock, the plan, the tracker, the brake."""
         heard = seen.heard
-        assert heard is not None  # a simulation gives it to every law that says something
         paths, lengths = memory.paths, memory.paths.lengths
-        reach = np.where(alone_for(heard, seen.time) > ALONE, WIDE, WINDOW)
+        reach = np.where(alone_for(heard, seen.time) > OUTAGE, WIDE, WINDOW)
         place = paths.nearest(seen.x, seen.y, memory.place, reach)
         # the clock
         own, rate = _due(memory.plan, memory.clock[:, None] / memory.duration[..., None] * CELLS)
         own, rate = own[:, 0], rate[:, 0]
         # A message says where its sender was and what its clock showed then: how late it comes adds no lag of its own.
-        their_share, their_clock = heard.values[0], heard.values[1]
+        their_share, their_clock = heard["place"], heard["clock"]
         due, _ = _due(memory.plan, np.nan_to_num(their_clock) / memory.duration[..., None] * CELLS)
         lags = np.where(heard.hears & ~np.isnan(their_share), (due - their_share) * lengths[..., None, :], -np.inf)
         worst = np.maximum(own * lengths - place, lags.max(axis=-1))
@@ -215,40 +206,21 @@ class RightOfWay:
         point = paths.at(wanted)
         target = Reference(point.x, point.y, point.heading, speed, speed * point.curvature, wanted)
         wish, _ = self.tracker.control(seen._replace(reference=target), None, dt)
-        blocked = self._blocked(seen)
-        brake = blocked | ~memory.found
-        mode = np.where(blocked & memory.found, YIELD, TRACK)
+        stops = blocked(seen, others(seen), self.near)
+        brake = stops | ~memory.found
+        mode = np.where(stops & memory.found, YIELD, TRACK)
         v, w = np.where(brake, 0.0, wish.v), np.where(brake, 0.0, wish.w)
         share = place / lengths
         cos, sin = np.cos(seen.heading), np.sin(seen.heading)
-        message = np.stack([share, memory.clock, pace, seen.x, seen.y, seen.v * cos, seen.v * sin])
+        message = {"place": share, "clock": memory.clock, "pace": pace, "x": seen.x, "y": seen.y}
+        message |= {"v_x": seen.v * cos, "v_y": seen.v * sin}
         clock = np.minimum(memory.clock + dt * pace, memory.end)
-        clock = np.minimum(clock, least(clock, current(heard, 1, 2) + dt, heard.hears))
+        clock = np.minimum(clock, smallest_heard(clock, heard.now("clock", by="pace") + dt, heard.hears))
         after = memory._replace(clock=clock, pace=pace, place=place)
         return Command(v, w, v, w, message, target, share, ~memory.found[:, 0], mode), after
 
-    def _blocked(self, seen: Observation) -> np.ndarray:
-        """(runs, robots) bool: is another robot ahead, nearer than the braking distance?"""
-        heard = seen.heard
-        assert heard is not None
-        age = np.minimum(heard.age, PATIENCE)
-        dx = heard.values[3] + heard.values[5] * age - seen.x[:, :, None]
-        dy = heard.values[4] + heard.values[6] * age - seen.y[:, :, None]
-        speed = np.abs(seen.v)
-        distance = np.hypot(dx, dy)
-        bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
-        limit = (self.near + speed**2 / (2 * BRAKING) + 0.1 * speed)[:, :, None]
-        ahead = (distance < limit) & (np.abs(bearing) < CONE) & heard.hears
-        # Two that face each other: the other's heading is that of its speed; the lower number goes on.
-        i = np.arange(seen.x.shape[1])
-        first = i[:, None] < i[None, :]
-        other = np.hypot(heard.values[5], heard.values[6])
-        facing = -(dx * heard.values[5] + dy * heard.values[6]) > np.cos(CONE) * distance * other
-        mutual = facing & (other > 0.01)
-        return np.asarray((ahead & ~(first & mutual)).any(axis=-1))
 
-
-def _nodes(paths: Paths, robots: int) -> np.ndarray:
+def _nodes(paths: PathTable, robots: int) -> np.ndarray:
     """The paths at equal shares of their lengths, (runs, robots, CELLS + 1, 2) m."""
     shares = np.linspace(0, 1, CELLS + 1)
     points = [np.stack(paths.at(share * paths.lengths)[:2], axis=-1) for share in shares]

@@ -33,12 +33,12 @@ from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.paths.path import Path, X
 from robotics.paths.posture import wrapped
 from robotics.quantity import check_quantities, quantity
-from robotics.vehicle.plant import Level
 
 INPUTS = ("x_l", "y_l", "theta_l", "dx")  # m, m, rad, m: what a network may ask for, by name
 OUTPUTS = ("v_l", "w_l", "v_f", "w_f")  # m/s, rad/s, m/s, rad/s
@@ -60,6 +60,7 @@ class Memory(NamedTuple):
     first_lead: np.ndarray  # (runs,) m: dx at the start; not-a-number before it
     together: np.ndarray  # (runs,) bool: has the leader met the followers?
     over: np.ndarray  # (runs,) bool: has the leader reached the end of its path? Then all stand still.
+    paths: tuple[Path, ...]  # each robot's
 
 
 def correction(path: Path, x: Any, y: Any, heading: Any, v: Any, ky: float, kpsi: float) -> np.ndarray:
@@ -93,7 +94,7 @@ def literal_speeds(first_lead: np.ndarray, together: np.ndarray, speed: float) -
 
 
 @dataclass(frozen=True, kw_only=True)
-class FormationTeacher:
+class FormationTeacher(Law[Memory]):
     """The law itself as a controller. ``speeds`` "literal" makes the thesis's data, "lead" is the law above."""
 
     speed: float = quantity(0.1, "m/s", above=0)  # v_d
@@ -101,19 +102,18 @@ class FormationTeacher:
     kpsi: float = quantity(0.8, "1/s", least=0)
     correction: Correction = "none"  # of the followers; the leader always corrects itself
     speeds: Literal["lead", "literal"] = "lead"
-    level: Level = "velocity"
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
 
-    def init(self, scenario: Any, runs: int) -> Memory:
+    def init(self, setting: Setting, runs: int) -> Memory:
         """Not begun."""
-        return _begin(scenario, runs)
+        return _begin(setting, runs)
 
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
         """The law at the measured postures."""
         memory = _remember(seen, memory)
-        path, dx = seen.trajectory.paths[0], lead(seen.x)
+        path, dx = memory.paths[0], lead(seen.x)
         x, y, heading = seen.x[:, 0], seen.y[:, 0], seen.heading[:, 0]
         if self.speeds == "lead":
             wish = law(path, x, y, heading, dx, self.speed, self.ky, self.kpsi)
@@ -125,7 +125,7 @@ class FormationTeacher:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LeaderFollower:
+class LeaderFollower(Law[Memory]):
     """Four Sugeno systems, v_l, w_l, v_f and w_f of (5.7), in the place of the law.
 
     ``networks`` is the path of one .fis file with these four outputs, or of a folder that holds v_l.fis, w_l.fis,
@@ -140,7 +140,6 @@ class LeaderFollower:
     correction: Correction = "own-pose"  # "none": the thesis's followers, open loop
     ky: float = quantity(4.0, "1/m²", least=0)  # of the followers' correction; the leader's is in its network
     kpsi: float = quantity(0.8, "1/s", least=0)
-    level: Level = "velocity"
     systems: tuple[CompiledSugeno, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -148,13 +147,13 @@ class LeaderFollower:
         object.__setattr__(self, "systems", tuple(compile_sugeno(fis) for fis in load_networks(self.networks)))
 
     @property
-    def idle(self) -> set[str]:
+    def idle(self) -> frozenset[str]:
         """The gains that have no effect without a correction."""
-        return {"ky", "kpsi"} if self.correction == "none" else set()
+        return frozenset({"ky", "kpsi"} if self.correction == "none" else ())
 
-    def init(self, scenario: Any, runs: int) -> Memory:
+    def init(self, setting: Setting, runs: int) -> Memory:
         """Not begun."""
-        return _begin(scenario, runs)
+        return _begin(setting, runs)
 
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
         """(5.7)."""
@@ -195,21 +194,21 @@ def lead(x: np.ndarray) -> np.ndarray:
     return x[:, 0] - x[:, 1:].mean(axis=1)
 
 
-def _begin(scenario: Any, runs: int) -> Memory:
-    paths = scenario.trajectory.paths
+def _begin(setting: Setting, runs: int) -> Memory:
+    paths = setting.references.joined.paths
     if len(paths) < 2:
-        raise ControllerError(f"{scenario.name}: a formation needs a leader and followers, at least two robots")
+        raise ControllerError(f"{setting.name}: a formation needs a leader and followers, at least two robots")
     for i, path in enumerate(paths):
         if not np.all(np.diff(path.table[X]) > 0):
-            raise ControllerError(f"{scenario.name}: robot {i + 1}: x must grow along the path of a formation")
-    return Memory(np.full(runs, np.nan), np.zeros(runs, dtype=bool), np.zeros(runs, dtype=bool))
+            raise ControllerError(f"{setting.name}: robot {i + 1}: x must grow along the path of a formation")
+    return Memory(np.full(runs, np.nan), np.zeros(runs, dtype=bool), np.zeros(runs, dtype=bool), paths)
 
 
 def _remember(seen: Observation, memory: Memory) -> Memory:
     dx = lead(seen.x)
     first = np.where(np.isnan(memory.first_lead), dx, memory.first_lead)
-    over = memory.over | (seen.x[:, 0] >= seen.trajectory.paths[0].table[X, -1])
-    return Memory(first, memory.together | (dx * np.sign(first) <= 0), over)
+    over = memory.over | (seen.x[:, 0] >= memory.paths[0].table[X, -1])
+    return Memory(first, memory.together | (dx * np.sign(first) <= 0), over, memory.paths)
 
 
 def _command(seen: Observation, wish: Velocities, memory: Memory, own: Correction, ky: float, kpsi: float) -> Command:
@@ -218,7 +217,7 @@ def _command(seen: Observation, wish: Velocities, memory: Memory, own: Correctio
     v[:, 0], w[:, 0] = wish.v_l, wish.w_l
     v[:, 1:], w[:, 1:] = wish.v_f[:, None], wish.w_f[:, None]
     if own == "own-pose":
-        for i, path in enumerate(seen.trajectory.paths[1:], start=1):
+        for i, path in enumerate(memory.paths[1:], start=1):
             w[:, i] += correction(path, seen.x[:, i], seen.y[:, i], seen.heading[:, i], wish.v_f, ky, kpsi)
     v[memory.over], w[memory.over] = 0.0, 0.0
     return Command(v, w, v, w)

@@ -16,17 +16,17 @@ the lag away. Each robot keeps a copy of the clock, and the copies agree on the 
 """
 
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from robotics.laws.law import Command, ControllerError, Observation
-from robotics.laws.teams.neighbours import ALONE, alone_for, current, least
+from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.setting import Setting
+from robotics.laws.teams.neighbours import OUTAGE, alone_for, smallest_heard
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.radio.graph import is_connected
-from robotics.vehicle.plant import Level
 
 WINDOW, WIDE = 0.5, 3.0  # m: how far from the last place the next is looked for; the same after an outage
 
@@ -45,7 +45,7 @@ class _Memory(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FuzzyCooperation:
+class FuzzyCooperation(Law[_Memory]):
     """The rule base, how its target is chosen, and the clock."""
 
     variant: Literal["repaired", "lag-clock", "literal"] = "repaired"
@@ -54,7 +54,6 @@ class FuzzyCooperation:
     reach: float = quantity(0.4, "m", above=0)  # "repaired": the target is no farther ahead of the robot's place
     lag: float = quantity(0.25, "m", least=0)  # d0: a lag that does not slow the clock
     softness: float = quantity(0.4, "m", above=0)  # d1
-    level: Level = "velocity"
     tracker: FuzzyTracking = field(init=False, repr=False)
 
     message = ("place", "speed", "clock", "pace")
@@ -64,23 +63,23 @@ class FuzzyCooperation:
         object.__setattr__(self, "tracker", FuzzyTracking(rule_base=self.rule_base))
 
     @property
-    def idle(self) -> set[str]:
+    def idle(self) -> frozenset[str]:
         """The parameters that have no effect in this variant."""
-        return {"literal": {"reach", "lag", "softness"}, "lag-clock": {"reach"}}.get(self.variant, set())
+        return frozenset({"literal": {"reach", "lag", "softness"}, "lag-clock": {"reach"}}.get(self.variant, ()))
 
-    def init(self, scenario: Any, runs: int) -> _Memory:
+    def init(self, setting: Setting, runs: int) -> _Memory:
         """The clock at 0. Raises ControllerError where the graph is not connected."""
-        if scenario.kind != "team" and len(scenario.robots) > 1:
-            raise ControllerError(f'{scenario.name}: cooperation needs a scenario of kind = "team"')
-        robots = len(scenario.robots)
-        if not is_connected(scenario.radio.adjacency(robots)):
-            raise ControllerError(f"{scenario.name}: the graph {scenario.radio.graph!r} is not connected")
+        if setting.kind != "team" and len(setting.robots) > 1:
+            raise ControllerError(f'{setting.name}: cooperation needs a scenario of kind = "team"')
+        robots = len(setting.robots)
+        if not is_connected(setting.radio.adjacency(robots)):
+            raise ControllerError(f"{setting.name}: the graph {setting.radio.graph!r} is not connected")
         zero = np.zeros((runs, robots))
-        paths = scenario.trajectory.joined
-        pose = np.broadcast_to(scenario.starts, (runs, robots, 3))
-        begin = scenario.trajectory.at(0.0).s
+        paths = setting.references.joined
+        pose = np.broadcast_to(setting.starts, (runs, robots, 3))
+        begin = setting.references.at(0.0).s
         near = paths.nearest(pose[..., 0], pose[..., 1], begin, zero + WIDE)
-        return _Memory(zero, zero, near, paths.lengths, scenario.trajectory.ends.max(axis=-1, keepdims=True))
+        return _Memory(zero, zero, near, paths.lengths, setting.references.ends.max(axis=-1, keepdims=True))
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """The clock, and Table 5.6 towards the sample due."""
@@ -99,13 +98,12 @@ class FuzzyCooperation:
         The clock does not wait for the ``excused`` (runs, robots) bool; they say so by a place that is not a number.
         """
         heard = seen.heard
-        assert heard is not None  # a simulation gives it to every law that says something
-        paths, lengths = seen.trajectory.joined, memory.lengths
-        reach = np.where(alone_for(heard, seen.time) > ALONE, WIDE, WINDOW)
+        paths, lengths = seen.references.joined, memory.lengths
+        reach = np.where(alone_for(heard, seen.time) > OUTAGE, WIDE, WINDOW)
         place = paths.nearest(seen.x, seen.y, memory.place, reach)
         clock = memory.clock
-        due = seen.trajectory.each_at(np.minimum(clock, memory.end))
-        theirs = current(heard, 0, 1)
+        due = seen.references.each_at(np.minimum(clock, memory.end))
+        theirs = heard.now("place", by="speed")
         if self.variant == "literal":
             apart = np.hypot(due.x - seen.x, due.y - seen.y)  # d_RP
             said, said_rate = apart, np.zeros_like(apart)
@@ -125,7 +123,7 @@ class FuzzyCooperation:
         pace = (1 - np.exp(-seen.time)) * (1 - slowing)
         # the sample to drive to
         late = self.look_ahead * pace if self.variant == "repaired" else self.look_ahead
-        target = seen.trajectory.each_at(np.minimum(clock + late, memory.end))
+        target = seen.references.each_at(np.minimum(clock + late, memory.end))
         behind: np.ndarray | None = None
         if self.variant == "repaired":
             # At the path's end the nearest point is the end from both sides: there the robot's own x tells.
@@ -143,10 +141,10 @@ class FuzzyCooperation:
             point = paths.at(held)
             target = Reference(point.x, point.y, point.heading, target.v, target.v * point.curvature, held)
         v, w = self.tracker.toward(seen, target, behind, turn)
-        message = np.stack([said, said_rate, clock, pace])
+        message = {"place": said, "speed": said_rate, "clock": clock, "pace": pace}
         clock = clock + dt * pace
         if self.variant != "literal":
-            clock = np.minimum(clock, least(clock, current(heard, 2, 3) + dt, heard.hears))
+            clock = np.minimum(clock, smallest_heard(clock, heard.now("clock", by="pace") + dt, heard.hears))
         after = memory._replace(clock=clock, pace=pace, place=place)
         moving = due._replace(v=due.v * pace, w=due.w * pace)
         return Command(v, w, v, w, message, moving, place / lengths), after

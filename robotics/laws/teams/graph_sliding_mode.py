@@ -24,16 +24,18 @@ the same with a_ij = l_ij in the world's frame, which diverges for a = 1, λ_d =
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from robotics.laws.law import Command, ControllerError, Observation
-from robotics.laws.teams.neighbours import current, differences
+from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.setting import Setting
+from robotics.laws.teams.neighbours import differences
 from robotics.laws.tracking.sliding_mode import attraction
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.radio.graph import is_connected, weights
+from robotics.vehicle.inverse_dynamics import InverseDynamics
 from robotics.vehicle.plant import Level, saturate, velocity_limits
 
 NEAR = 0.6  # m: no integration of larger errors
@@ -47,14 +49,11 @@ class _Memory(NamedTuple):
     ratio: np.ndarray  # (robots, robots): L_i / L_j
     lengths: np.ndarray  # (robots,) m
     limits: np.ndarray
-    mass: np.ndarray  # (robots,) kg
-    inertia: np.ndarray  # (robots,) kg m²
-    radius: np.ndarray  # (robots,) m
-    half_axle: np.ndarray  # (robots,) m
+    dynamics: InverseDynamics
 
 
 @dataclass(frozen=True, kw_only=True)
-class GraphSlidingMode:
+class GraphSlidingMode(Law[_Memory]):
     """Gains; the defaults of the reaching law are the thesis's (2.1.3.2)."""
 
     form: Literal["cross-coupled", "thesis", "literal"] = "cross-coupled"
@@ -77,20 +76,22 @@ class GraphSlidingMode:
         """Wheel torques (2.19), or velocities for the wheel loops."""
         return self.realisation
 
-    def init(self, scenario: Any, runs: int) -> _Memory:
+    def init(self, setting: Setting, runs: int) -> _Memory:
         """At rest. Raises ControllerError where the graph is not connected."""
-        robots = [member.robot for member in scenario.robots]
-        if scenario.kind != "team":
-            raise ControllerError(f'{scenario.name}: this law needs a scenario of kind = "team"')
-        a = scenario.radio.adjacency(len(robots))
+        robots = len(setting.robots)
+        if setting.kind != "team":
+            raise ControllerError(f'{setting.name}: this law needs a scenario of kind = "team"')
+        if setting.ensemble:
+            raise ControllerError(f"{setting.name}: this law drives runs with the same paths only, not random ones")
+        a = setting.radio.adjacency(robots)
         if self.coupling > 0 and not is_connected(a):
             raise ControllerError(
-                f"{scenario.name}: the graph {scenario.radio.graph!r} is not connected (theorem 3.1): every robot must "
+                f"{setting.name}: the graph {setting.radio.graph!r} is not connected (theorem 3.1): every robot must "
                 "reach every other, over others if need be"
             )
         a = weights(a)
-        lengths = np.array([path.length for path in scenario.trajectory.paths])
-        zero = np.zeros((2, runs, len(robots)))
+        lengths = setting.references.joined.lengths
+        zero = np.zeros((2, runs, robots))
         sign = -1.0 if self.form == "literal" else 1.0
         ratio = lengths[:, None] / lengths if self.form == "cross-coupled" else np.ones_like(a)
         return _Memory(
@@ -100,17 +101,13 @@ class GraphSlidingMode:
             sign * self.coupling * a,
             ratio,
             lengths,
-            velocity_limits(robots),
-            np.array([r.effective_mass for r in robots]),
-            np.array([r.effective_inertia for r in robots]),
-            np.array([r.wheel_radius for r in robots]),
-            np.array([r.half_axle for r in robots]),
+            velocity_limits(setting.robots),
+            InverseDynamics.effective(setting.robots),
         )
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """(3.4)-(3.6) with (2.19), (2.22), (2.23)."""
         heard = seen.heard
-        assert heard is not None  # a simulation gives it to every law that says something
         b, ref = self.hand, seen.reference
         before = memory.reference or ref
         a_ref, w_ref_rate = (ref.v - before.v) / dt, (ref.w - before.w) / dt
@@ -122,12 +119,12 @@ class GraphSlidingMode:
         e, rate = _into(frame, place_d[:, None] - place), _into(frame, velocity_d[:, None] - velocity)
         # coupling
         pulls, pull_rates = np.zeros_like(e), np.zeros_like(rate)
-        components = (0,) if self.form == "cross-coupled" else (0, 1)
-        for i in components:
-            theirs, their_rates = current(heard, 2 * i, 2 * i + 1), heard.values[2 * i + 1]
+        components = ("e_x",) if self.form == "cross-coupled" else ("e_x", "e_y")
+        for i, name in enumerate(components):
+            theirs, their_rates = heard.now(name, by=f"{name}_rate"), heard[f"{name}_rate"]
             pulls[i] = differences(e[i], memory.ratio * theirs, memory.weights)
             pull_rates[i] = differences(rate[i], memory.ratio * their_rates, memory.weights)
-        message = np.stack([e[0], rate[0], e[1], rate[1]])
+        message = {"e_x": e[0], "e_x_rate": rate[0], "e_y": e[1], "e_y_rate": rate[1]}
         if self.form == "cross-coupled":
             e, rate_bar = e + pulls, rate + pull_rates  # ē, ē'
             s = rate + self.lam_d * e + self.lam_p * memory.integral
@@ -149,14 +146,12 @@ class GraphSlidingMode:
         w = memory.command[1] + dt * acceleration[1]
         command = np.stack(saturate(memory.limits, v, w))
         if self.realisation == "torque":
-            common = memory.radius * memory.mass / 2 * acceleration[0]  # (2.19)
-            apart = memory.radius * memory.inertia / (2 * memory.half_axle) * acceleration[1]
-            first, second = common + apart, common - apart
+            first, second = memory.dynamics.torques(acceleration)  # (2.19)
             demand = seen.v + dt * acceleration[0], seen.w + dt * acceleration[1]
         else:
             first, second = command
             demand = first, second
-        progress = np.clip((ref.s - message[0]) / memory.lengths, 0.0, 1.0)
+        progress = np.clip((ref.s - message["e_x"]) / memory.lengths, 0.0, 1.0)
         after = memory._replace(integral=integral, command=command, reference=ref)
         return Command(first, second, *demand, message, None, progress), after
 

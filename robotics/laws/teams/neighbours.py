@@ -1,44 +1,34 @@
-"""What a robot makes of what it has heard: values brought up to date, and how long it has been alone."""
+"""What a robot makes of what it has heard: differences, the smallest value, and how long it has been alone."""
 
 import numpy as np
 from numba import njit
 
 from robotics.radio.channel import Heard
 
-ALONE = 0.5  # s without a message: an outage
-PATIENCE = 0.5  # s: how long a rate that was heard is believed; after that the value is kept as it was
-
-
-def current(heard: Heard, value: int, rate: int) -> np.ndarray:
-    """Field ``value`` of every neighbour now (runs, receivers, senders), by field ``rate``; not-a-number: unheard."""
-    return np.asarray(_current(heard.values[value], heard.values[rate], heard.age, PATIENCE))
+OUTAGE = 0.5  # s without a message: the robot is alone, and stops by its watchdog
 
 
 def differences(mine: np.ndarray, theirs: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Σ_j a_ij (own − theirs_j) (runs, robots), over those that were heard; ``weights`` (robots, robots) are a_ij."""
+    """Σ_j a_ij (mine_i − theirs_ij) (runs, robots), over the neighbours that were heard.
+
+    ``mine`` is (runs, robots), ``theirs`` (runs, receivers, senders), ``weights`` (robots, robots) are the a_ij.
+    """
     mine, theirs = np.ascontiguousarray(mine, dtype=float), np.ascontiguousarray(theirs, dtype=float)
     return np.asarray(_differences(mine, theirs, np.ascontiguousarray(weights, dtype=float)))
 
 
-def least(mine: np.ndarray, theirs: np.ndarray, hears: np.ndarray) -> np.ndarray:
-    """The smallest of the own value (runs, robots) and the neighbours' (runs, receivers, senders) that were heard."""
+def smallest_heard(mine: np.ndarray, theirs: np.ndarray, hears: np.ndarray) -> np.ndarray:
+    """The smallest of a robot's own value and its neighbours' that were heard (runs, robots).
+
+    ``mine`` is (runs, robots), ``theirs`` (runs, receivers, senders), ``hears`` (receivers, senders) bool.
+    """
     mine, theirs = np.ascontiguousarray(mine, dtype=float), np.ascontiguousarray(theirs, dtype=float)
     return np.asarray(_least(mine, theirs, np.ascontiguousarray(hears, dtype=bool)))
 
 
 def alone_for(heard: Heard, time: float) -> np.ndarray:
-    """How long each robot has heard nobody [s] (runs, robots): the age of its newest message, at most ``time``."""
+    """How long each robot has heard nobody [s] (runs, robots): the age of its newest message, at most ``time`` [s]."""
     return np.asarray(_least(np.full(heard.age.shape[:2], float(time)), heard.age, heard.hears))
-
-
-@njit(cache=True, error_model="numpy")
-def _current(values, rates, age, longest):  # type: ignore[no-untyped-def]
-    out = np.empty(values.shape)
-    for r in range(values.shape[0]):
-        for i in range(values.shape[1]):
-            for j in range(values.shape[2]):
-                out[r, i, j] = values[r, i, j] + rates[r, i, j] * min(age[r, i, j], longest)
-    return out
 
 
 @njit(cache=True, error_model="numpy")

@@ -25,18 +25,18 @@ consensus), so that no robot is indispensable.
 
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from robotics.laws.law import Command, ControllerError, Observation
-from robotics.laws.teams.neighbours import ALONE, alone_for, current, differences, least
+from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.setting import Setting
+from robotics.laws.teams.neighbours import OUTAGE, alone_for, differences, smallest_heard
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.paths.path import PathPoint
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.radio.graph import is_connected, smallest_eigenvalue, unreached, weights
-from robotics.vehicle.plant import Level
 
 WINDOW = 0.05  # of the path: how far from the last place the next is looked for
 WIDE = 0.25  # of the path: the same after an outage
@@ -52,59 +52,50 @@ class _Memory(NamedTuple):
     pace: np.ndarray  # 1: of that copy
     weights: np.ndarray  # (robots, robots): a_ij
     lengths: np.ndarray  # (robots,) m
-    end: float  # s: the leader arrives
+    end: np.ndarray  # (1,), in an ensemble (runs, 1) s: the leader arrives
 
 
 @dataclass(frozen=True, kw_only=True)
-class VirtualStructure:
+class VirtualStructure(Law[_Memory]):
     """Gains of the coordination and of the tracker."""
 
     variant: Literal["virtual", "measured", "waiting"] = "waiting"
     kappa: float = quantity(1.0, "1/s", above=0)  # κ
     gamma: float = quantity(0.5, "1/s", least=0)  # γ; 0: without (4.11). Only of the variant "virtual"
     leader: float = quantity(1.0, "1", least=0)  # b_i of every robot
-    kx: float = quantity(1.0, "1/s", above=0)
-    ky: float = quantity(10.0, "1/m²", above=0)
-    kpsi: float = quantity(5.0, "1/m", above=0)  # in the form "2.31": 1/s
-    form: Literal["2.31", "2.32"] = "2.32"
-    feed_forward: Literal["full", "none"] = "full"  # of the tracker
+    # catch_up = 0: (2.32) as printed, without feedback while the target stands
+    tracker: Lyapunov = field(default_factory=lambda: Lyapunov(catch_up=0.0))
     v_most: float = quantity(0.8, "m/s", above=0)  # 0 <= L_i s_i' <= v_most
     slack: float = quantity(0.05, "1", above=0)  # of the path: so far behind a robot stops the clock; "waiting"
     catch_up: float = quantity(1.0, "1", least=1, most=5)  # pace of a clock that is late; "waiting"
     coupling: Literal["corrected", "literal"] = "corrected"  # literal: a_ij = l_ij, as (4.10) prints it
-    level: Level = "velocity"
-    tracker: Lyapunov = field(init=False, repr=False)
 
     message = ("s", "s_rate", "clock", "pace")
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
-        gains = {name: getattr(self, name) for name in ("kx", "ky", "kpsi", "form", "feed_forward")}
-        tracker = Lyapunov(**gains, catch_up=0.0)
-        object.__setattr__(self, "tracker", tracker)
 
     @property
-    def idle(self) -> set[str]:
+    def idle(self) -> frozenset[str]:
         """The gains that have no effect in this variant."""
-        return ({"gamma"} if self.variant != "virtual" else set()) | (
-            {"slack", "catch_up"} if self.variant != "waiting" else set()
-        )
+        idle = {"gamma"} if self.variant != "virtual" else set()
+        return frozenset(idle | ({"slack", "catch_up"} if self.variant != "waiting" else set()))
 
     @property
     def watchdog(self) -> float:
         """After how long [s] without a new command a robot stops."""
-        return ALONE if self.variant == "waiting" else inf
+        return OUTAGE if self.variant == "waiting" else inf
 
-    def init(self, scenario: Any, runs: int) -> _Memory:
+    def init(self, setting: Setting, runs: int) -> _Memory:
         """At the start of the paths. Raises ControllerError where the graph or the gains are not what (4.10) needs."""
-        robots = len(scenario.robots)
-        a = scenario.radio.adjacency(robots)
+        robots = len(setting.robots)
+        a = setting.radio.adjacency(robots)
         b = np.full(robots, self.leader)
-        if scenario.kind != "team":
-            raise ControllerError(f'{scenario.name}: the virtual structure needs a scenario of kind = "team"')
+        if setting.kind != "team":
+            raise ControllerError(f'{setting.name}: the virtual structure needs a scenario of kind = "team"')
         if not is_connected(a) and unreached(a, b > 0):
             raise ControllerError(
-                f"{scenario.name}: the graph {scenario.radio.graph!r} is not connected, and nothing of the leader "
+                f"{setting.name}: the graph {setting.radio.graph!r} is not connected, and nothing of the leader "
                 f"reaches robots {', '.join(map(str, unreached(a, b > 0)))}: give leader > 0, or a connected graph"
             )
         a = weights(a)
@@ -112,14 +103,16 @@ class VirtualStructure:
         zero = np.zeros((runs, robots))
         if self.coupling == "literal":
             a = -a
-        lengths = scenario.trajectory.joined.lengths
-        start = scenario.trajectory.at(0.0).s / lengths
+        lengths = setting.references.joined.lengths
+        start = setting.references.at(0.0).s / lengths
         s = zero + start
         if self.variant != "virtual":
-            pose = np.array([member.start for member in scenario.robots])
+            pose = setting.starts
             s = s.copy()
-            s[:] = scenario.trajectory.joined.nearest(pose[:, 0], pose[:, 1], start * lengths, WIDE * lengths) / lengths
-        return _Memory(s, zero, zero, zero, zero + 1.0, a, lengths, float(scenario.trajectory.ends.max()))
+            s[:] = (
+                setting.references.joined.nearest(pose[..., 0], pose[..., 1], start * lengths, WIDE * lengths) / lengths
+            )
+        return _Memory(s, zero, zero, zero, zero + 1.0, a, lengths, setting.references.ends.max(axis=-1, keepdims=True))
 
     def _check_gains(self, a: np.ndarray, b: np.ndarray) -> None:
         """The condition of theorem 4.1, with λ_min."""
@@ -138,23 +131,22 @@ class VirtualStructure:
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """(4.10), (4.11), (2.30), (2.32)."""
         heard = seen.heard
-        assert heard is not None  # a simulation gives it to every law that says something
-        paths, lengths = seen.trajectory.joined, memory.lengths
+        paths, lengths = seen.references.joined, memory.lengths
         s = memory.s
         if self.variant != "virtual":
-            reach = np.where(alone_for(heard, seen.time) > ALONE, WIDE, WINDOW) * lengths
+            reach = np.where(alone_for(heard, seen.time) > OUTAGE, WIDE, WINDOW) * lengths
             s = paths.nearest(seen.x, seen.y, s * lengths, reach) / lengths
+        theirs = heard.now("s", by="s_rate")
         # the leader
         clock, pace = memory.clock, memory.pace
-        leader = seen.trajectory.each_at(np.minimum(clock, memory.end))
+        leader = seen.references.each_at(np.minimum(clock, memory.end))
         s0, v_leader = leader.s / lengths, leader.v / lengths
         if self.variant == "waiting":
-            slowest = least(s, current(heard, 0, 1), heard.hears)
+            slowest = smallest_heard(s, theirs, heard.hears)
             late = np.clip(seen.time - clock, 0.0, 1.0)
             pace = np.clip(1 - (s0 - slowest) / self.slack, 0.0, 1.0) * (1 + (self.catch_up - 1) * late)
         v_leader = v_leader * pace
         # (4.10), (4.11)
-        theirs = current(heard, 0, 1)
         gap = differences(s, theirs, memory.weights) + self.leader * (s - s0)
         wish = v_leader - self.kappa * gap + memory.integral
         rate = np.clip(wish, 0.0, self.v_most / lengths)
@@ -167,14 +159,14 @@ class VirtualStructure:
         point = paths.at(s * lengths)
         target = _moving(point, lengths * rate, s * lengths)
         command, _ = self.tracker.control(seen._replace(reference=target), None, dt)
-        message = np.stack([s, rate, clock, pace])
+        message = {"s": s, "s_rate": rate, "clock": clock, "pace": pace}
         if self.variant == "virtual":
             s = np.minimum(s + dt * rate, 1.0)
         clock = clock + dt * pace
         if self.variant == "waiting":
-            clock = np.minimum(clock, least(clock, current(heard, 2, 3) + dt, heard.hears))
+            clock = np.minimum(clock, smallest_heard(clock, heard.now("clock", by="pace") + dt, heard.hears))
         after = memory._replace(s=s, rate=rate, integral=integral, clock=clock, pace=pace)
-        return command._replace(message=message, target=target, progress=message[0]), after
+        return command._replace(message=message, target=target, progress=message["s"]), after
 
 
 def _moving(point: PathPoint, v: np.ndarray, s: np.ndarray) -> Reference:

@@ -16,7 +16,7 @@ import math
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numba import njit
@@ -25,17 +25,17 @@ from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import parse_fis, read_fis
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.setting import Setting
 from robotics.paths.posture import wrapped_compiled
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
-from robotics.vehicle.plant import Level
 
 INPUTS = ("distance", "alpha", "x_err", "heading_err")  # what a tracking rule base may ask for, by name
 
 
 @dataclass(frozen=True, kw_only=True)
-class FuzzyTracking:
+class FuzzyTracking(Law[None]):
     """A tracking rule base and how it is used."""
 
     rule_base: str = "tracking"  # a name of robotics/rulebases, or the path of a .fis file
@@ -44,7 +44,6 @@ class FuzzyTracking:
     steering: Literal["bearing", "heading"] = "bearing"  # what α is: to the target point, or to the path's heading
     lateral: Literal["none", "path", "world"] = "none"  # the frame of y_err for λ; "world" is the thesis's
     lateral_rule_base: str = "lateral"
-    level: Level = "velocity"
     tracking: CompiledSugeno = field(init=False, repr=False, compare=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
     inputs: tuple[int, ...] = field(init=False, repr=False)  # which of INPUTS the rule base takes, in its order
@@ -65,16 +64,16 @@ class FuzzyTracking:
         object.__setattr__(self, "turn", compile_sugeno(turn))
 
     @property
-    def idle(self) -> set[str]:
+    def idle(self) -> frozenset[str]:
         """The parameters that have no effect as it is used."""
-        return {"lateral_rule_base"} if self.lateral == "none" else set()
+        return frozenset({"lateral_rule_base"} if self.lateral == "none" else ())
 
-    def init(self, scenario: Any, runs: int) -> None:
+    def init(self, setting: Setting, runs: int) -> None:
         """It remembers nothing."""
 
     def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
         """(2.35), (2.36)."""
-        v, w = self.toward(seen, seen.trajectory.at(seen.time + self.look_ahead))
+        v, w = self.toward(seen, seen.references.at(seen.time + self.look_ahead))
         return Command(v, w, v, w), None
 
     def toward(

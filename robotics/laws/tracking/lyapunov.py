@@ -14,18 +14,18 @@ Stable for K_x, K_y, K_ψ > 0; the errors converge as long as v_d does not go to
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.setting import Setting
 from robotics.paths.posture import posture_error
 from robotics.quantity import check_quantities, quantity
-from robotics.vehicle.plant import Level
 
 
 @dataclass(frozen=True, kw_only=True)
-class Lyapunov:
+class Lyapunov(Law[None]):
     """Gains and form of the law. Default: the tuned gains in the form (2.32), lateral feedback kept at standstill."""
 
     kx: float = quantity(1.0, "1/s", above=0)
@@ -37,12 +37,11 @@ class Lyapunov:
     # "none": without v_d in (2.30); the robot then trails by v_d/K_x, which is what thesis Table 5.7 shows
     feed_forward: Literal["full", "none"] = "full"
     signs: Literal["corrected", "literal"] = "corrected"  # literal: the errors as (2.28) prints them; diverges
-    level: Level = "velocity"
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
 
-    def init(self, scenario: Any, runs: int) -> None:
+    def init(self, setting: Setting, runs: int) -> None:
         """It remembers nothing."""
 
     def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:

@@ -23,13 +23,15 @@ follow it.
 """
 
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
-from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.quantity import check_quantities, quantity
+from robotics.vehicle.inverse_dynamics import InverseDynamics
 from robotics.vehicle.plant import Level, saturate, velocity_limits
 
 Array = np.ndarray
@@ -120,15 +122,12 @@ class _Memory(NamedTuple):
     push: Array
     desired: Array | None  # u_d
     command: Array | None  # the velocity command
-    mass: Array  # (robots,) kg, nominal
-    inertia: Array  # (robots,) kg m², nominal
-    radius: Array  # (robots,) m
-    half_axle: Array  # (robots,) m
+    dynamics: InverseDynamics  # nominal, with d = 0
     limits: Array  # of the velocities
 
 
 @dataclass(frozen=True, kw_only=True)
-class SlidingMode:
+class SlidingMode(Law[_Memory]):
     """One law for all four modes: the surface, its realisation, and the reaching law of ``mode``.
 
     Default gains are the thesis's (2.1.3.2): K = 1 (csm), 0.8 (assm, qssm), 0.2 (esm); λ = 10; μ0 = 0.1, α = 3.
@@ -142,11 +141,8 @@ class SlidingMode:
     realisation: Literal["torque", "velocity"] = "torque"
     discretisation: Discretisation = "integrated"  # assm and qssm only
     lead: float = quantity(0.4, "m/s", above=0)  # velocity realisation: how far the command may lead the speed
-    kx: float = quantity(1.0, "1/s", above=0)  # gains of the outer loop
-    ky: float = quantity(10.0, "1/m²", above=0)
-    kpsi: float = quantity(5.0, "1/m", above=0)
+    outer: Lyapunov = field(default_factory=Lyapunov)  # makes the desired velocities
     law: ReachingLaw = field(init=False, repr=False)
-    outer: Lyapunov = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
@@ -159,7 +155,6 @@ class SlidingMode:
             second_order = ArbitrarySecondOrder if self.mode == "assm" else QuasiContinuous
             law = second_order(k=self.k, discretisation=self.discretisation)
         object.__setattr__(self, "law", law)
-        object.__setattr__(self, "outer", Lyapunov(kx=self.kx, ky=self.ky, kpsi=self.kpsi))
 
     @property
     def level(self) -> Level:
@@ -167,30 +162,23 @@ class SlidingMode:
         return self.realisation
 
     @property
-    def idle(self) -> set[str]:
+    def idle(self) -> frozenset[str]:
         """The gains that have no effect in this mode and realisation."""
         gains = {"mu0", "alpha"} if self.mode != "esm" else set()
         gains |= {"discretisation"} if self.mode in ("csm", "esm") else set()
-        return gains | ({"lead"} if self.realisation == "torque" else set())
+        return frozenset(gains | ({"lead"} if self.realisation == "torque" else set()))
 
-    def init(self, scenario: Any, runs: int) -> _Memory:
-        """Integrals at 0, and the nominal dynamics of every robot with d = 0, as in (2.10)."""
-        zero = np.zeros((2, runs, len(scenario.robots)))
-        robots = [member.robot for member in scenario.robots]
+    def init(self, setting: Setting, runs: int) -> _Memory:
+        """Integrals at 0, and the nominal dynamics of every robot."""
+        zero = np.zeros((2, runs, len(setting.robots)))
         return _Memory(
             integral=zero,
             s=None,
             push=zero,
             desired=None,
             command=None,
-            mass=np.array([r.mass for r in robots]),
-            # (2.3) with d = 0
-            inertia=np.array(
-                [r.body_inertia + 2 * r.wheel_mass * r.half_axle**2 + 2 * r.wheel_inertia for r in robots]
-            ),
-            radius=np.array([r.wheel_radius for r in robots]),
-            half_axle=np.array([r.half_axle for r in robots]),
-            limits=velocity_limits(robots),
+            dynamics=InverseDynamics.nominal(setting.robots),
+            limits=velocity_limits(setting.robots),
         )
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
@@ -209,12 +197,11 @@ class SlidingMode:
         rate = (desired - memory.desired) / dt if memory.desired is not None else np.zeros_like(desired)
         acceleration = rate + self.lam * e + push  # what (2.18) asks of u'
         if self.realisation == "torque":
-            # τ = Γ⁻¹ u',  Γ⁻¹ = r/(2L) [L m, I; L m, −I]   (2.19)
-            common = memory.radius * memory.mass / 2 * acceleration[0]
-            apart = memory.radius * memory.inertia / (2 * memory.half_axle) * acceleration[1]
-            command = np.stack([common + apart, common - apart])
+            command = memory.dynamics.torques(acceleration)  # (2.19)
         else:
-            lead = np.stack([np.full_like(e[0], self.lead), self.lead / memory.half_axle + np.zeros_like(e[1])])
+            lead = np.stack(
+                [np.full_like(e[0], self.lead), self.lead / memory.dynamics.half_axle + np.zeros_like(e[1])]
+            )
             before = memory.command if memory.command is not None else u
             command = np.clip(before + dt * acceleration, u - lead, u + lead)
         after = memory._replace(integral=integral, s=s, push=push, desired=desired, command=command)

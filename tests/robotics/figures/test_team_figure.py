@@ -190,7 +190,7 @@ def test_many_robots_are_thin_lines_and_a_band() -> None:
 def test_a_stopped_robot_is_marked_and_its_lines_end(run: Run) -> None:
     samples, moved, stopped = run.samples.copy(), run.team.copy(), run.stopped.copy()  # type: ignore[union-attr]
     samples[100:, :, 0, 2], moved[100:, :, 0, 2], stopped[0, 2] = np.nan, np.nan, 100
-    figure = plot_team(replace(run, samples=samples, team=moved, stopped=stopped))
+    figure = plot_team(replace(run, stopped=stopped).with_recorded(samples=samples, team=moved))
     for ax in figure.axes[:-1]:
         assert sum(line.get_marker() == "X" for line in ax.lines) == 1
     (cross,) = [line for line in figure.axes[0].lines if line.get_marker() == "X"]
@@ -201,7 +201,7 @@ def test_a_stopped_robot_is_marked_and_its_lines_end(run: Run) -> None:
 def test_a_law_without_progress_shows_the_distance_to_the_target(run: Run) -> None:
     nothing = run.team.copy()  # type: ignore[union-attr]
     nothing[:, 0] = np.nan
-    other = replace(run, team=nothing)
+    other = run.with_recorded(team=nothing)
     figure = plot_team(other)
     error = tracking_error(other)
     assert drawn(panel(figure, "to the target [m]"), run.time, np.hypot(error.x, error.y)[0, 2])
@@ -211,7 +211,7 @@ def test_a_law_without_progress_shows_the_distance_to_the_target(run: Run) -> No
 
 def test_plot_of_a_run_chooses_the_page(run: Run, page: Figure) -> None:
     assert [ax.get_ylabel() for ax in plot_run(run).axes] == [ax.get_ylabel() for ax in page.axes]
-    alone = replace(run, team=None)
+    alone = run.with_recorded(team=None)
     assert "cross-track error [m]" in {ax.get_ylabel() for ax in plot_run(alone).axes}
 
 
@@ -226,12 +226,8 @@ def test_command_draws_a_team(tmp_path: Path, capsys: pytest.CaptureFixture[str]
 def test_long_runs_are_thinned(run: Run) -> None:
     many = 20
     long = replace(
-        run,
-        time=np.arange(len(run.time) * many) * 0.05,
-        samples=np.repeat(run.samples, many, axis=0),
-        team=np.repeat(run.team, many, axis=0),  # type: ignore[arg-type]
-        reference=np.repeat(run.reference, many, axis=1),
-    )
+        run, time=np.arange(len(run.time) * many) * 0.05, reference=np.repeat(run.reference, many, axis=1)
+    ).with_recorded(samples=np.repeat(run.samples, many, axis=0), team=np.repeat(run.team, many, axis=0))
     assert max(len(line.get_xdata()) for ax in plot_team(long).axes for line in ax.lines) <= 2 * POINTS
 
 

@@ -95,7 +95,7 @@ def test_wrong_specifications_say_what_is_accepted(specification, message):
 def test_gains_of_names_every_gain():
     gains = gains_of(make_controller("esm:k=0.25"))
     assert gains["k"] == 0.25
-    assert {"lam", "mu0", "alpha", "realisation", "kx", "ky", "kpsi"} <= set(gains)
+    assert {"lam", "mu0", "alpha", "realisation", "outer.kx", "outer.ky", "outer.kpsi"} <= set(gains)
     assert "law" not in gains
     assert gains_of(make_controller("lyapunov-thesis"))["ky"] == 1.0
 

@@ -19,7 +19,8 @@ from robotics.experiments.learning.formationdata import (
 from robotics.measures.formations import alignment_time, final_spread, last_samples, lateral_error, measure_formation
 from robotics.paths.path import Sine, compile_path
 from robotics.scenario.formations import formation_scenario, leader_path
-from robotics.simulation.run import CHANNELS, Run
+from robotics.simulation.run import CHANNELS
+from tests.robotics.handmade import handmade
 
 
 def curve(x):
@@ -206,7 +207,7 @@ def run_by_hand(leader, followers):
     samples[:, 0, 0] = np.stack([leader, followers, followers], axis=1)
     samples[:, 1, 0] = [0.0, 1.0, -0.8]
     paths = tuple(np.stack([np.linspace(0, 3, 31), np.full(31, y)]) for y in (0.0, 1.0, -1.0))
-    return Run("s", "c", "velocity", (0,), np.arange(n) * 0.5, samples, np.zeros((6, n, 3)), paths, np.full((1, 3), -1))
+    return handmade((0,), np.arange(n) * 0.5, samples, np.zeros((6, n, 3)), paths, np.full((1, 3), -1))
 
 
 def test_figures_of_merit_by_hand():

@@ -7,7 +7,8 @@ import pytest
 
 from robotics.measures.tracking import METRICS, cross_track_error, measure, settling_time, tracking_error
 from robotics.paths.path import Circle, Line, Sine, compile_path
-from robotics.simulation.run import CHANNELS, REFERENCE, Run
+from robotics.simulation.run import CHANNELS, REFERENCE
+from tests.robotics.handmade import handmade
 
 LINE = compile_path(Line(start=(0.0, 0.0), end=(10.0, 0.0)))
 
@@ -24,7 +25,7 @@ def run_of(path=LINE, stopped=-1, reference=None, **channels):
     if stopped >= 0:
         samples[stopped + 1 :] = nan
     nodes = (path.table[:2],)
-    return Run("s", "c", "velocity", (0,), 0.5 * np.arange(n), samples, target, nodes, np.array([[stopped]]))
+    return handmade((0,), 0.5 * np.arange(n), samples, target, nodes, np.array([[stopped]]))
 
 
 def value(name, run):
@@ -143,16 +144,16 @@ def test_measure_gives_every_metric_for_every_seed_and_robot():
     samples = rng.normal(size=(n, len(CHANNELS), runs, robots))
     reference = rng.normal(size=(len(REFERENCE), n, robots))
     other = compile_path(Circle())
-    run = Run(
-        "s", "c", "velocity", (1, 2, 3), 0.5 * np.arange(n), samples, reference,
+    run = handmade(
+        (1, 2, 3), 0.5 * np.arange(n), samples, reference,
         (LINE.table[:2], other.table[:2]), np.full((runs, robots), -1),
     )  # fmt: skip
     found = measure(run)
     assert list(found) == list(METRICS)
     for i in range(runs):
         for k in range(robots):
-            one = Run(
-                "s", "c", "velocity", (i,), run.time, samples[:, :, i : i + 1, k : k + 1], reference[:, :, k : k + 1],
+            one = handmade(
+                (i,), run.time, samples[:, :, i : i + 1, k : k + 1], reference[:, :, k : k + 1],
                 run.paths[k : k + 1], np.array([[-1]]),
             )  # fmt: skip
             for name, values in measure(one).items():

@@ -1,4 +1,4 @@
-"""Paths in one table: each as by itself, and nearest points against a dense search and scipy's minimiser."""
+"""PathTable in one table: each as by itself, and nearest points against a dense search and scipy's minimiser."""
 
 from dataclasses import replace
 from math import pi

@@ -117,7 +117,7 @@ def test_a_heading_that_wraps_does_not_spin(run: Run) -> None:
     samples = run.samples.copy()
     turning = 3.0 + 0.3 * run.time
     samples[:, 2] = ((turning + np.pi) % (2 * np.pi) - np.pi)[:, None, None]
-    film = replay(replace(run, samples=samples), run.time)
+    film = replay(run.with_recorded(samples=samples), run.time)
     np.testing.assert_allclose(np.diff(film.heading, axis=1), 0.015, atol=1e-9)
 
 
@@ -219,7 +219,7 @@ def test_messages_are_half_lines_fresh_or_dashed(run: Run) -> None:
 def test_a_stopped_robot_is_crossed_out(run: Run) -> None:
     samples, team, stopped = run.samples.copy(), run.team.copy(), run.stopped.copy()  # type: ignore[union-attr]
     samples[100:, :, 1, 2], team[100:, :, 1, 2], stopped[1, 2] = np.nan, np.nan, 100
-    scene = scene_of(replace(run, samples=samples, team=team, stopped=stopped))
+    scene = scene_of(replace(run, stopped=stopped).with_recorded(samples=samples, team=team))
     show_frame(scene, 4.0)
     assert len(scene.stops.get_xdata()) == 0
     show_frame(scene, 9.5)
@@ -231,7 +231,7 @@ def test_a_stopped_robot_is_crossed_out(run: Run) -> None:
 def test_robots_of_a_large_scene_are_enlarged_and_it_says_so(run: Run) -> None:
     samples = run.samples.copy()
     samples[:, :2] *= 30
-    scene = scene_of(replace(run, samples=samples, paths=tuple(30 * p for p in run.paths)))
+    scene = scene_of(replace(run, paths=tuple(30 * p for p in run.paths)).with_recorded(samples=samples))
     assert scene.enlarged > 2
     show_frame(scene, 5.0)
     sides = np.linalg.norm(np.diff(vertices(scene.bodies), axis=1), axis=-1)
@@ -434,7 +434,7 @@ def among_obstacles(run: Run) -> Run:
     placed = Geometry(*(np.concatenate(parts) for parts in zip(*(world.at(t) for t in run.time), strict=True)))
     modes = np.zeros((len(run.time), 2, 3), dtype=np.int8)
     modes[40:80, 1, 0], modes[60:100, 1, 1], modes[90:, 1, 2] = AVOID, YIELD, FOLLOW + ALONE
-    return replace(run, obstacles=placed, modes=modes)
+    return replace(run, obstacles=placed).with_recorded(modes=modes)
 
 
 @pytest.mark.usefixtures("styled")
@@ -457,7 +457,7 @@ def test_obstacles_are_where_they_are_at_the_time(run: Run) -> None:
 def test_among_obstacles_robots_are_never_enlarged(run: Run) -> None:
     samples = run.samples.copy()
     samples[:, :2] *= 30
-    large = replace(run, samples=samples, paths=tuple(30 * p for p in run.paths))
+    large = replace(run, paths=tuple(30 * p for p in run.paths)).with_recorded(samples=samples)
     assert scene_of(large).enlarged > 2
     assert scene_of(replace(large, obstacles=among_obstacles(run).obstacles)).enlarged == 1.0
 

@@ -27,6 +27,7 @@ from robotics.sensing.sonar import SONAR
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import CHANNELS, TEAM_CHANNELS, Run
 from robotics.simulation.spans import ReplayError
+from tests.robotics.handmade import handmade
 from tests.robotics.playback.browser import CHROMIUM, Browser
 
 TEAM = """
@@ -86,9 +87,9 @@ def large(robots: int, seconds: float) -> Run:
     links[400:600, 0, :, 1] = 0.05 * np.arange(1, 201)[:, None] if len(time) > 600 else 0.05
     links[:, 0, np.arange(robots), np.arange(robots)] = np.inf
     stopped = np.full((1, robots), -1)
-    return Run(
-        "many", "law", "velocity", (0,), time, samples, np.zeros((6, len(time), robots)), paths, stopped, team, links
-    )
+    nowhere = np.zeros((6, len(time), robots))
+    named = {"scenario": "many", "controller": "law"}
+    return handmade((0,), time, samples, nowhere, paths, stopped, team=team, links=links, **named)
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +104,7 @@ def world_run(run: Run) -> Run:
     modes[20:40, 1, 0], modes[120:, 1, 1], modes[170:, 1, 2] = AVOID, YIELD, FOLLOW + ALONE
     ranges = np.full((len(run.time), 2, 3, 4), np.inf, dtype=np.float32)
     ranges[20:40, 1, 0, 1] = np.linspace(1.5, 0.5, 20)
-    return replace(run, obstacles=placed, modes=modes, ranges=ranges)
+    return replace(run, obstacles=placed).with_recorded(modes=modes, ranges=ranges)
 
 
 def unpacked(packed: dict[str, Any]) -> np.ndarray:
@@ -137,12 +138,12 @@ def test_channels_come_back_as_near_as_sixteen_bits_are(run: Run) -> None:
 def test_unknown_values_stay_unknown_and_a_stopped_robot_stays(run: Run) -> None:
     samples, team, stopped = run.samples.copy(), run.team.copy(), run.stopped.copy()  # type: ignore[union-attr]
     samples[100:, :, 0, 2], team[100:, :, 0, 2], stopped[0, 2] = np.nan, np.nan, 100
-    lost = replace(run, samples=samples, team=team, stopped=stopped)
+    lost = replace(run, stopped=stopped).with_recorded(samples=samples, team=team)
     data = player_data(lost)
     assert data["stops"] == [None, None, 5.0]
     x = unpacked(data["channels"]["x"]).reshape(3, -1)
     np.testing.assert_allclose(x[2, 100:], run["x"][0, 2, 99], atol=data["channels"]["x"]["scale"])
-    nothing = player_data(replace(run, team=np.full_like(run.team, np.nan)))  # type: ignore[arg-type]
+    nothing = player_data(run.with_recorded(team=np.full_like(run.team, np.nan)))  # type: ignore[arg-type]
     assert "progress" not in nothing["channels"]
 
 
@@ -178,7 +179,7 @@ def test_stale_links_are_those_of_the_run_at_every_sample(run: Run) -> None:
 def test_stale_by_default_is_what_is_unusual(run: Run) -> None:
     limit = player_data(run)["stale_after"]
     assert 0.25 <= limit <= 0.5
-    assert player_data(replace(run, links=None))["hears"] is None
+    assert player_data(run.with_recorded(links=None))["hears"] is None
     with pytest.raises(ReplayError, match="must be > 0 s, got -1"):
         player_data(run, stale=-1.0)
 
@@ -209,7 +210,7 @@ def test_obstacles_sonars_and_modes_come_back(world_run: Run) -> None:
     assert [event[0] for event in later["modes"]["events"]] == [2.0, 6.0]
     rest = replace(world_run, obstacles=Geometry(*(part[:1] for part in world_run.obstacles)))  # type: ignore[union-attr]
     assert unpacked(player_data(rest)["obstacles"]["x"]).shape == (3,)
-    none = player_data(replace(world_run, obstacles=None, ranges=None, modes=None))
+    none = player_data(replace(world_run, obstacles=None).with_recorded(ranges=None, modes=None))
     assert none["obstacles"] is none["sonar"] is none["modes"] is None
 
 
@@ -269,7 +270,7 @@ class Page(HTMLParser):
 
 def test_names_are_text_and_never_markup(run: Run, tmp_path: Path) -> None:
     name = '</script><img src=x onerror=alert(1)> & "quotes" \' <!--'
-    write_player(replace(run, scenario=name, controller="<b>law</b>"), tmp_path / "page.html")
+    write_player(replace(run, about=replace(run.about, scenario=name, controller="<b>law</b>")), tmp_path / "page.html")
     page = Page((tmp_path / "page.html").read_text(encoding="utf-8"))
     assert {tag for tag, _ in page.tags} <= {
         "html",

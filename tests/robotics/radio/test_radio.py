@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robotics.radio.channel
-from robotics.laws.teams.neighbours import alone_for, current, differences, least
+from robotics.laws.teams.neighbours import alone_for, differences, smallest_heard
 from robotics.radio.channel import Channel, Heard
 from robotics.radio.description import PRESETS, Radio, RadioError
 from robotics.radio.faults import FAULTS, Condition, Fault, Faults
@@ -20,8 +20,8 @@ TICK = 0.05
 
 def talk(radio, robots=3, seeds=(0,), periods=60, tick=TICK, place=None, faults=()):
     """Every robot says the time and its number; values (periods, 2, runs, i, j), age (periods, runs, i, j)."""
-    channel = Channel.opened(radio, robots, seeds, tick)
-    air = channel.init(2, len(seeds))
+    channel = Channel.opened(radio, ("time", "number"), robots, seeds, tick)
+    air = channel.init(len(seeds))
     drawn = Faults.drawn(faults, robots, seeds) if faults else None
     number = np.broadcast_to(np.arange(1.0, robots + 1), (len(seeds), robots))
     values, ages = [], []
@@ -31,7 +31,7 @@ def talk(radio, robots=3, seeds=(0,), periods=60, tick=TICK, place=None, faults=
         values.append(heard.values)
         ages.append(heard.age)
         where = np.zeros((2, len(seeds), robots)) if place is None else place(k * tick)
-        air = channel.send(air, k, np.stack([np.full_like(number, k * tick), number]), *where, condition)
+        air = channel.send(air, k, {"time": np.full_like(number, k * tick), "number": number}, *where, condition)
     return np.array(values), np.array(ages)
 
 
@@ -224,11 +224,11 @@ def test_how_many_numbers_are_drawn_at_a_time_does_not_matter(monkeypatch):
 
 
 def test_what_a_law_does_to_its_message_afterwards_is_not_heard():
-    channel = Channel.opened(Radio(latency=0.2), 2, (0,), TICK)
-    air = channel.init(1, 1)
-    place, message = np.zeros((1, 2)), np.array([[[1.0, 2.0]]])
+    channel = Channel.opened(Radio(latency=0.2), ("value",), 2, (0,), TICK)
+    air = channel.init(1)
+    place, message = np.zeros((1, 2)), {"value": np.array([[1.0, 2.0]])}
     air = channel.send(air, 0, message, place, place, None)
-    message[:] = 9.0
+    message["value"][:] = 9.0
     heard, _ = channel.hear(air, 4, None)
     assert heard.values[0, 0].tolist()[1][0] == 1.0
     assert heard.values[0, 0].tolist()[0][1] == 2.0
@@ -283,10 +283,10 @@ def test_values_are_brought_up_to_date_summed_and_compared_over_those_heard(seed
     hears = (rng.random((robots, robots)) < 0.6) & ~np.eye(robots, dtype=bool)
     known = hears & (rng.random(links) < 0.8)
     age = np.where(known, rng.choice([0.05, 0.45, 0.5, 0.55, 20.0], links), np.inf)
-    heard = Heard(np.where(known, rng.standard_normal((3, *links)), np.nan), age, hears)
+    heard = Heard(("rate", "other", "value"), np.where(known, rng.standard_normal((3, *links)), np.nan), age, hears)
     mine, weights = rng.standard_normal((runs, robots)), hears * rng.standard_normal((robots, robots))
-    theirs = current(heard, 2, 0)
-    sums, smallest = differences(mine, theirs, weights), least(mine, theirs, hears)
+    theirs = heard.now("value", by="rate")
+    sums, smallest = differences(mine, theirs, weights), smallest_heard(mine, theirs, hears)
     alone = alone_for(heard, 5.0)
     for r, i in np.ndindex(runs, robots):
         told = {
@@ -419,7 +419,7 @@ def test_the_preset_fits_three_robots_and_not_twenty():
     Radio(baud=9600.0, period=0.1, header_bytes=0).check_bandwidth(12, 4)  # 96 bytes: exactly
     Radio().check_bandwidth(1000, 100)  # no baud rate, no limit
     with pytest.raises(RadioError, match="do not fit"):
-        Channel.opened(zigbee, 20, (0,), TICK).init(4, 1)
+        Channel.opened(zigbee, tuple("abcd"), 20, (0,), TICK).init(1)
 
 
 @given(st.integers(1, 60), st.integers(1, 12), st.integers(0, 20), st.sampled_from([1200.0, 9600.0, 115200.0]))

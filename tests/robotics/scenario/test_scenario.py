@@ -115,7 +115,7 @@ def test_every_shape_can_be_written_in_a_file():
 # (what is replaced, by what, the line that the message names, what it says)
 BAD = {
     "unknown key": ("latency", "latencie = 0.1\nlatency", 3, "unknown key 'latencie'; did you mean 'latency'?"),
-    "unknown table": ("[sensing]", "[sense]", 5, "unknown key 'sense'; did you mean 'sensing'?"),
+    "unknown table": ("[sensing]", "[sense]", 5, "unknown key 'sense'; did you mean 'sensors'?"),
     "unknown sensing key": ("position_noise", "positon_noise", 7, "did you mean 'position_noise'?"),
     "unknown robot key": ("kp", "kq", 11, "unknown key 'kq'; did you mean 'kp'?"),
     "unknown member key": ("timing = { duration", "timming = { duration", 20, "did you mean 'timing'?"),

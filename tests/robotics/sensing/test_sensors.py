@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from robotics.laws.law import Command
+from robotics.laws.law import Command, Law
 from robotics.paths.path import Circle, Line
 from robotics.paths.trajectory import Timing
 from robotics.scenario.description import Member, Scenario
@@ -20,15 +20,14 @@ LINE = Member(start=(2.0, -3.0, 0.0), path=Line(start=(2.0, -3.0), end=(9.0, -3.
 
 
 @dataclass(frozen=True)
-class Scripted:
+class Scripted(Law[None]):
     """Commands v and ω, whatever the robots see, and keeps what they saw."""
 
     v: float = 0.0
     w: float = 0.0
     seen: list = field(default_factory=list)
-    level: str = "velocity"
 
-    def init(self, scenario, runs):
+    def init(self, setting, runs):
         return None
 
     def control(self, seen, memory, dt):

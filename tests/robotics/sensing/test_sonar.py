@@ -35,7 +35,8 @@ from robotics.vehicle.robot import Robot
 
 TICK = 0.05
 BEAM = RangeSensor(range=3.0)  # straight ahead, exact
-QUIET = tuple(replace(s, noise=0.0, relative_noise=0.0) for s in SONAR)
+FOUR = tuple(SONAR.values())
+QUIET = tuple(replace(s, noise=0.0, relative_noise=0.0) for s in FOUR)
 EMPTY = compile_world(World()).at(0.0)
 
 
@@ -127,7 +128,7 @@ def scenes(count):
     [
         QUIET,
         (replace(QUIET[0], half_cone=2.0, rays=9), replace(QUIET[0], half_cone=pi, rays=8, incidence=0.6), BEAM),
-        lidar(13),
+        tuple(lidar(13).values()),
     ],
     ids=["sonar", "wide", "lidar"],
 )
@@ -253,9 +254,9 @@ def test_a_robot_without_a_pose_neither_sees_nor_is_seen():
 
 def test_the_lidar_scans_a_room():
     room = placed(Wall(points=(*box(5.0, 3.0), (-2.5, -1.5))))
-    axes = np.array([s.axis for s in LIDAR])
+    axes = np.array([s.axis for s in LIDAR.values()])
     expected = 1 / np.maximum(np.abs(np.cos(axes)) / 2.5, np.abs(np.sin(axes)) / 1.5)
-    np.testing.assert_allclose(echo(LIDAR, room)[0], expected)
+    np.testing.assert_allclose(echo(tuple(LIDAR.values()), room)[0], expected)
     assert np.diff(axes) == pytest.approx(2 * pi / 180)
 
 
@@ -406,7 +407,7 @@ def test_only_sensors_that_ping_in_the_same_period_are_heard():
 
 # Runs ------------------------------------------------------------------------------------------------------------
 
-ALL = tuple(replace(s, dropout=0.1, crosstalk=0.5, period=0.05 * (1 + q % 2)) for q, s in enumerate(SONAR))
+ALL = tuple(replace(s, dropout=0.1, crosstalk=0.5, period=0.05 * (1 + q % 2)) for q, s in enumerate(FOUR))
 
 
 def fleet(seeds):
@@ -462,7 +463,7 @@ def everything():
         "obstacles": obstacle_contacts(x, y, heading, sizes, geometry),
         "between": robot_clearance(x, y, heading, sizes),
         "around": obstacle_clearance(x, y, heading, sizes, geometry),
-        "echoes": SensorArray.opened(SONAR, range(4), TICK).echoes(x, y, heading, sizes, geometry),
+        "echoes": SensorArray.opened(FOUR, range(4), TICK).echoes(x, y, heading, sizes, geometry),
         "readings": driven(range(4), 2),
     }
 
@@ -515,7 +516,7 @@ def test_sensors_that_do_not_fit_the_control_period_are_refused():
 def test_the_presets_are_what_they_are_called():
     assert PRESETS == {"sonar": SONAR, "lidar": LIDAR}
     assert len(SONAR) == 4
-    for left, right in ((SONAR[FRONT_LEFT], SONAR[FRONT_RIGHT]), (SONAR[LEFT], SONAR[RIGHT])):
+    for left, right in ((FOUR[FRONT_LEFT], FOUR[FRONT_RIGHT]), (FOUR[LEFT], FOUR[RIGHT])):
         assert left == replace(right, y=-right.y, axis=-right.axis)
     body = shapely.box(-0.115, -0.1, 0.115, 0.1)
-    assert all(body.exterior.distance(shapely.Point(s.x, s.y)) < 1e-12 for s in SONAR), "on the robot's outline"
+    assert all(body.exterior.distance(shapely.Point(s.x, s.y)) < 1e-12 for s in FOUR), "on the robot's outline"

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from robotics.laws.catalogue import make_controller
-from robotics.laws.law import Command
+from robotics.laws.law import Command, Law
 from robotics.measures.tracking import measure
 from robotics.paths.path import Circle, Line, Quintic, Sine, Waypoints
 from robotics.paths.trajectory import Timing
@@ -28,14 +28,18 @@ SHORT = Scenario(name="short", robots=(CURVE,), duration=3.0, sensing=POSE)
 
 
 @dataclass(frozen=True)
-class Scripted:
+class Scripted(Law[None]):
     """Commands v(t), ω(t) or torques, whatever the robots see."""
 
     first: object
     second: object
-    level: str = "velocity"
+    kind: str = "velocity"
 
-    def init(self, scenario, runs):
+    @property
+    def level(self):
+        return self.kind
+
+    def init(self, setting, runs):
         return None
 
     def control(self, seen, memory, dt):

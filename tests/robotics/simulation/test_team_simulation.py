@@ -12,7 +12,7 @@ import pytest
 
 from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller
-from robotics.laws.law import Command
+from robotics.laws.law import Command, Law
 from robotics.paths.path import Line, Quintic
 from robotics.paths.trajectory import Timing
 from robotics.radio.description import Radio
@@ -50,17 +50,20 @@ def team(robots=3, duration=6.0, **settings):
 
 
 @dataclass(frozen=True)
-class Probe:
+class Probe(Law[None]):
     """Drives with a command that never repeats; says the time, its number and the x that it measures."""
 
-    watchdog: float = inf
+    patience: float = inf
     v: float = 0.2
-    level: str = "velocity"
     heard: list = field(default_factory=list)
 
     message = ("time", "number", "x")
 
-    def init(self, scenario, runs):
+    @property
+    def watchdog(self):
+        return self.patience
+
+    def init(self, setting, runs):
         return None
 
     def control(self, seen, memory, dt):
@@ -68,8 +71,7 @@ class Probe:
         number = np.broadcast_to(np.arange(1.0, seen.x.shape[1] + 1), seen.x.shape)
         v = self.v + 0.01 * np.sin(seen.time) * number
         w = 0.01 * np.cos(seen.time) * number
-        said = np.stack([np.full_like(seen.x, seen.time), number, seen.x])
-        return Command(v, w, v, w, said), None
+        return Command(v, w, v, w, {"time": np.full_like(seen.x, seen.time), "number": number, "x": seen.x}), None
 
 
 def same(a, b):
@@ -102,10 +104,10 @@ def test_a_law_hears_what_was_measured_then_and_not_what_is_true_now(radio):
         for r, i, j in np.argwhere(known):
             then = round(float(run.time[k] - heard.age[r, i, j]) / 0.05)
             assert then < k  # all robots decide at the same time
-            assert heard.values[0, r, i, j] == pytest.approx(run.time[then], abs=1e-12)
-            assert heard.values[1, r, i, j] == j + 1
-            assert heard.values[2, r, i, j] == measured[r, j, then]
-            assert heard.values[2, r, i, j] != truth[r, j, then]
+            assert heard["time"][r, i, j] == pytest.approx(run.time[then], abs=1e-12)
+            assert heard["number"][r, i, j] == j + 1
+            assert heard["x"][r, i, j] == measured[r, j, then]
+            assert heard["x"][r, i, j] != truth[r, j, then]
     ages = np.array([heard.age for heard in law.heard])
     np.testing.assert_array_equal(run.links, ages.astype(np.float32))
     assert np.isfinite(ages[-1][:, graph]).all()
@@ -160,7 +162,7 @@ def test_laws_that_say_nothing_hear_nothing():
 
     law = Mute()
     run = simulate(team(radio=Radio(baud=1.0)), law, links=True)  # nothing said fits into any radio
-    assert all(heard is None for heard in law.heard)
+    assert all(heard.fields == () and np.isinf(heard.age).all() for heard in law.heard)
     assert np.isinf(run.links).all()
     assert simulate(team(), law).links is None
 
@@ -315,7 +317,7 @@ def test_a_failure_reaches_the_wheels_after_the_latency_of_the_commands():
 def test_a_watchdog_stops_a_robot_that_gets_no_command(watchdog, period):
     """It holds the last command for that long, and no longer; with the next command it goes on."""
     settings = {"period": period, "radio": Radio(period=period)}
-    run, free, inside = faulted("delay", Probe(watchdog=watchdog), **settings)
+    run, free, inside = faulted("delay", Probe(patience=watchdog), **settings)
     command = run["command_1"][0, 1]
     last = command[inside.start - 1]
     holding = inside.start + round(watchdog / period)
@@ -333,7 +335,7 @@ def test_a_watchdog_counts_anew_after_each_outage(others):
         Fault(robot=2, kind="delay", start=1.45, duration=0.4),
         *others,
     )
-    run = simulate(team(faults=faults), Probe(watchdog=0.5))
+    run = simulate(team(faults=faults), Probe(patience=0.5))
     assert (run["command_1"][0, 1] > 0.1).all()
 
 

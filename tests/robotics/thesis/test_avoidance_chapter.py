@@ -97,7 +97,7 @@ def test_distances_and_clearances_are_those_of_geometry(planned: Run, first: Sce
     samples[:, :3] = 0.0
     samples[:, 0, 0, 0] = np.linspace(-1, 1, len(planned.time))  # robot 1 drives along x past a disc
     disc = compile_world(World(obstacles=(Disc(position=(0.0, 0.6), radius=0.2),)))
-    free = clearances(replace(planned, samples=samples, obstacles=disc.rest), 0)[0]
+    free = clearances(replace(planned, obstacles=disc.rest).with_recorded(samples=samples), 0)[0]
     x = np.linspace(-1, 1, len(planned.time))
     corner = np.hypot(np.maximum(np.abs(x) - 0.115, 0.0), 0.5)  # of 0.23 x 0.20 m
     np.testing.assert_allclose(free, corner - 0.2, atol=1e-9)
@@ -110,7 +110,7 @@ def test_contact_is_that_of_rectangles(planned: Run, first: Scenario) -> None:
         samples[300, :3, 0, 0] = samples[300, :3, 0, 1]
         samples[300, 2, 0, :2] = 0.0
         samples[300, 0, 0, 0] += gap
-        m = merits(replace(planned, samples=samples), first)
+        m = merits(planned.with_recorded(samples=samples), first)
         assert (m.collided, m.safe) == (touches, not touches)
         assert m.nearest == pytest.approx(gap)
 
@@ -124,7 +124,7 @@ def test_stops_detours_and_who_was_left(planned: Run, first: Scenario) -> None:
     samples[away, 0, 0, 2] -= 0.3 * np.sin(heading)
     samples[away, 1, 0, 2] += 0.3 * np.cos(heading)
     modes[500:, 0, 2] = AVOID + ALONE
-    m = merits(replace(planned, samples=samples, modes=modes), first)
+    m = merits(planned.with_recorded(samples=samples, modes=modes), first)
     assert m.stood == pytest.approx((0.0, 3.0, 0.0))
     assert m.away == pytest.approx(2.0)
     assert m.off == pytest.approx(0.3, abs=0.02)

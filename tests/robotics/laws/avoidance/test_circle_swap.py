@@ -31,13 +31,13 @@ def test_random_goals_are_apart_and_a_seeds_case_is_its_own():
 
 def test_a_roundabout_has_the_same_room_for_everybody_around_the_middle():
     starts, goals = circle_swap(10, range(1))
-    paths = ensemble(starts, goals, True).trajectory.joined
+    paths = ensemble(starts, goals, True).references.joined
     middle = paths.at(paths.lengths / 2)
     np.testing.assert_allclose(np.hypot(middle.x, middle.y), 10 * 0.75 / (2 * np.pi), atol=1e-4)
     # To the right of the straight line: the middle lies clockwise of the start, seen from the start
     across = starts[..., 0] * middle.y - starts[..., 1] * middle.x
     assert (across > 0).all()
-    straight = ensemble(starts, goals).trajectory.joined
+    straight = ensemble(starts, goals).references.joined
     np.testing.assert_allclose(straight.lengths, 4.0, atol=1e-6)
 
 
@@ -62,7 +62,7 @@ def test_right_of_way_swaps_ten_robots_on_a_roundabout():
 def test_a_lone_point_ahead_of_the_axle_moves_straight_to_the_goal():
     pytest.importorskip("pyrvo")
     law = Orca(lead=0.05)
-    scenario = SimpleNamespace(robots=(SimpleNamespace(robot=Robot()),), period=0.05)
+    scenario = SimpleNamespace(robots=(Robot(),), period=0.05)
     goal = SimpleNamespace(x=np.array([3.0]), y=np.array([4.0]))
     way = SimpleNamespace(each_at=lambda times: goal)
     heading, zero = np.array([[0.7]]), np.zeros((1, 1))

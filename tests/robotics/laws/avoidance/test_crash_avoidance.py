@@ -26,14 +26,14 @@ def seen(crossing, poses, time=10.0):
     values = np.zeros((6, 1, 3, 3))
     values[4], values[5] = poses[:, 0], poses[:, 1]
     hears = ~np.eye(3, dtype=bool)
-    heard = Heard(values=values, age=np.zeros((1, 3, 3)), hears=hears)
+    heard = Heard(CrashAvoidance.message, values, age=np.zeros((1, 3, 3)), hears=hears)
     still = np.zeros((1, 3))
     x, y, heading = poses.T[:, None]
-    return Observation(time, x, y, heading, still, still, crossing.trajectory.at(0.0), crossing.trajectory, heard, None)
+    return Observation(time, x, y, heading, still, still, crossing.trajectory.at(0.0), crossing.trajectory, heard)
 
 
 def decide(law, crossing, poses):
-    command, _ = law.control(seen(crossing, poses), law.init(crossing, 1), 0.05)
+    command, _ = law.control(seen(crossing, poses), law.init(crossing.setting, 1), 0.05)
     return command.v[0], command.w[0]
 
 

@@ -21,9 +21,10 @@ from robotics.laws.avoidance.obstacle_modes import (
     UNSEEN,
     WALL,
     WAY,
-    commit,
-    halt,
-    unwatched,
+    Mounting,
+    next_mode,
+    nothing_watched,
+    stand_still,
 )
 from robotics.laws.catalogue import gains_of, make_controller
 from robotics.laws.modes import ALONE, AVOID, FOLLOW, MODES, STOPPED, TRACK, YIELD
@@ -31,11 +32,13 @@ from robotics.paths.path import Line
 from robotics.paths.trajectory import Timing
 from robotics.scenario.description import ScenarioError
 from robotics.scenario.reading import load_scenario, parse_scenario
+from robotics.sensing.sonar import SONAR
 from robotics.simulation.loop import simulate
 from robotics.simulation.mode_changes import REJOINED, TIMED_OUT, Event, events_of, mode_events, reason
 from robotics.simulation.run import load_run
 
 DT = 0.05
+MOUNTED = Mounting.of([tuple(SONAR.values())])
 FREE = np.inf
 SIZES = np.array([[0.115], [0.1], [0.153]])  # m: half a robot's length and width, and its half diagonal
 POINT = np.full((3, 1), 1e-6)
@@ -48,7 +51,7 @@ def looks(*readings):
 def step(state, readings, alpha=0.0, place=1.0, off=0.0, remaining=5.0, pose=(0.0, 0.0, 0.0)):
     one = [np.array([[v]]) for v in (alpha, place, off, remaining)]
     seen = looks(*readings)
-    return commit(state, seen, seen, np.array(pose)[:, None, None], *one, 0.5, DT)
+    return next_mode(state, seen, seen, np.array(pose)[:, None, None], *one, 0.5, DT, MOUNTED.walls)
 
 
 def fresh():
@@ -183,10 +186,10 @@ def test_round_the_end_of_a_wall_it_circles_where_it_saw_it_last():
 
 def halts(readings, turning=0.0, speed=0.0, watch=None):
     """For which of the periods, with the nearest reading [m] of each, does a robot stand still, or leave?"""
-    watch = unwatched(1, 1) if watch is None else watch
+    watch = nothing_watched(1, 1) if watch is None else watch
     out = []
     for reading in readings:
-        watch, stands = halt(
+        watch, stands = stand_still(
             watch, looks(FREE, FREE, reading, FREE), np.full((1, 1), speed), np.full((1, 1), turning), DT
         )
         out.append(bool(stands[0, 0]))
@@ -423,7 +426,7 @@ def test_a_law_without_modes_has_no_events():
 
 def test_without_obstacles_nothing_is_sensed_and_it_cooperates():
     scenario = replace(load_scenario("chapter-6-simulation-1"), obstacles=(), duration=3.0)
-    assert scenario.world is None
+    assert scenario.setting.world is None
     a = simulate(scenario, make_controller("obstacles"), (0,))
     b = simulate(scenario, make_controller("cooperation"), (0,))
     assert np.array_equal(a["x"], b["x"])
@@ -490,7 +493,7 @@ def test_obstacles_of_a_file():
     )
     scenario = parse_scenario(TABLE + moving, "good", "good.toml")
     assert len(scenario.obstacles) == 2
-    geometry = scenario.world.at(5.0)
+    geometry = scenario.setting.world.at(5.0)
     np.testing.assert_allclose(geometry.circles[0, 0], [1.0, 2.0, 0.3])
-    before = scenario.world.at(0.0).segments[0]
+    before = scenario.setting.world.at(0.0).segments[0]
     np.testing.assert_allclose(geometry.segments[0] - before, np.tile([0.5, 0.0, 0.5, 0.0], (8, 1)), atol=1e-9)

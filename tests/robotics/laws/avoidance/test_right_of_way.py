@@ -83,7 +83,7 @@ def test_head_on_in_one_lane_there_is_no_plan():
 
 def test_a_scenario_without_connection_is_refused():
     with pytest.raises(ControllerError, match='kind = "team"'):
-        RightOfWay().init(load_scenario("reference"), 1)
+        RightOfWay().init(load_scenario("reference").setting, 1)
 
 
 def test_the_quick_table_of_a_quintic_is_the_exact_one():
@@ -96,7 +96,7 @@ def test_the_quick_table_of_a_quintic_is_the_exact_one():
 
 def test_crossings_have_conflicts_and_clear_ends():
     ensemble = crossing_ensemble(4, range(6))
-    paths = ensemble.trajectory.joined
+    paths = ensemble.references.joined
     places = np.linspace(0, 1, 101)
     points = np.stack([np.stack(paths.at(u * paths.lengths)[:2], axis=-1) for u in places], axis=2)
     for run in points:

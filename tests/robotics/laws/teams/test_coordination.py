@@ -212,7 +212,7 @@ def test_the_literal_coupling_of_4_10_diverges():
 
 def test_the_gain_condition_of_theorem_4_1_is_checked_with_lambda_min():
     """Errata A40: star of three, γ = 0.5: κ > 0.667 for b = 1, 1, 1; λ_max = 4 would ask for 0.167."""
-    setting = load_scenario("chapter-4-circles")
+    setting = load_scenario("chapter-4-circles").setting
     law = make_controller("virtual-structure-virtual:kappa=0.66")
     with pytest.raises(ControllerError, match=r"0\.6667 with λ_min = 1"):
         law.init(setting, 1)
@@ -277,7 +277,7 @@ def test_a_random_team_is_the_same_again_and_its_file_says_so():
 @pytest.mark.parametrize("name", [name for name, preset in CATALOGUE.items() if preset.kind == "team"])
 def test_every_team_controller_refuses_a_scenario_that_is_none(name):
     with pytest.raises(ControllerError, match='kind = "team"'):
-        make_controller(name).init(load_scenario("formation-behind"), 1)
+        make_controller(name).init(load_scenario("formation-behind").setting, 1)
 
 
 def test_every_team_scenario_arrives_with_its_own_controller():

@@ -232,7 +232,7 @@ def first_command(law, member, v, w, period=0.05):
     seen = Observation(
         0.0, *pose, np.full((1, 1), v), np.full((1, 1), w), scenario.trajectory.at(0.0), scenario.trajectory
     )
-    return law.control(seen, law.init(scenario, 1), period)
+    return law.control(seen, law.init(scenario.setting, 1), period)
 
 
 @pytest.mark.parametrize("radius", [0.045, 0.04])

@@ -1,0 +1,53 @@
+"""The setting of a law: what it is told, before the start, of the robots that it drives and of what they have to do."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from robotics.environment.world import Obstacles
+from robotics.paths.references import References
+from robotics.radio.description import Radio
+from robotics.radio.faults import Fault
+from robotics.sensing.posture import Sensing
+from robotics.sensing.sonar import RangeSensor
+from robotics.vehicle.robot import Robot
+
+# Each robot has its own reference; a leader and its followers; or a team that shall arrive together
+Kind = Literal["tracking", "formation", "team"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Setting:
+    """What is simulated, for one array pass: a scenario, or an ensemble of runs that each have their own paths.
+
+    In an ensemble starts, references and world differ from run to run, and carry (runs, ...) in front; all else is
+    shared. Scenarios are descriptions in a file; this is what is left of them when they are compiled.
+    """
+
+    name: str  # of the scenario, for messages
+    kind: Kind
+    robots: tuple[Robot, ...]
+    starts: np.ndarray  # (robots, 3), in an ensemble (runs, robots, 3): x [m], y [m], heading [rad]
+    references: References
+    radio: Radio
+    sensing: tuple[Sensing, ...]  # how each robot knows its posture
+    sensors: tuple[Mapping[str, RangeSensor], ...]  # what range sensors each robot carries, by name
+    world: Obstacles | None  # the obstacles; the robots do not know them, they only sense them
+    faults: tuple[Fault, ...]
+    ticks: int  # control periods
+    period: float  # s, of the high-level controller
+    latency: float  # s, from deciding on a command to its effect
+    plant: Literal["dynamic", "kinematic"]
+    divergence: float  # m: a robot this far from its target is stopped
+
+    @property
+    def ensemble(self) -> bool:
+        """Whether each run has paths and starts of its own."""
+        return self.starts.ndim == 3
+
+    @property
+    def times(self) -> np.ndarray:
+        """The times of the samples (ticks + 1,) [s], both ends included."""
+        return np.arange(self.ticks + 1) * self.period

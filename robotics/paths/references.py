@@ -1,0 +1,98 @@
+"""References of many robots at once: what a trajectory of one scenario and those of many have in common."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from robotics.paths.joined import PathTable
+from robotics.paths.trajectory import Reference, Trajectory
+
+
+class References(Protocol):
+    """Where every robot shall be, and when.
+
+    ``robots`` below is (robots,), or (runs, robots) where each run has its own.
+    """
+
+    @property
+    def joined(self) -> PathTable:
+        """The paths of all robots in one table; its lengths are ``robots`` [m]."""
+        ...
+
+    @property
+    def ends(self) -> np.ndarray:
+        """When each reference reaches the end of its path [s], ``robots``."""
+        ...
+
+    def at(self, time: float) -> Reference:
+        """Every robot's reference at ``time`` [s]; each field is ``robots``."""
+        ...
+
+    def each_at(self, times: np.ndarray) -> Reference:
+        """Each robot's reference at a time of its own, ``times`` (runs, robots) [s]; each field is (runs, robots)."""
+        ...
+
+
+def sampled(references: References, times: np.ndarray) -> Reference:
+    """The references of one run at ``times`` (n,) [s]; each field is (n, robots)."""
+    times = np.asarray(times, dtype=float)
+    return references.each_at(np.repeat(times[:, None], references.joined.lengths.size, axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class EvenTiming:
+    """Paths that are driven at constant speed, in each run another, and each run in its own time."""
+
+    joined: PathTable  # lengths (runs, robots)
+    durations: np.ndarray  # (runs,) s
+
+    @property
+    def ends(self) -> np.ndarray:
+        """(runs, robots) s: when each reference reaches the end of its path."""
+        return np.broadcast_to(self.durations[:, None], self.joined.lengths.shape)
+
+    def at(self, time: float) -> Reference:
+        """Every robot's reference at ``time`` [s]; each field is (runs, robots)."""
+        return self.each_at(np.full(self.joined.lengths.shape, float(time)))
+
+    def each_at(self, times: np.ndarray) -> Reference:
+        """Each robot's reference at a time of its own, ``times`` (runs, robots) [s]."""
+        share = np.clip(times / self.durations[:, None], 0.0, 1.0)
+        s = share * self.joined.lengths
+        point = self.joined.at(s)
+        v = np.where(share < 1, self.joined.lengths / self.durations[:, None], 0.0)
+        return Reference(point.x, point.y, point.heading, v, v * point.curvature, s)
+
+
+@dataclass(frozen=True, eq=False)
+class SideBySide:
+    """The trajectories of several scenarios, a run each; to the last bit those of each alone."""
+
+    flat: Trajectory  # all robots of the first run, then those of the second ...
+    joined: PathTable  # lengths (runs, robots)
+
+    @property
+    def ends(self) -> np.ndarray:
+        """(runs, robots) s: when each reference reaches the end of its path."""
+        return self.flat.ends.reshape(self.joined.lengths.shape)
+
+    def at(self, time: float) -> Reference:
+        """Every robot's reference at ``time`` [s]; each field is (runs, robots)."""
+        return Reference(*(row.reshape(self.joined.lengths.shape) for row in self.flat.at(time)))
+
+    def each_at(self, times: np.ndarray) -> Reference:
+        """Each robot's reference at a time of its own, ``times`` (runs, robots) [s]."""
+        found = self.flat.each_at(np.reshape(times, (1, -1)))
+        return Reference(*(row.reshape(self.joined.lengths.shape) for row in found))
+
+
+def side_by_side(trajectories: Sequence[Trajectory]) -> SideBySide:
+    """``trajectories`` of equally many robots, a run each."""
+    flat = Trajectory(
+        tuple(path for t in trajectories for path in t.paths),
+        np.concatenate([t.tables for t in trajectories]),
+        np.concatenate([t.ends for t in trajectories]),
+    )
+    return SideBySide(flat, replace(flat.joined, lengths=flat.joined.lengths.reshape(len(trajectories), -1)))

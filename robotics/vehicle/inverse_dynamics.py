@@ -1,0 +1,42 @@
+"""The inverse dynamics of many robots: which wheel torques make an acceleration."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from robotics.vehicle.robot import Robot
+
+
+class InverseDynamics(NamedTuple):
+    """(2.19) for a center of mass on the axle (d = 0); each field is (robots,)."""
+
+    mass: np.ndarray  # kg
+    inertia: np.ndarray  # kg m²
+    radius: np.ndarray  # m, of the wheels
+    half_axle: np.ndarray  # m
+
+    @classmethod
+    def nominal(cls, robots: Sequence[Robot]) -> "InverseDynamics":
+        """With the mass and the inertia of thesis (2.3) for d = 0: what the laws of chapter 2 know, as in (2.10)."""
+        inertia = [r.body_inertia + 2 * r.wheel_mass * r.half_axle**2 + 2 * r.wheel_inertia for r in robots]
+        return cls._of(robots, [r.mass for r in robots], inertia)
+
+    @classmethod
+    def effective(cls, robots: Sequence[Robot]) -> "InverseDynamics":
+        """With all that the wheels' torques accelerate and turn: also the spinning wheels, and d in the inertia."""
+        return cls._of(robots, [r.effective_mass for r in robots], [r.effective_inertia for r in robots])
+
+    @classmethod
+    def _of(cls, robots: Sequence[Robot], mass: Sequence[float], inertia: Sequence[float]) -> "InverseDynamics":
+        radii, axles = [r.wheel_radius for r in robots], [r.half_axle for r in robots]
+        return cls(*(np.array(row) for row in (mass, inertia, radii, axles)))
+
+    def torques(self, acceleration: np.ndarray) -> np.ndarray:
+        """The torques of the right and the left wheel [N m] (2, runs, robots) for v' [m/s²] and ω' [rad/s²], likewise.
+
+        τ = Γ⁻¹ u',  Γ⁻¹ = r/(2L) [L m, I; L m, −I]   thesis (2.19)
+        """
+        common = self.radius * self.mass / 2 * acceleration[0]
+        apart = self.radius * self.inertia / (2 * self.half_axle) * acceleration[1]
+        return np.stack([common + apart, common - apart])
