@@ -16,16 +16,11 @@ if TYPE_CHECKING:
     from robotics.experiments.recovery import Recovery, recovery_curve
     from robotics.laws.catalogue import CATALOGUE, make_controller
     from robotics.laws.law import Command, Controller, ControllerError, Observation
+    from robotics.measures.arrival import arrival_time
     from robotics.measures.formations import FORMATION_METRICS, measure_formation
+    from robotics.measures.progress import progress_gap, true_progress
     from robotics.measures.registry import measure_all, metrics_of
-    from robotics.measures.teams import (
-        TEAM_METRICS,
-        arrival_time,
-        measure_team,
-        nearest_distance,
-        progress_gap,
-        true_progress,
-    )
+    from robotics.measures.teams import TEAM_METRICS, measure_team, nearest_distance
     from robotics.measures.tracking import METRICS, cross_track_error, measure, tracking_error
     from robotics.paths.path import Circle, Line, Path, PathError, Quintic, Sine, Waypoints, compile_path
     from robotics.paths.trajectory import Timing, Trajectory
@@ -73,9 +68,11 @@ _MODULES = {
     ),
     "robotics.measures.teams": (
         "TEAM_METRICS",
-        "arrival_time",
         "measure_team",
         "nearest_distance",
+    ),
+    "robotics.measures.arrival": ("arrival_time",),
+    "robotics.measures.progress": (
         "progress_gap",
         "true_progress",
     ),

@@ -23,6 +23,7 @@ from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking
 from robotics.measures.registry import measure_all, metrics_of
 from robotics.measures.tracking import cross_track_error
+from robotics.playback.player import player_data
 from robotics.quantity import check_quantities, quantity
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario, scenario_names
@@ -266,8 +267,6 @@ def shown(attempt: Attempt, kind: str, label: str) -> dict[str, Any]:
     metrics = {n: _number((np.min if known[n].larger else np.mean)(measured[n][0])) for n in SHOWN[kind]}
     data: dict[str, Any] = {"label": label, "notes": list(attempt.notes), "metrics": metrics}
     if kind == "team":
-        from robotics.playback.player import player_data
-
         return data | {"player": player_data(run)}
     return data | {
         "time": [round(float(t), 4) for t in run.time],

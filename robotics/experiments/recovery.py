@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from robotics.laws.catalogue import make_controller
-from robotics.measures.teams import progress_gap, true_progress
+from robotics.measures.progress import progress_gap, true_progress
 from robotics.measures.tracking import cross_track_error
 from robotics.radio.faults import Fault, Faults
 from robotics.scenario.description import Scenario
@@ -21,7 +21,7 @@ from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
-TOGETHER = 0.05  # of the path
+PROGRESS_GAP = 0.05  # of the path
 ON_PATH = 0.1  # m
 LATEST = 0.97  # of the foremost robot's way
 FIRST, LAST = 5.0, 35.0  # s: when a fault may begin
@@ -59,7 +59,7 @@ def recovery(run: Run, fault_ends: np.ndarray) -> Recovery:
     """What came out of ``run``, whose last faults end at ``fault_ends`` (runs,) [s]."""
     gap, cross = progress_gap(run), np.abs(cross_track_error(run)).max(axis=1)
     progress = true_progress(run).max(axis=1)
-    good = (gap < TOGETHER) & (cross < ON_PATH)
+    good = (gap < PROGRESS_GAP) & (cross < ON_PATH)
     counted = run.time[None] >= fault_ends[:, None]
     bad = counted & ~good
     samples = bad.shape[1]

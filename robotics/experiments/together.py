@@ -7,7 +7,6 @@ import numpy as np
 
 from robotics.environment.world import World, compile_worlds
 from robotics.laws.catalogue import make_controller
-from robotics.measures.clearance import _OFF
 from robotics.paths.references import side_by_side
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import drive
@@ -16,6 +15,7 @@ from robotics.simulation.run import Run
 from robotics.vehicle import plant as p
 
 _LONGEST = 70.0  # s of a run that are driven
+_GOAL = 0.1  # m: how near its goal a robot has reached it
 _REST = 5.0  # s that are driven after all have reached their goals
 
 
@@ -49,7 +49,7 @@ def run_together(settings: Sequence[Scenario], controller: str, seed: int, longe
     reached = np.inf
     for state in drive(ensemble, law, [seed] * len(settings)):
         recorded.keep(state)
-        if np.isinf(reached) and (np.hypot(state.truth[p.X] - goals.x, state.truth[p.Y] - goals.y) < _OFF).all():
+        if np.isinf(reached) and (np.hypot(state.truth[p.X] - goals.x, state.truth[p.Y] - goals.y) < _GOAL).all():
             reached = state.time
         if state.time > reached + _REST:
             break

@@ -17,7 +17,7 @@ from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.figures.drawing import MODE_COLORS, MODE_LINES, TARGET, draw_line, last_known, mark_stop, strided
 from robotics.figures.world import draw_bodies, draw_body, draw_world, last_move
 from robotics.laws.catalogue import kept_distance, law_title
-from robotics.laws.modes import ALONE, MODES, STOPPED
+from robotics.laws.modes import LEFT_BEHIND, MODES, STOPPED
 from robotics.measures.clearance import clearances, robot_gaps
 from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT
@@ -212,7 +212,7 @@ def _modes(ax: Axes, view: _View) -> None:
             width = 4.0 if mode else 1.0
             name = MODES[mode] if np.isfinite(row).any() else None
             ax.plot(run.time[:end], row, color=color, linestyle=line, linewidth=width, label=name)
-        alone = np.where((code & ALONE > 0) & (code < STOPPED), i + 1.3, np.nan)
+        alone = np.where((code & LEFT_BEHIND > 0) & (code < STOPPED), i + 1.3, np.nan)
         name = "left behind" if np.isfinite(alone).any() else None
         ax.plot(run.time[:end], alone, color="black", linestyle="-", linewidth=1.2, label=name)
         ticks = [[(run.time[k + 1], i + 0.7), (run.time[k + 1], i + 1.3)] for k in np.flatnonzero(np.diff(code))]

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, style
 from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, page_title, strided
+from robotics.figures.team import plot_team
 from robotics.figures.world import draw_bodies, draw_world, last_move
 from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.simulation.run import Run
@@ -22,8 +23,6 @@ def plot_run(run: Run) -> Figure:
     :func:`robotics.figures.team.plot_team`.
     """
     if run.team is not None:
-        from robotics.figures.team import plot_team
-
         return plot_team(run)
     error, cross = tracking_error(run), cross_track_error(run)
     torque = run.level == "torque"

@@ -1,8 +1,7 @@
-"""What a robot is about, as a code that laws give and runs keep."""
+"""A robot's operating mode: the codes of Command.mode and Run.modes."""
 
-# Codes of Command.mode and Run.modes
 TRACK, AVOID, FOLLOW, YIELD = range(4)
-ALONE = 4  # added to the others: timed out, the group goes on without the robot
+LEFT_BEHIND = 4  # added to the others: timed out, the group goes on without the robot
 STOPPED = 8  # its controller diverged, or it was lost
 MODES = (
     "tracking",

@@ -6,8 +6,8 @@ from itertools import combinations
 import numpy as np
 
 from robotics.environment.collision import footprints, obstacle_clearance, obstacle_contacts, robot_contacts
-from robotics.laws.modes import ALONE, STOPPED
-from robotics.measures.teams import arrival_time
+from robotics.laws.modes import LEFT_BEHIND, STOPPED
+from robotics.measures.arrival import arrival_time
 from robotics.measures.tracking import cross_track_error
 from robotics.scenario.description import Scenario
 from robotics.simulation.run import Run
@@ -70,7 +70,7 @@ def merits(run: Run, scenario: Scenario) -> Merits:
     # Not the start, and not the goal
     on_way = (run.time > 2.0) & (run.time < np.where(there, arrivals, run.time[-1])[:, None] - 0.5)
     modes = np.zeros((1, x.shape[1]), dtype=int) if run.modes is None else run.modes[:, 0].astype(int)
-    left = ((modes & ALONE > 0) & (modes < STOPPED)).any(axis=0)
+    left = ((modes & LEFT_BEHIND > 0) & (modes < STOPPED)).any(axis=0)
     nominal = float(scenario.trajectory.ends[0])
     return Merits(
         bool((robot_contacts(x, y, heading, sizes) >= 0).any()),

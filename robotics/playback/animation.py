@@ -11,8 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.errors import InputError
+from fuzzy.figures.drawing import COLORS, style
 from fuzzy.files.atomic import replacing
 from robotics.playback.replay import replay
+from robotics.playback.scene import set_scene, show_frame
 from robotics.simulation.run import Run
 from robotics.simulation.spans import span
 
@@ -122,9 +124,6 @@ def write_animation(
     ``progress`` is told how many frames there are, and gives what is called after each. Raises AnimationError,
     ReplayError, OSError.
     """
-    from fuzzy.figures.drawing import style
-    from robotics.playback.scene import set_scene, show_frame
-
     suffix = check_animation(path)
     if suffix == "html":
         raise AnimationError(f"{path}: robotics.playback.player.write_player writes players; here are .mp4 and .gif")
@@ -194,8 +193,6 @@ def _writer(suffix: str, fps: Any, title: str) -> Iterator[Any]:
 def _palette() -> np.ndarray:
     """What the project's colours make with white and black at soft edges, and greys: (colours, 3) bytes."""
     from matplotlib.colors import to_rgb
-
-    from fuzzy.figures.drawing import COLORS
 
     colors = np.array([to_rgb(color) for color in COLORS if to_rgb(color) != (0, 0, 0)])
     tints = 1 - np.linspace(0.06, 1, 18)[:, None, None] * (1 - colors)

@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Any
 
+from fuzzy.designer.esmodule import composed
+from fuzzy.designer.notebook import widget_library
 from robotics.playback.player import player_data
 from robotics.simulation.run import Run
 
@@ -29,9 +31,6 @@ def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: 
     It begins at ``speed`` times real time; ``options`` are those of :func:`robotics.playback.player.player_data`
     (``start``, ``end``, ``stale``). Raises ReplayError, or ModuleError without the extra ``notebook``.
     """
-    from fuzzy.designer.esmodule import composed
-    from fuzzy.designer.notebook import widget_library
-
     anywidget, traitlets = widget_library()
     folder = Path(__file__).parent / "playback"
 

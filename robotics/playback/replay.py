@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from robotics.environment.world import NUMBER, Geometry, outlines
+from robotics.laws.catalogue import law_title
 from robotics.sensing.sonar import RangeSensor
 from robotics.simulation.mode_changes import Event, mode_events
 from robotics.simulation.run import Run
@@ -77,8 +78,6 @@ class Replay:
     @property
     def title(self) -> str:
         """Which law drove in which scenario, and the seed."""
-        from robotics.laws.catalogue import law_title
-
         return f"{law_title(self.controller)} on {self.scenario}, seed {self.seed}"
 
     @property

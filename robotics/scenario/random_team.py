@@ -3,7 +3,7 @@
 import numpy as np
 
 from fuzzy.errors import InputError
-from robotics.paths.path import PathError
+from robotics.paths.path import CURVATURE, PathError, Quintic, compile_path
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import parse_scenario
 
@@ -65,8 +65,6 @@ def _random_path(
     rng: np.random.Generator, start: np.ndarray, speed: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
     """Start, end, tangents at both [m], and the length [m], of a path with radii of 0.3 m or more."""
-    from robotics.paths.path import CURVATURE, Quintic, compile_path
-
     for _ in range(100):
         bearing, reach = rng.uniform(-np.pi, np.pi), rng.uniform(4.0, 9.0)
         end = np.round(start + reach * np.array([np.cos(bearing), np.sin(bearing)]), 3)

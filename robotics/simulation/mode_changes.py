@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from robotics.laws.modes import ALONE, AVOID, FOLLOW, MODES, STOPPED, TRACK, YIELD
+from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, MODES, STOPPED, TRACK, YIELD
 from robotics.simulation.run import Run
 
 if TYPE_CHECKING:
@@ -57,8 +57,8 @@ def reason(before: int, after: int) -> str:
     reasons = []
     if before & 3 != after & 3:
         reasons.append(_REASONS[before & 3, after & 3])
-    if before & ALONE != after & ALONE:
-        reasons.append(TIMED_OUT if after & ALONE else REJOINED)
+    if before & LEFT_BEHIND != after & LEFT_BEHIND:
+        reasons.append(TIMED_OUT if after & LEFT_BEHIND else REJOINED)
     return "; ".join(reasons)
 
 

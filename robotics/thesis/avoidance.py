@@ -5,8 +5,8 @@ from functools import partial
 
 import numpy as np
 
-from robotics.experiments.stress.outcome import TOGETHER
 from robotics.laws.catalogue import label
+from robotics.measures.arrival import ARRIVAL_SPREAD as TOGETHER
 from robotics.measures.clearance import Merits, merits
 from robotics.playback.player import player_fragment
 from robotics.report.chapter import Chapter, Claim, Film, Grid, Picture, Verdict

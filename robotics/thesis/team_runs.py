@@ -8,7 +8,8 @@ import numpy as np
 from robotics.experiments.recovery import Recovery, recovery_curve
 from robotics.experiments.scaling import Scaling
 from robotics.laws.catalogue import make_controller
-from robotics.measures.teams import arrival_time, progress_gap, spread, true_progress
+from robotics.measures.arrival import arrival_time, spread
+from robotics.measures.progress import progress_gap, true_progress
 from robotics.measures.tracking import cross_track_error, settling_time, tracking_error
 from robotics.radio.faults import Fault
 from robotics.scenario.random_team import random_team

@@ -7,7 +7,9 @@ import numpy as np
 
 from robotics.figures.recovery import plot_recovery, plot_scaling
 from robotics.laws.catalogue import label
-from robotics.measures.teams import arrival_time, nearest_distance, progress_gap, spread
+from robotics.measures.arrival import arrival_time, spread
+from robotics.measures.progress import progress_gap
+from robotics.measures.teams import nearest_distance
 from robotics.measures.tracking import cross_track_error
 from robotics.playback.player import player_fragment
 from robotics.report.chapter import Chapter, Claim, Film, Grid, Picture

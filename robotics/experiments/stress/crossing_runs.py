@@ -7,9 +7,10 @@ import numpy as np
 
 from robotics.environment.collision import footprints, robot_contacts
 from robotics.experiments.stress.crossings import crossing_ensemble
-from robotics.experiments.stress.outcome import ARRIVED, HELD, LIMIT, NEAREST, Disturbance, Outcome
+from robotics.experiments.stress.outcome import HELD, LIMIT, Disturbance, Outcome
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
+from robotics.measures.arrival import at_goal
 from robotics.radio.description import Radio
 from robotics.radio.faults import Fault, Faults
 from robotics.random_streams import FAULT_STREAM
@@ -91,7 +92,7 @@ def run_ensemble(
         nearest = np.where(goes_on, np.minimum(nearest, gaps), nearest)
         if (gaps < 2 * sizes[2].max()).any():
             collided |= goes_on & (robot_contacts(x, y, heading, sizes) >= 0).any(axis=1)
-        there = np.hypot(x - ends.x, y - ends.y) < np.maximum(ARRIVED * paths.lengths, NEAREST)
+        there = at_goal(x, y, ends, paths.lengths)
         arrivals = np.where(there & np.isinf(arrivals) & goes_on[:, None], state.time, arrivals)
         goes_on = ~(np.isfinite(arrivals).all(axis=1) | refused) & (state.time < limit)
         if advance is not None:

@@ -14,10 +14,11 @@ import numpy as np
 from robotics.environment.collision import footprints, obstacle_clearance, robot_contacts
 from robotics.environment.obstaclefields import GAP, random_field, random_trap
 from robotics.environment.world import Disc, World, WorldError, compile_worlds
-from robotics.experiments.stress.outcome import ARRIVED, NEAREST, Disturbance, Outcome
+from robotics.experiments.stress.outcome import Disturbance, Outcome
 from robotics.laws.law import Law
 from robotics.laws.modes import FOLLOW
 from robotics.laws.setting import Setting
+from robotics.measures.arrival import at_goal, together
 from robotics.paths.joined import join_tables, table_length
 from robotics.paths.path import Line, Path, Quintic, X, Y
 from robotics.paths.quintic_table import quintic_table
@@ -39,7 +40,7 @@ FASTEST_DISC = 0.2  # m/s; they start so that disc and robot would meet, to with
 EARLY = 4.0  # s
 DISC = (0.15, 0.3)  # m: radius
 AWAY = 1.6  # m: a disc starts and ends so far from the lane
-STANDING = 0.02  # m/s: a robot that came no faster towards an obstacle did not drive into it
+APPROACH = 0.02  # m/s: a robot that came no faster towards an obstacle did not drive into it
 LONGEST = 8.0  # times the nominal duration: the end of a run
 
 
@@ -127,7 +128,7 @@ class ObstacleOutcome(Outcome):
         figures = super().summary()
         seeds = np.array(self.seeds)
         figures["arrived"] = int(self.succeeded.sum())
-        figures["arrived_together"] = int((self.succeeded & (self.spread <= 1.0)).sum())
+        figures["arrived_together"] = int((self.succeeded & together(self.arrivals)).sum())
         figures["contacts"] = int((self.collided | self.hit).sum())
         figures["obstacle_contacts"] = int(self.hit.sum())
         figures["contacts_caused"] = int((self.collided | self.caused).sum())
@@ -190,14 +191,14 @@ def run_course(
         if ((free <= 0).any(axis=1) & ~hit).any() and state.k > 0:
             # Whose motion was it? The robot's, had the obstacle stayed where it was.
             alone = obstacle_clearance(x, y, heading, sizes, place)
-            nearer = (alone <= 0) | (before - alone > STANDING * ensemble.period)
+            nearer = (alone <= 0) | (before - alone > APPROACH * ensemble.period)
             caused |= ~hit & ((free <= 0) & nearer).any(axis=1)
         before, place = free, geometry
         clearance = np.minimum(clearance, free.min(axis=1))
         hit |= (free <= 0).any(axis=1)
         if state.command.mode is not None:
             trapped |= (state.command.mode & 3 == FOLLOW).any(axis=1)
-        there = np.hypot(x - ends.x, y - ends.y) < np.maximum(ARRIVED * paths.lengths, NEAREST)
+        there = at_goal(x, y, ends, paths.lengths)
         arrivals = np.where(there & np.isinf(arrivals), state.time, arrivals)
         if advance is not None:
             advance()

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-ARRIVED = 0.005  # of the path's length from its end, as in robotics.measures.teams; but
-NEAREST = 0.03  # m at least
+from robotics.measures.arrival import spread, together
+
 LIMIT = 4.0  # nominal durations after which a robot that has not arrived never will; as long as a plan may take, and
 HELD = 2.0  # times as long as one robot is held up
-TOGETHER = 1.0  # s: a spread of arrivals that counts as together
 _SHOWN = 50  # seeds of failures that are named
 
 
@@ -42,18 +41,12 @@ class Outcome:
     @property
     def spread(self) -> np.ndarray:
         """Between the first and the last arrival [s]; infinite if not all arrive."""
-        return np.asarray(
-            np.where(
-                self.arrived,
-                self.arrivals.max(axis=1) - np.where(self.arrived[:, None], self.arrivals, 0).min(axis=1),
-                np.inf,
-            )
-        )
+        return spread(self.arrivals)
 
     def summary(self) -> dict[str, Any]:
         """The figures that ``robotics stress --json`` prints."""
         good = self.arrived & ~self.collided
-        together = good & (self.spread <= TOGETHER)
+        at_once = good & together(self.arrivals)
         ratio = self.arrivals.max(axis=1)[good] / self.nominal[good]
         moving = ~self.refused
 
@@ -66,7 +59,7 @@ class Outcome:
             "deadlocks": int(self.deadlocked.sum()),
             "refused": int(self.refused.sum()),
             "arrived": int(good.sum()),
-            "arrived_together": int(together.sum()),
+            "arrived_together": int(at_once.sum()),
             "arrival_spread_p95_s": float(np.quantile(self.spread[good], 0.95)) if good.any() else None,
             "time_ratio_median": float(np.median(ratio)) if good.any() else None,
             "time_ratio_p95": float(np.quantile(ratio, 0.95)) if good.any() else None,
@@ -76,7 +69,7 @@ class Outcome:
                 "collision": named(self.collided),
                 "deadlock": named(self.deadlocked),
                 "refused": named(self.refused),
-                "apart": named(good & ~together),
+                "apart": named(good & ~at_once),
             },
         }
 

@@ -47,7 +47,7 @@ from robotics.laws.avoidance.obstacle_modes import (
 )
 from robotics.laws.avoidance.priority import CONE, Others, blocked, others
 from robotics.laws.law import Command, ControllerError, Law, Observation
-from robotics.laws.modes import ALONE, AVOID, FOLLOW, TRACK, YIELD
+from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import JOINED, FuzzyCooperation
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
@@ -161,10 +161,10 @@ class ObstacleAvoidance(Law[_Memory]):
         state[BEST] = np.where(grows, below.place, state[BEST])
         share = np.where(front < 0.12, 0.0, np.clip(front / self.ro_min, 0.25, 1.0))
         v = np.where(avoids, wish.v * share, wish.v)
-        mode = np.where(avoids, np.where(alone, AVOID + ALONE, AVOID), TRACK)
+        mode = np.where(avoids, np.where(alone, AVOID + LEFT_BEHIND, AVOID), TRACK)
         stands = self._lets_pass(seen, them, avoids)
         v, w = np.where(stands, 0.0, v), np.where(stands, 0.0, wish.w)
-        mode = np.where(stands, YIELD + (mode & ALONE), mode)
+        mode = np.where(stands, YIELD + (mode & LEFT_BEHIND), mode)
         return self._said(seen, wish, v, w, mode, avoids & ~alone), memory._replace(below=below, state=state)
 
     def _committed(
@@ -219,7 +219,7 @@ class ObstacleAvoidance(Law[_Memory]):
         front = memory.ranges[..., [FRONT_LEFT, FRONT_RIGHT]].min(axis=-1)
         leaves = halted & (front > LEAVE) & ~stops
         v, w = np.where(halted, np.where(leaves, np.minimum(front - STOP, LEAVING), 0.0), v), np.where(halted, 0.0, w)
-        code = np.where(stops | (halted & ~leaves), YIELD, code) + np.where(alone & (mode != TRACK), ALONE, 0)
+        code = np.where(stops | (halted & ~leaves), YIELD, code) + np.where(alone & (mode != TRACK), LEFT_BEHIND, 0)
         command = self._said(seen, wish, v, w, code, avoids & ~alone)
         return command, memory._replace(below=below, state=state, waits=waits, watch=watch)
 

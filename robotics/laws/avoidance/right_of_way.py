@@ -27,16 +27,15 @@ from robotics.laws.avoidance.sidestep import roundabout, sidestepped
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.modes import TRACK, YIELD
 from robotics.laws.setting import Setting
-from robotics.laws.teams.neighbours import OUTAGE, alone_for, smallest_heard
+from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.paths.joined import PathTable, join_tables
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.radio.graph import is_connected
 
-WINDOW, WIDE = 0.5, 3.0  # m: how far from the last place the next is looked for; the same after an outage
-TOGETHER = 0.6  # s: within which the plan lets all arrive
-ROOM = 0.1  # m: how much farther than the clearance a side-step goes
+PLANNED_SPREAD = 0.6  # s: within which the plan lets all arrive
+SIDESTEP_MARGIN = 0.1  # m: how much farther than the clearance a side-step goes
 LONG = 1.6  # of the nominal duration: for a longer plan, a roundabout is tried too
 
 
@@ -45,11 +44,11 @@ class _Way(NamedTuple):
 
     bent: bool
     mirrored: bool = False
-    share: float = 1.0  # of the clearance
+    clearance_scale: float = 1.0
     together: bool = True
     rounded: bool = False  # a roundabout where many meet
 
-    def taken(self, tables: list[np.ndarray], clear: float) -> list[np.ndarray] | None:
+    def bent_paths(self, tables: list[np.ndarray], clear: float) -> list[np.ndarray] | None:
         """The paths bent in this way; None if it does not apply."""
         if self.rounded:
             around = roundabout(tables, clear)
@@ -61,17 +60,17 @@ class _Way(NamedTuple):
 
 _WAYS = (
     _Way(False, rounded=True),
-    _Way(False, share=0.9, rounded=True),
-    _Way(False, share=0.85, rounded=True),
+    _Way(False, clearance_scale=0.9, rounded=True),
+    _Way(False, clearance_scale=0.85, rounded=True),
     _Way(True),
     _Way(True, True),
-    _Way(False, share=0.9),
-    _Way(True, share=0.9),
-    _Way(True, True, share=0.9),
+    _Way(False, clearance_scale=0.9),
+    _Way(True, clearance_scale=0.9),
+    _Way(True, True, clearance_scale=0.9),
     _Way(False, together=False),
     _Way(True, together=False),
     _Way(True, True, together=False),
-    _Way(True, share=0.85, together=False),
+    _Way(True, clearance_scale=0.85, together=False),
 )
 
 
@@ -131,7 +130,7 @@ class RightOfWay(Law[_Memory]):
         duration = longer[:, None] * spans
         zero = np.zeros((runs, robots))
         pose = np.broadcast_to(setting.starts, (runs, robots, 3))
-        place = paths.nearest(pose[..., 0], pose[..., 1], zero, zero + WIDE)
+        place = paths.nearest(pose[..., 0], pose[..., 1], zero, zero + SEARCH_REACH_AFTER_OUTAGE)
         return _Memory(
             zero,
             zero,
@@ -152,7 +151,7 @@ class RightOfWay(Law[_Memory]):
         nodes = _nodes(paths, robots)
         durations = np.broadcast_to(durations, len(nodes))
         longer = np.ones(len(nodes))
-        margin, together = np.minimum(self.margin / durations, 1.0), np.minimum(TOGETHER / durations, 1.0)
+        margin, together = np.minimum(self.margin / durations, 1.0), np.minimum(PLANNED_SPREAD / durations, 1.0)
         plan = plan_right_of_way(nodes, self.clearance, margin, together=together)
         if (plan.found & (plan.factor <= LONG)).all():
             return plan, paths, longer
@@ -164,8 +163,8 @@ class RightOfWay(Law[_Memory]):
         longest = np.broadcast_to(paths.lengths.reshape(-1, robots).max(axis=1), len(nodes))
         for way in _WAYS:
             rest = np.flatnonzero(~plan.found | (way.rounded & (longer * plan.factor > LONG)))
-            clear = way.share * self.clearance
-            bent = [way.taken(original[r], clear + ROOM) for r in rest]
+            clear = way.clearance_scale * self.clearance
+            bent = [way.bent_paths(original[r], clear + SIDESTEP_MARGIN) for r in rest]
             rest = rest[[tables is not None for tables in bent]]
             tried = [tables for tables in bent if tables is not None]
             if not tried:
@@ -189,8 +188,7 @@ class RightOfWay(Law[_Memory]):
         """The clock, the plan, the tracker, the brake."""
         heard = seen.heard
         paths, lengths = memory.paths, memory.paths.lengths
-        reach = np.where(alone_for(heard, seen.time) > OUTAGE, WIDE, WINDOW)
-        place = paths.nearest(seen.x, seen.y, memory.place, reach)
+        place = paths.nearest(seen.x, seen.y, memory.place, search_reach(heard, seen.time))
         # the clock
         own, rate = _due(memory.plan, memory.clock[:, None] / memory.duration[..., None] * CELLS)
         own, rate = own[:, 0], rate[:, 0]

@@ -22,13 +22,11 @@ import numpy as np
 
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.setting import Setting
-from robotics.laws.teams.neighbours import OUTAGE, alone_for, smallest_heard
+from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.radio.graph import is_connected
-
-WINDOW, WIDE = 0.5, 3.0  # m: how far from the last place the next is looked for; the same after an outage
 
 BESIDE = 0.04  # m: a robot this near the end of its path has arrived
 JOINED = 0.03  # m: a robot this near its path is on it
@@ -78,7 +76,7 @@ class FuzzyCooperation(Law[_Memory]):
         paths = setting.references.joined
         pose = np.broadcast_to(setting.starts, (runs, robots, 3))
         begin = setting.references.at(0.0).s
-        near = paths.nearest(pose[..., 0], pose[..., 1], begin, zero + WIDE)
+        near = paths.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
         return _Memory(zero, zero, near, paths.lengths, setting.references.ends.max(axis=-1, keepdims=True))
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
@@ -99,8 +97,7 @@ class FuzzyCooperation(Law[_Memory]):
         """
         heard = seen.heard
         paths, lengths = seen.references.joined, memory.lengths
-        reach = np.where(alone_for(heard, seen.time) > OUTAGE, WIDE, WINDOW)
-        place = paths.nearest(seen.x, seen.y, memory.place, reach)
+        place = paths.nearest(seen.x, seen.y, memory.place, search_reach(heard, seen.time))
         clock = memory.clock
         due = seen.references.each_at(np.minimum(clock, memory.end))
         theirs = heard.now("place", by="speed")

@@ -38,7 +38,7 @@ from robotics.radio.graph import is_connected, weights
 from robotics.vehicle.inverse_dynamics import InverseDynamics
 from robotics.vehicle.plant import Level, saturate, velocity_limits
 
-NEAR = 0.6  # m: no integration of larger errors
+INTEGRATED_ERROR = 0.6  # m: no integration of larger errors
 
 
 class _Memory(NamedTuple):
@@ -140,7 +140,7 @@ class GraphSlidingMode(Law[_Memory]):
         turning = np.stack([-seen.v * sin - b * seen.w * cos, seen.v * cos - b * seen.w * sin]) * seen.w
         free = hand - turning
         acceleration = np.stack([cos * free[0] + sin * free[1], (cos * free[1] - sin * free[0]) / b])
-        near = np.hypot(*e) < NEAR
+        near = np.hypot(*e) < INTEGRATED_ERROR
         integral = memory.integral + dt * np.where(near, e, 0.0)
         v = np.maximum(memory.command[0] + dt * acceleration[0], 0.0)  # it never reverses
         w = memory.command[1] + dt * acceleration[1]

@@ -7,6 +7,10 @@ from robotics.radio.channel import Heard
 
 OUTAGE = 0.5  # s without a message: the robot is alone, and stops by its watchdog
 
+# How far from the last place on the path the next one is looked for
+SEARCH_REACH = 0.5  # m
+SEARCH_REACH_AFTER_OUTAGE = 3.0  # m
+
 
 def differences(mine: np.ndarray, theirs: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Σ_j a_ij (mine_i − theirs_ij) (runs, robots), over the neighbours that were heard.
@@ -29,6 +33,11 @@ def smallest_heard(mine: np.ndarray, theirs: np.ndarray, hears: np.ndarray) -> n
 def alone_for(heard: Heard, time: float) -> np.ndarray:
     """How long each robot has heard nobody [s] (runs, robots): the age of its newest message, at most ``time`` [s]."""
     return np.asarray(_least(np.full(heard.age.shape[:2], float(time)), heard.age, heard.hears))
+
+
+def search_reach(heard: Heard, time: float) -> np.ndarray:
+    """How far from its last place each robot looks for its next one on its path [m] (runs, robots)."""
+    return np.where(alone_for(heard, time) > OUTAGE, SEARCH_REACH_AFTER_OUTAGE, SEARCH_REACH)
 
 
 @njit(cache=True, error_model="numpy")

@@ -38,8 +38,9 @@ from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.radio.graph import is_connected, smallest_eigenvalue, unreached, weights
 
-WINDOW = 0.05  # of the path: how far from the last place the next is looked for
-WIDE = 0.25  # of the path: the same after an outage
+# How far from the last place on the path the next one is looked for
+SEARCH_SHARE = 0.05  # of the path
+SEARCH_SHARE_AFTER_OUTAGE = 0.25  # of the path
 
 
 class _Memory(NamedTuple):
@@ -107,11 +108,9 @@ class VirtualStructure(Law[_Memory]):
         start = setting.references.at(0.0).s / lengths
         s = zero + start
         if self.variant != "virtual":
-            pose = setting.starts
-            s = s.copy()
-            s[:] = (
-                setting.references.joined.nearest(pose[..., 0], pose[..., 1], start * lengths, WIDE * lengths) / lengths
-            )
+            pose, reach = setting.starts, SEARCH_SHARE_AFTER_OUTAGE * lengths
+            near = setting.references.joined.nearest(pose[..., 0], pose[..., 1], start * lengths, reach)
+            s = zero + near / lengths
         return _Memory(s, zero, zero, zero, zero + 1.0, a, lengths, setting.references.ends.max(axis=-1, keepdims=True))
 
     def _check_gains(self, a: np.ndarray, b: np.ndarray) -> None:
@@ -134,7 +133,7 @@ class VirtualStructure(Law[_Memory]):
         paths, lengths = seen.references.joined, memory.lengths
         s = memory.s
         if self.variant != "virtual":
-            reach = np.where(alone_for(heard, seen.time) > OUTAGE, WIDE, WINDOW) * lengths
+            reach = np.where(alone_for(heard, seen.time) > OUTAGE, SEARCH_SHARE_AFTER_OUTAGE, SEARCH_SHARE) * lengths
             s = paths.nearest(seen.x, seen.y, s * lengths, reach) / lengths
         theirs = heard.now("s", by="s_rate")
         # the leader

@@ -17,7 +17,7 @@ from fuzzy.figures.drawing import COLORS, style
 from robotics.commands.application import main
 from robotics.environment.world import Disc, Geometry, Polygon, Wall, World, box, compile_world
 from robotics.laws.catalogue import make_controller
-from robotics.laws.modes import ALONE, AVOID, FOLLOW, YIELD
+from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, YIELD
 from robotics.paths.path import Line
 from robotics.paths.trajectory import Timing
 from robotics.playback import animation
@@ -433,7 +433,7 @@ def among_obstacles(run: Run) -> Run:
     world = compile_world(World(obstacles=(Disc(position=(1.0, -0.5), radius=0.2), moving, wall)))
     placed = Geometry(*(np.concatenate(parts) for parts in zip(*(world.at(t) for t in run.time), strict=True)))
     modes = np.zeros((len(run.time), 2, 3), dtype=np.int8)
-    modes[40:80, 1, 0], modes[60:100, 1, 1], modes[90:, 1, 2] = AVOID, YIELD, FOLLOW + ALONE
+    modes[40:80, 1, 0], modes[60:100, 1, 1], modes[90:, 1, 2] = AVOID, YIELD, FOLLOW + LEFT_BEHIND
     return replace(run, obstacles=placed).with_recorded(modes=modes)
 
 

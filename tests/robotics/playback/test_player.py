@@ -17,7 +17,7 @@ from fuzzy.designer.esmodule import composed
 from robotics.commands.application import main
 from robotics.environment.world import Disc, Geometry, Polygon, Wall, World, box, compile_world
 from robotics.laws.catalogue import make_controller
-from robotics.laws.modes import ALONE, AVOID, FOLLOW, MODES, YIELD
+from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, MODES, YIELD
 from robotics.paths.path import Circle, Line
 from robotics.paths.trajectory import Timing
 from robotics.playback.player import player_data, player_fragment, player_script, write_player
@@ -101,7 +101,7 @@ def world_run(run: Run) -> Run:
     world = compile_world(World(obstacles=obstacles))
     placed = Geometry(*(np.concatenate(parts) for parts in zip(*(world.at(t) for t in run.time), strict=True)))
     modes = np.zeros((len(run.time), 2, 3), dtype=np.int8)
-    modes[20:40, 1, 0], modes[120:, 1, 1], modes[170:, 1, 2] = AVOID, YIELD, FOLLOW + ALONE
+    modes[20:40, 1, 0], modes[120:, 1, 1], modes[170:, 1, 2] = AVOID, YIELD, FOLLOW + LEFT_BEHIND
     ranges = np.full((len(run.time), 2, 3, 4), np.inf, dtype=np.float32)
     ranges[20:40, 1, 0, 1] = np.linspace(1.5, 0.5, 20)
     return replace(run, obstacles=placed).with_recorded(modes=modes, ranges=ranges)

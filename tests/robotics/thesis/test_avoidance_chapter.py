@@ -17,7 +17,7 @@ from robotics.environment.world import Disc, World, compile_world
 from robotics.experiments.together import run_together
 from robotics.figures.avoidance import plot_avoidance
 from robotics.laws.catalogue import kept_distance, make_controller
-from robotics.laws.modes import ALONE, AVOID
+from robotics.laws.modes import AVOID, LEFT_BEHIND
 from robotics.measures.clearance import clearances, merits, robot_gaps
 from robotics.measures.teams import nearest_distance
 from robotics.measures.tracking import cross_track_error
@@ -123,7 +123,7 @@ def test_stops_detours_and_who_was_left(planned: Run, first: Scenario) -> None:
     heading = samples[away, 2, 0, 2]
     samples[away, 0, 0, 2] -= 0.3 * np.sin(heading)
     samples[away, 1, 0, 2] += 0.3 * np.cos(heading)
-    modes[500:, 0, 2] = AVOID + ALONE
+    modes[500:, 0, 2] = AVOID + LEFT_BEHIND
     m = merits(planned.with_recorded(samples=samples, modes=modes), first)
     assert m.stood == pytest.approx((0.0, 3.0, 0.0))
     assert m.away == pytest.approx(2.0)

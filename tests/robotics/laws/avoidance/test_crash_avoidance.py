@@ -9,7 +9,8 @@ from robotics.environment.collision import footprints, robot_contacts
 from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError, Observation
-from robotics.measures.teams import arrival_time, nearest_distance, spread
+from robotics.measures.arrival import arrival_time, spread
+from robotics.measures.teams import nearest_distance
 from robotics.radio.channel import Heard
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate

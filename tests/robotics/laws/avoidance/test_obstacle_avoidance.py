@@ -27,7 +27,7 @@ from robotics.laws.avoidance.obstacle_modes import (
     stand_still,
 )
 from robotics.laws.catalogue import gains_of, make_controller
-from robotics.laws.modes import ALONE, AVOID, FOLLOW, MODES, STOPPED, TRACK, YIELD
+from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, MODES, STOPPED, TRACK, YIELD
 from robotics.paths.path import Line
 from robotics.paths.trajectory import Timing
 from robotics.scenario.description import ScenarioError
@@ -351,7 +351,7 @@ def test_the_group_goes_on_without_a_stuck_robot(name, stuck):
     out = events[events["why"].str.contains(TIMED_OUT)].iloc[0]
     before = events[(events["time"] < out["time"]) & (events["from"] == "tracking")].iloc[0]
     assert out["time"] - before["time"] >= 15.0
-    assert (run.modes[:, 0, others] & ALONE == 0).all()
+    assert (run.modes[:, 0, others] & LEFT_BEHIND == 0).all()
 
 
 @pytest.mark.parametrize("name", ["chapter-6-simulation-3", "chapter-6-case-4"])
@@ -395,7 +395,7 @@ def test_events_are_the_changes_of_mode():
 
 
 def test_every_change_between_two_modes_has_a_reason():
-    codes = range(2 * ALONE)
+    codes = range(2 * LEFT_BEHIND)
     assert all(reason(a, b) for a in codes for b in codes if a != b)
     assert len(MODES) == STOPPED + 1
 

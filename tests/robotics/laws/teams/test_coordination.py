@@ -8,15 +8,9 @@ import pytest
 from robotics.experiments.recovery import recovery_curve
 from robotics.laws.catalogue import CATALOGUE, make_controller
 from robotics.laws.law import ControllerError
-from robotics.measures.teams import (
-    arrival_time,
-    end_time,
-    measure_team,
-    nearest_distance,
-    progress_gap,
-    spread,
-    true_progress,
-)
+from robotics.measures.arrival import arrival_time, end_time, spread
+from robotics.measures.progress import progress_gap, true_progress
+from robotics.measures.teams import measure_team, nearest_distance
 from robotics.measures.tracking import cross_track_error, settling_time, tracking_error
 from robotics.radio.description import Radio
 from robotics.radio.faults import Fault

@@ -1,0 +1,52 @@
+"""Arriving, and arriving together: the one place that defines both."""
+
+from typing import Any
+
+import numpy as np
+
+from robotics.measures.progress import true_progress
+from robotics.measures.tracking import cross_track_error
+from robotics.simulation.run import Run
+
+ARRIVAL_PROGRESS = 0.995  # of the path: what must be behind a robot that has arrived
+ARRIVAL_OFFSET = 0.1  # m: and it is no farther from its path
+END_DISTANCE = 0.05  # m: a robot this near the end of its path is at the end
+GOAL_SHARE = 0.005  # of the path's length: a robot this near its goal is at the goal; but
+GOAL_LEAST = 0.03  # m at least
+ARRIVAL_SPREAD = 1.0  # s: between the first and the last arrival of robots that arrive together
+
+
+def arrival_time(run: Run) -> np.ndarray:
+    """(runs, robots) s: when 99.5 % of the path are behind the robot and it is within 10 cm of it; infinite: never."""
+    return _first(run, (true_progress(run) >= ARRIVAL_PROGRESS) & (np.abs(cross_track_error(run)) < ARRIVAL_OFFSET))
+
+
+def end_time(run: Run) -> np.ndarray:
+    """(runs, robots) s: when the robot comes within 5 cm of the end of its path; infinite if it never does."""
+    ends = np.array([nodes[:, -1] for nodes in run.paths])
+    gap = np.hypot(run["x"] - ends[:, :1], run["y"] - ends[:, 1:])
+    return _first(run, (gap < END_DISTANCE) & (true_progress(run) > 0.5))  # a closed path ends where it begins
+
+
+def at_goal(x: np.ndarray, y: np.ndarray, goals: Any, lengths: np.ndarray) -> np.ndarray:
+    """Whether each robot is at the end of its path, in a run that goes on (runs, robots) bool.
+
+    ``x``, ``y`` [m] are (runs, robots), ``goals`` has the ends as x and y [m], ``lengths`` are those of the paths [m].
+    """
+    near = np.hypot(x - goals.x, y - goals.y) < np.maximum(GOAL_SHARE * lengths, GOAL_LEAST)
+    return np.asarray(near)
+
+
+def spread(times: np.ndarray) -> np.ndarray:
+    """(runs,) s: between the first and the last of ``times`` (runs, robots); infinite if one never arrives."""
+    last, first = times.max(axis=1), times.min(axis=1)
+    return np.where(np.isfinite(last), last - np.where(np.isfinite(first), first, 0.0), np.inf)
+
+
+def together(times: np.ndarray, within: float = ARRIVAL_SPREAD) -> np.ndarray:
+    """Whether all robots of a run arrive ``within`` so many seconds (runs,), by their ``times`` (runs, robots) [s]."""
+    return np.asarray(spread(times) <= within)
+
+
+def _first(run: Run, there: np.ndarray) -> np.ndarray:
+    return np.where(there.any(axis=-1), run.time[np.argmax(there, axis=-1)], np.inf)

@@ -1,0 +1,68 @@
+"""Where robots truly are on their paths."""
+
+import numpy as np
+from numba import njit
+
+from robotics.simulation.run import Run
+
+SEARCH_REACH = 0.5  # m: how far from the last place on the path the next is looked for
+START = 0.25  # of the path: where the first place is looked for
+
+
+def true_progress(run: Run) -> np.ndarray:
+    """Where each robot truly is on its path, from 0 to 1, (runs, robots, samples): the nearest point, followed.
+
+    The place is looked for within half a metre of the one before, so that crossing or closed paths are followed along
+    their branch. Not-a-number once a robot is stopped.
+    """
+    result = np.empty(run["x"].shape)
+    for i, nodes in enumerate(run.paths):
+        length = float(np.hypot(*np.diff(nodes, axis=1)).sum())
+        spacing = length / (nodes.shape[1] - 1)
+        window = max(2, int(SEARCH_REACH / spacing))
+        x, y = (np.ascontiguousarray(run[name][:, i]) for name in ("x", "y"))
+        result[:, i] = _follow(np.ascontiguousarray(nodes), x, y, window, max(2, int(START * nodes.shape[1])))
+    return result
+
+
+@njit(cache=True, error_model="numpy")
+def _follow(nodes, x, y, window, first):  # type: ignore[no-untyped-def]
+    out = np.empty(x.shape)
+    last = nodes.shape[1] - 1
+    for r in range(x.shape[0]):
+        low, high = 0, first
+        for k in range(x.shape[1]):
+            best = low
+            least = np.inf
+            for n in range(low, high + 1):
+                d = (nodes[0, n] - x[r, k]) ** 2 + (nodes[1, n] - y[r, k]) ** 2
+                if d < least:
+                    least = d
+                    best = n
+            if not least < np.inf:
+                out[r, k] = np.nan
+                continue
+            place = 0.0
+            nearest = np.inf
+            for n in (best - 1, best):  # the two chords that meet in the node
+                if n < 0 or n >= last:
+                    continue
+                cx = nodes[0, n + 1] - nodes[0, n]
+                cy = nodes[1, n + 1] - nodes[1, n]
+                dx = x[r, k] - nodes[0, n]
+                dy = y[r, k] - nodes[1, n]
+                t = min(max((dx * cx + dy * cy) / (cx * cx + cy * cy), 0.0), 1.0)
+                d = (dx - t * cx) ** 2 + (dy - t * cy) ** 2
+                if d < nearest:
+                    nearest = d
+                    place = n + t
+            out[r, k] = place / last
+            low = max(best - window, 0)
+            high = min(best + window, last)
+    return out
+
+
+def progress_gap(run: Run) -> np.ndarray:
+    """(runs, samples): the foremost robot's progress less the rearmost's, by where they truly are."""
+    progress = true_progress(run)
+    return np.asarray(progress.max(axis=1) - progress.min(axis=1))
