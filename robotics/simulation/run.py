@@ -28,7 +28,7 @@ class RunError(InputError):
     """A file that holds no run, or a place where none can be written."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class About:
     """What ran."""
 

@@ -1,0 +1,154 @@
+"""What each robot carries: in a scenario's file, in the readings, and what a law that needs it is told."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robotics.environment.collision import footprints
+from robotics.environment.world import Wall, World, compile_world
+from robotics.laws.catalogue import make_controller
+from robotics.laws.law import ControllerError
+from robotics.scenario.description import ScenarioError
+from robotics.scenario.reading import load_scenario, parse_scenario
+from robotics.sensing.carried import CarriedSensors, sensor_names
+from robotics.sensing.sonar import SONAR, Ranges, RangeSensor, SensorArray, SonarError
+from robotics.simulation.loop import simulate
+from robotics.vehicle.robot import Robot
+
+TICK = 0.05
+ROOM = compile_world(
+    World(obstacles=(Wall(points=((-2.0, -2.0), (3.0, -2.0), (3.0, 2.0), (-2.0, 2.0), (-2.0, -2.0))),))
+)
+FILE = """duration = 2.0
+{sensors}
+[[robots]]
+start = [0.0, 0.0, 0.0]
+path = {{ shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }}
+timing = {{ speed = 0.2 }}
+{own}
+[[obstacles]]
+shape = "disc"
+position = [1.5, 0.0]
+radius = 0.2
+"""
+
+
+def parsed(sensors="", own=""):
+    return parse_scenario(FILE.format(sensors=sensors, own=own), "one", "one.toml")
+
+
+def carried(scenario):
+    return scenario.setting.sensors[0]
+
+
+def test_without_a_word_a_robot_carries_its_four_sonars():
+    assert carried(parsed()) == SONAR
+
+
+def test_a_file_says_what_all_robots_carry():
+    text = """
+[[sensors]]
+preset = "sonar"
+noise = 0.03
+
+[[sensors]]
+name = "rear"
+x = -0.115
+axis = 3.14159
+half_cone = 0.2
+rays = 5
+failure_start = 3.0
+"""
+    found = carried(parsed(text))
+    assert list(found) == [*SONAR, "rear"]
+    assert all(found[name] == replace(SONAR[name], noise=0.03) for name in SONAR)
+    assert found["rear"] == RangeSensor(x=-0.115, axis=3.14159, half_cone=0.2, rays=5, failure_start=3.0)
+    assert carried(parsed("sensors = []")) == {}
+
+
+def test_a_robot_may_carry_its_own():
+    own = '\n[[robots.sensors]]\nname = "nose"\nrange = 1.0\n'
+    assert carried(parsed("", own)) == {"nose": RangeSensor(range=1.0)}
+
+
+@pytest.mark.parametrize(
+    ("sensors", "own", "line", "message"),
+    [
+        ('[[sensors]]\nname = "a"\nnoize = 1.0', "", 4, "unknown key 'noize'; did you mean 'noise'?"),
+        ('[[sensors]]\nname = "a"\n[[sensors]]\nname = "a"', "", 4, "there are two sensors called 'a'"),
+        ("[[sensors]]\nrange = 1.0", "", 2, "a sensor needs a name"),
+        ('[[sensors]]\npreset = "radar"', "", 3, "unknown sensor preset 'radar'"),
+        ('[[sensors]]\nname = "a"\npreset = "sonar"', "", 4, "give name or preset, not both"),
+        ('[[sensors]]\nname = "a"\nrange = -1.0', "", 4, "range must be a finite number in m, > 0"),
+        ("sensors = 3", "", 2, "sensors must be tables [[sensors]]"),
+        ("", '[[robots.sensors]]\nname = "a"\n[[robots.sensors]]\nname = "b"\nrays = 0', 11, "rays must be a whole"),
+        ('[[sensors]]\nname = "a"\nfailure_end = 1.0', "", 4, "failure_end must be > failure_start"),
+    ],
+)
+def test_what_is_wrong_with_a_sensor_is_named_with_its_line(sensors, own, line, message):
+    with pytest.raises(ScenarioError) as caught:
+        parsed(sensors, own)
+    assert str(caught.value).startswith(f"one.toml:{line}: ")
+    assert message in str(caught.value)
+
+
+def test_robots_that_carry_different_sensors_read_what_each_would_alone():
+    beam, rear = RangeSensor(range=5.0, noise=0.01), RangeSensor(range=5.0, axis=np.pi, noise=0.01)
+    sensors = ({"nose": beam}, {"rear": rear, "nose": replace(beam, range=1.0)}, {"nose": beam}, {})
+    assert sensor_names(sensors) == ("nose", "rear")
+    pose = np.array([[[0.0, 1.0, -1.0, 0.0]], [[0.0, 1.0, -1.0, 1.5]], [[0.0, 0.3, 2.0, 0.0]]])
+    sizes = footprints([Robot()] * 4)
+    all_of_them = CarriedSensors.opened(sensors, (3,), TICK)
+    found, _ = all_of_them.sense(all_of_them.init(), 0, pose, sizes, ROOM.at(0.0))
+    like = SensorArray.opened([beam], (3,), TICK)
+    expected, _ = like.sense(like.init(4), 0, *pose, sizes, ROOM.at(0.0))
+    assert found["nose"][0, [0, 2]].tolist() == expected[0, [0, 2], 0].tolist()
+    other = SensorArray.opened(list(sensors[1].values()), (3,), TICK)
+    expected, _ = other.sense(other.init(4), 0, *pose, sizes, ROOM.at(0.0))
+    assert found.of(("rear", "nose"))[0, 1].tolist() == expected[0, 1].tolist()
+    assert np.isinf(found["rear"][0, [0, 2, 3]]).all()
+    assert np.isinf(found["nose"][0, 3])
+
+
+def test_a_sensor_sees_nothing_while_it_fails():
+    beam = RangeSensor(range=5.0, failure_start=0.1, failure_end=0.2)
+    array = SensorArray.opened([beam, replace(beam, failure_start=None, failure_end=None)], (0,), TICK)
+    state, read = array.init(1), []
+    for k in range(6):
+        found, state = array.sense(state, k, *np.zeros((3, 1, 1)), footprints([Robot()]), ROOM.at(0.0))
+        read.append(found[0, 0].tolist())
+    assert read == [[3.0, 3.0]] * 2 + [[np.inf, 3.0]] * 2 + [[3.0, 3.0]] * 2
+
+
+def test_ranges_are_found_by_name_in_any_order():
+    ranges = Ranges(("a", "b"), np.array([[[1.0, 2.0]]]))
+    assert ranges["b"].tolist() == [[2.0]]
+    assert ranges.of(("b", "a")).tolist() == [[[2.0, 1.0]]]
+    with pytest.raises(ValueError, match="not in tuple"):
+        ranges["c"]
+
+
+def test_a_law_is_refused_where_a_robot_lacks_what_it_needs():
+    scenario = parsed('[[sensors]]\nname = "left"')
+    with pytest.raises(ControllerError, match="robot 1 lacks the range sensors front-left, front-right, right that"):
+        simulate(scenario, make_controller("obstacles"))
+    with pytest.raises(ScenarioError, match=r"^one\.toml:2: one: robot 1 lacks .* it carries none; add a table"):
+        parsed('controller = "obstacles"\nsensors = []')
+
+
+def test_the_same_law_meets_other_sensors_than_before():
+    """Blind for the first seconds, the robot drives up to the disc; its own noise is what the file says."""
+    course = load_scenario("chapter-6-simulation-1")
+    blind = {name: replace(sensor, failure_start=0.0) for name, sensor in SONAR.items()}
+    law = make_controller("obstacles")
+    seeing = simulate(replace(course, duration=20.0), law)
+    without = simulate(replace(course, duration=20.0, sensors=blind), law)
+    assert (seeing.modes > 0).any()
+    assert not (without.modes > 0).any()
+    assert np.isinf(without.ranges).all()
+
+
+def test_a_period_that_does_not_fit_is_refused():
+    with pytest.raises(SonarError, match="period must be a multiple"):
+        CarriedSensors.opened([{"a": RangeSensor(period=0.07)}], (0,), TICK)

@@ -1,0 +1,120 @@
+"""Runs and their files: what ran, what was recorded, older files, and one channel more."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robotics.environment.world import Disc
+from robotics.laws.catalogue import make_controller
+from robotics.measures.clearance import clearances
+from robotics.scenario.reading import load_scenario
+from robotics.sensing.sonar import SONAR
+from robotics.simulation import channels, recorder
+from robotics.simulation import run as runs
+from robotics.simulation.loop import simulate
+from robotics.simulation.run import load_run
+from robotics.vehicle.robot import Robot
+
+OLD = Path(__file__).parents[2] / "data" / "runs"
+BROAD = Robot(length=0.5, width=0.45)
+
+
+@pytest.fixture(scope="module")
+def mixed():
+    """A team of which one robot is larger and carries other sensors."""
+    scenario = load_scenario("chapter-6-simulation-1")
+    carried = {name: replace(sensor, range=1.5) for name, sensor in SONAR.items()} | {"rear": SONAR["left"]}
+    large = replace(scenario.robots[1], robot=BROAD, sensors=carried)
+    scenario = replace(scenario, robots=(scenario.robots[0], large, scenario.robots[2]), duration=1.5)
+    return simulate(scenario, make_controller("obstacles"), (0, 7), name="obstacles", links=True)
+
+
+def test_a_run_of_version_0_1_loads_with_its_numbers():
+    """Written by version 0.1; the numbers beside it were read from the run in memory then."""
+    run = load_run(OLD / "format-1-team.npz")
+    assert (run.scenario, run.controller, run.level, run.seeds) == (
+        "chapter-6-simulation-1", "obstacles", "velocity", (3, 5),
+    )  # fmt: skip
+    assert run["x"][1, 2, -1] == 0.2446579317859804
+    assert run.links[30, 0, 1, 0] == np.float32(0.05)
+    assert run["progress"][0, 1, -1] == 0.03442474249800465
+    assert run.modes.shape == (41, 2, 3)
+    assert run.ranges.shape == (41, 2, 3, 4)
+    assert run.obstacles is not None
+    assert run.about.kind == "team"
+    assert run.about.robots == (Robot(),) * 3  # it did not say; they are taken to be standard ones
+    assert run.about.sensors == (SONAR,) * 3
+    alone = load_run(OLD / "format-1-tracking.npz")
+    assert alone["effort"][0, 0, -1] == 0.017601415197980117
+    assert (alone.about.kind, alone.level, alone.team, alone.about.sensors) == ("tracking", "torque", None, ({},))
+
+
+def test_an_old_run_saves_as_a_new_one(tmp_path):
+    old = load_run(OLD / "format-1-team.npz")
+    old.save(tmp_path / "new.npz")
+    with np.load(tmp_path / "new.npz") as file:
+        assert json.loads(str(file["about"]))["format"] == 2
+    new = load_run(tmp_path / "new.npz")
+    assert new.about == old.about
+    assert all(np.array_equal(new.recorded[name].values, old.recorded[name].values) for name in old.recorded)
+
+
+def test_a_file_says_which_robots_ran_and_what_they_carried(mixed, tmp_path):
+    mixed.save(tmp_path / "run.npz")
+    back = load_run(tmp_path / "run.npz")
+    assert back.about == mixed.about
+    assert back.about.robots[1] == BROAD
+    assert list(back.about.sensors[1]) == [*SONAR, "rear"]
+    with np.load(tmp_path / "run.npz") as file:
+        assert len(json.loads(str(file["about"]))["robots"]) == 2  # those that are alike stand once
+
+
+def test_clearances_are_those_of_the_true_robot(mixed):
+    """One disc, 1 m beside the second robot's start: 1 m less half its width and the radius."""
+    x, y, heading = (mixed[name][0, 1, 0] for name in ("x", "y", "heading"))
+    disc = Disc(position=(float(x - np.sin(heading)), float(y + np.cos(heading))), radius=0.2)
+    beside = replace(load_scenario("chapter-6-simulation-1"), obstacles=(disc,)).setting.world.rest
+    found = clearances(replace(mixed, obstacles=beside), 0)[1, 0]
+    assert found == pytest.approx(1.0 - 0.45 / 2 - 0.2, abs=1e-9)
+
+
+def test_one_seed_of_a_run_keeps_all_that_was_recorded(mixed):
+    part = mixed.only(7)
+    assert part.seeds == (7,)
+    assert set(part.recorded) == {"samples", "team", "links", "modes", "ranges"}
+    for name, record in part.recorded.items():
+        axis = record.axes.index("run")
+        assert record.values.shape[axis] == 1, name
+        np.testing.assert_array_equal(record.values, np.take(mixed.recorded[name].values, [1], axis=axis))
+    with pytest.raises(ValueError, match="not in tuple"):
+        mixed.only(3)
+
+
+def test_a_recorded_channel_more_is_one_declaration(monkeypatch, tmp_path):
+    """What the law remembers of its clocks, for instance: kept, cut by seed, saved and loaded by its axes alone."""
+    clocks = channels.Record(axes=("sample", "run", "robot"), of=lambda state: state.memory.clock, dtype=np.float32)
+    monkeypatch.setitem(channels.RECORDS, "clocks", clocks)
+    assert recorder.RECORDS is runs.RECORDS is channels.RECORDS
+    scenario = replace(load_scenario("chapter-4-circles"), duration=1.0)
+    run = simulate(scenario, make_controller("virtual-structure"), (0, 1))
+    clock = run.recorded["clocks"].values
+    assert clock.shape == (21, 2, len(scenario.robots))
+    assert (np.diff(clock, axis=0) > 0).all()
+    run.only(1).save(tmp_path / "one.npz")
+    np.testing.assert_array_equal(load_run(tmp_path / "one.npz").recorded["clocks"].values, clock[:, 1:])
+
+
+def test_figures_of_a_run_with_other_sensors_show_their_true_mounting(mixed):
+    from robotics.playback.player import player_data
+
+    sonar = player_data(mixed)["sonar"]
+    first, second = sonar["sensors"][0], sonar["sensors"][1]
+    assert len(first) == len(second) == 5
+    assert first[4] is None
+    assert second[4] == pytest.approx(
+        [SONAR["left"].x, SONAR["left"].y, SONAR["left"].axis, SONAR["left"].half_cone, 1.2], abs=1e-6
+    )
+    assert [mount[4] for mount in second[:4]] == [1.5] * 4
