@@ -110,7 +110,7 @@ def editor(fis: Sugeno) -> Any:
     the extra ``notebook``.
     """
     anywidget, traitlets = widget_library()
-    folder = Path(__file__).parent
+    folder = Path(__file__).parent / "static"
     session = Session(fis)
     traits = session.traits()
 
@@ -118,7 +118,7 @@ def editor(fis: Sugeno) -> Any:
         """The designer; ``fis`` is the system as edited so far."""
 
         _esm = composed(folder / "notebook.js")
-        _css = (folder / "static" / "designer.css").read_text(encoding="utf-8")
+        _css = (folder / "designer.css").read_text(encoding="utf-8")
         locals().update({name: traitlets.Any(value).tag(sync=True) for name, value in traits.items()})
 
         def __init__(self) -> None:

@@ -24,14 +24,13 @@ from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
-_HERE = Path(str(resources.files("fuzzy") / "designer"))
+_STATIC = Path(str(resources.files("fuzzy") / "designer" / "static"))
 
 
 async def build_page(desk: Desk, modules: Modules, name: str) -> None:
     """Fill the page of a new browser tab with the designer of the file ``name``, or with what is wrong with it."""
-    for sheet in ("static/designer.css", "page.css"):
-        if (_HERE / sheet).is_file():
-            ui.add_head_html(f'<link rel="stylesheet" href="{modules.url(_HERE / sheet)}">')
+    for sheet in ("designer.css", "page.css"):
+        ui.add_head_html(f'<link rel="stylesheet" href="{modules.url(_STATIC / sheet)}">')
     try:
         document = desk.document(name)
     except (InputError, OSError) as error:
@@ -73,27 +72,26 @@ class _Page:
     # What stands where ----------------------------------------------------------------------------------------
 
     def _build(self) -> None:
-        static = _HERE / "static"
         traits = self._traits() | {"viewer": self._viewer(), "surface": None, "problem": None}
         views = ("design", "point", "selected", "compared", "problem", "viewer")
         shown = {name: traits[name] for name in views}
         panels, missing = find_panels()
         with ui.element("div").classes("shell"):
             with ui.element("header"):
-                self.header = self.bench.widget(_HERE / "header.js", design=traits["design"], shell=self._shell())
+                self.header = self.bench.widget(_STATIC / "header.js", design=traits["design"], shell=self._shell())
                 self.header.on_message(self._asked)
             with ui.element("aside").classes("shell-tree").props('aria-label="System" id="shell-tree"'):
-                self._module(static / "tree.js", shown)
+                self._module(_STATIC / "tree.js", shown)
             with ui.element("main"):
                 self.surface: Bridge | None = None
                 left = [
-                    Tab("Memberships", lambda: self._module(static / "terms.js", shown)),
-                    Tab("Rules", lambda: self._module(static / "rules.js", self._now())),
+                    Tab("Memberships", lambda: self._module(_STATIC / "terms.js", shown)),
+                    Tab("Rules", lambda: self._module(_STATIC / "rules.js", self._now())),
                 ]
                 self.surface_place = Place(shown=False)
                 right = [
-                    Tab("Viewer", lambda: self._module(static / "viewer.js", self._now())),
-                    Tab("Surface", lambda: self._build_surface(static / "surface.js"), self.surface_place),
+                    Tab("Viewer", lambda: self._module(_STATIC / "viewer.js", self._now())),
+                    Tab("Surface", lambda: self._build_surface(_STATIC / "surface.js"), self.surface_place),
                     *(Tab(panel.title, partial(self._build_panel, panel)) for panel in panels),
                 ]
                 tab_group("Edit the design", left, self.bench)

@@ -33,7 +33,7 @@ def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: 
     from fuzzy.designer.notebook import widget_library
 
     anywidget, traitlets = widget_library()
-    folder = Path(__file__).parent / "playback"
+    folder = Path(__file__).parent / "static"
 
     class Player(anywidget.AnyWidget):  # type: ignore[name-defined]
         """The player of one run."""

@@ -90,7 +90,7 @@ def player_fragment(run: Run, seed: int | None = None, **options: Any) -> str:
 
 def player_script() -> str:
     """What makes every :func:`player_fragment` of a page a player: once a page, after the fragments."""
-    folder = Path(str(resources.files("robotics") / "playback"))
+    folder = Path(str(resources.files("robotics") / "playback" / "static"))
     looks = (folder / "player.css").read_text(encoding="utf-8")
     start = f"""
 document.head.append(Object.assign(document.createElement("style"), {{ textContent: {_script_json(looks)} }}));

@@ -88,7 +88,7 @@ def test_handles_keep_the_order_and_stand_on_the_curve(bench: ModulePage) -> Non
 
 # The panel "Train" ----------------------------------------------------------------------------------------------
 
-TRAINING = "anfis/designer/training.js"
+TRAINING = "anfis/designer/static/training.js"
 ROLES = {"a": "input", "b": "input", "y": "output", "z": "output"}
 BELLS = {"low": fuzzy.gbellmf(1, 2, 0), "high": fuzzy.gbellmf(1, 2, 3)}
 START = fuzzy.Sugeno(
@@ -231,7 +231,7 @@ def test_training_fits_the_page(bench: ModulePage, width: int) -> None:
 
 # The panel "Try it" ---------------------------------------------------------------------------------------------
 
-TRYOUT = "robotics/designer/tryout.js"
+TRYOUT = "robotics/designer/static/tryout.js"
 
 
 @pytest.fixture(scope="module")

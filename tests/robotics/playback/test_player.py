@@ -638,7 +638,7 @@ def test_the_moving_obstacle_moves(world_page: Browser) -> None:
 
 
 def test_a_model_with_another_run_is_shown_anew(browser: Browser, run: Run, world_run: Run, tmp_path: Path) -> None:
-    folder = Path(str(resources.files("robotics"))) / "playback"
+    folder = Path(str(resources.files("robotics"))) / "playback" / "static"
     code = composed(folder / "player.js", "window.render = entry.default.render;")
     given = json.dumps([player_data(run, 7), player_data(world_run, 7, end=6.0)])
     (tmp_path / "widget.html").write_text(

@@ -1,8 +1,8 @@
 // Train: data and which column is which, a system to start from, the error live, memberships before and after.
 // From what anfis/designer/panel.py hands over; the form is anywidget's.
 
-import { axes, choices, color, element, labelled, line, offer, put, said, say, scale, shape, ticks, watch, whenSized } from "../../fuzzy/designer/static/chart.js";
-import { degree, places } from "../../fuzzy/designer/static/membership.js";
+import { axes, choices, color, element, labelled, line, offer, put, said, say, scale, shape, ticks, watch, whenSized } from "../../../fuzzy/designer/static/chart.js";
+import { degree, places } from "../../../fuzzy/designer/static/membership.js";
 
 const NAMES = ["sources", "accepted", "table", "choice", "columns", "system", "progress", "before", "after", "problem"];
 const PIECE = 200_000; // characters of an upload that travel together

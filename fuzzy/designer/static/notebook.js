@@ -1,9 +1,9 @@
 // The designer in a notebook: the page's modules under each other, with undo and redo above them.
-import rules from "./static/rules.js";
-import surface from "./static/surface.js";
-import terms from "./static/terms.js";
-import tree from "./static/tree.js";
-import viewer from "./static/viewer.js";
+import rules from "./rules.js";
+import surface from "./surface.js";
+import terms from "./terms.js";
+import tree from "./tree.js";
+import viewer from "./viewer.js";
 
 const PARTS = [["System", tree], ["Memberships", terms], ["Rules", rules], ["Viewer", viewer], ["Surface", surface]];
 

@@ -1,8 +1,8 @@
 // Try it: the rule base in hand drives a robot. Top view, cross-track error and figures of merit, beside the design
 // before and a nonlinear law; a team is played. From what robotics/designer/panel.py hands over; form: anywidget's.
 
-import { axes, choices, element, line, offer, put, said, say, scale, shape, ticks, watch, whenSized } from "../../fuzzy/designer/static/chart.js";
-import player from "../playback/player.js";
+import { axes, choices, element, line, offer, put, said, say, scale, shape, ticks, watch, whenSized } from "../../../fuzzy/designer/static/chart.js";
+import player from "../../playback/static/player.js";
 
 const RUNS = [["rival", "tr-rival"], ["before", "tr-before"], ["tried", "tr-tried"]]; // the last is drawn on top
 const NAMES = ["choices", "trial", "course", "tried", "before", "rival", "problem"];
@@ -281,7 +281,7 @@ export function render({ model, el }) {
   // Several values may come together: one picture for all of them.
   let request = 0;
   const soon = () => { request ||= requestAnimationFrame(() => { request = 0; draw(); }); };
-  const looks = element("link", { rel: "stylesheet", href: new URL("../playback/player.css", import.meta.url).href });
+  const looks = element("link", { rel: "stylesheet", href: new URL("../../playback/static/player.css", import.meta.url).href });
   looks.addEventListener("load", soon);
   root.prepend(looks);
   const sayBusy = () => say(busy, get("busy") ? "running …" : "");
