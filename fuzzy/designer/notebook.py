@@ -12,6 +12,7 @@ from fuzzy.designer.edits import edited
 from fuzzy.designer.esmodule import ModuleError, composed
 from fuzzy.designer.views import design_data, surface_data, viewer_data
 from fuzzy.errors import InputError
+from fuzzy.figures.palette import stylesheet
 from fuzzy.system import Sugeno
 
 _SOON = 0.004  # s that edits in hand may take to arrive before they are shown together
@@ -118,7 +119,9 @@ def editor(fis: Sugeno) -> Any:
         """The designer; ``fis`` is the system as edited so far."""
 
         _esm = composed(folder / "notebook.js")
-        _css = (folder / "designer.css").read_text(encoding="utf-8")
+        _css = stylesheet() + "".join(
+            (folder / f"{sheet}.css").read_text("utf-8") for sheet in ("designer", "notebook")
+        )
         locals().update({name: traitlets.Any(value).tag(sync=True) for name, value in traits.items()})
 
         def __init__(self) -> None:

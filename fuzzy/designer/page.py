@@ -22,6 +22,7 @@ from fuzzy.designer.tabs import Tab, tab_group
 from fuzzy.designer.views import compared_data, document_data, surface_data, viewer_data
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
+from fuzzy.figures.palette import stylesheet
 
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
 _STATIC = Path(str(resources.files("fuzzy") / "designer" / "static"))
@@ -29,6 +30,7 @@ _STATIC = Path(str(resources.files("fuzzy") / "designer" / "static"))
 
 async def build_page(desk: Desk, modules: Modules, name: str) -> None:
     """Fill the page of a new browser tab with the designer of the file ``name``, or with what is wrong with it."""
+    ui.add_head_html(f"<style>{stylesheet()}</style>")
     for sheet in ("designer.css", "page.css"):
         ui.add_head_html(f'<link rel="stylesheet" href="{modules.url(_STATIC / sheet)}">')
     try:

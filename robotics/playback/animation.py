@@ -195,7 +195,7 @@ def _palette() -> np.ndarray:
     """What the project's colours make with white and black at soft edges, and greys: (colours, 3) bytes."""
     from matplotlib.colors import to_rgb
 
-    from fuzzy.figures.drawing import COLORS
+    from fuzzy.figures.palette import COLORS
 
     colors = np.array([to_rgb(color) for color in COLORS if to_rgb(color) != (0, 0, 0)])
     tints = 1 - np.linspace(0.06, 1, 18)[:, None, None] * (1 - colors)

@@ -31,6 +31,7 @@ def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: 
     """
     from fuzzy.designer.esmodule import composed
     from fuzzy.designer.notebook import widget_library
+    from fuzzy.figures.palette import stylesheet
 
     anywidget, traitlets = widget_library()
     folder = Path(__file__).parent / "static"
@@ -39,7 +40,7 @@ def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: 
         """The player of one run."""
 
         _esm = composed(folder / "player.js", _REST)
-        _css = (folder / "player.css").read_text(encoding="utf-8")
+        _css = stylesheet() + (folder / "player.css").read_text(encoding="utf-8")
         run = traitlets.Dict().tag(sync=True)
         speed = traitlets.Float(1.0).tag(sync=True)
         page = traitlets.Bool(False).tag(sync=True)

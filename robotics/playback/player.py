@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.designer.esmodule import composed
+from fuzzy.figures.palette import stylesheet
 from fuzzy.files.atomic import replacing
 from robotics.environment.world import outlines
 from robotics.laws.modes import MODES
@@ -91,7 +92,7 @@ def player_fragment(run: Run, seed: int | None = None, **options: Any) -> str:
 def player_script() -> str:
     """What makes every :func:`player_fragment` of a page a player: once a page, after the fragments."""
     folder = Path(str(resources.files("robotics") / "playback" / "static"))
-    looks = (folder / "player.css").read_text(encoding="utf-8")
+    looks = stylesheet() + (folder / "player.css").read_text(encoding="utf-8")
     start = f"""
 document.head.append(Object.assign(document.createElement("style"), {{ textContent: {_script_json(looks)} }}));
 for (const el of document.querySelectorAll("[data-fleet-player]")) {{
@@ -124,6 +125,7 @@ def write_player(
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     page = environment.from_string(template).render(
         title=data["title"],
+        palette=Markup(stylesheet()),
         fragment=Markup(_fragment(data, "page", page=True, speed=speed)),
         script=Markup(player_script()),
     )

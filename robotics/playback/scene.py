@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure
+from fuzzy.figures.drawing import DOUBLE, LINES, new_figure
+from fuzzy.figures.palette import COLORS
 from robotics.figures.drawing import (
     MODE_COLORS,
     MODE_LINES,

@@ -1,9 +1,10 @@
 // Train: data and which column is which, a system to start from, the error live, memberships before and after.
 // From what anfis/designer/panel.py hands over; the form is anywidget's.
 
-import { axes, choices, color, element, labelled, line, offer, put, said, say, scale, shape, ticks, watch, whenSized } from "../../../fuzzy/designer/static/chart.js";
+import { axes, choices, color, element, labelled, line, offer, put, said, say, scale, shape, styled, ticks, watch, whenSized } from "../../../fuzzy/designer/static/chart.js";
 import { degree, places } from "../../../fuzzy/designer/static/membership.js";
 
+const SHEET = new URL("./training.css", import.meta.url).href;
 const NAMES = ["sources", "accepted", "table", "choice", "columns", "system", "progress", "before", "after", "problem"];
 const PIECE = 200_000; // characters of an upload that travel together
 const STARTS = { present: "the present system", subtractive: "clusters of the data", grid: "a grid of terms" };
@@ -13,53 +14,6 @@ const STOPPED = {
   epochs: "all epochs done", goal: "the goal is reached", callback: "stopped by hand", converged: "no step helps any more",
   diverged: "the error is no longer finite", patience: "no progress", interrupted: "interrupted",
 };
-const LOOKS = `
-.fd-training { --tn-ink: var(--fd-ink, #1b1f24); --tn-quiet: var(--fd-quiet, #57606a); --tn-paper: var(--fd-paper, #fff);
-  --tn-line: var(--fd-line, #d8dee4); --tn-train: var(--fd-c0, #0072B2); --tn-check: var(--fd-c1, #D55E00); --tn-before: #767676;
-  container-type: inline-size; color: var(--tn-ink); font: 0.92rem/1.45 system-ui, "Segoe UI", "DejaVu Sans", sans-serif;
-  --fd-c0: #0072B2; --fd-c1: #D55E00; --fd-c2: #009E73; --fd-c3: #CC79A7; --fd-c4: #56B4E9; --fd-c5: #E69F00; --fd-c6: #000000; }
-@media (prefers-color-scheme: dark) { .fd-training { --tn-ink: var(--fd-ink, #e6e8eb); --tn-quiet: var(--fd-quiet, #a3abb5);
-  --tn-paper: var(--fd-paper, #15181c); --tn-line: var(--fd-line, #343c45); --tn-before: #9a9a9a;
-  --fd-c0: #4C9FE0; --fd-c1: #F07F33; --fd-c2: #17B98B; --fd-c3: #E39CC4; --fd-c4: #8FD0F5; --fd-c5: #F0B429; --fd-c6: #F4F4F4; } }
-.fd-training * { box-sizing: border-box; }
-.fd-training [hidden] { display: none !important; }
-.fd-training fieldset { border: 0; border-top: 1px solid var(--tn-line); margin: 0 0 0.7rem; padding: 0.6rem 0 0.3rem; min-width: 0; }
-.fd-training legend { font-weight: 600; padding: 0 0.6rem 0 0; }
-.fd-training .tn-row { display: flex; flex-wrap: wrap; gap: 0.6rem 1rem; align-items: end; }
-.fd-training label { display: grid; grid-template-columns: minmax(0, 1fr); gap: 0.15rem; font-size: 0.85rem; color: var(--tn-quiet); max-width: 100%; min-width: 0; }
-.fd-training select, .fd-training input, .fd-training button { font: inherit; font-size: 0.92rem; color: var(--tn-ink); background: var(--tn-paper);
-  border: 1px solid var(--fd-edge, var(--tn-quiet)); border-radius: 6px; min-height: 2.2rem; padding: 0.2rem 0.6rem; max-width: 100%; }
-.fd-training input[type="number"] { width: 6.5rem; }
-.fd-training input[type="file"] { width: 15rem; padding: 0.25rem; }
-.fd-training button { cursor: pointer; }
-.fd-training button:disabled { cursor: default; opacity: 0.5; }
-.fd-training button.tn-main { background: var(--tn-train); border-color: var(--tn-train); color: var(--tn-paper); font-weight: 600; padding: 0.2rem 1.1rem; }
-.fd-training button.tn-main:hover:not(:disabled) { background: color-mix(in srgb, var(--tn-train) 85%, var(--tn-ink)); }
-.fd-training :focus-visible { outline: 3px solid var(--fd-focus, var(--tn-train)); outline-offset: 2px; }
-.fd-training .tn-problem { margin: 0 0 0.8rem; padding: 0.5rem 0.8rem; border-left: 4px solid var(--tn-check); background: color-mix(in srgb, var(--tn-check) 8%, transparent); }
-.fd-training .tn-note { margin: 0.3rem 0; color: var(--tn-quiet); font-size: 0.85rem; }
-.fd-training .tn-columns { display: grid; grid-template-columns: repeat(auto-fill, minmax(12.5rem, 1fr)); gap: 0.5rem 1rem; margin: 0.6rem 0 0.2rem; }
-.fd-training .tn-columns select { width: 100%; }
-.fd-training .tn-columns span { overflow: hidden; text-overflow: ellipsis; white-space: nowrap; }
-.fd-training .tn-views { display: grid; gap: 0.8rem 1.6rem; grid-template-columns: minmax(0, 1fr); }
-@container (min-width: 46rem) { .fd-training .tn-views { grid-template-columns: minmax(0, 1fr) minmax(0, 1fr); } }
-.fd-training svg.tn-plot { display: block; width: 100%; overflow: visible; }
-.fd-training svg text { fill: var(--tn-ink); font: 12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
-.fd-training svg .fd-tick { fill: var(--tn-quiet); }
-.fd-training svg .fd-grid { stroke: var(--tn-line); stroke-width: 1; }
-.fd-training svg .fd-axis { stroke: var(--tn-quiet); stroke-width: 1; }
-.fd-training svg path { fill: none; stroke-width: 2; stroke-linejoin: round; }
-.fd-training .tn-train { stroke: var(--tn-train); }
-.fd-training .tn-check { stroke: var(--tn-check); stroke-dasharray: 7 3; }
-.fd-training svg path.tn-before { stroke: var(--tn-before); stroke-width: 1.6; stroke-dasharray: 5 4; }
-.fd-training .tn-many path { stroke-width: 1.3; }
-.fd-training .tn-many path.tn-before { stroke-width: 1; opacity: 0.6; }
-.fd-training .tn-best { fill: var(--tn-ink); stroke: var(--tn-paper); stroke-width: 1.5; }
-.fd-training .tn-keys { display: flex; flex-wrap: wrap; gap: 0.2rem 1.2rem; margin: 0 0 0.3rem; }
-.fd-training .tn-keys span { display: inline-flex; gap: 0.45rem; align-items: center; }
-.fd-training .tn-said { min-height: 1.5em; margin: 0.3rem 0 0.6rem; font-variant-numeric: tabular-nums; }
-.fd-training progress { width: 100%; height: 0.5rem; accent-color: var(--tn-train); }
-`;
 
 /** Powers of ten, where there are few of them also their double and fivefold, and within a factor of 4 round numbers. */
 function decades(low, high) {
@@ -71,7 +25,8 @@ function decades(low, high) {
   return out.filter((v) => v >= low * 0.999 && v <= high * 1.001);
 }
 
-export function render({ model, el }) {
+export async function render({ model, el }) {
+  await styled(SHEET);
   const get = (name) => model.get(name) ?? null;
   const choose = (name, value) => model.send({ do: "choose", name, value });
   const field = (text, control) => element("label", {}, element("span", {}, text), control);
@@ -128,7 +83,7 @@ export function render({ model, el }) {
   const curve = shape("svg", { class: "tn-plot", role: "img" });
   const terms = element("div");
   const views = element("div", { class: "tn-views" }, element("div", {}, keys, curve), terms);
-  const root = element("div", { class: "fd fd-training" }, element("style", {}, LOOKS), problem, data, from, how, bar, state, notes, views);
+  const root = element("div", { class: "fd fd-training" }, problem, data, from, how, bar, state, notes, views);
   el.append(root);
 
   function drawForm() {

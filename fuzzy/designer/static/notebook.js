@@ -12,11 +12,10 @@ function render({ model, el }) {
   root.className = "fuzzy-editor";
   bar.setAttribute("role", "toolbar");
   bar.setAttribute("aria-label", "Design");
-  bar.style.cssText = "display: flex; gap: 0.5rem; margin: 0 0 0.6rem";
+  bar.className = "fuzzy-editor-bar";
   const buttons = ["undo", "redo"].map((what) => {
     const button = document.createElement("button");
     button.type = "button";
-    button.style.cssText = "min-height: 2.2rem; padding: 0.2rem 0.8rem; font: inherit";
     button.addEventListener("click", () => model.send({ do: what }));
     bar.append(button);
     return button;
@@ -36,7 +35,6 @@ function render({ model, el }) {
     const details = document.createElement("details"), summary = document.createElement("summary"), place = document.createElement("div");
     details.open = true;
     summary.textContent = title;
-    summary.style.cssText = "font-weight: 600; padding: 0.4rem 0; cursor: pointer";
     details.append(summary, place);
     root.append(details);
     return part.render({ model, el: place });

@@ -214,13 +214,13 @@ export function render({ model, el }) {
     const style = getComputedStyle(root),
       read = (name) => style.getPropertyValue(name).trim();
     return {
-      ink: read("--fd-ink"),
-      quiet: read("--fd-quiet"),
-      line: read("--fd-line"),
-      paper: read("--fd-paper"),
-      hatch: read("--fd-hatch"),
-      mark: read("--fd-mark"),
-      other: read("--fd-other"),
+      ink: read("--ff-ink"),
+      quiet: read("--ff-quiet"),
+      line: read("--ff-line"),
+      paper: read("--ff-paper"),
+      hatch: read("--ff-hatch"),
+      mark: read("--ff-mark"),
+      other: read("--ff-other"),
     };
   }
 

@@ -1,59 +1,12 @@
 // Try it: the rule base in hand drives a robot. Top view, cross-track error and figures of merit, beside the design
 // before and a nonlinear law; a team is played. From what robotics/designer/panel.py hands over; form: anywidget's.
 
-import { axes, choices, element, line, offer, put, said, say, scale, shape, ticks, watch, whenSized } from "../../../fuzzy/designer/static/chart.js";
+import { axes, choices, element, line, offer, put, said, say, scale, shape, styled, ticks, watch, whenSized } from "../../../fuzzy/designer/static/chart.js";
 import player from "../../playback/static/player.js";
 
 const RUNS = [["rival", "tr-rival"], ["before", "tr-before"], ["tried", "tr-tried"]]; // the last is drawn on top
+const SHEETS = ["./tryout.css", "../../playback/static/player.css"].map((sheet) => new URL(sheet, import.meta.url).href);
 const NAMES = ["choices", "trial", "course", "tried", "before", "rival", "problem"];
-const LOOKS = `
-.fd-tryout { --tr-ink: var(--fd-ink, #1b1f24); --tr-quiet: var(--fd-quiet, #57606a); --tr-paper: var(--fd-paper, #fff);
-  --tr-line: var(--fd-line, #d8dee4); --tr-tried: var(--fd-c0, #0072B2); --tr-rival: var(--fd-c1, #D55E00); --tr-before: #767676;
-  container-type: inline-size; color: var(--tr-ink); font: 0.92rem/1.45 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
-@media (prefers-color-scheme: dark) { .fd-tryout { --tr-ink: var(--fd-ink, #e6e8eb); --tr-quiet: var(--fd-quiet, #a3abb5);
-  --tr-paper: var(--fd-paper, #15181c); --tr-line: var(--fd-line, #343c45); --tr-tried: var(--fd-c0, #4C9FE0);
-  --tr-rival: var(--fd-c1, #F07F33); --tr-before: #9a9a9a; } }
-.fd-tryout * { box-sizing: border-box; }
-.fd-tryout .tr-controls { display: flex; flex-wrap: wrap; gap: 0.6rem 1rem; align-items: end; margin: 0 0 0.9rem; }
-.fd-tryout .tr-controls label { display: grid; grid-template-columns: minmax(0, 1fr); gap: 0.15rem; font-size: 0.85rem; color: var(--tr-quiet); max-width: 100%; }
-.fd-tryout select, .fd-tryout input[type="number"], .fd-tryout button.tr-pin { font: 0.92rem/1.4 inherit; font-family: inherit; color: var(--tr-ink); background: var(--tr-paper);
-  border: 1px solid var(--fd-edge, var(--tr-quiet)); border-radius: 6px; min-height: 2.2rem; padding: 0.2rem 0.5rem; max-width: 100%; }
-.fd-tryout .tr-scenario select { width: 21rem; }
-.fd-tryout input[type="number"] { width: 6rem; }
-.fd-tryout button.tr-pin { cursor: pointer; padding: 0.2rem 0.8rem; }
-.fd-tryout :focus-visible { outline: 3px solid var(--fd-focus, var(--tr-tried)); outline-offset: 2px; }
-.fd-tryout .tr-problem { margin: 0 0 0.8rem; padding: 0.5rem 0.8rem; border-left: 4px solid var(--tr-rival); background: color-mix(in srgb, var(--tr-rival) 8%, transparent); }
-.fd-tryout .tr-note { margin: 0.3rem 0; color: var(--tr-quiet); font-size: 0.85rem; }
-.fd-tryout [hidden] { display: none !important; }
-.fd-tryout .tr-views { display: grid; gap: 0.8rem 1.6rem; grid-template-columns: minmax(0, 1fr); }
-@container (min-width: 46rem) { .fd-tryout .tr-views { grid-template-columns: minmax(0, 1fr) minmax(0, 1fr); } }
-.fd-tryout svg.tr-plot { display: block; width: 100%; overflow: visible; }
-.fd-tryout svg text { fill: var(--tr-ink); font: 12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
-.fd-tryout svg .fd-tick { fill: var(--tr-quiet); }
-.fd-tryout svg .fd-grid { stroke: var(--tr-line); stroke-width: 1; }
-.fd-tryout svg .fd-axis, .fd-tryout svg .tr-zero { stroke: var(--tr-quiet); stroke-width: 1; }
-.fd-tryout svg path { fill: none; stroke-linejoin: round; stroke-linecap: round; }
-.fd-tryout .tr-reference { stroke: var(--fd-edge, var(--tr-line)); stroke-width: 7; }
-.fd-tryout .tr-tried { stroke: var(--tr-tried); stroke-width: 2.4; }
-.fd-tryout .tr-before { stroke: var(--tr-before); stroke-width: 1.8; stroke-dasharray: 6 4; }
-.fd-tryout .tr-rival { stroke: var(--tr-rival); stroke-width: 1.8; stroke-dasharray: 9 3 2 3; }
-.fd-tryout svg path.tr-start { fill: var(--tr-ink); stroke: var(--tr-paper); }
-.fd-tryout circle { stroke: var(--tr-paper) !important; stroke-width: 1.5 !important; stroke-dasharray: none !important; }
-.fd-tryout circle.tr-tried { fill: var(--tr-tried); } .fd-tryout circle.tr-before { fill: var(--tr-before); } .fd-tryout circle.tr-rival { fill: var(--tr-rival); }
-.fd-tryout .tr-keys { display: flex; flex-wrap: wrap; gap: 0.2rem 1.2rem; margin: 0 0 0.5rem; }
-.fd-tryout .tr-keys span { display: inline-flex; gap: 0.45rem; align-items: center; }
-.fd-tryout .tr-time { display: flex; gap: 0.8rem; align-items: center; margin: 0.2rem 0 0.6rem; }
-.fd-tryout .tr-time input { flex: 1 1 6rem; min-width: 5rem; height: 2rem; accent-color: var(--tr-tried); }
-.fd-tryout .tr-time output { font-variant-numeric: tabular-nums; }
-.fd-tryout table.tr-merits { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-.fd-tryout .tr-merits th, .fd-tryout .tr-merits td { padding: 0.3rem 0.5rem; text-align: right; border-top: 1px solid var(--tr-line); vertical-align: top; }
-.fd-tryout .tr-merits thead th { border-top: 0; font-weight: 600; }
-.fd-tryout .tr-merits th:first-child { text-align: left; font-weight: 400; }
-.fd-tryout .tr-merits td { white-space: nowrap; }
-.fd-tryout .tr-merits td.tr-best { font-weight: 700; }
-@container (max-width: 30rem) { .fd-tryout .tr-merits { font-size: 0.85rem; } .fd-tryout .tr-merits th, .fd-tryout .tr-merits td { padding: 0.25rem 0.3rem; } }
-.fd-tryout .tr-busy { color: var(--tr-quiet); font-size: 0.85rem; min-width: 5rem; }
-`;
 
 /** The model of a player, as anywidget's: given.tell() says that its run is another. */
 function playerModel(given) {
@@ -66,7 +19,8 @@ const figure = (value) => (value === "never" ? "never" : said(value ?? null, 3))
 const finite = (values) => values.filter(Number.isFinite);
 const points = (data) => (data?.x ? data.x.map((x, i) => [x, data.y[i]]) : []);
 
-export function render({ model, el }) {
+export async function render({ model, el }) {
+  await styled(...SHEETS);
   const get = (name) => model.get(name) ?? null;
   const choose = (name, value) => model.send({ do: "choose", name, value });
   const state = { share: 1, height: 280, played: null, given: null, stop: null };
@@ -100,7 +54,7 @@ export function render({ model, el }) {
   const single = element("div", {}, keys, element("div", { class: "tr-views" }, above, element("div", {}, error, time)));
   const stage = element("div", { class: "fleet-player" });
   const table = element("table", { class: "tr-merits" });
-  const root = element("div", { class: "fd fd-tryout" }, element("style", {}, LOOKS), controls, problem, notes, single, stage, table, others);
+  const root = element("div", { class: "fd fd-tryout" }, controls, problem, notes, single, stage, table, others);
   el.append(root);
 
   const label = (name, data) => {
@@ -244,7 +198,7 @@ export function render({ model, el }) {
 
   function playTeam() {
     const data = get("tried")?.player ?? null;
-    if (data === state.played || !looks.sheet) return; // the player measures what its style sheet says
+    if (data === state.played) return;
     state.played = data;
     const { scenario } = get("trial");
     if (data === null || state.given?.scenario !== scenario) {
@@ -281,9 +235,6 @@ export function render({ model, el }) {
   // Several values may come together: one picture for all of them.
   let request = 0;
   const soon = () => { request ||= requestAnimationFrame(() => { request = 0; draw(); }); };
-  const looks = element("link", { rel: "stylesheet", href: new URL("../../playback/static/player.css", import.meta.url).href });
-  looks.addEventListener("load", soon);
-  root.prepend(looks);
   const sayBusy = () => say(busy, get("busy") ? "running …" : "");
   sayBusy();
   // The word alone changes with it: the pictures are not drawn anew for it.

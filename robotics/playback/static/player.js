@@ -4,11 +4,8 @@
 import { axes, begin, fixed, hatch, line, sized, ticks } from "./pen.js";
 import { series, unpack } from "./rundata.js";
 
-// Okabe-Ito as in the project's figures, and the same hues lighter for a dark page; every line has its dashes too.
-const COLORS = {
-  light: ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000"],
-  dark: ["#4C9FE0", "#F07F33", "#17B98B", "#E39CC4", "#8FD0F5", "#F0B429", "#F4F4F4"],
-};
+// Colours are names of the page's palette, fuzzy/figures/palette.py; every line has its dashes too.
+const COLORS = ["c0", "c1", "c2", "c3", "c4", "c5", "c6"];
 const DASHES = [[], [6, 3], [6, 2, 1, 2], [2, 2], [8, 2, 2, 2, 2, 2], [10, 3], []];
 const FEW = 8; // robots that are all in the table, with their numbers in the scene
 const MANY_LINKS = 400; // from here on only stale ones are drawn unless asked for
@@ -18,10 +15,7 @@ const STANDS = 0.005; // m/s and, tenfold, rad/s
 const PAIRS = 3; // where the looks of pairs begin, so that none is that of robot 1
 const dash = (i) => DASHES[i % DASHES.length];
 // What robots are about, by code & 3: colours beside those of three robots, each with its dashes; words come with the run
-const MODES = {
-  light: ["#8C959F", "#B87900", "#B04A82", "#1F86C4"],
-  dark: ["#8C959F", "#F0B429", "#E39CC4", "#8FD0F5"],
-};
+const MODES = ["faint", "s5", "s3", "s4"];
 const MODE_DASHES = [[], [], [5, 3], [2, 2]];
 const GONE = 8; // the code of a stopped robot
 const words = { failure: "failure", delay: "delay", silence: "silent", stall: "stalled" };
@@ -147,10 +141,16 @@ function mount(model, el, time) {
   function layout() {
     root.classList.toggle("wide", el.clientWidth >= 1040);
     root.classList.toggle("narrow", el.clientWidth < 600);
-    const style = getComputedStyle(el), name = (v) => style.getPropertyValue(v).trim();
-    const colors = COLORS[dark.matches ? "dark" : "light"], color = (i) => colors[i % colors.length];
-    const modes = MODES[dark.matches ? "dark" : "light"], mode = (code) => modes[code & 3];
-    theme = { color, mode, ink: name("--fp-ink"), quiet: name("--fp-quiet"), line: name("--fp-line"), paper: name("--fp-paper") };
+    const style = getComputedStyle(el), named = (name) => style.getPropertyValue(`--ff-${name}`).trim();
+    const colors = COLORS.map(named), modes = MODES.map(named);
+    theme = {
+      color: (i) => colors[i % colors.length],
+      mode: (code) => modes[code & 3],
+      ink: named("ink"),
+      quiet: named("quiet"),
+      line: named("line"),
+      paper: named("paper"),
+    };
     root.querySelectorAll(".swatch").forEach((node) => drawSwatch(node));
     layoutScene();
     layoutChart();

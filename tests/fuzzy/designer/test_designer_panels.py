@@ -14,14 +14,14 @@ from fuzzy.membership import FUNCTIONS, membership_function
 from robotics.designer.tryout import Trial, choices, course_data, design_data, rival_data
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.scenario.reading import scenario_names
-from tests.fuzzy.designer.design_bench import system
+from tests.fuzzy.designer.design_bench import STATIC, system
 from tests.fuzzy.designer.membership_cases import cases
 from tests.fuzzy.designer.module_page import ModulePage, drag
 
 
 @pytest.fixture(scope="module")
 def one_page(browser: Any) -> ModulePage:
-    return ModulePage(browser.new_page())
+    return ModulePage(browser.new_page(), sheet=f"{STATIC}/designer.css")
 
 
 @pytest.fixture
