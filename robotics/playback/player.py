@@ -121,11 +121,12 @@ def write_player(
     from markupsafe import Markup
 
     data = player_data(run, seed, start=start, end=end, stale=stale)
-    template = (resources.files("robotics") / "playback" / "player.html.j2").read_text(encoding="utf-8")
+    here = resources.files("robotics") / "playback"
+    template = (here / "player.html.j2").read_text(encoding="utf-8")
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     page = environment.from_string(template).render(
         title=data["title"],
-        palette=Markup(stylesheet()),
+        sheet=Markup(stylesheet() + (here / "static" / "page.css").read_text(encoding="utf-8")),
         fragment=Markup(_fragment(data, "page", page=True, speed=speed)),
         script=Markup(player_script()),
     )

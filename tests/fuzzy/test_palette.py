@@ -35,7 +35,7 @@ def test_no_other_file_has_colours_of_its_own() -> None:
     found = {
         f"{path.name}: {color}"
         for path in files
-        for color in re.findall(r"#[0-9a-fA-F]{6}\b", path.read_text(encoding="utf-8"))
+        for color in re.findall(r"#(?:[0-9a-fA-F]{3}){1,2}\b", path.read_text(encoding="utf-8"))
     }
     # Black and white are the lines on a coloured surface, whatever the page.
     assert found <= {"designer.css: #000000", "designer.css: #ffffff"}
