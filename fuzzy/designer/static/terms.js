@@ -227,7 +227,7 @@ export function render({ model, el }) {
     return { node, show };
   }
 
-  let rows = [];
+  const rows = [];
   function paint() {
     const { variable: own, kind, term } = selected();
     if (!own || width === 0) return;

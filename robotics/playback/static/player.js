@@ -284,7 +284,7 @@ function mount(model, el, time) {
     const xs = ticks(data.start, data.end, Math.max(3, Math.round(size.width / 80)));
     axes(pen, frame, span, theme, xs, ticks(low, high, 4), ["time [s]", kinds.find(([value]) => value === chart.value)[1]]);
     const shown = data.faults.filter(([robot]) => seen(robot));
-    let taken = [];
+    const taken = [];
     for (const [robot, kind, from, to] of shown) {
       const left = Math.max(frame.left, span.x(from)), right = Math.min(frame.right, span.x(to));
       if (right <= left) continue;
@@ -340,7 +340,7 @@ function mount(model, el, time) {
   }
 
   function drawScene(t, place, ages) {
-    const pen = begin(scene, view.size), { x, y, x_target: xt, y_target: yt } = data.channels, { frames } = data;
+    const pen = begin(scene, view.size), { x, y } = data.channels, { frames } = data;
     pen.drawImage(still, 0, 0, view.size.width, view.size.height);
     if (data.obstacles?.moving) drawObstacles(pen, place);
     const from = data.locate(t - Number(trail.value)).k;
