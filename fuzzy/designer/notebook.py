@@ -18,7 +18,7 @@ from fuzzy.system import Sugeno
 _SOON = 0.004  # s that edits in hand may take to arrive before they are shown together
 
 
-class Session:
+class NotebookSession:
     """A design with its history, what one looks at, and the traits that show it; there is no file."""
 
     def __init__(self, fis: Sugeno) -> None:
@@ -112,7 +112,7 @@ def editor(fis: Sugeno) -> Any:
     """
     anywidget, traitlets = widget_library()
     folder = Path(__file__).parent / "static"
-    session = Session(fis)
+    session = NotebookSession(fis)
     traits = session.traits()
 
     class Editor(anywidget.AnyWidget):  # type: ignore[name-defined]

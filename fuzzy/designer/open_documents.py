@@ -10,7 +10,7 @@ from fuzzy.designer.workers import Workers
 AUTOSAVE = 0.25  # s between two autosaves of a document while it is being dragged
 
 
-class Desk:
+class OpenDocuments:
     """The documents of a folder that are open. All browser tabs with one file look at one document."""
 
     def __init__(self, folder: Folder) -> None:

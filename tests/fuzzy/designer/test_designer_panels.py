@@ -356,10 +356,10 @@ def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuz
 
 def test_editor_in_a_notebook(bench: ModulePage) -> None:
     pytest.importorskip("anywidget")
-    from fuzzy.designer.notebook import Session, editor
+    from fuzzy.designer.notebook import NotebookSession, editor
 
     page, fis = bench.page, system()
-    widget, session = editor(fis), Session(fis)
+    widget, session = editor(fis), NotebookSession(fis)
     bench.render_text(widget._esm, widget._css, session.traits())
     drag(page, page.get_by_role("slider", name="near: right foot"), (50, 0), release=True)
     page.wait_for_function("window.model.sent.some((message) => message.edit === 'term')")
