@@ -290,7 +290,7 @@ class _Page:
             self.header.send({"ask": f"{error}.", "accept": "Overwrite", "then": again})
             return
         self.header.update(shell=self._shell())
-        self.bench.notify(f"saved in {self.document.path.name}")
+        self.bench.notify(f"the design is saved in {self.document.path.name}")
 
     def _download(self, content: Mapping[str, Any]) -> None:
         self.client.download(self.document.text().encode(), self.document.path.name, "text/plain")
@@ -320,4 +320,4 @@ class _Page:
     def _discard(self, content: Mapping[str, Any]) -> None:
         self.document.discard()
         self.header.update(shell=self._shell())
-        self.bench.notify("back to the saved file; undo brings the changes back")
+        self.bench.notify("the saved file is shown again; undo brings the changes back")

@@ -146,5 +146,5 @@ def find_panels() -> tuple[list[Panel], list[str]]:
             panel = found() if callable(found) and not hasattr(found, "build") else found
             panels.append(panel)
         except (ImportError, AttributeError) as error:
-            sentences.append(f"the panel {point.name!r} is left out: {error}")
+            sentences.append(f"the panel {point.name!r} cannot be used: {error}")
     return sorted(panels, key=lambda panel: (panel.order, panel.title)), sentences

@@ -193,7 +193,7 @@ def _sonar(film: Replay) -> dict[str, Any] | None:
 
 
 def _modes(film: Replay) -> dict[str, Any] | None:
-    """The words for the codes, a code a robot and frame, and the hand-overs: time [s], robot, from, to, why."""
+    """The words for the codes, a code a robot and frame, and the changes of mode: time [s], robot, from, to, why."""
     if film.modes is None:
         return None
     events = [[round(e.time, 3), e.robot, e.before, e.after, e.why] for e in film.handovers]

@@ -11,7 +11,7 @@ const STARTS = { present: "the present system", subtractive: "clusters of the da
 const METHODS = { hybrid: "hybrid (Jang)", backprop: "gradient descent (Adam)", "least-squares": "least squares only", "second-order": "Levenberg–Marquardt" };
 const ROLES = [["unused", "not used"], ["input", "input"], ["output", "output"]];
 const STOPPED = {
-  epochs: "all epochs done", goal: "the goal is reached", callback: "stopped by hand", converged: "no step helps any more",
+  epochs: "all epochs are done", goal: "the goal is reached", callback: "stopped by hand", converged: "no step reduces the error any more",
   diverged: "the error is no longer finite", patience: "no progress", interrupted: "interrupted",
 };
 
@@ -60,8 +60,8 @@ export async function render({ model, el }) {
   // Start and method
   const start = choices("Start from", [], "", (value) => choose("start", value));
   const radius = number("Radius of a cluster, as a share of the ranges", "radius", { min: 0.01, max: 2, step: "any" });
-  const mfs = number("Terms an input", "mfs", { min: 2, max: 20, step: 1 });
-  const radiusField = field("Cluster radius (share of range)", radius), mfsField = field("Terms an input", mfs);
+  const mfs = number("Terms per input", "mfs", { min: 2, max: 20, step: 1 });
+  const radiusField = field("Cluster radius (share of range)", radius), mfsField = field("Terms per input", mfs);
   const from = element("fieldset", {}, element("legend", {}, "Start"), element("div", { class: "tn-row" }, field("Start from", start), radiusField, mfsField), mapping);
   const method = choices("Method", [], "", (value) => choose("method", value));
   const epochs = number("Epochs", "epochs", { min: 0, max: 100000, step: 1 });
@@ -95,7 +95,7 @@ export async function render({ model, el }) {
     for (const [input, name] of [[radius, "radius"], [mfs, "mfs"], [epochs, "epochs"], [goal, "goal"], [share, "share"], [seed, "seed"]]) input.show(choice[name]);
     radiusField.hidden = choice.start !== "subtractive";
     mfsField.hidden = choice.start !== "grid";
-    say(about, table ? `${table.name}: ${table.rows} samples, ${table.columns.length} columns` : "A table with one row a sample: inputs and outputs in columns, a header line, a point as the decimal sign.");
+    say(about, table ? `${table.name}: ${table.rows} samples, ${table.columns.length} columns` : "The table needs one row per sample, inputs and outputs in columns, a header line and a decimal point.");
     const running = ["starting", "learning", "stopping"].includes(progress.state);
     go.disabled = running || !table;
     stop.disabled = !running || progress.state === "stopping";
@@ -136,7 +136,7 @@ export async function render({ model, el }) {
     if (p.rules !== null) words.push(`${p.rules} ${p.rules === 1 ? "rule" : "rules"}`);
     if (p.parameters !== null) words.push(`${p.parameters} parameters`);
     if (p.epoch.length) words.push(`epoch ${last}`);
-    if (p.best) words.push(`least ${p.best.checked ? "checking" : "training"} error ${said(p.best.error)} at epoch ${p.best.epoch}${p.first ? ` (${said(p.first)} at the start)` : ""}`);
+    if (p.best) words.push(`smallest ${p.best.checked ? "checking" : "training"} error ${said(p.best.error)} at epoch ${p.best.epoch}${p.first ? ` (${said(p.first)} at the start)` : ""}`);
     if (p.stopped !== null) words.push(STOPPED[p.stopped] ?? p.stopped);
     say(state, words.join(" · "));
     const told = [...p.words];

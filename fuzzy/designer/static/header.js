@@ -59,7 +59,7 @@ function render({ model, el }) {
   const status = make("div", { role: "status", "aria-live": "polite", class: "said" });
   const alertText = make("span");
   const alert = make("div", { role: "alert", class: "said problem", hidden: true }, alertText,
-    make("button", { type: "button", "aria-label": "Put this message away", onclick: () => (alert.hidden = true) }, "×"));
+    make("button", { type: "button", "aria-label": "Close this message", onclick: () => (alert.hidden = true) }, "×"));
   let timer = 0;
   function say(text, problem = false) {
     if (problem) {
@@ -143,7 +143,7 @@ function render({ model, el }) {
     ["Download the .fis file", () => send({ do: "download" })],
     ["Compare with …", compare],
     ["Export a figure …", exportFigure],
-    ["Back to the saved file", () => send({ do: "discard" })],
+    ["Revert to the saved file", () => send({ do: "discard" })],
   ];
   const menuId = `shell-menu-${++count}`;
   const menu = make("div", { role: "menu", id: menuId, "aria-label": "File", hidden: true });
@@ -214,7 +214,7 @@ function render({ model, el }) {
     if (!when) return;
     restored.append(
       make("span", {}, `Unsaved work of ${when} has been restored.`),
-      make("button", { type: "button", onclick: () => send({ do: "discard" }) }, "Back to the saved file"),
+      make("button", { type: "button", onclick: () => send({ do: "discard" }) }, "Revert to the saved file"),
       make("button", { type: "button", onclick: () => restored.replaceChildren() }, "Keep it"));
   }
 

@@ -76,7 +76,7 @@ export function render({ model, el }) {
     element(
       "p",
       { class: "fd-note" },
-      "Enter takes a sentence, Escape gives it up; Alt with an up or down arrow moves a rule.",
+      "Enter accepts a sentence, Escape discards it, and Alt with an up or down arrow moves the rule.",
     ),
   );
   el.append(root);

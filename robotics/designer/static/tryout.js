@@ -1,4 +1,4 @@
-// Try it: the rule base in hand drives a robot. Top view, cross-track error and figures of merit, beside the design
+// Try it: the rule base in hand drives a robot. Top view, cross-track error and metrics, beside the design
 // before and a nonlinear law; a team is played. From what robotics/designer/panel.py hands over; form: anywidget's.
 
 import { axes, choices, element, line, offer, put, said, say, scale, shape, styled, ticks, watch, whenSized } from "../../../fuzzy/designer/static/chart.js";
@@ -53,7 +53,7 @@ export async function render({ model, el }) {
   const time = element("div", { class: "tr-time" }, clock, reading);
   const single = element("div", {}, keys, element("div", { class: "tr-views" }, above, element("div", {}, error, time)));
   const stage = element("div", { class: "fleet-player" });
-  const table = element("table", { class: "tr-merits" });
+  const table = element("table", { class: "tr-metrics" });
   const root = element("div", { class: "fd fd-tryout" }, controls, problem, notes, single, stage, table, others);
   el.append(root);
 
@@ -89,7 +89,7 @@ export async function render({ model, el }) {
       if (data?.why) told.push(`${label(name, data)}: ${data.why}`);
       for (const note of data?.notes ?? []) told.push(`${label(name, data)}: ${note}`);
     }
-    say(others, [...new Set(known?.scenarios.map((s) => s.why).filter(Boolean) ?? [])].map((why) => `Scenarios that are not possible: ${why}.`).join(" "));
+    say(others, [...new Set(known?.scenarios.map((s) => s.why).filter(Boolean) ?? [])].map((why) => `Some scenarios cannot be chosen: ${why}.`).join(" "));
     notes.replaceChildren(...told.map((text) => element("p", { class: "tr-note" }, text)));
   }
 
@@ -193,7 +193,7 @@ export async function render({ model, el }) {
       // Not by colour alone: the best is bold, and equal ones are all best.
       return element("tr", {}, element("th", { scope: "row" }, metric.unit === "1" ? metric.title : `${metric.title} [${metric.unit}]`), ...values.map((value) => element("td", runs.length > 1 && Number.isFinite(best) && size(value) === best ? { class: "tr-best" } : {}, figure(value))));
     });
-    table.replaceChildren(element("caption", { hidden: true }, "Figures of merit"), element("thead", {}, head), element("tbody", {}, ...rows));
+    table.replaceChildren(element("caption", { hidden: true }, "Metrics"), element("thead", {}, head), element("tbody", {}, ...rows));
   }
 
   function playTeam() {

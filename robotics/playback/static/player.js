@@ -66,7 +66,7 @@ function mount(model, el, time) {
   const shares = [["all", "all"], ["stale", "stale"], ["mine", "of the selected robot"], ["none", "hide"]];
   const [linksLabel, links] = choice("Messages", shares, data.links.length > MANY_LINKS ? "stale" : "all", () => draw());
   const kinds = [["distance", "distance to the target [m]"], ["speed", "speed v [m/s]"]];
-  const apart = count > 4 ? "s less the team's median" : "differences sᵢ − sⱼ";
+  const apart = count > 4 ? "s minus the team's median" : "differences sᵢ − sⱼ";
   if (data.channels.progress) kinds.unshift(["progress", "progress s"], ["difference", apart]);
   const [chartLabel, chart] = choice("Chart", kinds, kinds[0][0], () => layout());
   const play = make("button", { type: "button", class: "play", onclick: () => toggle() }, "Play");
@@ -76,14 +76,14 @@ function mount(model, el, time) {
   const slider = make("input", { ...range, oninput: () => seek(Number(slider.value)) });
   const clock = make("output", { class: "clock" });
   const events = data.modes?.events ?? [];
-  const said = `What robots are about over time, and ${events.length} hand-overs; click to go to a time`;
+  const said = `The robots' operating modes over time, with ${events.length} changes of mode; click to go to a time`;
   const marks = make("canvas", { class: "marks", role: "img", "aria-label": said });
   const timeline = data.modes ? make("div", { class: "timeline" }, slider, marks) : slider;
   const jump = (way) => {
     const times = events.map(([at]) => at).filter((at) => way * (at - state.t) > 1e-3);
     if (times.length) seek(way > 0 ? Math.min(...times) : Math.max(...times));
   };
-  const jumps = [["◂ hand-over", "to the hand-over before (key P)", -1], ["hand-over ▸", "to the next hand-over (key N)", 1]];
+  const jumps = [["◂ mode change", "go to the previous change of mode (key P)", -1], ["mode change ▸", "go to the next change of mode (key N)", 1]];
   const cones = make("input", { type: "checkbox", checked: true, onchange: () => draw() });
   const conesLabel = make("label", { class: "robot" }, cones, "Sonar cones");
   const about = `Top view of ${count} robot${count > 1 ? "s" : ""}, their paths and messages; the table has the numbers`;
@@ -112,7 +112,7 @@ function mount(model, el, time) {
   let chosen = null, boxes = [];
   if (!few) {
     const numbered = Array.from({ length: count }, (_, i) => [String(i), String(i + 1)]);
-    const [label, select] = choice("Read out robot", numbered, "0", () => pick(Number(select.value)));
+    const [label, select] = choice("Robot in the table", numbered, "0", () => pick(Number(select.value)));
     chosen = select;
     boxes = numbered.map((_, i) => box(i));
     const every = (on) => () => {
@@ -158,7 +158,7 @@ function mount(model, el, time) {
     draw();
   }
 
-  // Under the slider: a row a robot, coloured while it does something else than track, and a tick at every hand-over
+  // Under the slider: a row a robot, coloured while it does something else than track, and a tick at every change of mode
   let strip = null;
   function layoutMarks() {
     const rows = few ? count : 0, size = sized(marks, 8 + 7 * rows, 60), left = 8, right = size.width - 8; // as a slider's thumb
@@ -248,13 +248,13 @@ function mount(model, el, time) {
     const said = grown > 1.05 ? `robots drawn ${fixed(grown, 1)} times their size` : "robots to scale";
     const parts = ["dashed: path", "+: target", said, "outline only: standing"];
     const old = `dashed if older than ${fixed(data.stale_after, 2)} s`;
-    if (data.hears !== null) parts.push(`the half of a line at a robot: what it hears of the other, ${old}`);
-    if (data.faults.length) parts.push("hatched: at fault");
+    if (data.hears !== null) parts.push(`half of a line: what the robot at its end hears from the other, ${old}`);
+    if (data.faults.length) parts.push("hatched: a robot with a fault");
     if (data.obstacles) parts.push("grey: obstacle");
-    if (data.sonar) parts.push("cone: what a sonar reads, faint if nothing");
-    if (data.modes) parts.push("ring and bars under the slider: what a robot is about");
-    if (calm.matches) parts.push("reduced motion: twice a second");
-    note.textContent = `${parts.join(" · ")}. Keys: space, ←, →, with shift 10 s${data.sonar ? ", S: sonar" : ""}${events.length ? ", P and N: hand-overs" : ""}.`;
+    if (data.sonar) parts.push("cone: the range that a sonar reads, faint without an echo");
+    if (data.modes) parts.push("ring, and bars under the slider: a robot's operating mode");
+    if (calm.matches) parts.push("reduced motion: two pictures a second");
+    note.textContent = `${parts.join(" · ")}. Keys: space plays and pauses; ← and → move by 1 s, with shift by 10 s${data.sonar ? "; S shows the sonar cones" : ""}${events.length ? "; P and N go to the changes of mode" : ""}.`;
   }
 
   function layoutChart() {
@@ -534,7 +534,7 @@ function mount(model, el, time) {
       const old = mine.filter(([, from]) => ages.has(i * count + from)).map(([, from]) => [from, ages.get(i * count + from)]);
       if (!mine.length) return "nobody";
       if (!old.length) return `${mine.length > 4 ? `all ${mine.length}` : mine.map(([, from]) => from + 1).join(", ")}: fresh`;
-      const since = (age) => (age === Infinity ? "never yet" : `${fixed(age, 1)} s old`);
+      const since = (age) => (age === Infinity ? "never heard" : `${fixed(age, 1)} s old`);
       const listed = old.slice(0, 4).map(([from, age]) => `${from + 1}: ${since(age)}`).join(", ");
       if (old.length > 4) return `${listed}, … (${old.length} of ${mine.length} stale)`;
       return listed + (old.length < mine.length ? ", others fresh" : "");
@@ -560,7 +560,7 @@ function mount(model, el, time) {
     said.push(faulty.length ? named.join(", ") + (faulty.length > 6 ? ", …" : "") : "no faults");
     const last = events.filter(([at]) => at <= t + 1e-9).at(-1);
     if (last) said.push(`${fixed(last[0], 2)} s, robot ${last[1] + 1}: ${last[2]} → ${last[3]} (${last[4]})`);
-    if (ages.size) said.push(`${ages.size} of ${data.links.length} links stale`);
+    if (ages.size) said.push(`${ages.size} of ${data.links.length} links are stale`);
     put(summary, said.join(" · "));
   }
 

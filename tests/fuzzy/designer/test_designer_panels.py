@@ -181,7 +181,7 @@ def test_data_columns_and_settings_are_chosen(bench: ModulePage) -> None:
     ]
     bench.give(choice=TRAITS["choice"] | {"start": "grid"}, columns=ROLES)
     assert page.get_by_label("Role of the column a").input_value() == "input"
-    assert page.get_by_label("Terms an input").input_value() == "3"
+    assert page.get_by_label("Terms per input").input_value() == "3"
     assert not page.get_by_label("Radius of a cluster").is_visible()
 
 
@@ -198,7 +198,7 @@ def test_the_error_curve_is_logarithmic_with_its_least_checking_error(bench: Mod
     marker = page.evaluate("(({cx, cy}) => [cx.baseVal.value, cy.baseVal.value])(document.querySelector('.tn-best'))")
     np.testing.assert_allclose(marker, check[2], atol=0.02)
     status = page.get_by_role("status").inner_text()
-    assert "4 rules · 30 parameters · epoch 3 · least checking error 0.1 at epoch 2" in status
+    assert "4 rules · 30 parameters · epoch 3 · smallest checking error 0.1 at epoch 2" in status
     assert "stopped by hand" in status
     assert page.get_by_text("The 2 outputs are learnt together").is_visible()
     assert page.get_by_text("input 'a' is constant").is_visible()
