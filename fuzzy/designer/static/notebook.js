@@ -5,10 +5,17 @@ import terms from "./terms.js";
 import tree from "./tree.js";
 import viewer from "./viewer.js";
 
-const PARTS = [["System", tree], ["Memberships", terms], ["Rules", rules], ["Viewer", viewer], ["Surface", surface]];
+const PARTS = [
+  ["System", tree],
+  ["Memberships", terms],
+  ["Rules", rules],
+  ["Viewer", viewer],
+  ["Surface", surface],
+];
 
 function render({ model, el }) {
-  const root = document.createElement("div"), bar = document.createElement("div");
+  const root = document.createElement("div"),
+    bar = document.createElement("div");
   root.className = "fuzzy-editor";
   bar.setAttribute("role", "toolbar");
   bar.setAttribute("aria-label", "Design");
@@ -22,7 +29,8 @@ function render({ model, el }) {
   });
   function show() {
     for (const [i, what] of ["undo", "redo"].entries()) {
-      const name = model.get("design")[what], word = what === "undo" ? "Undo" : "Redo";
+      const name = model.get("design")[what],
+        word = what === "undo" ? "Undo" : "Redo";
       buttons[i].textContent = name ? `${word}: ${name}` : word;
       buttons[i].setAttribute("aria-disabled", String(!name));
     }
@@ -32,7 +40,9 @@ function render({ model, el }) {
   root.append(bar);
   el.append(root);
   const ends = PARTS.map(([title, part]) => {
-    const details = document.createElement("details"), summary = document.createElement("summary"), place = document.createElement("div");
+    const details = document.createElement("details"),
+      summary = document.createElement("summary"),
+      place = document.createElement("div");
     details.open = true;
     summary.textContent = title;
     details.append(summary, place);
