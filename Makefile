@@ -2,9 +2,15 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+NODE := node_modules/.bin
+BROWSER := '{anfis,fuzzy,robotics}/**/*.{js,css}' eslint.config.js
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: venv demo design test lint format bench clean
+# JavaScript and CSS are checked where there is Node.js: nothing else needs it.
+browser = @if command -v npm > /dev/null; then $(MAKE) --no-print-directory $(1); \
+	else echo "JavaScript and CSS are skipped, because npm is not installed."; fi
+
+.PHONY: venv demo design test lint lint-browser format format-browser bench clean
 
 $(VENV)/.runtime: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "fuzzyfleet needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
@@ -28,6 +34,11 @@ $(VENV)/.designer: $(VENV)/.runtime
 	@$(PIP) install -c constraints.txt -e '.[design]'
 	@touch $@
 
+node_modules/.installed: package.json package-lock.json
+	@echo "installing the tools that check the browser's code"
+	@npm ci --silent --no-audit --no-fund
+	@touch $@
+
 venv: $(VENV)/.development
 
 demo: $(VENV)/.runtime
@@ -46,14 +57,23 @@ lint: $(VENV)/.development
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(call browser,lint-browser)
 
 format: $(VENV)/.development
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+	$(call browser,format-browser)
+
+lint-browser: node_modules/.installed
+	$(NODE)/prettier --check --log-level warn $(BROWSER)
+	$(NODE)/eslint anfis fuzzy robotics eslint.config.js
+
+format-browser: node_modules/.installed
+	$(NODE)/prettier --write --log-level warn $(BROWSER)
 
 bench: $(VENV)/.peers
 	$(BIN)/python -m benchmarks
 
 clean:
-	rm -rf $(VENV) out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) node_modules out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find fuzzy robotics tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -15,7 +15,8 @@ from anfis.data import samples
 from anfis.state import Epoch
 from fuzzy.detached import detached
 from fuzzy.errors import InputError
-from fuzzy.figures.drawing import COLORS, COLUMN, DOUBLE, new_figure, style
+from fuzzy.figures.drawing import COLUMN, DOUBLE, new_figure, style
+from fuzzy.figures.palette import COLORS
 from fuzzy.insight.universe import universe_grid
 from fuzzy.system import Sugeno, Variable
 

@@ -178,7 +178,7 @@ def _edited(page: Any) -> None:
 
 
 def _until_run(page: Any, columns: int) -> None:
-    page.wait_for_function(f"document.querySelectorAll('.fd-tryout .tr-merits thead th').length >= {columns}")
+    page.wait_for_function(f"document.querySelectorAll('.fd-tryout .tr-metrics thead th').length >= {columns}")
     page.wait_for_function("document.querySelector('.fd-tryout .tr-busy').innerText === ''")
 
 

@@ -69,8 +69,9 @@ def test_the_wheel_carries_data_and_types(python):
         "from importlib.resources import files;"
         "print(*(p.is_file() for p in (files('fuzzy') / 'py.typed', files('robotics') / 'py.typed',"
         "files('robotics') / 'rulebases' / 'tracking.fis', files('robotics') / 'scenarios' / 'reference.toml',"
-        "*(files('robotics') / 'playback' / f'player.{end}' for end in ('js', 'css', 'html.j2')),"
+        "*(files('robotics') / 'playback' / 'static' / f'player.{end}' for end in ('js', 'css')),"
+        "files('robotics') / 'playback' / 'player.html.j2', files('fuzzy') / 'designer' / 'static' / 'bridge.js',"
         "files('robotics') / 'report' / 'report.html.j2', files('robotics') / 'rulebases' / 'formation' / 'v_l.fis')))"
     )
     done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["True"] * 9
+    assert done.stdout.split() == ["True"] * 10

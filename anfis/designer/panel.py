@@ -31,7 +31,7 @@ from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 
 GROUP = "fuzzyfleet.training_data"  # entry points: functions that give a sequence of Generators
-MODULE = Path(__file__).parent / "training.js"
+MODULE = Path(__file__).parent / "static" / "training.js"
 _MOST = LARGEST_FILE  # bytes of a file, characters of an upload: one limit for all that a page sends
 _DRAWN = 1_000  # epochs of the curve that is sent, at most
 _EVERY = 0.1  # s between looks at the learning

@@ -15,7 +15,7 @@ from fuzzy.shell.terminal import plain
 Callback = Callable[[Any], Any]
 
 
-class Bridge(Element, component="bridge.js"):
+class Bridge(Element, component="static/bridge.js"):
     """A place on the page that a module draws on; made by :meth:`fuzzy.designer.panel.Workbench.widget`.
 
     ``url`` is where the page finds the module, ``traits`` are the model's first values (JSON's types, arrays; what

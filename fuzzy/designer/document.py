@@ -46,15 +46,15 @@ def confined(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> Pa
         target = (root / os.fspath(path)).resolve()
         longest = max(len(os.fsencode(part)) for part in target.parts)
     except (OSError, ValueError, RuntimeError, TypeError) as error:  # a NUL, a ring of links
-        raise DocumentError(f"{str(path)!r} is no path of a file: {error}") from None
+        raise DocumentError(f"{str(path)!r} is not the path of a file: {error}") from None
     if longest > _LONGEST or len(target.parts) > _LONGEST:
-        raise DocumentError(f"{target.name[:40]}...: the name is too long, at most {_LONGEST} bytes are taken")
+        raise DocumentError(f"{target.name[:40]}...: the name is too long, at most {_LONGEST} bytes are allowed")
     if not target.is_relative_to(root):
         raise DocumentError(f"{os.fspath(path)} lies outside the opened folder {root}")
     if target.suffix.casefold() != ".fis":
         raise DocumentError(f"{os.fspath(path)}: a design is saved in a file that ends in .fis")
     if any(part.startswith(".") for part in target.relative_to(root).parts):
-        raise DocumentError(f"{os.fspath(path)}: hidden files and folders are left alone")
+        raise DocumentError(f"{os.fspath(path)}: hidden files and folders cannot be opened")
     return target
 
 
@@ -116,7 +116,7 @@ class Document:
         for work in autosave.find(self.path):
             when = f"{work.when:%Y-%m-%d %H:%M:%S}"
             if work.elsewhere:
-                self.notes += (f"another designer has unsaved work of {when} on {self.path.name} open",)
+                self.notes += (f"another designer has {self.path.name} open, with unsaved work of {when}",)
             elif work.base != self._digest and self._changed_after(work.when):
                 older = work.path.with_name(f"{self.path.name}.older")
                 with suppress(OSError):
@@ -169,7 +169,7 @@ class Document:
         elif what == "redo":
             self.redo()
         else:
-            raise DocumentError("a document can do 'undo' and 'redo'")
+            raise DocumentError("a document accepts 'undo' and 'redo'")
 
     def _record(self, new: Design, name: str, gesture: Any = None) -> None:
         continues = gesture is not None and gesture == self._gesture and self._undo
@@ -271,7 +271,7 @@ class Document:
             if not overwrite:
                 present = _digest(target)
                 if target != self.path and present is not None:
-                    raise OverwriteError(f"{target.name} is there already; overwrite it, or take another name")
+                    raise OverwriteError(f"{target.name} exists already; overwrite it or choose another name")
                 if present is not None and present != self._digest:
                     raise OverwriteError(
                         f"{target.name} was changed on disk by another program since it was opened here; "
@@ -306,7 +306,7 @@ class Document:
         """Go back to what the file holds now, as an edit that can be undone."""
         self.path, self.notes = confined(self.folder, self.path), ()
         if self._digest is not None and not self.path.exists():
-            raise DocumentError(f"{self.path.name} is not there any more; saving writes it again")
+            raise DocumentError(f"{self.path.name} no longer exists; saving writes it again")
         design = self._from_file(self.design.next_key)
         self._forget()
         self.restored = None
@@ -335,7 +335,7 @@ def _digest(path: Path) -> str | None:
     try:
         if not path.is_file():
             if path.exists():
-                raise DocumentError(f"{path} is no file")
+                raise DocumentError(f"{path} is not a file")
             return None
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError as error:

@@ -49,7 +49,7 @@ def _look(design: Design, message: Message) -> Design:
     point = message.numbers("point")
     if len(point) != len(design.system.inputs):
         names = ", ".join(v.name for v in design.system.inputs)
-        raise EditError(f"a point has one number an input ({names}), got {len(point)}")
+        raise EditError(f"a point needs one number per input ({names}), got {len(point)}")
     return replace(design, point=point)
 
 

@@ -34,9 +34,9 @@ class Folder:
         if not name or len(name) > 300 or any(c in name for c in "\\:") or not name.isprintable():
             raise FolderError(f"{name[:80]!r} cannot be the name of a file; use letters, digits, '-', '_' and '/'")
         if any(part == "" or part.startswith(".") for part in parts):
-            raise FolderError(f"{name!r}: only files in the opened folder can be used, by names that begin with no dot")
+            raise FolderError(f"{name!r}: use a file in the opened folder, without a name that begins with a dot")
         if any(part.partition(".")[0].strip().casefold() in _DEVICES for part in parts):
-            raise FolderError(f"{name!r}: Windows keeps this name for a device; take another one")
+            raise FolderError(f"{name!r}: Windows reserves this name for a device; choose another one")
         if not name.lower().endswith(".fis"):
             raise FolderError(f"{name!r}: the designer works with .fis files; end the name in .fis")
         path = self.path.joinpath(*parts)

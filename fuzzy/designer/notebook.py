@@ -12,12 +12,13 @@ from fuzzy.designer.edits import edited
 from fuzzy.designer.esmodule import ModuleError, composed
 from fuzzy.designer.views import design_data, surface_data, viewer_data
 from fuzzy.errors import InputError
+from fuzzy.figures.palette import stylesheet
 from fuzzy.system import Sugeno
 
 _SOON = 0.004  # s that edits in hand may take to arrive before they are shown together
 
 
-class Session:
+class NotebookSession:
     """A design with its history, what one looks at, and the traits that show it; there is no file."""
 
     def __init__(self, fis: Sugeno) -> None:
@@ -110,15 +111,17 @@ def editor(fis: Sugeno) -> Any:
     the extra ``notebook``.
     """
     anywidget, traitlets = widget_library()
-    folder = Path(__file__).parent
-    session = Session(fis)
+    folder = Path(__file__).parent / "static"
+    session = NotebookSession(fis)
     traits = session.traits()
 
     class Editor(anywidget.AnyWidget):  # type: ignore[name-defined]
         """The designer; ``fis`` is the system as edited so far."""
 
         _esm = composed(folder / "notebook.js")
-        _css = (folder / "static" / "designer.css").read_text(encoding="utf-8")
+        _css = stylesheet() + "".join(
+            (folder / f"{sheet}.css").read_text("utf-8") for sheet in ("designer", "notebook")
+        )
         locals().update({name: traitlets.Any(value).tag(sync=True) for name, value in traits.items()})
 
         def __init__(self) -> None:

@@ -10,7 +10,7 @@ from fuzzy.designer.workers import Workers
 AUTOSAVE = 0.25  # s between two autosaves of a document while it is being dragged
 
 
-class Desk:
+class OpenDocuments:
     """The documents of a folder that are open. All browser tabs with one file look at one document."""
 
     def __init__(self, folder: Folder) -> None:
@@ -43,7 +43,7 @@ class Desk:
         self._tabs[id(document)] = self._tabs.get(id(document), 0) + 1
 
     def leave(self, document: Document) -> None:
-        """It does no more."""
+        """A browser tab no longer looks at the document."""
         self._tabs[id(document)] -= 1
 
     def save(self, document: Document, name: str | None = None, overwrite: bool = False) -> None:
@@ -51,7 +51,7 @@ class Desk:
         path = document.path if name is None else self.folder.inside(name)
         for other in [d for d in self._documents if d is not document and d.path == path]:
             if self._tabs.get(id(other), 0) > 0:
-                raise FolderError(f"{name!r} is open in another tab; close that one first, or take another name")
+                raise FolderError(f"{name!r} is open in another tab; close that tab first or choose another name")
             self._autosave(other)
             self._documents.remove(other)
         document.save(None if name is None else path, overwrite=overwrite)

@@ -16,40 +16,41 @@ from fuzzy.designer.document import Document, OverwriteError
 from fuzzy.designer.figures import check_figure, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.modules import Modules
-from fuzzy.designer.open_documents import Desk
+from fuzzy.designer.open_documents import OpenDocuments
 from fuzzy.designer.panel import Place, Workbench, find_panels
 from fuzzy.designer.tabs import Tab, tab_group
 from fuzzy.designer.views import compared_data, document_data, surface_data, viewer_data
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
+from fuzzy.figures.palette import stylesheet
 
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
-_HERE = Path(str(resources.files("fuzzy") / "designer"))
+_STATIC = Path(str(resources.files("fuzzy") / "designer" / "static"))
 
 
-async def build_page(desk: Desk, modules: Modules, name: str) -> None:
+async def build_page(opened: OpenDocuments, modules: Modules, name: str) -> None:
     """Fill the page of a new browser tab with the designer of the file ``name``, or with what is wrong with it."""
-    for sheet in ("static/designer.css", "page.css"):
-        if (_HERE / sheet).is_file():
-            ui.add_head_html(f'<link rel="stylesheet" href="{modules.url(_HERE / sheet)}">')
+    ui.add_head_html(f"<style>{stylesheet()}</style>")
+    for sheet in ("designer.css", "page.css"):
+        ui.add_head_html(f'<link rel="stylesheet" href="{modules.url(_STATIC / sheet)}">')
     try:
-        document = desk.document(name)
+        document = opened.document(name)
     except (InputError, OSError) as error:
         with ui.element("main").classes("shell shell-nothing"):
             TextElement(tag="h1", text="This file cannot be opened")
             TextElement(tag="p", text=str(error)).props('role="alert"')
             TextElement(tag="a", text="Back to the designer").props('href="/"')
         return
-    _Page(desk, modules, document)
+    _Page(opened, modules, document)
 
 
 class _Page:
     """What one browser tab shows, and what it asks for."""
 
-    def __init__(self, desk: Desk, modules: Modules, document: Document) -> None:
-        self.desk, self.document = desk, document
+    def __init__(self, opened: OpenDocuments, modules: Modules, document: Document) -> None:
+        self.opened, self.document = opened, document
         self.client = ui.context.client
-        self.bench = Workbench(document, desk.workers, modules.url, self._say)
+        self.bench = Workbench(document, opened.workers, modules.url, self._say)
         self.selected: dict[str, Any] = {
             "kind": "input",
             "variable": document.design.system.inputs[0].name,
@@ -61,39 +62,38 @@ class _Page:
         self._problems = itertools.count(1)
         self._timer: asyncio.TimerHandle | None = None
         self._rested = False  # a change while no browser was connected
-        self._name = desk.folder.name(document.path)
+        self._name = opened.folder.name(document.path)
         self._everywhere: list[Bridge] = []
         self._shown: dict[str, Any] = {}  # the traits as of the last change
         self._build()
         self._unlisten = document.listen(self._changed_soon)
-        desk.arrive(document)
+        opened.arrive(document)
         self.client.on_connect(self._connected)
         self.client.on_delete(self._gone)
 
     # What stands where ----------------------------------------------------------------------------------------
 
     def _build(self) -> None:
-        static = _HERE / "static"
         traits = self._traits() | {"viewer": self._viewer(), "surface": None, "problem": None}
         views = ("design", "point", "selected", "compared", "problem", "viewer")
         shown = {name: traits[name] for name in views}
         panels, missing = find_panels()
         with ui.element("div").classes("shell"):
             with ui.element("header"):
-                self.header = self.bench.widget(_HERE / "header.js", design=traits["design"], shell=self._shell())
+                self.header = self.bench.widget(_STATIC / "header.js", design=traits["design"], shell=self._shell())
                 self.header.on_message(self._asked)
             with ui.element("aside").classes("shell-tree").props('aria-label="System" id="shell-tree"'):
-                self._module(static / "tree.js", shown)
+                self._module(_STATIC / "tree.js", shown)
             with ui.element("main"):
                 self.surface: Bridge | None = None
                 left = [
-                    Tab("Memberships", lambda: self._module(static / "terms.js", shown)),
-                    Tab("Rules", lambda: self._module(static / "rules.js", self._now())),
+                    Tab("Memberships", lambda: self._module(_STATIC / "terms.js", shown)),
+                    Tab("Rules", lambda: self._module(_STATIC / "rules.js", self._now())),
                 ]
                 self.surface_place = Place(shown=False)
                 right = [
-                    Tab("Viewer", lambda: self._module(static / "viewer.js", self._now())),
-                    Tab("Surface", lambda: self._build_surface(static / "surface.js"), self.surface_place),
+                    Tab("Viewer", lambda: self._module(_STATIC / "viewer.js", self._now())),
+                    Tab("Surface", lambda: self._build_surface(_STATIC / "surface.js"), self.surface_place),
                     *(Tab(panel.title, partial(self._build_panel, panel)) for panel in panels),
                 ]
                 tab_group("Edit the design", left, self.bench)
@@ -167,8 +167,8 @@ class _Page:
     def _shell(self) -> dict[str, Any]:
         restored = self.document.restored
         return {
-            "file": self.desk.folder.name(self.document.path),
-            "files": self.desk.folder.files(),
+            "file": self.opened.folder.name(self.document.path),
+            "files": self.opened.folder.files(),
             "compared": self.compared if self.document.compared is not None else None,
             "largest": LARGEST_FILE,
             "restored": f"{restored:%Y-%m-%d %H:%M}" if restored is not None else None,
@@ -188,7 +188,7 @@ class _Page:
             return
         self._shown = self._traits() | {"viewer": self._viewer()}
         self.header.update(design=self._shown["design"])
-        name = self.desk.folder.name(self.document.path)
+        name = self.opened.folder.name(self.document.path)
         if name != self._name:
             self._name = name
             self.header.update(shell=self._shell())
@@ -206,7 +206,7 @@ class _Page:
 
     async def _gone(self) -> None:
         self._unlisten()
-        self.desk.leave(self.document)
+        self.opened.leave(self.document)
         await self.bench.close()
 
     def _say(self, sentence: str, problem: bool) -> None:
@@ -284,13 +284,13 @@ class _Page:
         if name is not None and not isinstance(name, str):
             raise InputError("save as: the name must be a text")
         try:
-            self.desk.save(self.document, name, overwrite=content.get("overwrite") is True)
+            self.opened.save(self.document, name, overwrite=content.get("overwrite") is True)
         except OverwriteError as error:
             again = {"do": content["do"], "name": name, "overwrite": True}
             self.header.send({"ask": f"{error}.", "accept": "Overwrite", "then": again})
             return
         self.header.update(shell=self._shell())
-        self.bench.notify(f"saved in {self.document.path.name}")
+        self.bench.notify(f"the design is saved in {self.document.path.name}")
 
     def _download(self, content: Mapping[str, Any]) -> None:
         self.client.download(self.document.text().encode(), self.document.path.name, "text/plain")
@@ -312,7 +312,7 @@ class _Page:
             self.compared = None
             self.document.compare(None)
         else:
-            fis = self.desk.folder.read(name if isinstance(name, str) else "")
+            fis = self.opened.folder.read(name if isinstance(name, str) else "")
             self.compared = name
             self.document.compare(fis)
         self.header.update(shell=self._shell())
@@ -320,4 +320,4 @@ class _Page:
     def _discard(self, content: Mapping[str, Any]) -> None:
         self.document.discard()
         self.header.update(shell=self._shell())
-        self.bench.notify("back to the saved file; undo brings the changes back")
+        self.bench.notify("the saved file is shown again; undo brings the changes back")

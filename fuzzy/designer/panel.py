@@ -60,7 +60,6 @@ class Workbench:
         self._workers, self._module_url, self._say = workers, module_url, say
         self._change_callbacks: list[tuple[Place, Callable[[], Any]]] = []
         self._close_callbacks: list[Callable[[], Any]] = []
-        self._styles: set[str] = set()
         self._here = Place()
 
     def widget(self, module: Path, **traits: Any) -> "Bridge":
@@ -68,15 +67,6 @@ class Workbench:
         from fuzzy.designer.bridge import Bridge
 
         return Bridge(self._module_url(module), traits, lambda sentence: self.notify(sentence, problem=True))
-
-    def style(self, sheet: Path) -> None:
-        """Use the style sheet in the file ``sheet``, a part of an installed package."""
-        from nicegui import ui
-
-        url = self._module_url(sheet)
-        if url not in self._styles:
-            self._styles.add(url)
-            ui.element("link").props(f'rel="stylesheet" href="{url}"')
 
     def on_change(self, callback: Callable[[], Any]) -> None:
         """Call ``callback()``, a function or a coroutine, after the edits in hand, until the tab closes.
@@ -156,5 +146,5 @@ def find_panels() -> tuple[list[Panel], list[str]]:
             panel = found() if callable(found) and not hasattr(found, "build") else found
             panels.append(panel)
         except (ImportError, AttributeError) as error:
-            sentences.append(f"the panel {point.name!r} is left out: {error}")
+            sentences.append(f"the panel {point.name!r} cannot be used: {error}")
     return sorted(panels, key=lambda panel: (panel.order, panel.title)), sentences

@@ -66,7 +66,7 @@ def consequent(kind: str, parameters: Sequence[float], inputs: int, label: str) 
     """A consequent of the kind "constant" or "linear"; EditError where the numbers make none."""
     wanted = 1 if kind == "constant" else inputs + 1
     if len(parameters) != wanted:
-        what = "one number" if wanted == 1 else f"{inputs} slopes, one an input, and a constant"
+        what = "one number" if wanted == 1 else f"{inputs} slopes, one per input, and a constant"
         raise EditError(f"{label}: a {kind} consequent has {what}, got {len(parameters)} numbers")
     if not all(map(math.isfinite, parameters)):
         raise EditError(f"{label}: the numbers of a consequent must be finite, got {list(parameters)}")
@@ -132,4 +132,4 @@ def numbered(stem: str, number: int, taken: Collection[str]) -> str:
 def room(present: int, most: int, what: str) -> None:
     """Raise EditError where there are so many already."""
     if present >= most:
-        raise EditError(f"there are {present} {what}; no more are added, because nobody could look at them")
+        raise EditError(f"there are {present} {what} already, the most that the designer shows")

@@ -33,8 +33,8 @@ def _of_rule(line: RuleLine, rule: Rule) -> RuleLine:
 def _room(design: Design, more: int) -> None:
     if len(design.lines) + more > MOST_RULES:
         raise EditError(
-            f"{len(design.lines)} rules and {more} more would be above {MOST_RULES}: "
-            "no table shows so many; take fewer terms, or learn the rules from data"
+            f"{len(design.lines)} rules and {more} more exceed the limit of {MOST_RULES} rules; "
+            "use fewer terms, or learn the rules from data"
         )
 
 
@@ -159,7 +159,7 @@ def add_all_rules(design: Design, message: Message) -> tuple[Design, str]:
     names, terms = _axes(system)
     count = prod(len(t) for t in terms)
     if count - len(design.lines) > MOST_RULES:
-        raise EditError(f"there are {count} combinations of terms; above {MOST_RULES} rules no table shows them")
+        raise EditError(f"there are {count} combinations of terms, more than the limit of {MOST_RULES} rules")
     present = {frozenset(_plain(line.rule)) for line in design.lines if _is_plain(line.rule)}
     missing = [c for c in product(*terms) if frozenset(zip(names, c, strict=True)) not in present]
     if not missing:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from fuzzy.designer.folder import LARGEST_FILE, Folder, FolderError, read_bytes
 from fuzzy.designer.guard import Guard
 from fuzzy.designer.modules import Modules
-from fuzzy.designer.open_documents import Desk
+from fuzzy.designer.open_documents import OpenDocuments
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 
@@ -60,16 +60,16 @@ def serve(
     ``said`` gets the address when the server listens. Raises ServerError where it cannot listen, and what opening
     the file raises.
     """
-    desk = Desk(folder)
-    desk.document(name)  # what is wrong with the file is said here, before anything starts
+    opened = OpenDocuments(folder)
+    opened.document(name)  # what is wrong with the file is said here, before anything starts
     listening = bound_socket(port)
     number = listening.getsockname()[1]
     url = f"http://{HOST}:{number}/"
     try:
-        server = _server(desk, name, number)
+        server = _server(opened, name, number)
 
         def started() -> None:
-            said(f"The designer of {folder.name(desk.document(name).path)} is at {url} (Ctrl-C ends it).")
+            said(f"The designer of {folder.name(opened.document(name).path)} is at {url} (Ctrl-C ends it).")
             sys.stdout.flush()
             if browser:
                 webbrowser.open(url)
@@ -79,10 +79,10 @@ def serve(
             server.run(sockets=[listening])
     finally:
         listening.close()
-        desk.close()
+        opened.close()
 
 
-def _server(desk: Desk, name: str, port: int) -> Any:
+def _server(opened: OpenDocuments, name: str, port: int) -> Any:
     import uvicorn
     from fastapi import FastAPI
     from nicegui import app as pages
@@ -99,11 +99,11 @@ def _server(desk: Desk, name: str, port: int) -> Any:
         yield
 
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None, lifespan=lifespan)
-    _add_routes(app, desk, modules)
+    _add_routes(app, opened, modules)
 
     @ui.page("/")
     async def designer(file: str = "") -> None:
-        await build_page(desk, modules, file or name)
+        await build_page(opened, modules, file or name)
 
     ui.run_with(
         app,
@@ -128,7 +128,7 @@ def _report(error: Exception) -> None:
     print(f"fuzzy design: {type(error).__name__}: {error}", file=sys.stderr)
 
 
-def _add_routes(app: Any, desk: Desk, modules: Modules) -> None:
+def _add_routes(app: Any, opened: OpenDocuments, modules: Modules) -> None:
     from fastapi import Request
     from fastapi.responses import FileResponse, JSONResponse, Response
 
@@ -144,7 +144,7 @@ def _add_routes(app: Any, desk: Desk, modules: Modules) -> None:
     @app.post("/upload")
     async def upload(request: Request, file: str, name: str) -> Response:
         try:
-            return JSONResponse(await _uploaded(request, desk, file, name))
+            return JSONResponse(await _uploaded(request, opened, file, name))
         except UploadSizeError as error:
             return JSONResponse({"problem": str(error)}, 413)
         # A file that makes no system is no error of the page's: an answer like any other.
@@ -154,9 +154,9 @@ def _add_routes(app: Any, desk: Desk, modules: Modules) -> None:
             return JSONResponse({"problem": error.strerror or str(error)})
 
 
-async def _uploaded(request: "Request", desk: Desk, file: str, name: str) -> dict[str, Any]:
+async def _uploaded(request: "Request", opened: OpenDocuments, file: str, name: str) -> dict[str, Any]:
     """Put the uploaded system in the place of the document's, as one edit."""
-    document = desk.document(file)
+    document = opened.document(file)
     name = "".join(c for c in name.replace("\\", "/").rpartition("/")[2] if c.isprintable())[:100] or "the upload"
     too_large = UploadSizeError(f"{name} is larger than {LARGEST_FILE / 1e6:g} MB, the most that can be uploaded")
     length = request.headers.get("content-length", "0")
@@ -169,6 +169,6 @@ async def _uploaded(request: "Request", desk: Desk, file: str, name: str) -> dic
             raise too_large
     # A large file takes seconds to read; a worker takes a second to start.
     large = len(data) > 100_000
-    fis, warned = await desk.workers.run(read_bytes, data, name) if large else read_bytes(data, name)
+    fis, warned = await opened.workers.run(read_bytes, data, name) if large else read_bytes(data, name)
     document.replace(fis, f"upload {name}")
     return {"said": f"{name} is on the page; undo brings the old design back." + "".join(f" {w}." for w in warned)}

@@ -64,7 +64,7 @@ def remove_variable(design: Design, message: Message) -> tuple[Design, str]:
     place = found(design, message)
     left = [v for i, v in enumerate(variables_of(design, place.kind)) if i != place.at]
     if not left:
-        raise EditError(f"{place.variable.name} stays: a system needs at least one {place.kind}")
+        raise EditError(f"{place.variable.name} cannot be removed: a system needs at least one {place.kind}")
     rules, told = without(design, place, lambda term: True)
     name = f"remove {place.variable.name}{told}"
     if place.kind == "output":

@@ -163,7 +163,7 @@ def surface_data(
     if point is None:
         point = [v.midrange for v in system.inputs] if isinstance(design, Sugeno) else design.point
     if len(point) != len(system.inputs):
-        raise FuzzySystemError(f"a point has {len(system.inputs)} numbers, one an input, got {len(point)}")
+        raise FuzzySystemError(f"a point has {len(system.inputs)} numbers, one per input, got {len(point)}")
     axes = list(range(min(2, len(system.inputs)))) if inputs is None else list(inputs)
     fixed = {i: value for i, value in enumerate(point) if i not in axes}
     with np.errstate(all="ignore"):

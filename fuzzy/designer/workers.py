@@ -37,7 +37,7 @@ class Workers:
         except BrokenProcessPool:
             if self._pool is pool:
                 self._pool = None
-            raise WorkError("the process that worked on this ended; perhaps the memory did not suffice") from None
+            raise WorkError("the process that worked on this ended; perhaps it ran out of memory") from None
         except RuntimeError as error:  # the pool has been closed meanwhile
             raise WorkError(str(error)) from None
         if outcome == "refused":

@@ -6,25 +6,27 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib.style
+from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 
+from fuzzy.figures.palette import COLORS
 from fuzzy.files.atomic import replacing
 from fuzzy.system import FuzzySystemError, Variable
 
 STYLE = Path(__file__).parent / "style" / "fuzzyfleet.mplstyle"
 COLUMN, DOUBLE = 3.5, 7.16  # widths of one and of two columns of a paper, in inches
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")  # Okabe-Ito, as in the style
+# The line style tells the terms apart in grey.
 LINES: tuple[Any, ...] = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), "-")
-HIGHLIGHT = "#C8102E"  # the input's value and the result in the rule viewer
 FORMATS = ("png", "pdf", "svg")
 
 
 def style() -> AbstractContextManager[None]:
     """The project's matplotlib style, for a ``with`` block; nothing changes outside it."""
-    return matplotlib.style.context(STYLE)
+    lines = cycler(color=COLORS, linestyle=LINES)
+    return matplotlib.style.context([STYLE, {"axes.prop_cycle": lines}])
 
 
 def new_figure(width: float, height: float, constrained: bool = True) -> Figure:

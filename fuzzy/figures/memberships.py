@@ -9,7 +9,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from fuzzy.detached import detached
-from fuzzy.figures.drawing import COLORS, COLUMN, DOUBLE, LINES, figure_of, new_figure, shortened, style, text_width
+from fuzzy.figures.drawing import COLUMN, DOUBLE, LINES, figure_of, new_figure, shortened, style, text_width
+from fuzzy.figures.palette import COLORS
 from fuzzy.insight.universe import consequent_range, place_of, universe_grid
 from fuzzy.system import FuzzySystemError, Linear, Sugeno, Variable
 

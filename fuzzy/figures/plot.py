@@ -12,8 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from fuzzy.figures.drawing import COLORS, COLUMN, DOUBLE, figure_of, new_figure, number, quantity, save_figure, style
+from fuzzy.figures.drawing import COLUMN, DOUBLE, figure_of, new_figure, number, quantity, save_figure, style
 from fuzzy.figures.memberships import plot_memberships
+from fuzzy.figures.palette import COLORS
 from fuzzy.figures.ruleviewer import plot_rules
 from fuzzy.figures.structure import plot_structure
 from fuzzy.insight.surfacegrid import Surface, surface, surface_axes

@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fuzzy.detached import detached
-from fuzzy.figures.drawing import COLORS, DOUBLE, HIGHLIGHT, new_figure, number, quantity, shortened, style, text_width
+from fuzzy.figures.drawing import DOUBLE, new_figure, number, quantity, shortened, style, text_width
+from fuzzy.figures.palette import COLORS, HIGHLIGHT
 from fuzzy.inference import Inference, InferenceWarning, infer
 from fuzzy.insight.universe import universe_grid
 from fuzzy.rule import Clause, hedge_words

@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from fuzzy.figures.drawing import COLORS, COLUMN, HIGHLIGHT, LINES, figure_of, new_figure, style
+from fuzzy.figures.drawing import COLUMN, LINES, figure_of, new_figure, style
+from fuzzy.figures.palette import COLORS, HIGHLIGHT
 from fuzzy.fitting.consequents import IdentificationError
 from fuzzy.fitting.search import SearchResult
 

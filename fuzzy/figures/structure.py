@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch
 
-from fuzzy.figures.drawing import COLORS, new_figure, number, shortened, style, text_width
+from fuzzy.figures.drawing import new_figure, number, shortened, style, text_width
+from fuzzy.figures.palette import COLORS
 from fuzzy.system import Sugeno
 
 _SIZE = 7.0  # of the names, in points

@@ -18,7 +18,7 @@ from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 
 _ORDER = ("course", "tried", "choices", "before", "rival")  # what one looks at first is made first
-MODULE = Path(__file__).parent / "tryout.js"
+MODULE = Path(__file__).parent / "static" / "tryout.js"
 
 
 class TryItPanel:

@@ -16,7 +16,7 @@ TARGET = {"color": "0.45", "linestyle": (0, (4, 2)), "linewidth": 1.0}  # how ev
 POINTS = 2000  # of a line, at most about: a double column printed at 300 dpi is that wide
 OBSTACLE: dict[str, Any] = {"facecolor": "0.82", "edgecolor": "0.3", "linewidth": 0.8}
 # How the modes of robotics.laws.modes look, by code & 3: colours that no robot of a team of three has, and lines
-MODE_COLORS = ("0.7", "#E69F00", "#CC79A7", "#56B4E9")
+MODE_COLORS = ("0.7", COLORS[5], COLORS[3], COLORS[4])
 MODE_LINES: tuple[Any, ...] = ("-", "-", (0, (4, 1.5)), (0, (1, 1)))
 _MARKERS = "os^DvPX*"
 # A preset's place among the colours; the palest, orange, stays for what users add.

@@ -53,13 +53,11 @@ def check_animation(path: str | Path) -> str:
     """The format that ``path`` ends in, one of FORMATS. Raises AnimationError for any other, or without ffmpeg."""
     suffix = Path(path).suffix[1:].lower()
     if suffix not in FORMATS:
-        raise AnimationError(
-            f"cannot tell the kind of moving picture from {str(path)!r}; end it in .mp4, .gif or .html"
-        )
+        raise AnimationError(f"a moving picture needs a name that ends in .mp4, .gif or .html, got {str(path)!r}")
     if suffix == "mp4" and ffmpeg() is None:
         raise AnimationError(
             f"{path}: a .mp4 needs ffmpeg, which is not on this machine (pip install 'fuzzyfleet[video]' brings one); "
-            "a name that ends in .gif or .html works without"
+            ".gif and .html need no ffmpeg"
         )
     return suffix
 
@@ -126,7 +124,7 @@ def write_animation(
     """
     suffix = check_animation(path)
     if suffix == "html":
-        raise AnimationError(f"{path}: robotics.playback.player.write_player writes players; here are .mp4 and .gif")
+        raise AnimationError(f"{path}: this writes .mp4 and .gif; robotics.playback.player.write_player writes .html")
     if not 20 <= dpi <= 600:
         raise AnimationError(f"dpi must be >= 20 and <= 600, got {dpi:g}")
     timing = frame_times(run, suffix, start=start, end=end, fps=fps, speed=speed)

@@ -5,6 +5,7 @@ from typing import Any
 
 from fuzzy.designer.esmodule import composed
 from fuzzy.designer.notebook import widget_library
+from fuzzy.figures.palette import stylesheet
 from robotics.playback.player import player_data
 from robotics.simulation.run import Run
 
@@ -32,13 +33,13 @@ def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: 
     (``start``, ``end``, ``stale``). Raises ReplayError, or ModuleError without the extra ``notebook``.
     """
     anywidget, traitlets = widget_library()
-    folder = Path(__file__).parent / "playback"
+    folder = Path(__file__).parent / "static"
 
     class Player(anywidget.AnyWidget):  # type: ignore[name-defined]
         """The player of one run."""
 
         _esm = composed(folder / "player.js", _REST)
-        _css = (folder / "player.css").read_text(encoding="utf-8")
+        _css = stylesheet() + (folder / "player.css").read_text(encoding="utf-8")
         run = traitlets.Dict().tag(sync=True)
         speed = traitlets.Float(1.0).tag(sync=True)
         page = traitlets.Bool(False).tag(sync=True)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.designer.esmodule import composed
+from fuzzy.figures.palette import stylesheet
 from fuzzy.files.atomic import replacing
 from robotics.environment.world import outlines
 from robotics.laws.modes import MODES
@@ -91,8 +92,8 @@ def player_fragment(run: Run, seed: int | None = None, **options: Any) -> str:
 
 def player_script() -> str:
     """What makes every :func:`player_fragment` of a page a player: once a page, after the fragments."""
-    folder = Path(str(resources.files("robotics") / "playback"))
-    looks = (folder / "player.css").read_text(encoding="utf-8")
+    folder = Path(str(resources.files("robotics") / "playback" / "static"))
+    looks = stylesheet() + (folder / "player.css").read_text(encoding="utf-8")
     start = f"""
 document.head.append(Object.assign(document.createElement("style"), {{ textContent: {_script_json(looks)} }}));
 for (const el of document.querySelectorAll("[data-fleet-player]")) {{
@@ -121,10 +122,12 @@ def write_player(
     from markupsafe import Markup
 
     data = player_data(run, seed, start=start, end=end, stale=stale)
-    template = (resources.files("robotics") / "playback" / "player.html.j2").read_text(encoding="utf-8")
+    here = resources.files("robotics") / "playback"
+    template = (here / "player.html.j2").read_text(encoding="utf-8")
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     page = environment.from_string(template).render(
         title=data["title"],
+        sheet=Markup(stylesheet() + (here / "static" / "page.css").read_text(encoding="utf-8")),
         fragment=Markup(_fragment(data, "page", page=True, speed=speed)),
         script=Markup(player_script()),
     )
@@ -201,7 +204,7 @@ def _mounting(sensor: RangeSensor | None) -> list[float] | None:
 
 
 def _modes(film: Replay) -> dict[str, Any] | None:
-    """The words for the codes, a code a robot and frame, and the hand-overs: time [s], robot, from, to, why."""
+    """The words for the codes, a code a robot and frame, and the changes of mode: time [s], robot, from, to, why."""
     if film.modes is None:
         return None
     events = [[round(e.time, 3), e.robot, e.before, e.after, e.why] for e in film.handovers]

@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure
+from fuzzy.figures.drawing import DOUBLE, LINES, new_figure
+from fuzzy.figures.palette import COLORS
 from robotics.figures.drawing import (
     MODE_COLORS,
     MODE_LINES,
@@ -286,7 +287,7 @@ def _draw_chart(ax: Axes, film: Replay, colors: list[str]) -> None:
 
 
 def _draw_modes(ax: Axes, film: Replay, few: bool) -> None:
-    """Above the time axis a row a robot, coloured while it does something else than track; hand-overs as ticks."""
+    """Above the time axis a row a robot, coloured while it does something else than track; changes of mode as ticks."""
     assert film.modes is not None
     across = ax.get_xaxis_transform()
     rows = len(film.modes) if few else 0
@@ -306,12 +307,12 @@ def _note(film: Replay, enlarged: float, speed: float) -> str:
     size = f"robots drawn {enlarged:.1f} times their size" if enlarged > 1.05 else "robots to scale"
     parts = [f"{speed:g} times real time", "dashed: path", "+: target", size, "outline only: standing"]
     if film.faults:
-        parts.append("hatched: at fault")
+        parts.append("hatched: a robot with a fault")
     lines = ["; ".join(parts)]
     if film.hears is not None:
         links = f"half a line at a robot: what it hears of the other, dashed if older than {film.stale_after:g} s"
         lines.append(links + ("; only the latter drawn" if int(film.hears.sum()) > _MANY_LINKS else ""))
     if film.modes is not None:
-        meaning = "orange: avoiding, pink dashed: along the wall, light blue dotted: yielding; ticks: hand-overs"
+        meaning = "orange: avoiding, pink dashed: along the wall, light blue dotted: yielding; ticks: changes of mode"
         lines.insert(0, f"ring, and bars in the chart (robot 1 on top): {meaning}")
     return "\n".join(lines)

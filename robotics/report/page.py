@@ -19,6 +19,7 @@ from jinja2 import Environment, StrictUndefined
 from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import style
+from fuzzy.figures.palette import stylesheet
 from fuzzy.files.atomic import replacing
 from robotics.experiments.comparison import Comparison, terms
 from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_velocities
@@ -74,10 +75,10 @@ def write_report(
             path.write_bytes(picture.png)
         images[picture.name] = base64.b64encode(picture.png).decode("ascii")
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    template = environment.from_string(
-        (resources.files("robotics") / "report" / "report.html.j2").read_text(encoding="utf-8"),
-    )
+    here = resources.files("robotics") / "report"
+    template = environment.from_string((here / "report.html.j2").read_text(encoding="utf-8"))
     page = template.render(
+        sheet=stylesheet() + (here / "static" / "report.css").read_text(encoding="utf-8"),
         comparison=comparison,
         claims=claims,
         symbols=SYMBOLS,

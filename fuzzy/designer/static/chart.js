@@ -34,6 +34,20 @@ export function say(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
+/** Put the style sheets at these addresses into the page, each once; done when they are in force, for what measures. */
+export async function styled(...addresses) {
+  const loaded = (href) =>
+    new Promise((done, fail) => {
+      const known = [...document.head.querySelectorAll("link[rel=stylesheet]")].find((link) => link.href === href);
+      if (known?.sheet) return void done();
+      const link = known ?? element("link", { rel: "stylesheet", href });
+      link.addEventListener("load", done);
+      link.addEventListener("error", () => fail(new Error(`the style sheet ${href} cannot be loaded`)));
+      if (!known) document.head.append(link);
+    });
+  await Promise.all(addresses.map(loaded));
+}
+
 // Icons are drawn: not every system's typeface has the signs.
 const ICONS = {
   plus: "M8 3v10M3 8h10",
@@ -95,7 +109,7 @@ export function said(value, digits = 4) {
 export const quantity = (value, unit, digits = 4) => (unit ? `${said(value, digits)} ${unit}` : said(value, digits));
 export const labelled = (variable) => (variable.unit ? `${variable.name} [${variable.unit}]` : variable.name);
 export const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
-export const color = (i) => `var(--fd-c${i % 7})`;
+export const color = (i) => `var(--ff-c${i % 7})`;
 
 /** A value rounded to about a thousandth of the range: what a hand can mean, and no more digits. */
 export function rounded(value, low, high) {

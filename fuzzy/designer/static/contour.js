@@ -34,7 +34,12 @@ export function contourPicture(cross) {
     const key = JSON.stringify([levels, map, width, colours.paper]);
     if (drawn !== shown || key !== looks) {
       [shown, looks] = [drawn, key];
-      paintSoon(drawn, levels, map, { width: wide, height: high, paper: rgb(colours.paper), hatch: rgb(colours.hatch) });
+      paintSoon(drawn, levels, map, {
+        width: wide,
+        height: high,
+        paper: rgb(colours.paper),
+        hatch: rgb(colours.hatch),
+      });
       Object.assign(bands.style, { left: `${box.left}px`, top: `${box.top}px` });
     }
     put(over, { width, height: box.bottom + 50, viewBox: `0 0 ${width} ${box.bottom + 50}` });

@@ -35,8 +35,8 @@ export function membershipChart(hands) {
     box,
     x,
     y,
-    grips = [],
     specs = [];
+  const grips = [];
 
   const inUniverse = (value) => rounded(value, view.variable.low, view.variable.high);
   const pixel = (event) => event.clientX - svg.getBoundingClientRect().left;

@@ -76,7 +76,7 @@ export function render({ model, el }) {
     element(
       "p",
       { class: "fd-note" },
-      "Enter takes a sentence, Escape gives it up; Alt with an up or down arrow moves a rule.",
+      "Enter accepts a sentence, Escape discards it, and Alt with an up or down arrow moves the rule.",
     ),
   );
   el.append(root);
@@ -316,10 +316,16 @@ export function render({ model, el }) {
     const names = [...inputs.map((v) => v.name), "joined by", ...outputs.map((v) => `then ${v.name}`)];
     if (headed === JSON.stringify(names)) return;
     headed = JSON.stringify(names);
-    const columns = names.map((_, i) => (i === inputs.length ? "4.2rem" : i < inputs.length ? "minmax(0, 1.3fr)" : "minmax(0, 1fr)"));
+    const columns = names.map((_, i) =>
+      i === inputs.length ? "4.2rem" : i < inputs.length ? "minmax(0, 1.3fr)" : "minmax(0, 1fr)",
+    );
     root.style.setProperty("--columns", columns.join(" "));
     const head = (text) => element("span", { class: "fd-head", title: text }, text);
-    headings.replaceChildren(head("in force"), element("div", { class: "fd-cells" }, ...names.map(head)), head("weight"));
+    headings.replaceChildren(
+      head("in force"),
+      element("div", { class: "fd-cells" }, ...names.map(head)),
+      head("weight"),
+    );
   }
 
   function paint() {

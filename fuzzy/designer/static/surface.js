@@ -92,7 +92,7 @@ export function render({ model, el }) {
   const note = element("p", { class: "fd-note" });
   const reset = button(
     null,
-    "turn back to the first view",
+    "return to the first view",
     () => {
       state.turn = -0.6;
       state.lift = 0.5;
@@ -214,13 +214,13 @@ export function render({ model, el }) {
     const style = getComputedStyle(root),
       read = (name) => style.getPropertyValue(name).trim();
     return {
-      ink: read("--fd-ink"),
-      quiet: read("--fd-quiet"),
-      line: read("--fd-line"),
-      paper: read("--fd-paper"),
-      hatch: read("--fd-hatch"),
-      mark: read("--fd-mark"),
-      other: read("--fd-other"),
+      ink: read("--ff-ink"),
+      quiet: read("--ff-quiet"),
+      line: read("--ff-line"),
+      paper: read("--ff-paper"),
+      hatch: read("--ff-hatch"),
+      mark: read("--ff-mark"),
+      other: read("--ff-other"),
     };
   }
 
@@ -238,7 +238,7 @@ export function render({ model, el }) {
       out = outputs[surface.output];
     if (!out || !inputs[a]) return;
     offer(first, names, a);
-    offer(second, [["", "nothing: a curve"], ...names.filter(([i]) => Number(i) !== a)], b ?? "");
+    offer(second, [["", "none: a curve"], ...names.filter(([i]) => Number(i) !== a)], b ?? "");
     offer(
       output,
       outputs.map((v, j) => [String(j), v.name]),
@@ -302,7 +302,7 @@ export function render({ model, el }) {
         held.length ? `at ${held.join(", ")}` : "",
         gap ? `hatched: no rule fires` : "",
         old ? `${flat.hidden ? "grey" : "dashed"}: ${compared.name}` : "",
-        compared && state.compare !== "off" && !apart ? "the other design has other axes here" : "",
+        compared && state.compare !== "off" && !apart ? "the other design has different axes here" : "",
       ];
     say(note, words.filter(Boolean).join("; "));
     const each = wide ? room - width - 24 : room;

@@ -227,7 +227,7 @@ export function render({ model, el }) {
     return { node, show };
   }
 
-  let rows = [];
+  const rows = [];
   function paint() {
     const { variable: own, kind, term } = selected();
     if (!own || width === 0) return;
@@ -283,8 +283,8 @@ export function render({ model, el }) {
       old
         ? `dashed grey: ${compared.name}`
         : kind === "input"
-          ? "Drag a handle, or a curve as a whole; arrow keys move a handle, with Alt the curve."
-          : "Drag a marker; a bar is what a linear consequent reaches, its dot the value now.",
+          ? "Drag a handle or a whole curve; the arrow keys move a handle, and with Alt the curve."
+          : "Drag a marker; a bar shows the range of a linear consequent, its dot the value at the current point.",
     );
     while (rows.length < variable.terms.length) {
       rows.push(row(rows.length));

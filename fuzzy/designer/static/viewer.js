@@ -255,7 +255,9 @@ export function render({ model, el }) {
         cut(first, column.to - column.from + 8, 12, 600),
         shape("title", {}, first),
       );
-    head.values = columns.map((column) => shape("text", { x: column.from, y: 31, class: column.to - column.from < 70 ? "fd-tick fd-small" : "fd-tick" }));
+    head.values = columns.map((column) =>
+      shape("text", { x: column.from, y: 31, class: column.to - column.from < 70 ? "fd-tick fd-small" : "fd-tick" }),
+    );
     const titles = columns.map((column, c) =>
       title(
         column,

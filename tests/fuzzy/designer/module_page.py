@@ -3,10 +3,12 @@
 from pathlib import Path
 from typing import Any
 
+from fuzzy.figures.palette import stylesheet
+
 ROOT = Path(__file__).parents[3]
 HERE = "http://127.0.0.1/"
 PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>module</title>
-<link rel="icon" href="data:,"><meta name="viewport" content="width=device-width">%s
+<link rel="icon" href="data:,"><meta name="viewport" content="width=device-width"><style>%s</style>%s
 <style>body { margin: 0; padding: 12px; background: Canvas; color-scheme: light dark }</style></head>
 <body><main id="here"></main><script type="module">
 // The other side of the model is the function "python", if the test has one; held = true keeps its answers back.
@@ -56,7 +58,7 @@ class ModulePage:
     def __init__(self, page: Any, sheet: str | None = None) -> None:
         self.page = page
         self.problems: list[str] = []
-        self._page = PAGE % (f'<link rel="stylesheet" href="{sheet}">' if sheet else "")
+        self._page = PAGE % (stylesheet(), f'<link rel="stylesheet" href="{sheet}">' if sheet else "")
         page.on("console", lambda m: self.problems.append(m.text) if m.type in ("error", "warning") else None)
         page.on("pageerror", lambda error: self.problems.append(str(error)))
         page.route("**/*", self._serve)

@@ -161,7 +161,7 @@ def test_a_consequent_of_another_type_says_the_same_in_the_middle():
     assert linear.system["v"].terms["fast"] == Linear((0.0, 0.0), 0.75)
     refused(d, "term_type", "unknown consequent 'trimf'", variable="v", term="fast", type="trimf")
     refused(d, "term_type", "unknown membership function", variable="distance", term="near", type="linear")
-    refused(d, "term", "2 slopes, one an input, and a constant", variable="v", term="fast", parameters=[1])
+    refused(d, "term", "2 slopes, one per input, and a constant", variable="v", term="fast", parameters=[1])
 
 
 def test_a_new_term_stands_where_there_is_room():
@@ -367,7 +367,7 @@ def test_all_combinations_are_added_once():
         d = edit(d, "add_variable", kind="input")
     for _ in range(8):
         d = edit(d, "add_term", variable="input3")
-    refused(d, "add_all_rules", "1188 combinations of terms; above 1000")
+    refused(d, "add_all_rules", "1188 combinations of terms, more than the limit of 1000")
     nothing = Sugeno([Variable("x", (0, 1))], [Variable("z", (0, 1))])
     refused(design_of(nothing), "add_all_rules", "no input has a term")
     refused(design_of(nothing), "add_rule", "no input has a term", after=None)

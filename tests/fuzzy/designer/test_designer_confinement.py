@@ -105,5 +105,5 @@ def test_a_malformed_file_gives_the_readers_sentence(file):
     with pytest.raises(fuzzy.FisFileError, match=r"demo.fis:3: this is a Mamdani system"):
         Document(file)
     (file.parent / "folder.fis").mkdir()
-    with pytest.raises(DocumentError, match="is no file"):
+    with pytest.raises(DocumentError, match="is not a file"):
         Document("folder.fis", file.parent)

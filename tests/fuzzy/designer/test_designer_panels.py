@@ -14,14 +14,14 @@ from fuzzy.membership import FUNCTIONS, membership_function
 from robotics.designer.tryout import Trial, choices, course_data, design_data, rival_data
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.scenario.reading import scenario_names
-from tests.fuzzy.designer.design_bench import system
+from tests.fuzzy.designer.design_bench import STATIC, system
 from tests.fuzzy.designer.membership_cases import cases
 from tests.fuzzy.designer.module_page import ModulePage, drag
 
 
 @pytest.fixture(scope="module")
 def one_page(browser: Any) -> ModulePage:
-    return ModulePage(browser.new_page())
+    return ModulePage(browser.new_page(), sheet=f"{STATIC}/designer.css")
 
 
 @pytest.fixture
@@ -88,7 +88,7 @@ def test_handles_keep_the_order_and_stand_on_the_curve(bench: ModulePage) -> Non
 
 # The panel "Train" ----------------------------------------------------------------------------------------------
 
-TRAINING = "anfis/designer/training.js"
+TRAINING = "anfis/designer/static/training.js"
 ROLES = {"a": "input", "b": "input", "y": "output", "z": "output"}
 BELLS = {"low": fuzzy.gbellmf(1, 2, 0), "high": fuzzy.gbellmf(1, 2, 3)}
 START = fuzzy.Sugeno(
@@ -181,7 +181,7 @@ def test_data_columns_and_settings_are_chosen(bench: ModulePage) -> None:
     ]
     bench.give(choice=TRAITS["choice"] | {"start": "grid"}, columns=ROLES)
     assert page.get_by_label("Role of the column a").input_value() == "input"
-    assert page.get_by_label("Terms an input").input_value() == "3"
+    assert page.get_by_label("Terms per input").input_value() == "3"
     assert not page.get_by_label("Radius of a cluster").is_visible()
 
 
@@ -198,7 +198,7 @@ def test_the_error_curve_is_logarithmic_with_its_least_checking_error(bench: Mod
     marker = page.evaluate("(({cx, cy}) => [cx.baseVal.value, cy.baseVal.value])(document.querySelector('.tn-best'))")
     np.testing.assert_allclose(marker, check[2], atol=0.02)
     status = page.get_by_role("status").inner_text()
-    assert "4 rules · 30 parameters · epoch 3 · least checking error 0.1 at epoch 2" in status
+    assert "4 rules · 30 parameters · epoch 3 · smallest checking error 0.1 at epoch 2" in status
     assert "stopped by hand" in status
     assert page.get_by_text("The 2 outputs are learnt together").is_visible()
     assert page.get_by_text("input 'a' is constant").is_visible()
@@ -231,7 +231,7 @@ def test_training_fits_the_page(bench: ModulePage, width: int) -> None:
 
 # The panel "Try it" ---------------------------------------------------------------------------------------------
 
-TRYOUT = "robotics/designer/tryout.js"
+TRYOUT = "robotics/designer/static/tryout.js"
 
 
 @pytest.fixture(scope="module")
@@ -356,10 +356,10 @@ def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuz
 
 def test_editor_in_a_notebook(bench: ModulePage) -> None:
     pytest.importorskip("anywidget")
-    from fuzzy.designer.notebook import Session, editor
+    from fuzzy.designer.notebook import NotebookSession, editor
 
     page, fis = bench.page, system()
-    widget, session = editor(fis), Session(fis)
+    widget, session = editor(fis), NotebookSession(fis)
     bench.render_text(widget._esm, widget._css, session.traits())
     drag(page, page.get_by_role("slider", name="near: right foot"), (50, 0), release=True)
     page.wait_for_function("window.model.sent.some((message) => message.edit === 'term')")

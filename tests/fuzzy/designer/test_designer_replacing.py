@@ -63,7 +63,7 @@ def test_overwriting_is_an_error_of_its_own(document: Document) -> None:
     with pytest.raises(OverwriteError, match="was changed on disk"):
         document.save()
     fuzzy.write_fis(system(), document.folder / "other.fis")
-    with pytest.raises(OverwriteError, match="is there already"):
+    with pytest.raises(OverwriteError, match="exists already"):
         document.save("other.fis")
     with pytest.raises(DocumentError, match="outside the opened folder") as outside:
         document.save("../other.fis")

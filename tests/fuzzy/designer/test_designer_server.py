@@ -14,7 +14,7 @@ from fuzzy.designer.figures import FIGURES, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE, FolderError, open_folder, read_bytes
 from fuzzy.designer.guard import Guard
 from fuzzy.designer.modules import Modules
-from fuzzy.designer.open_documents import Desk
+from fuzzy.designer.open_documents import OpenDocuments
 from fuzzy.designer.panel import Place, Workbench, find_panels
 from fuzzy.designer.server import ServerError, bound_socket
 from fuzzy.designer.workers import WorkError, Workers
@@ -187,23 +187,23 @@ def test_desk(tmp_path):
     write_fis(small(), tmp_path / "a.fis")
 
     async def work():
-        desk = Desk(open_folder(tmp_path))
-        first, other = desk.document("a.fis"), desk.document("b.fis")
-        assert desk.document("a.fis") is first
+        opened = OpenDocuments(open_folder(tmp_path))
+        first, other = opened.document("a.fis"), opened.document("b.fis")
+        assert opened.document("a.fis") is first
         first.apply({"edit": "rename", "name": "changed"})
         # Kept at once, not when the process ends.
-        assert desk.document("a.fis").saved is False
+        assert opened.document("a.fis").saved is False
         assert any("changed" in path.read_text() for path in (tmp_path / ".fuzzy-design").iterdir())
-        desk.arrive(other)
-        desk.save(other)
+        opened.arrive(other)
+        opened.save(other)
         with pytest.raises(FolderError, match="another tab"):
-            desk.save(first, "b.fis", overwrite=True)
-        desk.leave(other)
-        desk.save(first, "b.fis", overwrite=True)
-        assert desk.document("b.fis") is first
+            opened.save(first, "b.fis", overwrite=True)
+        opened.leave(other)
+        opened.save(first, "b.fis", overwrite=True)
+        assert opened.document("b.fis") is first
         with pytest.raises(FolderError):
-            desk.save(first, "../c.fis")
-        desk.close()
+            opened.save(first, "../c.fis")
+        opened.close()
 
     asyncio.run(work())
     assert read_fis(tmp_path / "b.fis").name == "changed"
@@ -221,8 +221,8 @@ def test_a_hidden_panel_rests(tmp_path):
         raise InputError("not like this")
 
     async def work():
-        desk = Desk(open_folder(tmp_path))
-        bench = Workbench(desk.document("a.fis"), desk.workers, Modules().url, lambda *what: said.append(what))
+        opened = OpenDocuments(open_folder(tmp_path))
+        bench = Workbench(opened.document("a.fis"), opened.workers, Modules().url, lambda *what: said.append(what))
         place = Place(shown=False)
         with bench.building(place):
             bench.on_change(lambda: calls.append("hidden"))

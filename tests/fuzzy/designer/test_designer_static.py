@@ -1,4 +1,4 @@
-"""The designer's modules as texts: what they must not contain, and how notebooks get them as one."""
+"""The browser's modules as texts: what they must not contain, and how notebooks get them as one."""
 
 import re
 import shutil
@@ -10,17 +10,19 @@ import pytest
 import fuzzy
 from fuzzy.designer.esmodule import ModuleError, composed
 
-STATIC = Path(fuzzy.__file__).parent / "designer" / "static"
+ROOT = Path(fuzzy.__file__).parent.parent
+MODULES = sorted(path for package in ("anfis", "fuzzy", "robotics") for path in (ROOT / package).rglob("*.js"))
 
 
-@pytest.mark.parametrize("path", sorted(STATIC.glob("*.js")), ids=lambda path: path.name)
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: path.name)
 def test_modules_need_nothing_but_each_other(path: Path) -> None:
+    assert path.parent.name == "static"
     text = path.read_text(encoding="utf-8")
     assert "innerHTML" not in text  # names come from files
     for source in re.findall(r"""\bfrom "([^"]+)";$|\bimport\("([^"]+)"\)""", text, re.MULTILINE):
         name = "".join(source)
-        assert name.startswith("./"), name
-        assert (STATIC / name).is_file(), name
+        assert name.startswith("."), name
+        assert (path.parent / name).is_file(), name
     assert not re.findall(r"(?:https?:)?//(?!www\.w3\.org/2000/svg)\w+\.\w+", text)
 
 

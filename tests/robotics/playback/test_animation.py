@@ -387,7 +387,7 @@ def test_a_real_mp4(run: Run, tmp_path: Path) -> None:
 
 def test_commands_say_what_is_wrong(file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for wrong, message in (
-        ([file, "-o", "x.avi"], "cannot tell the kind of moving picture from 'x.avi'; end it in .mp4, .gif or .html"),
+        ([file, "-o", "x.avi"], "a moving picture needs a name that ends in .mp4, .gif or .html, got 'x.avi'"),
         ([str(tmp_path / "none.npz"), "-o", "x.gif"], "none.npz: cannot be read: No such file or directory"),
         ([file, "-o", "x.gif", "--from", "9", "--to", "3"], "the run lasts from 0 to 12 s"),
         ([file, "-o", str(tmp_path / "no" / "x.gif"), "--to", "1"], "there is no folder"),
@@ -398,7 +398,7 @@ def test_commands_say_what_is_wrong(file: str, tmp_path: Path, capsys: pytest.Ca
         assert message in error
         assert "Traceback" not in error
     assert list(tmp_path.iterdir()) == []
-    with pytest.raises(AnimationError, match="write_player writes players"):
+    with pytest.raises(AnimationError, match="write_player writes"):
         write_animation(load_run(file), tmp_path / "x.html")
     assert check_animation("A.GIF") == "gif"
 

@@ -530,7 +530,7 @@ def test_less_motion_if_one_asks_for_it(page: Browser) -> None:
     )
     page.key(" ")
     assert min(np.diff(times)) > 0.45
-    assert "twice a second" in page.js("$('.note').textContent")
+    assert "two pictures a second" in page.js("$('.note').textContent")
 
 
 def test_two_hundred_robots_and_several_players_on_a_page(run: Run, browser: Browser, tmp_path: Path) -> None:
@@ -542,10 +542,10 @@ def test_two_hundred_robots_and_several_players_on_a_page(run: Run, browser: Bro
     assert page.js("all('.clock').map((node) => parseFloat(node.textContent))") == [25.0, 0.0]
     assert page.js("all('.fleet-player')[0].querySelectorAll('.robots input').length") == 200
     assert page.js("all('tbody').map((body) => body.rows.length)") == [1, 3]
-    page.js("choose('Read out robot', '41')")
+    page.js("choose('Robot in the table', '41')")
     assert page.js("$('tbody tr').cells[0].textContent") == "42"
     # Nobody hears anything new from robot 2 between 20 and 30 s.
-    assert "199 of 39800 links stale" in page.js("$('.summary').textContent")
+    assert "199 of 39800 links are stale" in page.js("$('.summary').textContent")
     page.key(" ")
     assert page.js("$('.play').textContent") == "Play"  # among other things on a page space scrolls
     page.js("$('.fp-root').querySelector('input[type=range]').focus()")
@@ -639,7 +639,7 @@ def test_the_moving_obstacle_moves(world_page: Browser) -> None:
 
 
 def test_a_model_with_another_run_is_shown_anew(browser: Browser, run: Run, world_run: Run, tmp_path: Path) -> None:
-    folder = Path(str(resources.files("robotics"))) / "playback"
+    folder = Path(str(resources.files("robotics"))) / "playback" / "static"
     code = composed(folder / "player.js", "window.render = entry.default.render;")
     given = json.dumps([player_data(run, 7), player_data(world_run, 7, end=6.0)])
     (tmp_path / "widget.html").write_text(

@@ -28,7 +28,9 @@ function makeModel(values, emit) {
     },
     off(events, listener) {
       if (!events) listeners.clear();
-      else for (const event of events.split(" ")) listener ? listeners.get(event)?.delete(listener) : listeners.delete(event);
+      else
+        for (const event of events.split(" "))
+          listener ? listeners.get(event)?.delete(listener) : listeners.delete(event);
     },
     send: (content) => emit("message", content),
     widget_manager: null,

@@ -1,29 +1,36 @@
 // The designer in a notebook: the page's modules under each other, with undo and redo above them.
-import rules from "./static/rules.js";
-import surface from "./static/surface.js";
-import terms from "./static/terms.js";
-import tree from "./static/tree.js";
-import viewer from "./static/viewer.js";
+import rules from "./rules.js";
+import surface from "./surface.js";
+import terms from "./terms.js";
+import tree from "./tree.js";
+import viewer from "./viewer.js";
 
-const PARTS = [["System", tree], ["Memberships", terms], ["Rules", rules], ["Viewer", viewer], ["Surface", surface]];
+const PARTS = [
+  ["System", tree],
+  ["Memberships", terms],
+  ["Rules", rules],
+  ["Viewer", viewer],
+  ["Surface", surface],
+];
 
 function render({ model, el }) {
-  const root = document.createElement("div"), bar = document.createElement("div");
+  const root = document.createElement("div"),
+    bar = document.createElement("div");
   root.className = "fuzzy-editor";
   bar.setAttribute("role", "toolbar");
   bar.setAttribute("aria-label", "Design");
-  bar.style.cssText = "display: flex; gap: 0.5rem; margin: 0 0 0.6rem";
+  bar.className = "fuzzy-editor-bar";
   const buttons = ["undo", "redo"].map((what) => {
     const button = document.createElement("button");
     button.type = "button";
-    button.style.cssText = "min-height: 2.2rem; padding: 0.2rem 0.8rem; font: inherit";
     button.addEventListener("click", () => model.send({ do: what }));
     bar.append(button);
     return button;
   });
   function show() {
     for (const [i, what] of ["undo", "redo"].entries()) {
-      const name = model.get("design")[what], word = what === "undo" ? "Undo" : "Redo";
+      const name = model.get("design")[what],
+        word = what === "undo" ? "Undo" : "Redo";
       buttons[i].textContent = name ? `${word}: ${name}` : word;
       buttons[i].setAttribute("aria-disabled", String(!name));
     }
@@ -33,10 +40,11 @@ function render({ model, el }) {
   root.append(bar);
   el.append(root);
   const ends = PARTS.map(([title, part]) => {
-    const details = document.createElement("details"), summary = document.createElement("summary"), place = document.createElement("div");
+    const details = document.createElement("details"),
+      summary = document.createElement("summary"),
+      place = document.createElement("div");
     details.open = true;
     summary.textContent = title;
-    summary.style.cssText = "font-weight: 600; padding: 0.4rem 0; cursor: pointer";
     details.append(summary, place);
     root.append(details);
     return part.render({ model, el: place });

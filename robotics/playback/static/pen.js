@@ -2,10 +2,16 @@
 
 // A number as text: no −0, a true minus sign
 export const fixed = (value, digits) =>
-  Number.isFinite(value) ? value.toFixed(digits).replace(/^-(?=[0.]*$)/, "").replace("-", "−") : "–";
+  Number.isFinite(value)
+    ? value
+        .toFixed(digits)
+        .replace(/^-(?=[0.]*$)/, "")
+        .replace("-", "−")
+    : "–";
 
 export function ticks(low, high, most) {
-  const rough = (high - low) / most, power = 10 ** Math.floor(Math.log10(rough));
+  const rough = (high - low) / most,
+    power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 5, 10].map((m) => m * power).find((m) => m >= rough * 0.999);
   const out = [];
   for (let n = Math.ceil(low / step - 1e-9); n * step <= high + step * 1e-9; n++) out.push(n * step);
@@ -13,7 +19,8 @@ export function ticks(low, high, most) {
 }
 
 export function sized(canvas, height, least = 160) {
-  const width = Math.max(least, canvas.parentNode.clientWidth), ratio = window.devicePixelRatio || 1;
+  const width = Math.max(least, canvas.parentNode.clientWidth),
+    ratio = window.devicePixelRatio || 1;
   canvas.width = Math.round(width * ratio);
   canvas.height = Math.round(height * ratio);
   canvas.style.height = `${height}px`;
@@ -33,10 +40,14 @@ export function begin(canvas, { ratio, width, height }) {
 export function line(pen, count, x, y) {
   let down = false;
   for (let k = 0; k < count; k++) {
-    const px = x(k), py = y(k);
+    const px = x(k),
+      py = y(k);
     if (!Number.isFinite(px + py)) down = false;
     else if (down) pen.lineTo(px, py);
-    else { pen.moveTo(px, py); down = true; }
+    else {
+      pen.moveTo(px, py);
+      down = true;
+    }
   }
 }
 
@@ -45,10 +56,22 @@ export function hatch(pen, x, y, width, height, gap, kind) {
   const reach = width + height;
   pen.beginPath();
   for (let d = gap / 2; d < reach; d += gap) {
-    if (kind === "delay" || kind === "failure") { pen.moveTo(x + d, y); pen.lineTo(x + d - height, y + height); }
-    if (kind === "failure") { pen.moveTo(x + width - d, y); pen.lineTo(x + width - d + height, y + height); }
-    if (kind === "silence" && d < height) { pen.moveTo(x, y + d); pen.lineTo(x + width, y + d); }
-    if (kind === "stall" && d < width) { pen.moveTo(x + d, y); pen.lineTo(x + d, y + height); }
+    if (kind === "delay" || kind === "failure") {
+      pen.moveTo(x + d, y);
+      pen.lineTo(x + d - height, y + height);
+    }
+    if (kind === "failure") {
+      pen.moveTo(x + width - d, y);
+      pen.lineTo(x + width - d + height, y + height);
+    }
+    if (kind === "silence" && d < height) {
+      pen.moveTo(x, y + d);
+      pen.lineTo(x + width, y + d);
+    }
+    if (kind === "stall" && d < width) {
+      pen.moveTo(x + d, y);
+      pen.lineTo(x + d, y + height);
+    }
   }
   pen.stroke();
 }
@@ -61,14 +84,20 @@ export function axes(pen, box, view, theme, xs, ys, labels) {
   pen.textBaseline = "top";
   for (const value of xs.values) {
     const px = view.x(value);
-    pen.beginPath(); pen.moveTo(px, box.top); pen.lineTo(px, box.bottom); pen.stroke();
+    pen.beginPath();
+    pen.moveTo(px, box.top);
+    pen.lineTo(px, box.bottom);
+    pen.stroke();
     pen.fillText(fixed(value, xs.digits), px, box.bottom + 5);
   }
   pen.textAlign = "right";
   pen.textBaseline = "middle";
   for (const value of ys.values) {
     const py = view.y(value);
-    pen.beginPath(); pen.moveTo(box.left, py); pen.lineTo(box.right, py); pen.stroke();
+    pen.beginPath();
+    pen.moveTo(box.left, py);
+    pen.lineTo(box.right, py);
+    pen.stroke();
     pen.fillText(fixed(value, ys.digits), box.left - 6, py);
   }
   pen.textBaseline = "bottom";

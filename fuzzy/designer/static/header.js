@@ -17,14 +17,23 @@ const MAC = /Mac|iPhone|iPad/.test(navigator.platform);
 const key = (letters) => (MAC ? `⌘${letters.replace("Shift+", "⇧")}` : `Ctrl+${letters}`);
 const withEnding = (name) => (/\.fis$/i.test(name) ? name : `${name}.fis`);
 const address = (name) => `${location.pathname}?file=${encodeURIComponent(name)}`;
-const FIGURES = { memberships: "Membership functions", rules: "Rule viewer at the point", structure: "Structure", surface: "Surface" };
+const FIGURES = {
+  memberships: "Membership functions",
+  rules: "Rule viewer at the point",
+  structure: "Structure",
+  surface: "Surface",
+};
 const FORMATS = { svg: "SVG", pdf: "PDF", png: "PNG" };
 const SHOWN = 7000; // ms that a sentence stays; a problem stays until it is put away
 
 let count = 0; // ids must differ between pages' headers; nothing else is kept
 
 function select(label, options, chosen = null) {
-  const field = make("select", { "aria-label": label }, ...Object.entries(options).map(([value, text]) => make("option", { value, selected: value === chosen }, text)));
+  const field = make(
+    "select",
+    { "aria-label": label },
+    ...Object.entries(options).map(([value, text]) => make("option", { value, selected: value === chosen }, text)),
+  );
   return { field, row: make("label", { class: "row" }, make("span", {}, label), field) };
 }
 
@@ -39,7 +48,11 @@ function dialog(host, heading, rows, accept, done) {
       done();
     },
   });
-  const buttons = make("div", { class: "buttons" }, make("button", { type: "button", onclick: () => box.close() }, "Cancel"));
+  const buttons = make(
+    "div",
+    { class: "buttons" },
+    make("button", { type: "button", onclick: () => box.close() }, "Cancel"),
+  );
   if (accept) buttons.append(make("button", { type: "submit", class: "first" }, accept));
   form.append(make("h2", { id }, heading), ...rows, buttons);
   box.append(form);
@@ -58,8 +71,12 @@ function render({ model, el }) {
   // What is said ---------------------------------------------------------------------------------------------
   const status = make("div", { role: "status", "aria-live": "polite", class: "said" });
   const alertText = make("span");
-  const alert = make("div", { role: "alert", class: "said problem", hidden: true }, alertText,
-    make("button", { type: "button", "aria-label": "Put this message away", onclick: () => (alert.hidden = true) }, "×"));
+  const alert = make(
+    "div",
+    { role: "alert", class: "said problem", hidden: true },
+    alertText,
+    make("button", { type: "button", "aria-label": "Close this message", onclick: () => (alert.hidden = true) }, "×"),
+  );
   let timer = 0;
   function say(text, problem = false) {
     if (problem) {
@@ -78,9 +95,17 @@ function render({ model, el }) {
     const { file, files } = shell();
     const list = make("ul", { class: "files" });
     for (const name of files) {
-      list.append(make("li", {}, make("a", { href: address(name), "aria-current": name === file ? "page" : null }, name)));
+      list.append(
+        make("li", {}, make("a", { href: address(name), "aria-current": name === file ? "page" : null }, name)),
+      );
     }
-    const name = make("input", { type: "text", autocomplete: "off", spellcheck: "false", placeholder: "name.fis", required: true });
+    const name = make("input", {
+      type: "text",
+      autocomplete: "off",
+      spellcheck: "false",
+      placeholder: "name.fis",
+      required: true,
+    });
     const rows = [
       make("p", {}, files.length ? "Files of this folder:" : "This folder has no .fis files yet."),
       list,
@@ -91,15 +116,29 @@ function render({ model, el }) {
   }
 
   function saveAs() {
-    const name = make("input", { type: "text", autocomplete: "off", spellcheck: "false", required: true, value: shell().file });
-    dialog(el, "Save as", [make("label", { class: "row" }, make("span", {}, "File in this folder"), name)], "Save", () =>
-      send({ do: "save_as", name: withEnding(name.value.trim()) }));
+    const name = make("input", {
+      type: "text",
+      autocomplete: "off",
+      spellcheck: "false",
+      required: true,
+      value: shell().file,
+    });
+    dialog(
+      el,
+      "Save as",
+      [make("label", { class: "row" }, make("span", {}, "File in this folder"), name)],
+      "Save",
+      () => send({ do: "save_as", name: withEnding(name.value.trim()) }),
+    );
     name.select();
   }
 
   function compare() {
     const { file, files, compared } = shell();
-    const others = Object.fromEntries([["", "nothing"], ...files.filter((name) => name !== file).map((name) => [name, name])]);
+    const others = Object.fromEntries([
+      ["", "nothing"],
+      ...files.filter((name) => name !== file).map((name) => [name, name]),
+    ]);
     others[file] = `${file} as it was saved`;
     const choice = select("Compare with", others, compared ?? "");
     const rows = [choice.row, make("p", { class: "note" }, "The other design is drawn dashed and grey.")];
@@ -107,23 +146,35 @@ function render({ model, el }) {
   }
 
   function exportFigure() {
-    const kind = select("Figure", FIGURES), format = select("Format", FORMATS);
+    const kind = select("Figure", FIGURES),
+      format = select("Format", FORMATS);
     dialog(el, "Export a figure", [kind.row, format.row], "Export", () => {
       say("The figure is being drawn …");
       send({ do: "export", kind: kind.field.value, format: format.field.value });
     });
   }
 
-  const chooser = make("input", { type: "file", accept: ".fis,.txt", hidden: true, "aria-label": "File to upload", onchange: upload });
+  const chooser = make("input", {
+    type: "file",
+    accept: ".fis,.txt",
+    hidden: true,
+    "aria-label": "File to upload",
+    onchange: upload,
+  });
   async function upload() {
     const [file] = chooser.files;
     chooser.value = "";
     if (!file) return;
     const { largest } = shell(); // bytes; the server refuses more too
-    if (file.size > largest) return say(`${file.name} is larger than ${largest / 1e6} MB, the most that can be uploaded.`, true);
+    if (file.size > largest)
+      return say(`${file.name} is larger than ${largest / 1e6} MB, the most that can be uploaded.`, true);
     const query = new URLSearchParams({ file: shell().file, name: file.name });
     try {
-      const reply = await fetch(`/upload?${query}`, { method: "POST", body: file, headers: { "Content-Type": "application/octet-stream" } });
+      const reply = await fetch(`/upload?${query}`, {
+        method: "POST",
+        body: file,
+        headers: { "Content-Type": "application/octet-stream" },
+      });
       const { said, problem } = await reply.json();
       say(problem ?? said, problem !== undefined);
     } catch {
@@ -143,13 +194,19 @@ function render({ model, el }) {
     ["Download the .fis file", () => send({ do: "download" })],
     ["Compare with …", compare],
     ["Export a figure …", exportFigure],
-    ["Back to the saved file", () => send({ do: "discard" })],
+    ["Revert to the saved file", () => send({ do: "discard" })],
   ];
   const menuId = `shell-menu-${++count}`;
   const menu = make("div", { role: "menu", id: menuId, "aria-label": "File", hidden: true });
-  const menuButton = make("button", { type: "button", class: "file", "aria-haspopup": "menu", "aria-expanded": "false", "aria-controls": menuId }, "File ▾");
+  const menuButton = make(
+    "button",
+    { type: "button", class: "file", "aria-haspopup": "menu", "aria-expanded": "false", "aria-controls": menuId },
+    "File ▾",
+  );
   for (const [text, act] of entries) {
-    menu.append(make("button", { type: "button", role: "menuitem", tabindex: "-1", onclick: () => (toggle(false), act()) }, text));
+    menu.append(
+      make("button", { type: "button", role: "menuitem", tabindex: "-1", onclick: () => (toggle(false), act()) }, text),
+    );
   }
   function toggle(open) {
     menu.hidden = !open;
@@ -162,8 +219,14 @@ function render({ model, el }) {
     if (event.key === "ArrowDown") (event.preventDefault(), toggle(true));
   });
   menu.addEventListener("keydown", (event) => {
-    const all = [...menu.children], at = all.indexOf(document.activeElement);
-    const to = { ArrowDown: (at + 1) % all.length, ArrowUp: (at + all.length - 1) % all.length, Home: 0, End: all.length - 1 }[event.key];
+    const all = [...menu.children],
+      at = all.indexOf(document.activeElement);
+    const to = {
+      ArrowDown: (at + 1) % all.length,
+      ArrowUp: (at + all.length - 1) % all.length,
+      Home: 0,
+      End: all.length - 1,
+    }[event.key];
     if (to !== undefined) (event.preventDefault(), all[to].focus());
     else if (event.key === "Escape") (event.stopPropagation(), toggle(false));
     else if (event.key === "Tab") toggle(false);
@@ -174,31 +237,73 @@ function render({ model, el }) {
   document.addEventListener("pointerdown", onOutside);
 
   // The bar --------------------------------------------------------------------------------------------------
-  const name = make("span", { class: "name" }), state = make("span", { class: "state" });
-  const undo = make("button", { type: "button", onclick: () => send({ do: "undo" }) }, "↶", make("span", { class: "word" }, " Undo"));
-  const redo = make("button", { type: "button", onclick: () => send({ do: "redo" }) }, "↷", make("span", { class: "word" }, " Redo"));
-  const save = make("button", { type: "button", class: "first", title: key("S"), onclick: () => send({ do: "save" }) }, "Save");
+  const name = make("span", { class: "name" }),
+    state = make("span", { class: "state" });
+  const undo = make(
+    "button",
+    { type: "button", onclick: () => send({ do: "undo" }) },
+    "↶",
+    make("span", { class: "word" }, " Undo"),
+  );
+  const redo = make(
+    "button",
+    { type: "button", onclick: () => send({ do: "redo" }) },
+    "↷",
+    make("span", { class: "word" }, " Redo"),
+  );
+  const save = make(
+    "button",
+    { type: "button", class: "first", title: key("S"), onclick: () => send({ do: "save" }) },
+    "Save",
+  );
   // On a narrow screen the tree is a menu: the style sheet shows it while data-tree is "open".
-  const tree = make("button", { type: "button", class: "tree-button", "aria-expanded": "false", "aria-controls": "shell-tree",
-    onclick: () => {
-      const open = el.dataset.tree !== "open";
-      el.dataset.tree = open ? "open" : "";
-      tree.setAttribute("aria-expanded", String(open));
-    } }, "System");
+  const tree = make(
+    "button",
+    {
+      type: "button",
+      class: "tree-button",
+      "aria-expanded": "false",
+      "aria-controls": "shell-tree",
+      onclick: () => {
+        const open = el.dataset.tree !== "open";
+        el.dataset.tree = open ? "open" : "";
+        tree.setAttribute("aria-expanded", String(open));
+      },
+    },
+    "System",
+  );
   const restored = make("div", { class: "restored", role: "status" });
   el.append(
-    make("div", { class: "bar" },
+    make(
+      "div",
+      { class: "bar" },
       make("h1", {}, name, " ", state),
-      make("div", { class: "tools", role: "toolbar", "aria-label": "Design" }, tree, undo, redo, save,
-        make("span", { class: "menu" }, menuButton, menu))),
-    restored, chooser, status, alert);
+      make(
+        "div",
+        { class: "tools", role: "toolbar", "aria-label": "Design" },
+        tree,
+        undo,
+        redo,
+        save,
+        make("span", { class: "menu" }, menuButton, menu),
+      ),
+    ),
+    restored,
+    chooser,
+    status,
+    alert,
+  );
 
   function show() {
-    const design = model.get("design"), { file, compared } = shell();
+    const design = model.get("design"),
+      { file, compared } = shell();
     name.textContent = file;
     state.textContent = design.saved ? "saved" : "not saved";
     state.classList.toggle("unsaved", !design.saved);
-    for (const [button, what, label, letters] of [[undo, design.undo, "Undo", "Z"], [redo, design.redo, "Redo", "Shift+Z"]]) {
+    for (const [button, what, label, letters] of [
+      [undo, design.undo, "Undo", "Z"],
+      [redo, design.redo, "Redo", "Shift+Z"],
+    ]) {
       // Not "disabled": a button that loses the focus while one undoes step by step is lost for the keyboard.
       button.setAttribute("aria-disabled", String(!what));
       button.title = what ? `${label}: ${what} (${key(letters)})` : `Nothing to ${label.toLowerCase()}`;
@@ -214,8 +319,9 @@ function render({ model, el }) {
     if (!when) return;
     restored.append(
       make("span", {}, `Unsaved work of ${when} has been restored.`),
-      make("button", { type: "button", onclick: () => send({ do: "discard" }) }, "Back to the saved file"),
-      make("button", { type: "button", onclick: () => restored.replaceChildren() }, "Keep it"));
+      make("button", { type: "button", onclick: () => send({ do: "discard" }) }, "Revert to the saved file"),
+      make("button", { type: "button", onclick: () => restored.replaceChildren() }, "Keep it"),
+    );
   }
 
   // Keys -----------------------------------------------------------------------------------------------------

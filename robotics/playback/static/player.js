@@ -4,11 +4,8 @@
 import { axes, begin, fixed, hatch, line, sized, ticks } from "./pen.js";
 import { series, unpack } from "./rundata.js";
 
-// Okabe-Ito as in the project's figures, and the same hues lighter for a dark page; every line has its dashes too.
-const COLORS = {
-  light: ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000"],
-  dark: ["#4C9FE0", "#F07F33", "#17B98B", "#E39CC4", "#8FD0F5", "#F0B429", "#F4F4F4"],
-};
+// Colours are names of the page's palette, fuzzy/figures/palette.py; every line has its dashes too.
+const COLORS = ["c0", "c1", "c2", "c3", "c4", "c5", "c6"];
 const DASHES = [[], [6, 3], [6, 2, 1, 2], [2, 2], [8, 2, 2, 2, 2, 2], [10, 3], []];
 const FEW = 8; // robots that are all in the table, with their numbers in the scene
 const MANY_LINKS = 400; // from here on only stale ones are drawn unless asked for
@@ -18,10 +15,7 @@ const STANDS = 0.005; // m/s and, tenfold, rad/s
 const PAIRS = 3; // where the looks of pairs begin, so that none is that of robot 1
 const dash = (i) => DASHES[i % DASHES.length];
 // What robots are about, by code & 3: colours beside those of three robots, each with its dashes; words come with the run
-const MODES = {
-  light: ["#8C959F", "#B87900", "#B04A82", "#1F86C4"],
-  dark: ["#8C959F", "#F0B429", "#E39CC4", "#8FD0F5"],
-};
+const MODES = ["faint", "s5", "s3", "s4"];
 const MODE_DASHES = [[], [], [5, 3], [2, 2]];
 const GONE = 8; // the code of a stopped robot
 const words = { failure: "failure", delay: "delay", silence: "silent", stall: "stalled" };
@@ -52,8 +46,11 @@ function render({ model, el }) {
 }
 
 function mount(model, el, time) {
-  const data = unpack(model.get("run")), { count } = data, few = count <= FEW;
-  const calm = window.matchMedia("(prefers-reduced-motion: reduce)"), dark = window.matchMedia("(prefers-color-scheme: dark)");
+  const data = unpack(model.get("run")),
+    { count } = data,
+    few = count <= FEW;
+  const calm = window.matchMedia("(prefers-reduced-motion: reduce)"),
+    dark = window.matchMedia("(prefers-color-scheme: dark)");
   const begun = time === null ? data.start : Math.min(data.end, Math.max(data.start, time));
   const state = { t: begun, playing: false, before: null, picked: few ? -1 : 0, over: -1, hidden: new Set() };
   const seen = (i) => !state.hidden.has(i);
@@ -66,40 +63,66 @@ function mount(model, el, time) {
   };
   const speeds = [...new Set([...SPEEDS, model.get("speed") || 1])].sort((a, b) => a - b);
   const pace = String(model.get("speed") || 1);
-  const [speedLabel, speed] = choice("Speed", speeds.map((s) => [String(s), `${s}×`]), pace, () => {});
-  const tails = [["0", "none"], ["10", "10 s"], ["1e9", "all"]];
+  const [speedLabel, speed] = choice(
+    "Speed",
+    speeds.map((s) => [String(s), `${s}×`]),
+    pace,
+    () => {},
+  );
+  const tails = [
+    ["0", "none"],
+    ["10", "10 s"],
+    ["1e9", "all"],
+  ];
   const [trailLabel, trail] = choice("Trail", tails, count > 20 ? "10" : "1e9", () => draw());
-  const shares = [["all", "all"], ["stale", "stale"], ["mine", "of the selected robot"], ["none", "hide"]];
-  const [linksLabel, links] = choice("Messages", shares, data.links.length > MANY_LINKS ? "stale" : "all", () => draw());
-  const kinds = [["distance", "distance to the target [m]"], ["speed", "speed v [m/s]"]];
-  const apart = count > 4 ? "s less the team's median" : "differences sᵢ − sⱼ";
+  const shares = [
+    ["all", "all"],
+    ["stale", "stale"],
+    ["mine", "of the selected robot"],
+    ["none", "hide"],
+  ];
+  const [linksLabel, links] = choice("Messages", shares, data.links.length > MANY_LINKS ? "stale" : "all", () =>
+    draw(),
+  );
+  const kinds = [
+    ["distance", "distance to the target [m]"],
+    ["speed", "speed v [m/s]"],
+  ];
+  const apart = count > 4 ? "s minus the team's median" : "differences sᵢ − sⱼ";
   if (data.channels.progress) kinds.unshift(["progress", "progress s"], ["difference", apart]);
   const [chartLabel, chart] = choice("Chart", kinds, kinds[0][0], () => layout());
   const play = make("button", { type: "button", class: "play", onclick: () => toggle() }, "Play");
-  const button = (text, onclick, label = null) => make("button", { type: "button", "aria-label": label, onclick }, text);
+  const button = (text, onclick, label = null) =>
+    make("button", { type: "button", "aria-label": label, onclick }, text);
   const step = (text, label, by) => button(text, () => seek(state.t + by), label);
   const range = { type: "range", min: data.start, max: data.end, step: "any", value: data.start, "aria-label": "Time" };
   const slider = make("input", { ...range, oninput: () => seek(Number(slider.value)) });
   const clock = make("output", { class: "clock" });
   const events = data.modes?.events ?? [];
-  const said = `What robots are about over time, and ${events.length} hand-overs; click to go to a time`;
+  const said = `The robots' operating modes over time, with ${events.length} changes of mode; click to go to a time`;
   const marks = make("canvas", { class: "marks", role: "img", "aria-label": said });
   const timeline = data.modes ? make("div", { class: "timeline" }, slider, marks) : slider;
   const jump = (way) => {
     const times = events.map(([at]) => at).filter((at) => way * (at - state.t) > 1e-3);
     if (times.length) seek(way > 0 ? Math.min(...times) : Math.max(...times));
   };
-  const jumps = [["◂ hand-over", "to the hand-over before (key P)", -1], ["hand-over ▸", "to the next hand-over (key N)", 1]];
+  const jumps = [
+    ["◂ mode change", "go to the previous change of mode (key P)", -1],
+    ["mode change ▸", "go to the next change of mode (key N)", 1],
+  ];
   const cones = make("input", { type: "checkbox", checked: true, onchange: () => draw() });
   const conesLabel = make("label", { class: "robot" }, cones, "Sonar cones");
   const about = `Top view of ${count} robot${count > 1 ? "s" : ""}, their paths and messages; the table has the numbers`;
   const scene = make("canvas", { role: "img", "aria-label": about });
   const plot = make("canvas", { role: "img", "aria-label": "Chart over time; click to go to a time" });
-  const note = make("p", { class: "note" }), keys = make("p", { class: "note keys" }), summary = make("p", { class: "summary" });
+  const note = make("p", { class: "note" }),
+    keys = make("p", { class: "note keys" }),
+    summary = make("p", { class: "summary" });
   const heads = ["robot", "x [m]", "y [m]", "ψ [rad]", "v [m/s]", "ω [rad/s]"];
   heads.push(...(data.channels.progress ? ["progress"] : []), "state", ...(data.hears === null ? [] : ["hears"]));
   const worded = (head) => (["robot", "state", "hears"].includes(head) ? "words" : null);
-  const swatch = (i) => make("canvas", { class: "swatch", width: 44, height: 24, "aria-hidden": "true", "data-line": i });
+  const swatch = (i) =>
+    make("canvas", { class: "swatch", width: 44, height: 24, "aria-hidden": "true", "data-line": i });
   const box = (i) => {
     const tick = { type: "checkbox", checked: true, "aria-label": `show robot ${i + 1}` };
     const input = make("input", { ...tick, onchange: () => show(i, input.checked) });
@@ -108,17 +131,20 @@ function mount(model, el, time) {
   const row = (i) => {
     const first = make("th", { scope: "row" }, ...(i === null ? [] : [box(i)]));
     const cells = heads.slice(1).map((head) => make("td", { "data-label": head, class: worded(head) }));
-    const onclick = (event) => { if (i !== null && !event.target.closest("label")) pick(i); };
+    const onclick = (event) => {
+      if (i !== null && !event.target.closest("label")) pick(i);
+    };
     return make("tr", { onclick }, first, ...cells);
   };
   const rows = few ? Array.from({ length: count }, (_, i) => row(i)) : [row(null)];
   const titles = heads.map((head) => make("th", { scope: "col", class: worded(head) }, head));
   const table = make("table", {}, make("thead", {}, make("tr", {}, ...titles)), make("tbody", {}, ...rows));
   const side = [make("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": "Readout" }, table)];
-  let chosen = null, boxes = [];
+  let chosen = null,
+    boxes = [];
   if (!few) {
     const numbered = Array.from({ length: count }, (_, i) => [String(i), String(i + 1)]);
-    const [label, select] = choice("Read out robot", numbered, "0", () => pick(Number(select.value)));
+    const [label, select] = choice("Robot in the table", numbered, "0", () => pick(Number(select.value)));
     chosen = select;
     boxes = numbered.map((_, i) => box(i));
     const every = (on) => () => {
@@ -128,17 +154,50 @@ function mount(model, el, time) {
     };
     side.unshift(make("div", { class: "controls" }, label));
     const both = make("div", { class: "controls" }, button("All", every(true)), button("None", every(false)));
-    const ticks = make("div", { class: "robots", tabindex: "0", role: "group", "aria-label": "Robots shown" }, ...boxes);
+    const ticks = make(
+      "div",
+      { class: "robots", tabindex: "0", role: "group", "aria-label": "Robots shown" },
+      ...boxes,
+    );
     side.push(make("fieldset", {}, make("legend", {}, "Robots shown"), both, ticks));
   }
-  const root = make("div", { class: "fp-root" },
-    make("div", { class: "fp-scene" }, make("div", { class: "fp-canvas" }, scene),
-      make("div", { class: "controls" }, play, step("−1 s", "back 1 s", -1), step("+1 s", "forward 1 s", 1), timeline, clock),
-      make("div", { class: "controls" }, speedLabel, trailLabel, ...(data.hears === null ? [] : [linksLabel]),
-        ...(data.sonar ? [conesLabel] : []), ...(events.length ? jumps.map(([text, label, way]) => button(text, () => jump(way), label)) : [])),
-      note),
-    make("div", { class: "fp-side" }, make("div", { class: "controls" }, chartLabel),
-      make("div", { class: "fp-canvas" }, plot), keys, summary, ...side));
+  const root = make(
+    "div",
+    { class: "fp-root" },
+    make(
+      "div",
+      { class: "fp-scene" },
+      make("div", { class: "fp-canvas" }, scene),
+      make(
+        "div",
+        { class: "controls" },
+        play,
+        step("−1 s", "back 1 s", -1),
+        step("+1 s", "forward 1 s", 1),
+        timeline,
+        clock,
+      ),
+      make(
+        "div",
+        { class: "controls" },
+        speedLabel,
+        trailLabel,
+        ...(data.hears === null ? [] : [linksLabel]),
+        ...(data.sonar ? [conesLabel] : []),
+        ...(events.length ? jumps.map(([text, label, way]) => button(text, () => jump(way), label)) : []),
+      ),
+      note,
+    ),
+    make(
+      "div",
+      { class: "fp-side" },
+      make("div", { class: "controls" }, chartLabel),
+      make("div", { class: "fp-canvas" }, plot),
+      keys,
+      summary,
+      ...side,
+    ),
+  );
   el.querySelectorAll(".fp-waiting").forEach((node) => node.remove());
   el.append(root);
 
@@ -147,10 +206,18 @@ function mount(model, el, time) {
   function layout() {
     root.classList.toggle("wide", el.clientWidth >= 1040);
     root.classList.toggle("narrow", el.clientWidth < 600);
-    const style = getComputedStyle(el), name = (v) => style.getPropertyValue(v).trim();
-    const colors = COLORS[dark.matches ? "dark" : "light"], color = (i) => colors[i % colors.length];
-    const modes = MODES[dark.matches ? "dark" : "light"], mode = (code) => modes[code & 3];
-    theme = { color, mode, ink: name("--fp-ink"), quiet: name("--fp-quiet"), line: name("--fp-line"), paper: name("--fp-paper") };
+    const style = getComputedStyle(el),
+      named = (name) => style.getPropertyValue(`--ff-${name}`).trim();
+    const colors = COLORS.map(named),
+      modes = MODES.map(named);
+    theme = {
+      color: (i) => colors[i % colors.length],
+      mode: (code) => modes[code & 3],
+      ink: named("ink"),
+      quiet: named("quiet"),
+      line: named("line"),
+      paper: named("paper"),
+    };
     root.querySelectorAll(".swatch").forEach((node) => drawSwatch(node));
     layoutScene();
     layoutChart();
@@ -158,16 +225,20 @@ function mount(model, el, time) {
     draw();
   }
 
-  // Under the slider: a row a robot, coloured while it does something else than track, and a tick at every hand-over
+  // Under the slider: a row a robot, coloured while it does something else than track, and a tick at every change of mode
   let strip = null;
   function layoutMarks() {
-    const rows = few ? count : 0, size = sized(marks, 8 + 7 * rows, 60), left = 8, right = size.width - 8; // as a slider's thumb
+    const rows = few ? count : 0,
+      size = sized(marks, 8 + 7 * rows, 60),
+      left = 8,
+      right = size.width - 8; // as a slider's thumb
     strip = { size, x: (t) => left + ((right - left) * (t - data.start)) / (data.end - data.start) };
     strip.time = (px) => data.start + ((data.end - data.start) * (px - left)) / (right - left);
     strip.still = make("canvas");
     strip.still.width = marks.width;
     strip.still.height = marks.height;
-    const pen = begin(strip.still, size), { codes } = data.modes;
+    const pen = begin(strip.still, size),
+      { codes } = data.modes;
     pen.font = "9px system-ui, 'DejaVu Sans', sans-serif";
     pen.textBaseline = "middle";
     for (let i = 0; i < rows; i++) {
@@ -177,7 +248,10 @@ function mount(model, el, time) {
       pen.lineWidth = 1;
       pen.setLineDash([]);
       pen.strokeStyle = theme.line;
-      pen.beginPath(); pen.moveTo(left, y); pen.lineTo(right, y); pen.stroke();
+      pen.beginPath();
+      pen.moveTo(left, y);
+      pen.lineTo(right, y);
+      pen.stroke();
       for (let k = 0, from = 0; k < data.frames; k++) {
         const code = codes[i * data.frames + k];
         if (k + 1 < data.frames && codes[i * data.frames + k + 1] === code) continue;
@@ -185,7 +259,10 @@ function mount(model, el, time) {
           pen.lineWidth = 5;
           pen.strokeStyle = theme.mode(code);
           pen.setLineDash(MODE_DASHES[code & 3]);
-          pen.beginPath(); pen.moveTo(strip.x(data.time[from]), y); pen.lineTo(strip.x(data.time[Math.min(k + 1, data.frames - 1)]), y); pen.stroke();
+          pen.beginPath();
+          pen.moveTo(strip.x(data.time[from]), y);
+          pen.lineTo(strip.x(data.time[Math.min(k + 1, data.frames - 1)]), y);
+          pen.stroke();
         }
         from = k + 1;
       }
@@ -193,7 +270,12 @@ function mount(model, el, time) {
     pen.setLineDash([]);
     pen.lineWidth = 1;
     pen.strokeStyle = theme.ink;
-    for (const [at] of events) { pen.beginPath(); pen.moveTo(strip.x(at), 0); pen.lineTo(strip.x(at), size.height); pen.stroke(); }
+    for (const [at] of events) {
+      pen.beginPath();
+      pen.moveTo(strip.x(at), 0);
+      pen.lineTo(strip.x(at), size.height);
+      pen.stroke();
+    }
   }
 
   function drawMarks(t) {
@@ -201,37 +283,54 @@ function mount(model, el, time) {
     pen.drawImage(strip.still, 0, 0, strip.size.width, strip.size.height);
     pen.strokeStyle = theme.ink;
     pen.lineWidth = 2;
-    pen.beginPath(); pen.moveTo(strip.x(t), 0); pen.lineTo(strip.x(t), strip.size.height); pen.stroke();
+    pen.beginPath();
+    pen.moveTo(strip.x(t), 0);
+    pen.lineTo(strip.x(t), strip.size.height);
+    pen.stroke();
   }
 
   function drawSwatch(node) {
-    const pen = node.getContext("2d"), i = Number(node.dataset.line);
+    const pen = node.getContext("2d"),
+      i = Number(node.dataset.line);
     pen.setTransform(2, 0, 0, 2, 0, 0);
     pen.clearRect(0, 0, 22, 12);
     pen.strokeStyle = theme.color(i);
     pen.lineWidth = 2.5;
     pen.setLineDash(dash(i));
-    pen.beginPath(); pen.moveTo(0, 6); pen.lineTo(22, 6); pen.stroke();
+    pen.beginPath();
+    pen.moveTo(0, 6);
+    pen.lineTo(22, 6);
+    pen.stroke();
   }
 
   function layoutScene() {
-    const [left, right, bottom, top] = data.bounds, margin = 0.03 * Math.max(right - left, top - bottom) + 0.15;
-    const width = Math.max(160, scene.parentNode.clientWidth), inner = width - 56;
+    const [left, right, bottom, top] = data.bounds,
+      margin = 0.03 * Math.max(right - left, top - bottom) + 0.15;
+    const width = Math.max(160, scene.parentNode.clientWidth),
+      inner = width - 56;
     const wanted = (inner * (top - bottom + 2 * margin)) / (right - left + 2 * margin);
     const size = sized(scene, Math.round(Math.min(Math.max(wanted, 150), Math.max(260, 0.8 * width), 620)) + 70);
     const frame = { left: 44, right: size.width - 12, top: 30, bottom: size.height - 40 };
-    const across = frame.right - frame.left, down = frame.bottom - frame.top;
+    const across = frame.right - frame.left,
+      down = frame.bottom - frame.top;
     const scale = Math.min(across / (right - left + 2 * margin), down / (top - bottom + 2 * margin));
-    const cx = (left + right) / 2, cy = (bottom + top) / 2, mx = frame.left + across / 2, my = frame.top + down / 2;
+    const cx = (left + right) / 2,
+      cy = (bottom + top) / 2,
+      mx = frame.left + across / 2,
+      my = frame.top + down / 2;
     // Among obstacles a robot that is drawn too large would seem to touch them.
     const grown = data.obstacles ? 1 : Math.max(1, (few ? 18 : count > 60 ? 8 : 11) / (data.size[0] * scale));
     view = { size, scale, grown, frame, x: (v) => mx + scale * (v - cx), y: (v) => my - scale * (v - cy) };
     still = make("canvas");
     still.width = scene.width;
     still.height = scene.height;
-    const pen = begin(still, size), most = Math.max(3, Math.round(across / 70));
-    const wide = across / scale / 2, high = down / scale / 2, rows = Math.max(2, (most * high) / wide);
-    const xs = ticks(cx - wide, cx + wide, most), ys = ticks(cy - high, cy + high, rows);
+    const pen = begin(still, size),
+      most = Math.max(3, Math.round(across / 70));
+    const wide = across / scale / 2,
+      high = down / scale / 2,
+      rows = Math.max(2, (most * high) / wide);
+    const xs = ticks(cx - wide, cx + wide, most),
+      ys = ticks(cy - high, cy + high, rows);
     axes(pen, frame, view, theme, xs, ys, ["x [m]", "y [m]"]);
     if (data.obstacles && !data.obstacles.moving) drawObstacles(pen, { k: 0, share: 0 });
     const nodes = data.channels.path_x.length / count;
@@ -242,26 +341,32 @@ function mount(model, el, time) {
     for (let i = 0; i < count; i++) {
       if (!seen(i)) continue;
       pen.beginPath();
-      line(pen, nodes, (k) => view.x(data.channels.path_x[i * nodes + k]), (k) => view.y(data.channels.path_y[i * nodes + k]));
+      line(
+        pen,
+        nodes,
+        (k) => view.x(data.channels.path_x[i * nodes + k]),
+        (k) => view.y(data.channels.path_y[i * nodes + k]),
+      );
       pen.stroke();
     }
     const said = grown > 1.05 ? `robots drawn ${fixed(grown, 1)} times their size` : "robots to scale";
     const parts = ["dashed: path", "+: target", said, "outline only: standing"];
     const old = `dashed if older than ${fixed(data.stale_after, 2)} s`;
-    if (data.hears !== null) parts.push(`the half of a line at a robot: what it hears of the other, ${old}`);
-    if (data.faults.length) parts.push("hatched: at fault");
+    if (data.hears !== null) parts.push(`half of a line: what the robot at its end hears from the other, ${old}`);
+    if (data.faults.length) parts.push("hatched: a robot with a fault");
     if (data.obstacles) parts.push("grey: obstacle");
-    if (data.sonar) parts.push("cone: what a sonar reads, faint if nothing");
-    if (data.modes) parts.push("ring and bars under the slider: what a robot is about");
-    if (calm.matches) parts.push("reduced motion: twice a second");
-    note.textContent = `${parts.join(" · ")}. Keys: space, ←, →, with shift 10 s${data.sonar ? ", S: sonar" : ""}${events.length ? ", P and N: hand-overs" : ""}.`;
+    if (data.sonar) parts.push("cone: the range that a sonar reads, faint without an echo");
+    if (data.modes) parts.push("ring, and bars under the slider: a robot's operating mode");
+    if (calm.matches) parts.push("reduced motion: two pictures a second");
+    note.textContent = `${parts.join(" · ")}. Keys: space plays and pauses; ← and → move by 1 s, with shift by 10 s${data.sonar ? "; S shows the sonar cones" : ""}${events.length ? "; P and N go to the changes of mode" : ""}.`;
   }
 
   function layoutChart() {
     lines = series(data, chart.value);
     const size = sized(plot, root.classList.contains("wide") ? 250 : 200);
     const frame = { left: 48, right: size.width - 16, top: 30, bottom: size.height - 40 };
-    let low = Infinity, high = -Infinity;
+    let low = Infinity,
+      high = -Infinity;
     for (const { values } of lines.filter(({ who }) => who.every(seen))) {
       for (const value of values) {
         if (value < low) low = value;
@@ -272,7 +377,8 @@ function mount(model, el, time) {
     const room = 0.05 * (high - low) || 0.05;
     [low, high] = [low - room, high + room];
     span = {
-      size, frame,
+      size,
+      frame,
       x: (t) => frame.left + ((frame.right - frame.left) * (t - data.start)) / (data.end - data.start),
       y: (v) => frame.bottom - ((frame.bottom - frame.top) * (v - low)) / (high - low),
       time: (px) => data.start + ((data.end - data.start) * (px - frame.left)) / (frame.right - frame.left),
@@ -282,14 +388,20 @@ function mount(model, el, time) {
     chartStill.height = plot.height;
     const pen = begin(chartStill, size);
     const xs = ticks(data.start, data.end, Math.max(3, Math.round(size.width / 80)));
-    axes(pen, frame, span, theme, xs, ticks(low, high, 4), ["time [s]", kinds.find(([value]) => value === chart.value)[1]]);
+    axes(pen, frame, span, theme, xs, ticks(low, high, 4), [
+      "time [s]",
+      kinds.find(([value]) => value === chart.value)[1],
+    ]);
     const shown = data.faults.filter(([robot]) => seen(robot));
-    let taken = [];
+    const taken = [];
     for (const [robot, kind, from, to] of shown) {
-      const left = Math.max(frame.left, span.x(from)), right = Math.min(frame.right, span.x(to));
+      const left = Math.max(frame.left, span.x(from)),
+        right = Math.min(frame.right, span.x(to));
       if (right <= left) continue;
       pen.save();
-      pen.beginPath(); pen.rect(left, frame.top, right - left, frame.bottom - frame.top); pen.clip();
+      pen.beginPath();
+      pen.rect(left, frame.top, right - left, frame.bottom - frame.top);
+      pen.clip();
       pen.globalAlpha = 0.09;
       pen.fillStyle = theme.ink;
       pen.fillRect(left, frame.top, right - left, frame.bottom - frame.top);
@@ -297,7 +409,8 @@ function mount(model, el, time) {
       pen.strokeStyle = theme.ink;
       hatch(pen, left, frame.top, right - left, frame.bottom - frame.top, 9, kind);
       pen.restore();
-      const text = `${robot + 1}: ${words[kind]}`, wide = pen.measureText(text).width + 6;
+      const text = `${robot + 1}: ${words[kind]}`,
+        wide = pen.measureText(text).width + 6;
       const level = [0, 1, 2].find((n) => !taken.some(([a, b, m]) => m === n && left < b && left + wide > a));
       if (level !== undefined) {
         taken.push([left, left + wide, level]);
@@ -319,7 +432,12 @@ function mount(model, el, time) {
       pen.strokeStyle = theme.color(look);
       pen.setLineDash(few ? dash(look) : []);
       pen.beginPath();
-      line(pen, data.frames, (k) => span.x(data.time[k]), (k) => span.y(values[k]));
+      line(
+        pen,
+        data.frames,
+        (k) => span.x(data.time[k]),
+        (k) => span.y(values[k]),
+      );
       pen.stroke();
     });
     keys.replaceChildren(...(paired ? lines.map(({ name }, n) => make("span", {}, swatch(n + PAIRS), name)) : []));
@@ -328,7 +446,9 @@ function mount(model, el, time) {
 
   // One frame
   function draw() {
-    const { t } = state, place = data.locate(t), ages = data.stale(t);
+    const { t } = state,
+      place = data.locate(t),
+      ages = data.stale(t);
     drawScene(t, place, ages);
     drawChart(t, place);
     if (strip) drawMarks(t);
@@ -340,11 +460,16 @@ function mount(model, el, time) {
   }
 
   function drawScene(t, place, ages) {
-    const pen = begin(scene, view.size), { x, y, x_target: xt, y_target: yt } = data.channels, { frames } = data;
+    const pen = begin(scene, view.size),
+      { x, y } = data.channels,
+      { frames } = data;
     pen.drawImage(still, 0, 0, view.size.width, view.size.height);
     if (data.obstacles?.moving) drawObstacles(pen, place);
     const from = data.locate(t - Number(trail.value)).k;
-    const where = Array.from({ length: count }, (_, i) => [view.x(data.at("x", i, place)), view.y(data.at("y", i, place))]);
+    const where = Array.from({ length: count }, (_, i) => [
+      view.x(data.at("x", i, place)),
+      view.y(data.at("y", i, place)),
+    ]);
     const marked = state.over >= 0 ? state.over : state.picked;
     pen.lineWidth = few ? 1.8 : 0.9;
     if (trail.value !== "0") {
@@ -352,7 +477,12 @@ function mount(model, el, time) {
         if (!seen(i)) continue;
         pen.strokeStyle = theme.color(i);
         pen.beginPath();
-        line(pen, place.k + 1 - from, (k) => view.x(x[i * frames + from + k]), (k) => view.y(y[i * frames + from + k]));
+        line(
+          pen,
+          place.k + 1 - from,
+          (k) => view.x(x[i * frames + from + k]),
+          (k) => view.y(y[i * frames + from + k]),
+        );
         pen.lineTo(...where[i]);
         pen.stroke();
       }
@@ -362,10 +492,14 @@ function mount(model, el, time) {
     pen.lineWidth = few ? 1.8 : 1;
     for (let i = 0; i < count; i++) {
       if (!seen(i)) continue;
-      const px = view.x(data.at("x_target", i, place)), py = view.y(data.at("y_target", i, place));
+      const px = view.x(data.at("x_target", i, place)),
+        py = view.y(data.at("y_target", i, place));
       pen.strokeStyle = theme.color(i);
       pen.beginPath();
-      pen.moveTo(px - arm, py); pen.lineTo(px + arm, py); pen.moveTo(px, py - arm); pen.lineTo(px, py + arm);
+      pen.moveTo(px - arm, py);
+      pen.lineTo(px + arm, py);
+      pen.moveTo(px, py - arm);
+      pen.lineTo(px, py + arm);
       pen.stroke();
     }
     if (data.sonar && cones.checked) for (let i = 0; i < count; i++) if (seen(i)) drawCones(pen, i, where[i], place);
@@ -377,7 +511,9 @@ function mount(model, el, time) {
     pen.setLineDash([]);
     pen.strokeStyle = theme.quiet;
     data.obstacles.bodies.forEach(({ points, radius, solid }, b) => {
-      const [x, y, turn] = data.body(b, place), c = Math.cos(turn), s = Math.sin(turn);
+      const [x, y, turn] = data.body(b, place),
+        c = Math.cos(turn),
+        s = Math.sin(turn);
       pen.beginPath();
       if (radius) pen.arc(view.x(x), view.y(y), radius * view.scale, 0, 7);
       else for (const [px, py] of points) pen.lineTo(view.x(x + c * px - s * py), view.y(y + s * px + c * py));
@@ -393,10 +529,13 @@ function mount(model, el, time) {
 
   // A cone as far as its sonar reads; to its range, and faint, where it sees nothing
   function drawCones(pen, i, [px, py], place) {
-    const { sensors, readings } = data.sonar, k = place.share >= 1 ? place.k + 1 : place.k;
+    const { sensors, readings } = data.sonar,
+      k = place.share >= 1 ? place.k + 1 : place.k;
     const { left, right, top, bottom } = view.frame;
     pen.save();
-    pen.beginPath(); pen.rect(left, top, right - left, bottom - top); pen.clip();
+    pen.beginPath();
+    pen.rect(left, top, right - left, bottom - top);
+    pen.clip();
     pen.translate(px, py);
     pen.rotate(-data.at("heading", i, place));
     pen.strokeStyle = pen.fillStyle = theme.color(i);
@@ -404,7 +543,8 @@ function mount(model, el, time) {
     sensors[i].forEach((mounting, q) => {
       if (!mounting) return; // it does not carry this one
       const [x, y, axis, half, range] = mounting;
-      const read = readings[(i * sensors[i].length + q) * data.frames + k], echo = Number.isFinite(read);
+      const read = readings[(i * sensors[i].length + q) * data.frames + k],
+        echo = Number.isFinite(read);
       pen.beginPath();
       pen.moveTo(x * view.scale, -y * view.scale);
       pen.arc(x * view.scale, -y * view.scale, (echo ? read : range) * view.scale, -axis - half, -axis + half);
@@ -422,8 +562,10 @@ function mount(model, el, time) {
     const halves = { fresh: [], stale: [] };
     for (const [i, j] of data.links) {
       if (!seen(i) || !seen(j)) continue;
-      const age = ages.get(i * count + j), mine = i === marked || j === marked;
-      if (age === Infinity || (links.value === "mine" && !mine) || (links.value === "stale" && age === undefined)) continue;
+      const age = ages.get(i * count + j),
+        mine = i === marked || j === marked;
+      if (age === Infinity || (links.value === "mine" && !mine) || (links.value === "stale" && age === undefined))
+        continue;
       halves[age === undefined ? "fresh" : "stale"].push([i, j, age]);
     }
     pen.strokeStyle = theme.ink;
@@ -440,21 +582,27 @@ function mount(model, el, time) {
     const strong = halves.stale.length > 100 ? 0.3 : few ? 0.8 : 0.6; // many lines must not hide the robots
     for (const [i, j, age] of halves.stale) {
       pen.globalAlpha = strong * Math.max(0.5, Math.exp(-(age - data.stale_after) / 8));
-      pen.beginPath(); half(i, j); pen.stroke();
+      pen.beginPath();
+      half(i, j);
+      pen.stroke();
     }
     pen.globalAlpha = 1;
     pen.setLineDash([]);
   }
 
   function drawRobot(pen, i, [px, py], t, place, marked) {
-    const long = data.size[0] * view.scale * view.grown, across = data.size[1] * view.scale * view.grown;
-    const kind = data.fault(i, t), stopped = data.stopped(i, t), color = theme.color(i);
+    const long = data.size[0] * view.scale * view.grown,
+      across = data.size[1] * view.scale * view.grown;
+    const kind = data.fault(i, t),
+      stopped = data.stopped(i, t),
+      color = theme.color(i);
     const stands = Math.abs(data.at("v", i, place)) < STANDS && Math.abs(data.at("w", i, place)) < 10 * STANDS;
     pen.save();
     pen.translate(px, py);
     pen.save();
     pen.rotate(-data.at("heading", i, place));
-    pen.beginPath(); pen.rect(-long / 2, -across / 2, long, across);
+    pen.beginPath();
+    pen.rect(-long / 2, -across / 2, long, across);
     pen.fillStyle = stands || stopped || kind ? theme.paper : color;
     pen.strokeStyle = color;
     pen.lineWidth = few ? 2 : 1.2;
@@ -468,7 +616,12 @@ function mount(model, el, time) {
       pen.restore();
     }
     pen.beginPath();
-    for (const [ahead, aside] of [[0.44, 0], [-0.3, 0.24], [-0.3, -0.24]]) pen.lineTo(ahead * long, aside * across);
+    for (const [ahead, aside] of [
+      [0.44, 0],
+      [-0.3, 0.24],
+      [-0.3, -0.24],
+    ])
+      pen.lineTo(ahead * long, aside * across);
     pen.fillStyle = kind ? theme.ink : stands || stopped ? color : theme.paper;
     pen.fill();
     pen.restore();
@@ -481,20 +634,30 @@ function mount(model, el, time) {
       pen.strokeStyle = theme.mode(doing);
       pen.setLineDash(MODE_DASHES[doing & 3]);
       pen.lineWidth = few ? 3 : 2;
-      pen.beginPath(); pen.arc(0, 0, ring + 3, 0, 7); pen.stroke();
+      pen.beginPath();
+      pen.arc(0, 0, ring + 3, 0, 7);
+      pen.stroke();
       pen.restore();
     }
-    if (marked) { pen.beginPath(); pen.arc(0, 0, ring + (doing ? 7 : 1), 0, 7); pen.stroke(); }
+    if (marked) {
+      pen.beginPath();
+      pen.arc(0, 0, ring + (doing ? 7 : 1), 0, 7);
+      pen.stroke();
+    }
     if (stopped) {
       pen.beginPath();
-      for (const sign of [1, -1]) { pen.moveTo(-ring, -sign * ring); pen.lineTo(ring, sign * ring); }
+      for (const sign of [1, -1]) {
+        pen.moveTo(-ring, -sign * ring);
+        pen.lineTo(ring, sign * ring);
+      }
       pen.stroke();
     }
     const trouble = stopped ? "stopped" : kind ? words[kind] : doing && (few || marked) ? data.modes.words[doing] : "";
     if (few || marked || trouble) {
       const text = `${i + 1}${trouble ? `: ${trouble}` : ""}`;
       pen.font = "600 12px system-ui, 'DejaVu Sans', sans-serif";
-      const wide = pen.measureText(text).width, side = px + ring + wide + 4 > view.size.width ? -ring - wide - 2 : ring - 1;
+      const wide = pen.measureText(text).width,
+        side = px + ring + wide + 4 > view.size.width ? -ring - wide - 2 : ring - 1;
       pen.textBaseline = "bottom";
       pen.lineWidth = 3;
       pen.lineJoin = "round";
@@ -507,37 +670,56 @@ function mount(model, el, time) {
   }
 
   function drawChart(t, place) {
-    const pen = begin(plot, span.size), { frame } = span;
+    const pen = begin(plot, span.size),
+      { frame } = span;
     pen.drawImage(chartStill, 0, 0, span.size.width, span.size.height);
     pen.strokeStyle = theme.ink;
     pen.lineWidth = 1.5;
-    pen.beginPath(); pen.moveTo(span.x(t), frame.top); pen.lineTo(span.x(t), frame.bottom); pen.stroke();
-    const paired = lines[0]?.who.length === 2, marked = state.over >= 0 ? state.over : state.picked;
+    pen.beginPath();
+    pen.moveTo(span.x(t), frame.top);
+    pen.lineTo(span.x(t), frame.bottom);
+    pen.stroke();
+    const paired = lines[0]?.who.length === 2,
+      marked = state.over >= 0 ? state.over : state.picked;
     lines.forEach(({ who, values }, n) => {
       if (!who.every(seen) || (!few && who[0] !== marked)) return;
-      const a = values[place.k], b = values[Math.min(place.k + 1, data.frames - 1)], value = a + place.share * (b - a);
+      const a = values[place.k],
+        b = values[Math.min(place.k + 1, data.frames - 1)],
+        value = a + place.share * (b - a);
       pen.fillStyle = theme.color(paired ? n + PAIRS : who[0]);
-      pen.beginPath(); pen.arc(span.x(t), span.y(value), 3.5, 0, 7); pen.fill();
+      pen.beginPath();
+      pen.arc(span.x(t), span.y(value), 3.5, 0, 7);
+      pen.fill();
     });
   }
 
   function readOut(t, place, ages) {
-    const put = (cell, text) => { if (cell.textContent !== text) cell.textContent = text; };
+    const put = (cell, text) => {
+      if (cell.textContent !== text) cell.textContent = text;
+    };
     const condition = (i) => {
       if (data.stopped(i, t)) return "stopped";
       const kind = data.fault(i, t);
       if (kind) return words[kind];
       const doing = data.mode(i, place);
       if (doing) return data.modes.words[doing];
-      return Math.abs(data.at("v", i, place)) < STANDS && Math.abs(data.at("w", i, place)) < 10 * STANDS ? "standing" : "driving";
+      return Math.abs(data.at("v", i, place)) < STANDS && Math.abs(data.at("w", i, place)) < 10 * STANDS
+        ? "standing"
+        : "driving";
     };
     const heard = (i) => {
       const mine = data.links.filter(([to]) => to === i);
-      const old = mine.filter(([, from]) => ages.has(i * count + from)).map(([, from]) => [from, ages.get(i * count + from)]);
+      const old = mine
+        .filter(([, from]) => ages.has(i * count + from))
+        .map(([, from]) => [from, ages.get(i * count + from)]);
       if (!mine.length) return "nobody";
-      if (!old.length) return `${mine.length > 4 ? `all ${mine.length}` : mine.map(([, from]) => from + 1).join(", ")}: fresh`;
-      const since = (age) => (age === Infinity ? "never yet" : `${fixed(age, 1)} s old`);
-      const listed = old.slice(0, 4).map(([from, age]) => `${from + 1}: ${since(age)}`).join(", ");
+      if (!old.length)
+        return `${mine.length > 4 ? `all ${mine.length}` : mine.map(([, from]) => from + 1).join(", ")}: fresh`;
+      const since = (age) => (age === Infinity ? "never heard" : `${fixed(age, 1)} s old`);
+      const listed = old
+        .slice(0, 4)
+        .map(([from, age]) => `${from + 1}: ${since(age)}`)
+        .join(", ");
       if (old.length > 4) return `${listed}, … (${old.length} of ${mine.length} stale)`;
       return listed + (old.length < mine.length ? ", others fresh" : "");
     };
@@ -562,7 +744,7 @@ function mount(model, el, time) {
     said.push(faulty.length ? named.join(", ") + (faulty.length > 6 ? ", …" : "") : "no faults");
     const last = events.filter(([at]) => at <= t + 1e-9).at(-1);
     if (last) said.push(`${fixed(last[0], 2)} s, robot ${last[1] + 1}: ${last[2]} → ${last[3]} (${last[4]})`);
-    if (ages.size) said.push(`${ages.size} of ${data.links.length} links stale`);
+    if (ages.size) said.push(`${ages.size} of ${data.links.length} links are stale`);
     put(summary, said.join(" · "));
   }
 
@@ -604,8 +786,10 @@ function mount(model, el, time) {
     draw();
   }
   function nearest(event) {
-    const area = scene.getBoundingClientRect(), place = data.locate(state.t);
-    let best = -1, least = 24;
+    const area = scene.getBoundingClientRect(),
+      place = data.locate(state.t);
+    let best = -1,
+      least = 24;
     for (let i = 0; i < count; i++) {
       if (!seen(i)) continue;
       const dx = view.x(data.at("x", i, place)) + area.left - event.clientX;
@@ -621,21 +805,39 @@ function mount(model, el, time) {
   };
   scene.addEventListener("pointermove", (event) => hover(nearest(event)));
   scene.addEventListener("pointerleave", () => hover(-1));
-  scene.addEventListener("click", (event) => { const i = nearest(event); if (i >= 0) pick(i); });
+  scene.addEventListener("click", (event) => {
+    const i = nearest(event);
+    if (i >= 0) pick(i);
+  });
   const scrub = (event) => seek(span.time(event.clientX - plot.getBoundingClientRect().left));
-  plot.addEventListener("pointerdown", (event) => { plot.setPointerCapture(event.pointerId); scrub(event); });
-  plot.addEventListener("pointermove", (event) => { if (event.buttons & 1) scrub(event); });
+  plot.addEventListener("pointerdown", (event) => {
+    plot.setPointerCapture(event.pointerId);
+    scrub(event);
+  });
+  plot.addEventListener("pointermove", (event) => {
+    if (event.buttons & 1) scrub(event);
+  });
   const atMark = (event) => seek(strip.time(event.clientX - marks.getBoundingClientRect().left));
-  marks.addEventListener("pointerdown", (event) => { marks.setPointerCapture(event.pointerId); atMark(event); });
-  marks.addEventListener("pointermove", (event) => { if (event.buttons & 1) atMark(event); });
+  marks.addEventListener("pointerdown", (event) => {
+    marks.setPointerCapture(event.pointerId);
+    atMark(event);
+  });
+  marks.addEventListener("pointermove", (event) => {
+    if (event.buttons & 1) atMark(event);
+  });
   const hands = model.get("page") ? document : root;
   const onKey = (event) => {
-    const on = event.target, type = on.tagName;
+    const on = event.target,
+      type = on.tagName;
     if (event.ctrlKey || event.metaKey || event.altKey || type === "SELECT") return;
     const by = event.shiftKey ? 10 : 1;
     const times = { ArrowLeft: state.t - by, ArrowRight: state.t + by, Home: data.start, End: data.end };
     const letters = {};
-    if (data.sonar) letters.s = () => { cones.checked = !cones.checked; draw(); };
+    if (data.sonar)
+      letters.s = () => {
+        cones.checked = !cones.checked;
+        draw();
+      };
     if (events.length) Object.assign(letters, { n: () => jump(1), p: () => jump(-1) });
     const letter = letters[event.key.toLowerCase()];
     const act = event.key === " " ? () => toggle() : event.key in times ? () => seek(times[event.key]) : letter;
@@ -645,7 +847,12 @@ function mount(model, el, time) {
     act();
   };
   hands.addEventListener("keydown", onKey);
-  const observer = new ResizeObserver(() => { if (el.clientWidth !== seenWidth) { seenWidth = el.clientWidth; layout(); } });
+  const observer = new ResizeObserver(() => {
+    if (el.clientWidth !== seenWidth) {
+      seenWidth = el.clientWidth;
+      layout();
+    }
+  });
   let seenWidth = el.clientWidth;
   observer.observe(el);
   dark.addEventListener("change", layout);

@@ -1,7 +1,8 @@
 // A run as robotics/playback/player.py packed it: numbers, places between samples, and what the chart can show.
 
 function bytes(text) {
-  const raw = atob(text), out = new Uint8Array(raw.length);
+  const raw = atob(text),
+    out = new Uint8Array(raw.length);
   for (let i = 0; i < raw.length; i++) out[i] = raw.charCodeAt(i);
   return out.buffer;
 }
@@ -12,7 +13,9 @@ function numbers(packed) {
 }
 
 export function unpack(run) {
-  const count = run.robots, time = new Float32Array(bytes(run.time)), frames = time.length;
+  const count = run.robots,
+    time = new Float32Array(bytes(run.time)),
+    frames = time.length;
   const channels = Object.fromEntries(Object.entries(run.channels).map(([name, packed]) => [name, numbers(packed)]));
   const bits = run.hears === null ? null : new Uint8Array(bytes(run.hears));
   const hears = (i, j) => bits !== null && ((bits[(i * count + j) >> 3] >> ((i * count + j) & 7)) & 1) === 1;
@@ -22,12 +25,14 @@ export function unpack(run) {
   const stale = (t) => {
     const ages = new Map();
     for (let k = 0; k < spans.length; k += 5) {
-      if (spans[k + 2] <= t && t < spans[k + 3]) ages.set(spans[k] * count + spans[k + 1], spans[k + 4] + t - spans[k + 2]);
+      if (spans[k + 2] <= t && t < spans[k + 3])
+        ages.set(spans[k] * count + spans[k + 1], spans[k + 4] + t - spans[k + 2]);
     }
     return ages;
   };
   const locate = (t) => {
-    let low = 0, high = frames - 1;
+    let low = 0,
+      high = frames - 1;
     while (high - low > 1) {
       const middle = (low + high) >> 1;
       if (time[middle] <= t) low = middle;
@@ -38,11 +43,13 @@ export function unpack(run) {
   const at = (name, i, { k, share }) => {
     const values = channels[name];
     if (!values) return NaN;
-    const a = values[i * frames + k], b = values[i * frames + Math.min(k + 1, frames - 1)];
+    const a = values[i * frames + k],
+      b = values[i * frames + Math.min(k + 1, frames - 1)];
     return a + share * (b - a);
   };
   const modes = run.modes ? { ...run.modes, codes: new Int8Array(bytes(run.modes.codes)) } : null;
-  const mode = (i, { k, share }) => (modes ? modes.codes[i * frames + (share >= 1 ? Math.min(k + 1, frames - 1) : k)] : 0);
+  const mode = (i, { k, share }) =>
+    modes ? modes.codes[i * frames + (share >= 1 ? Math.min(k + 1, frames - 1) : k)] : 0;
   const sonar = run.sonar ? { ...run.sonar, readings: numbers(run.sonar.readings) } : null;
   let obstacles = null;
   if (run.obstacles) {
@@ -51,13 +58,35 @@ export function unpack(run) {
   }
   // Where a body is: x, y [m] and its turn [rad]
   const body = (b, { k, share }) => {
-    const n = obstacles.moving ? frames : 1, from = b * n + (n > 1 ? k : 0), to = b * n + Math.min(n - 1, n > 1 ? k + 1 : 0);
-    return ["x", "y", "turn"].map((name) => obstacles[name][from] + share * (obstacles[name][to] - obstacles[name][from]));
+    const n = obstacles.moving ? frames : 1,
+      from = b * n + (n > 1 ? k : 0),
+      to = b * n + Math.min(n - 1, n > 1 ? k + 1 : 0);
+    return ["x", "y", "turn"].map(
+      (name) => obstacles[name][from] + share * (obstacles[name][to] - obstacles[name][from]),
+    );
   };
   const fault = (i, t) => run.faults.find(([robot, , start, end]) => robot === i && start <= t && t < end)?.[1];
   const stopped = (i, t) => run.stops[i] !== null && t >= run.stops[i];
   const ends = { start: time[0], end: time[frames - 1] };
-  return { ...run, ...ends, count, time, frames, channels, links, stale, locate, at, fault, stopped, modes, mode, sonar, obstacles, body };
+  return {
+    ...run,
+    ...ends,
+    count,
+    time,
+    frames,
+    channels,
+    links,
+    stale,
+    locate,
+    at,
+    fault,
+    stopped,
+    modes,
+    mode,
+    sonar,
+    obstacles,
+    body,
+  };
 }
 
 // What the chart can show: a line a robot, or a line a pair
@@ -72,7 +101,9 @@ export function series(data, kind) {
   if (kind === "distance") return rows((i, k) => Math.hypot(off("x", i * frames + k), off("y", i * frames + k)));
   if (count > 4) {
     const middle = over((k) => {
-      const known = Array.from({ length: count }, (_, i) => s(i, k)).filter(Number.isFinite).sort((a, b) => a - b);
+      const known = Array.from({ length: count }, (_, i) => s(i, k))
+        .filter(Number.isFinite)
+        .sort((a, b) => a - b);
       return (known[(known.length - 1) >> 1] + known[known.length >> 1]) / 2;
     });
     return rows((i, k) => s(i, k) - middle[k]);

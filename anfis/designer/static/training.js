@@ -1,0 +1,410 @@
+// Train: data and which column is which, a system to start from, the error live, memberships before and after.
+// From what anfis/designer/panel.py hands over; the form is anywidget's.
+
+import {
+  axes,
+  choices,
+  color,
+  element,
+  labelled,
+  line,
+  offer,
+  put,
+  said,
+  say,
+  scale,
+  shape,
+  styled,
+  ticks,
+  watch,
+  whenSized,
+} from "../../../fuzzy/designer/static/chart.js";
+import { degree, places } from "../../../fuzzy/designer/static/membership.js";
+
+const SHEET = new URL("./training.css", import.meta.url).href;
+const NAMES = ["sources", "accepted", "table", "choice", "columns", "system", "progress", "before", "after", "problem"];
+const PIECE = 200_000; // characters of an upload that travel together
+const STARTS = { present: "the present system", subtractive: "clusters of the data", grid: "a grid of terms" };
+const METHODS = {
+  hybrid: "hybrid (Jang)",
+  backprop: "gradient descent (Adam)",
+  "least-squares": "least squares only",
+  "second-order": "Levenberg–Marquardt",
+};
+const ROLES = [
+  ["unused", "not used"],
+  ["input", "input"],
+  ["output", "output"],
+];
+const STOPPED = {
+  epochs: "all epochs are done",
+  goal: "the goal is reached",
+  callback: "stopped by hand",
+  converged: "no step reduces the error any more",
+  diverged: "the error is no longer finite",
+  patience: "no progress",
+  interrupted: "interrupted",
+};
+
+/** Powers of ten, where there are few of them also their double and fivefold, and within a factor of 4 round numbers. */
+function decades(low, high) {
+  if (high < 4 * low) return ticks(low, high, 4);
+  const out = [];
+  for (let p = Math.floor(Math.log10(low)) - 1; p <= Math.ceil(Math.log10(high)); p++) {
+    for (const m of high / low < 1000 ? [1, 2, 5] : [1]) out.push(m * 10 ** p);
+  }
+  return out.filter((v) => v >= low * 0.999 && v <= high * 1.001);
+}
+
+export async function render({ model, el }) {
+  await styled(SHEET);
+  const get = (name) => model.get(name) ?? null;
+  const choose = (name, value) => model.send({ do: "choose", name, value });
+  const field = (text, control) => element("label", {}, element("span", {}, text), control);
+  const number = (label, name, attributes, factor = 1) => {
+    const input = element("input", { type: "number", "aria-label": label, ...attributes });
+    input.addEventListener("change", () => {
+      if (input.value !== "" && input.checkValidity()) choose(name, Number(input.value) / factor);
+    });
+    return Object.assign(input, {
+      show: (value) => {
+        if (document.activeElement !== input && (input.value === "" || Number(input.value) !== value * factor))
+          input.value = Number((value * factor).toPrecision(6));
+      },
+    });
+  };
+
+  // Data
+  const file = choices("Data from a file of the folder or generated", [], "", (value) => {
+    const [kind, name] = [value.slice(0, 1), value.slice(2)];
+    if (name) model.send({ do: kind === "g" ? "generate" : "file", name });
+  });
+  const upload = element("input", {
+    type: "file",
+    accept: ".csv,text/csv,text/plain",
+    "aria-label": "Upload a CSV file",
+  });
+  upload.addEventListener("change", async () => {
+    const chosen = upload.files[0];
+    if (!chosen) return;
+    const { largest } = get("accepted");
+    if (chosen.size > largest) {
+      fail(`${chosen.name} is larger than ${largest / 1e6} MB; use anfis train for large tables`);
+      return;
+    }
+    const text = await chosen.text();
+    for (let at = 0, n = 0; at === 0 || at < text.length; at += PIECE, n++) {
+      model.send({
+        do: "piece",
+        name: chosen.name,
+        number: n,
+        text: text.slice(at, at + PIECE),
+        last: at + PIECE >= text.length,
+      });
+    }
+    upload.value = "";
+  });
+  const about = element("p", { class: "tn-note" });
+  const mapping = element("div", { class: "tn-columns" });
+  const data = element(
+    "fieldset",
+    {},
+    element("legend", {}, "Data"),
+    element(
+      "div",
+      { class: "tn-row" },
+      field("File of the folder, or generated", file),
+      field("or upload a CSV file", upload),
+    ),
+    about,
+  );
+
+  // Start and method
+  const start = choices("Start from", [], "", (value) => choose("start", value));
+  const radius = number("Radius of a cluster, as a share of the ranges", "radius", { min: 0.01, max: 2, step: "any" });
+  const mfs = number("Terms per input", "mfs", { min: 2, max: 20, step: 1 });
+  const radiusField = field("Cluster radius (share of range)", radius),
+    mfsField = field("Terms per input", mfs);
+  const from = element(
+    "fieldset",
+    {},
+    element("legend", {}, "Start"),
+    element("div", { class: "tn-row" }, field("Start from", start), radiusField, mfsField),
+    mapping,
+  );
+  const method = choices("Method", [], "", (value) => choose("method", value));
+  const epochs = number("Epochs", "epochs", { min: 0, max: 100000, step: 1 });
+  const goal = number("Error goal, RMSE", "goal", { min: 0, step: "any" });
+  const share = number("Share of the samples for checking, in percent", "share", { min: 0, max: 80, step: "any" }, 100);
+  const seed = number("Seed of the split", "seed", { min: 0, step: 1 });
+  const act = (text, wish, kind) =>
+    element("button", { type: "button", class: kind, onclick: () => model.send({ do: wish }) }, text);
+  const go = act("Train", "train", "tn-main"),
+    stop = act("Stop", "stop", ""),
+    take = act("Take the best into the design", "take", "");
+  const how = element(
+    "fieldset",
+    {},
+    element("legend", {}, "Learning"),
+    element(
+      "div",
+      { class: "tn-row" },
+      field("Method", method),
+      field("Epochs", epochs),
+      field("Error goal (RMSE)", goal),
+      field("Checking share [%]", share),
+      field("Seed of the split", seed),
+      go,
+      stop,
+      take,
+    ),
+  );
+  const problem = element("p", { class: "tn-problem", role: "alert", hidden: true });
+  const fail = (text) => {
+    problem.hidden = false;
+    say(problem, text);
+  };
+
+  // What comes of it
+  const bar = element("progress", { "aria-label": "Epochs done", max: 1, value: 0 });
+  const state = element("p", { class: "tn-said", role: "status" });
+  const notes = element("div");
+  const keys = element("div", { class: "tn-keys" });
+  const curve = shape("svg", { class: "tn-plot", role: "img" });
+  const terms = element("div");
+  const views = element("div", { class: "tn-views" }, element("div", {}, keys, curve), terms);
+  const root = element("div", { class: "fd fd-training" }, problem, data, from, how, bar, state, notes, views);
+  el.append(root);
+
+  function drawForm() {
+    const sources = get("sources"),
+      choice = get("choice"),
+      accepted = get("accepted"),
+      table = get("table"),
+      progress = get("progress");
+    const options = [
+      ["", "choose …"],
+      ...sources.files.map((name) => [`f:${name}`, name]),
+      ...sources.generators.map(([name, title]) => [`g:${name}`, title]),
+    ];
+    offer(file, options, options.some(([value]) => value === file.value) ? file.value : "");
+    offer(
+      start,
+      accepted.start.map((name) => [name, STARTS[name]]),
+      choice.start,
+    );
+    offer(
+      method,
+      accepted.method.map((name) => [name, METHODS[name]]),
+      choice.method,
+    );
+    for (const [input, name] of [
+      [radius, "radius"],
+      [mfs, "mfs"],
+      [epochs, "epochs"],
+      [goal, "goal"],
+      [share, "share"],
+      [seed, "seed"],
+    ])
+      input.show(choice[name]);
+    radiusField.hidden = choice.start !== "subtractive";
+    mfsField.hidden = choice.start !== "grid";
+    say(
+      about,
+      table
+        ? `${table.name}: ${table.rows} samples, ${table.columns.length} columns`
+        : "The table needs one row per sample, inputs and outputs in columns, a header line and a decimal point.",
+    );
+    const running = ["starting", "learning", "stopping"].includes(progress.state);
+    go.disabled = running || !table;
+    stop.disabled = !running || progress.state === "stopping";
+    take.disabled = running || progress.stopped === null;
+    const wrong = get("problem")?.message ?? "",
+      fresh = wrong !== "" && wrong !== problem.textContent;
+    problem.hidden = wrong === "";
+    say(problem, wrong);
+    if (fresh) problem.scrollIntoView({ block: "nearest" }); // the button may be a page below
+    drawMapping(table, choice, get("columns"), get("system"));
+  }
+
+  function drawMapping(table, choice, columns, system) {
+    mapping.hidden = !table;
+    if (!table) return;
+    const pick = (name, text, label, options, chosen) =>
+      field(
+        text,
+        choices(label, options, chosen, (value) => model.send({ do: "column", name, value })),
+      );
+    const names = table.columns.map((c) => [c.name, `${c.name}, ${said(c.low, 3)} to ${said(c.high, 3)}`]);
+    const key = JSON.stringify([choice.start === "present", table, columns, system]);
+    if (mapping.dataset.key === key) return;
+    const focused = [...mapping.querySelectorAll("select")].indexOf(document.activeElement);
+    mapping.dataset.key = key;
+    if (choice.start === "present") {
+      const of = (kind) => (name) =>
+        pick(
+          name,
+          `${name} (${kind})`,
+          `Column of the ${kind} ${name}`,
+          [["", "choose …"], ...names],
+          columns[name] ?? "",
+        );
+      mapping.replaceChildren(...system.inputs.map(of("input")), ...system.outputs.map(of("output")));
+    } else {
+      mapping.replaceChildren(
+        ...table.columns.map((c) =>
+          pick(
+            c.name,
+            `${c.name}, ${said(c.low, 3)} to ${said(c.high, 3)}`,
+            `Role of the column ${c.name}`,
+            ROLES,
+            columns[c.name] ?? "unused",
+          ),
+        ),
+      );
+    }
+    if (focused >= 0) mapping.querySelectorAll("select")[focused]?.focus();
+  }
+
+  function drawProgress() {
+    const p = get("progress"),
+      last = p.epoch.at(-1) ?? 0;
+    put(bar, { max: Math.max(1, p.epochs) });
+    bar.value = p.state === "done" ? Math.max(1, p.epochs) : last;
+    bar.hidden = p.state === "idle";
+    const words = [];
+    if (p.state === "starting") words.push("starting …");
+    if (p.state === "stopping") words.push("stopping after this epoch …");
+    if (p.rules !== null) words.push(`${p.rules} ${p.rules === 1 ? "rule" : "rules"}`);
+    if (p.parameters !== null) words.push(`${p.parameters} parameters`);
+    if (p.epoch.length) words.push(`epoch ${last}`);
+    if (p.best)
+      words.push(
+        `smallest ${p.best.checked ? "checking" : "training"} error ${said(p.best.error)} at epoch ${p.best.epoch}${p.first ? ` (${said(p.first)} at the start)` : ""}`,
+      );
+    if (p.stopped !== null) words.push(STOPPED[p.stopped] ?? p.stopped);
+    say(state, words.join(" · "));
+    const told = [...p.words];
+    if (p.outputs > 1)
+      told.unshift(
+        `The ${p.outputs} outputs are learnt together and share their membership functions; the error is the RMSE over all of them.`,
+      );
+    notes.replaceChildren(...told.map((text) => element("p", { class: "tn-note" }, text)));
+  }
+
+  function drawCurve() {
+    const p = get("progress");
+    const known = [...p.train, ...(p.check ?? [])].filter((v) => v !== null && v > 0);
+    curve.parentElement.hidden = known.length === 0;
+    if (known.length === 0) return;
+    const sample = (kind) =>
+      shape("svg", { width: 34, height: 10, "aria-hidden": "true" }, shape("path", { d: "M1 5H33", class: kind }));
+    keys.replaceChildren(
+      element("span", {}, sample("tn-train"), "training"),
+      ...(p.check ? [element("span", {}, sample("tn-check"), "checking")] : []),
+    );
+    const width = Math.max(240, curve.parentElement.clientWidth),
+      box = { left: 62, right: width - 14, top: 26, bottom: 236 };
+    put(curve, { viewBox: `0 0 ${width} 280`, height: 280 });
+    let low = Math.min(...known),
+      high = Math.max(...known);
+    [low, high] = [low / 1.15, high * 1.15];
+    const end = Math.max(
+      1,
+      p.state === "done" || p.state === "idle" ? p.epoch.at(-1) : Math.min(p.epochs, Math.max(10, 2 * p.epoch.at(-1))),
+    );
+    const x = scale(0, end, box.left, box.right),
+      log = scale(Math.log10(low), Math.log10(high), box.bottom, box.top);
+    const y = (v) => (v > 0 ? log(Math.log10(v)) : NaN);
+    y.ends = [low, high];
+    const drawn = axes(box, x, y, ["epoch", "RMSE"], decades(low, high));
+    const over = (values, kind) =>
+      shape("path", {
+        d: line(
+          p.epoch.map(x),
+          values.map((v) => (v === null ? NaN : y(v))),
+        ),
+        class: kind,
+      });
+    const all = [drawn, over(p.train, "tn-train")];
+    if (p.check) all.push(over(p.check, "tn-check"));
+    if (p.best && p.best.error > 0)
+      all.push(shape("circle", { cx: x(p.best.epoch), cy: y(p.best.error), r: 5, class: "tn-best" }));
+    curve.replaceChildren(...all);
+    put(curve, { "aria-label": `Error over the epochs, logarithmic. ${state.textContent}` });
+  }
+
+  function drawTerms() {
+    const before = get("before"),
+      after = get("after");
+    terms.hidden = before === null;
+    if (before === null) return;
+    const width = Math.max(240, terms.clientWidth || root.clientWidth);
+    const sample = (kind, stroke) =>
+      shape(
+        "svg",
+        { width: 34, height: 10, "aria-hidden": "true" },
+        shape("path", { d: "M1 5H33", class: kind, stroke }),
+      );
+    const key = element(
+      "div",
+      { class: "tn-keys" },
+      element("span", {}, sample("tn-before", null), "before"),
+      ...(after ? [element("span", {}, sample("", color(0)), "after: the best")] : []),
+    );
+    const pictures = before.map((variable, i) => {
+      const box = { left: 40, right: width - 14, top: 26, bottom: 126 };
+      const x = scale(variable.low, variable.high, box.left, box.right),
+        y = scale(0, 1, box.bottom, box.top);
+      const path = (term, kind, stroke) => {
+        const xs = places(term.type, term.parameters, variable.low, variable.high);
+        return shape("path", {
+          d: line(
+            xs.map(x),
+            xs.map((v) => y(degree(term.type, v, term.parameters))),
+          ),
+          class: kind,
+          stroke,
+        });
+      };
+      const picture = shape(
+        "svg",
+        {
+          class: variable.terms.length > 7 ? "tn-plot tn-many" : "tn-plot",
+          role: "img",
+          viewBox: `0 0 ${width} 170`,
+          height: 170,
+          "aria-label": `Membership functions of ${variable.name}, ${after ? "before and after" : "before"} learning`,
+        },
+        axes(box, x, y, [labelled(variable), "degree"], [0, 0.5, 1]),
+        ...variable.terms.map((term) => path(term, "tn-before", null)),
+      );
+      if (after) picture.append(...after[i].terms.map((term, k) => path(term, "", color(k))));
+      return picture;
+    });
+    terms.replaceChildren(key, ...pictures);
+  }
+
+  let request = 0;
+  const draw = () => {
+    drawForm();
+    drawProgress();
+    drawCurve();
+    drawTerms();
+  };
+  const soon = () => {
+    request ||= requestAnimationFrame(() => {
+      request = 0;
+      draw();
+    });
+  };
+  const ends = [watch(model, NAMES, soon), whenSized(root, soon)];
+  draw();
+  return () => {
+    cancelAnimationFrame(request);
+    for (const end of ends) end();
+    root.remove();
+  };
+}
+
+export default { render };

@@ -1,0 +1,427 @@
+// Try it: the rule base in hand drives a robot. Top view, cross-track error and metrics, beside the design
+// before and a nonlinear law; a team is played. From what robotics/designer/panel.py hands over; form: anywidget's.
+
+import {
+  axes,
+  choices,
+  element,
+  line,
+  offer,
+  put,
+  said,
+  say,
+  scale,
+  shape,
+  styled,
+  ticks,
+  watch,
+  whenSized,
+} from "../../../fuzzy/designer/static/chart.js";
+import player from "../../playback/static/player.js";
+
+const RUNS = [
+  ["rival", "tr-rival"],
+  ["before", "tr-before"],
+  ["tried", "tr-tried"],
+]; // the last is drawn on top
+const SHEETS = ["./tryout.css", "../../playback/static/player.css"].map(
+  (sheet) => new URL(sheet, import.meta.url).href,
+);
+const NAMES = ["choices", "trial", "course", "tried", "before", "rival", "problem"];
+
+/** The model of a player, as anywidget's: given.tell() says that its run is another. */
+function playerModel(given) {
+  const nothing = () => {};
+  return {
+    get: (name) => given[name],
+    on: (name, f) => (given.tell = f),
+    off: nothing,
+    set: nothing,
+    save_changes: nothing,
+  };
+}
+
+/** A number with three digits; a time that never came, and what is not known. */
+const figure = (value) => (value === "never" ? "never" : said(value ?? null, 3));
+const finite = (values) => values.filter(Number.isFinite);
+const points = (data) => (data?.x ? data.x.map((x, i) => [x, data.y[i]]) : []);
+
+export async function render({ model, el }) {
+  await styled(...SHEETS);
+  const get = (name) => model.get(name) ?? null;
+  const choose = (name, value) => model.send({ do: "choose", name, value });
+  const state = { share: 1, height: 280, played: null, given: null, stop: null };
+
+  // Controls
+  const field = (text, control, kind = "") => element("label", { class: kind }, element("span", {}, text), control);
+  const scenario = choices("Scenario", [], "", (value) => choose("scenario", value));
+  const law = choices("Law that holds the rule base", [], "", (value) => choose("law", value));
+  const rival = choices("Compare with", [], "", (value) => choose("rival", value));
+  const number = (label, name, attributes) => {
+    const input = element("input", { type: "number", "aria-label": label, ...attributes });
+    // A number that is none is no message: the field shows by itself that it is wrong.
+    input.addEventListener("change", () => {
+      if (input.value !== "" && input.checkValidity()) choose(name, Number(input.value));
+    });
+    return input;
+  };
+  const ahead = number("Look-ahead in seconds", "look_ahead", { min: 0, max: 10, step: "any" });
+  const seed = number("Seed of the noise", "seed", { min: 0, step: 1 });
+  const lawField = field("Law", law),
+    aheadField = field("Look-ahead [s]", ahead);
+  const pin = element(
+    "button",
+    {
+      type: "button",
+      class: "tr-pin",
+      title: "Later designs are compared with this one",
+      onclick: () => model.send({ do: "pin" }),
+    },
+    "Compare from here",
+  );
+  const busy = element("span", { class: "tr-busy", role: "status" });
+  const controls = element(
+    "div",
+    { class: "tr-controls" },
+    field("Scenario", scenario, "tr-scenario"),
+    lawField,
+    aheadField,
+    field("Seed", seed),
+    field("Compare with", rival),
+    pin,
+    busy,
+  );
+  const problem = element("p", { class: "tr-problem", role: "alert", hidden: true });
+  const notes = element("div"),
+    others = element("p", { class: "tr-note" });
+
+  // Pictures
+  const keys = element("div", { class: "tr-keys" });
+  const above = shape("svg", { class: "tr-plot", role: "img" }),
+    error = shape("svg", { class: "tr-plot", role: "img" });
+  const clock = element("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": "Time" });
+  const reading = element("output");
+  const time = element("div", { class: "tr-time" }, clock, reading);
+  const single = element(
+    "div",
+    {},
+    keys,
+    element("div", { class: "tr-views" }, above, element("div", {}, error, time)),
+  );
+  const stage = element("div", { class: "fleet-player" });
+  const table = element("table", { class: "tr-metrics" });
+  const root = element("div", { class: "fd fd-tryout" }, controls, problem, notes, single, stage, table, others);
+  el.append(root);
+
+  const label = (name, data) => {
+    const trial = get("trial");
+    if (name === "tried") return "this design";
+    if (name === "before") return `design ${data.label}`;
+    return get("choices")?.rivals[trial.kind]?.find(([value]) => value === trial.rival)?.[1] ?? data.label;
+  };
+  const shown = () =>
+    RUNS.map(([name, kind]) => [name, kind, get(name)]).filter(([, , data]) => data !== null && !data.why);
+
+  function drawControls() {
+    const known = get("choices"),
+      trial = get("trial");
+    if (known) {
+      offer(
+        scenario,
+        known.scenarios.map((s) => [s.name, s.why ? `${s.title} (not possible)` : s.title]),
+        trial.scenario,
+      );
+      known.scenarios.forEach((s, i) => {
+        scenario.options[i].disabled = Boolean(s.why);
+        scenario.options[i].title = s.why;
+      });
+      offer(law, known.laws, trial.law);
+      offer(rival, known.rivals[trial.kind], trial.rival);
+    } else {
+      offer(scenario, [[trial.scenario, get("course")?.title ?? trial.scenario]], trial.scenario);
+    }
+    lawField.hidden = trial.kind !== "team";
+    aheadField.hidden = trial.kind === "team";
+    const keep = (input, value) => {
+      if (document.activeElement !== input) input.value = value;
+    };
+    keep(ahead, trial.look_ahead);
+    keep(seed, trial.seed);
+    const wrong = get("problem")?.message ?? "";
+    problem.hidden = wrong === "";
+    say(problem, wrong);
+    const told = [];
+    for (const [name] of RUNS) {
+      const data = get(name);
+      if (data?.why) told.push(`${label(name, data)}: ${data.why}`);
+      for (const note of data?.notes ?? []) told.push(`${label(name, data)}: ${note}`);
+    }
+    say(
+      others,
+      [...new Set(known?.scenarios.map((s) => s.why).filter(Boolean) ?? [])]
+        .map((why) => `Some scenarios cannot be chosen: ${why}.`)
+        .join(" "),
+    );
+    notes.replaceChildren(...told.map((text) => element("p", { class: "tr-note" }, text)));
+  }
+
+  function drawKeys() {
+    const sample = (kind) =>
+      shape("svg", { width: 34, height: 10, "aria-hidden": "true" }, shape("path", { d: "M1 5H33", class: kind }));
+    keys.replaceChildren(
+      element("span", {}, sample("tr-reference"), "reference"),
+      ...shown()
+        .reverse()
+        .map(([name, kind, data]) => element("span", {}, sample(kind), label(name, data))),
+    );
+  }
+
+  /** What the top view shows: all of the paths, and as much of the runs as leaves the paths large. */
+  function bounds(course) {
+    const all = course.paths.map((p) => [p.x, p.y]),
+      spans = [];
+    for (const k of [0, 1]) {
+      const fixed = finite([...all.flatMap((p) => p[k]), ...course.starts.map((s) => s[k])]);
+      let low = Math.min(...fixed),
+        high = Math.max(...fixed);
+      const room = 0.3 * Math.max(0.5, high - low);
+      const moved = finite(shown().flatMap(([, , data]) => points(data).flatMap((p) => p[k])));
+      low = Math.min(low, Math.max(low - room, Math.min(...moved, low)));
+      high = Math.max(high, Math.min(high + room, Math.max(...moved, high)));
+      spans.push([low, high]);
+    }
+    return spans;
+  }
+
+  function drawAbove() {
+    const course = get("course");
+    const width = Math.max(240, above.clientWidth || root.clientWidth),
+      box = { left: 52, right: width - 10, top: 26, bottom: 0 };
+    const [[x0, x1], [y0, y1]] = bounds(course);
+    const pad = 0.06 * Math.max(x1 - x0, y1 - y0, 0.2),
+      wide = x1 - x0 + 2 * pad,
+      high = y1 - y0 + 2 * pad;
+    const tall = Math.min(420, Math.max(200, ((box.right - box.left) * high) / wide));
+    box.bottom = box.top + tall;
+    // Equal axes: the same pixels a metre in both directions, the rest is left over round the middle.
+    const unit = Math.min((box.right - box.left) / wide, tall / high);
+    const middle = [(x0 + x1) / 2, (y0 + y1) / 2],
+      half = [(box.right - box.left) / unit / 2, tall / unit / 2];
+    const x = scale(middle[0] - half[0], middle[0] + half[0], box.left, box.right);
+    const y = scale(middle[1] - half[1], middle[1] + half[1], box.bottom, box.top);
+    const height = box.bottom + 44,
+      id = `tr-${Math.random().toString(36).slice(2)}`;
+    put(above, { viewBox: `0 0 ${width} ${height}`, height });
+    state.height = root.clientWidth > 1.5 * width ? Math.max(280, height - 50) : 280; // beside the other picture as high
+    const clip = shape(
+      "clipPath",
+      { id },
+      shape("rect", { x: box.left, y: box.top, width: box.right - box.left, height: tall }),
+    );
+    const drawn = shape("g", { "clip-path": `url(#${id})` });
+    for (const path of course.paths)
+      drawn.append(shape("path", { d: line(path.x.map(x), path.y.map(y)), class: "tr-reference" }));
+    for (const [name, kind, data] of shown()) {
+      for (const [xs, ys] of points(data))
+        drawn.append(
+          shape("path", {
+            d: line(
+              xs.map((v) => (v === null ? NaN : x(v))),
+              ys.map((v) => (v === null ? NaN : y(v))),
+            ),
+            class: kind,
+            "data-run": name,
+          }),
+        );
+    }
+    for (const [sx, sy, heading] of course.starts) {
+      drawn.append(
+        shape("path", {
+          d: "M9 0L-6 6L-3 0L-6 -6Z",
+          class: "tr-start",
+          transform: `translate(${x(sx)} ${y(sy)}) rotate(${(-heading * 180) / Math.PI})`,
+        }),
+      );
+    }
+    above.replaceChildren(clip, axes(box, x, y, ["x [m]", "y [m]"]), drawn);
+    put(above, {
+      "aria-label": `Top view of ${course.title}: the reference, the start and the path of ${shown()
+        .map(([n, , d]) => label(n, d))
+        .reverse()
+        .join(", ")}`,
+    });
+    state.above = { x, y, drawn };
+  }
+
+  function drawError() {
+    const course = get("course"),
+      runs = shown();
+    const width = Math.max(240, error.clientWidth || root.clientWidth),
+      box = { left: 58, right: width - 10, top: 26, bottom: state.height - 44 };
+    const values = finite(runs.flatMap(([, , data]) => (data.cross_track ?? []).flat()));
+    let low = Math.min(-0.005, ...values),
+      high = Math.max(0.005, ...values);
+    const margin = 0.06 * (high - low);
+    [low, high] = [low - margin, high + margin];
+    const x = scale(0, course.duration, box.left, box.right),
+      y = scale(low, high, box.bottom, box.top);
+    put(error, { viewBox: `0 0 ${width} ${state.height}`, height: state.height });
+    const drawn = shape("g", {}, shape("line", { x1: box.left, x2: box.right, y1: y(0), y2: y(0), class: "tr-zero" }));
+    for (const [name, kind, data] of runs) {
+      for (const row of data.cross_track ?? [])
+        drawn.append(
+          shape("path", {
+            d: line(
+              data.time.map(x),
+              row.map((v) => (v === null ? NaN : y(v))),
+            ),
+            class: kind,
+            "data-run": name,
+          }),
+        );
+    }
+    error.replaceChildren(
+      axes(box, x, y, ["time [s]", "cross-track error [m], left of the path > 0"], ticks(low, high, 5)),
+      drawn,
+    );
+    put(error, {
+      "aria-label": `Cross-track error over time of ${runs
+        .map(([n, , d]) => label(n, d))
+        .reverse()
+        .join(", ")}`,
+    });
+    state.error = { x, y, drawn };
+  }
+
+  function drawMoment() {
+    const course = get("course"),
+      at = state.share * course.duration,
+      words = [];
+    put(clock, { max: course.duration });
+    clock.value = at;
+    for (const { drawn } of [state.above, state.error]) drawn.querySelectorAll("circle").forEach((dot) => dot.remove());
+    for (const [name, kind, data] of shown()) {
+      if (!data.time) continue;
+      const k = Math.min(data.time.length - 1, Math.round((at / course.duration) * (data.time.length - 1)));
+      data.x.forEach((xs, i) => {
+        const error_ = data.cross_track[i][k];
+        if (xs[k] === null) return;
+        state.above.drawn.append(
+          shape("circle", { cx: state.above.x(xs[k]), cy: state.above.y(data.y[i][k]), r: 5, class: kind }),
+        );
+        state.error.drawn.append(
+          shape("circle", { cx: state.error.x(data.time[k]), cy: state.error.y(error_), r: 4, class: kind }),
+        );
+        if (name === "tried") words.push(`${said(error_, 3)} m`);
+      });
+    }
+    say(reading, `${at.toFixed(1)} s${words.length ? `: ${words.join(", ")}` : ""}`);
+    put(clock, { "aria-valuetext": reading.textContent });
+  }
+
+  function drawTable() {
+    const course = get("course"),
+      runs = shown().reverse();
+    const head = element(
+      "tr",
+      {},
+      element("th", { scope: "col" }, course.kind === "team" ? "mean of the robots" : ""),
+      ...runs.map(([name, , data]) => element("th", { scope: "col" }, label(name, data))),
+    );
+    const rows = course.metrics.map((metric) => {
+      const values = runs.map(([, , data]) => data.metrics[metric.name]);
+      const size = (value) => (typeof value === "number" ? (metric.larger ? -value : value) : Infinity);
+      const best = Math.min(...values.map(size));
+      // Not by colour alone: the best is bold, and equal ones are all best.
+      return element(
+        "tr",
+        {},
+        element("th", { scope: "row" }, metric.unit === "1" ? metric.title : `${metric.title} [${metric.unit}]`),
+        ...values.map((value) =>
+          element(
+            "td",
+            runs.length > 1 && Number.isFinite(best) && size(value) === best ? { class: "tr-best" } : {},
+            figure(value),
+          ),
+        ),
+      );
+    });
+    table.replaceChildren(
+      element("caption", { hidden: true }, "Metrics"),
+      element("thead", {}, head),
+      element("tbody", {}, ...rows),
+    );
+  }
+
+  function playTeam() {
+    const data = get("tried")?.player ?? null;
+    if (data === state.played) return;
+    state.played = data;
+    const { scenario } = get("trial");
+    if (data === null || state.given?.scenario !== scenario) {
+      state.stop?.();
+      stage.replaceChildren();
+      state.given = data === null ? null : { run: data, speed: 5, scenario };
+      state.stop = data === null ? null : player.render({ model: playerModel(state.given), el: stage });
+      return;
+    }
+    // Another run of the same player: it stays at the time and the speed that one looks with.
+    Object.assign(state.given, {
+      run: data,
+      speed: Number(stage.querySelector(".controls select, select")?.value) || 5,
+    });
+    state.given.tell();
+  }
+
+  function draw() {
+    drawControls();
+    const course = get("course"),
+      team = course?.kind === "team";
+    single.hidden = course === null || team;
+    stage.hidden = !team;
+    table.hidden = course === null;
+    if (course === null) return;
+    drawTable();
+    if (team) {
+      playTeam();
+      return;
+    }
+    state.stop?.();
+    Object.assign(state, { stop: null, played: null, given: null });
+    stage.replaceChildren();
+    drawKeys();
+    drawAbove();
+    drawError();
+    drawMoment();
+  }
+
+  clock.addEventListener("input", () => {
+    state.share = Number(clock.value) / (get("course")?.duration || 1);
+    drawMoment();
+  });
+  // Several values may come together: one picture for all of them.
+  let request = 0;
+  const soon = () => {
+    request ||= requestAnimationFrame(() => {
+      request = 0;
+      draw();
+    });
+  };
+  const sayBusy = () => say(busy, get("busy") ? "running …" : "");
+  sayBusy();
+  // The word alone changes with it: the pictures are not drawn anew for it.
+  const ends = [watch(model, NAMES, soon), watch(model, ["busy"], sayBusy), whenSized(root, soon)];
+  // Nothing is run for a panel that nobody sees.
+  const watching = new IntersectionObserver((entries) => model.send({ do: "see", on: entries.at(-1).isIntersecting }));
+  watching.observe(root);
+  draw();
+  return () => {
+    cancelAnimationFrame(request);
+    for (const end of ends) end();
+    watching.disconnect();
+    state.stop?.();
+    root.remove();
+  };
+}
+
+export default { render };
