@@ -7,7 +7,6 @@ import { degree, places } from "../../fuzzy/designer/static/membership.js";
 const NAMES = ["sources", "accepted", "table", "choice", "columns", "system", "progress", "before", "after", "problem"];
 const PIECE = 200_000; // characters of an upload that travel together
 const STARTS = { present: "the present system", subtractive: "clusters of the data", grid: "a grid of terms" };
-const METHODS = { hybrid: "hybrid (Jang)", backprop: "gradient descent (Adam)", "least-squares": "least squares only", "second-order": "Levenberg–Marquardt" };
 const ROLES = [["unused", "not used"], ["input", "input"], ["output", "output"]];
 const STOPPED = {
   epochs: "all epochs done", goal: "the goal is reached", callback: "stopped by hand", converged: "no step helps any more",
@@ -136,7 +135,7 @@ export function render({ model, el }) {
     const options = [["", "choose …"], ...sources.files.map((name) => [`f:${name}`, name]), ...sources.generators.map(([name, title]) => [`g:${name}`, title])];
     offer(file, options, options.some(([value]) => value === file.value) ? file.value : "");
     offer(start, accepted.start.map((name) => [name, STARTS[name]]), choice.start);
-    offer(method, accepted.method.map((name) => [name, METHODS[name]]), choice.method);
+    offer(method, accepted.method, choice.method);
     for (const [input, name] of [[radius, "radius"], [mfs, "mfs"], [epochs, "epochs"], [goal, "goal"], [share, "share"], [seed, "seed"]]) input.show(choice[name]);
     radiusField.hidden = choice.start !== "subtractive";
     mfsField.hidden = choice.start !== "grid";

@@ -92,16 +92,16 @@ def test_help_has_an_example(capsys):
 
 
 def test_an_interrupt_writes_the_best_so_far(data, capsys, monkeypatch):
-    import anfis.training
+    from anfis.methods.hybrid import Hybrid
 
-    advance = anfis.training._Run.advance
+    advance = Hybrid.advance
 
-    def interrupted(self, state):
+    def interrupted(self, problem, state):
         if state.epoch == 3:
             raise KeyboardInterrupt
-        return advance(self, state)
+        return advance(self, problem, state)
 
-    monkeypatch.setattr(anfis.training._Run, "advance", interrupted)
+    monkeypatch.setattr(Hybrid, "advance", interrupted)
     files = [str(data / name) for name in ("data.csv", "net.fis", "h.csv")]
     assert main(["train", files[0], "-o", files[1], "--grid", "2", "--epochs", "9", "--history", files[2], "-q"]) == 130
     printed = capsys.readouterr()
