@@ -124,6 +124,15 @@ def test_clusters_to_start_from_and_a_bar(data, capsys, start):
     assert main(["train", str(data / "data.csv"), "-o", str(data / "m.fis"), *again]) == 0
 
 
+def test_an_option_that_the_method_does_not_read_is_said(data, capsys):
+    common = ["train", str(data / "data.csv"), "-o", str(data / "n.fis"), "--grid", "2", "--epochs", "1", "-q"]
+    assert main([*common, "--method", "second-order", "--step", "0.1", "--ridge", "0.1"]) == 0
+    said = capsys.readouterr().err
+    assert said == "warning: --step changes nothing: the method second-order does not read it\n"
+    assert main([*common, "--step", "0.1"]) == 0
+    assert capsys.readouterr().err == ""
+
+
 def test_versions(capsys):
     assert main(["--version"]) == 0
     assert "torch" in capsys.readouterr().out
