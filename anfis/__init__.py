@@ -1,4 +1,4 @@
-"""ANFIS: learning a Sugeno system from data. The network *is* the system; this package holds the learning only.
+"""ANFIS: learning a Sugeno system from data. The network *is* the system; this package holds only the learning.
 
 >>> import anfis, fuzzy
 >>> x = [[0.0], [0.25], [0.5], [0.75], [1.0]]
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from anfis.consequents import Recursive, recursive_start, recursive_step
     from anfis.data import DataError, DataWarning
     from anfis.estimator import ANFISRegressor
-    from anfis.options import METHODS, Options, TrainingError
+    from anfis.methods.catalogue import METHODS
+    from anfis.methods.options import Options, TrainingError
     from anfis.plot import plot_fit, plot_premises, plot_training
     from anfis.state import Epoch
     from anfis.training import Training, train
@@ -26,7 +27,8 @@ _MODULES = {
     "anfis.consequents": ("Recursive", "recursive_start", "recursive_step"),
     "anfis.data": ("DataError", "DataWarning"),
     "anfis.estimator": ("ANFISRegressor",),
-    "anfis.options": ("METHODS", "Options", "TrainingError"),
+    "anfis.methods.catalogue": ("METHODS",),
+    "anfis.methods.options": ("Options", "TrainingError"),
     "anfis.plot": ("plot_fit", "plot_premises", "plot_training"),
     "anfis.state": ("Epoch",),
     "anfis.training": ("Training", "train"),

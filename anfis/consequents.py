@@ -1,7 +1,11 @@
 """The consequents by least squares: batch, blocked and recursive   [Jang 1993, hybrid rule, forward pass].
 
-With the premises held, an output is linear in its consequents: y = Σ_t W_t (p_t · x + c_t), where W_t is the summed
-weight of the rules that propose the term t. One row of the design matrix is W ⊗ [x, 1].
+The formulation is that of :mod:`fuzzy.fitting.consequents`: the design matrix, who shares it, what a ridge means, the
+rank. Here it is solved in every epoch, in torch, by normal equations, block by block. What looks alike in both, the
+design matrix and the way back to the inputs' own units, cannot be one function without other last digits: here terms
+are summed and slopes moved by products of matrices, there by sums of columns and products of vectors (they part from
+five inputs on, in single precision from three). For the same reason the norm that is least where the samples do not
+determine the consequents is that of inputs in units of their universes, not of their range.
 """
 
 from dataclasses import dataclass
@@ -11,6 +15,7 @@ import numpy as np
 import torch
 
 from fuzzy.files.table import DataError
+from fuzzy.fitting.consequents import output_groups
 from fuzzy.system import Constant, Linear, Sugeno
 
 
@@ -27,41 +32,25 @@ class Group:
 
 
 def groups(fis: Sugeno, dtype: torch.dtype, device: str) -> tuple[Group, ...]:
-    """The outputs of ``fis`` by design matrix."""
-    found: dict[Any, list[int]] = {}
-    for o, output in enumerate(fis.outputs):
-        key = (tuple(fis.structure.consequent[o]), tuple(isinstance(t, Linear) for t in output.terms.values()))
-        found.setdefault(key, []).append(o)
+    """The outputs of ``fis`` by design matrix, as :func:`fuzzy.fitting.consequents.output_groups` finds them."""
     result = []
-    width = len(fis.inputs) + 1
-    for (consequent, linear), outputs in found.items():
-        share = np.zeros((len(fis.rules), len(linear)))
-        for r, t in enumerate(consequent):
-            if t >= 0:
-                share[r, t] = 1.0
-        used = tuple(t in consequent for t in range(len(linear)))
-        # The term's columns are its slopes, then its constant; a constant term has the last one only.
-        columns = [
-            t * width + k
-            for t, is_linear in enumerate(linear)
-            for k in range(width)
-            if used[t] and (is_linear or k == width - 1)
-        ]
+    for found in output_groups(fis):
+        terms = np.arange(len(found.linear))
         result.append(
             Group(
-                tuple(outputs),
-                torch.tensor(share, dtype=dtype, device=device),
-                torch.tensor(columns, dtype=torch.long, device=device),
-                used,
-                min(consequent) >= 0,
-                list(consequent) == list(range(len(linear))),
+                found.outputs,
+                torch.tensor(found.place[:, None] == terms, dtype=dtype, device=device),
+                torch.tensor(found.columns, dtype=torch.long, device=device),
+                found.used,
+                min(found.place) >= 0,
+                found.place.tolist() == terms.tolist(),
             )
         )
     return tuple(result)
 
 
 def term_weights(group: Group, weights: torch.Tensor, normalise: bool) -> torch.Tensor:
-    """How much each term counts (samples, terms), from the rules' weights (samples, rules)."""
+    """The weight of each term (samples, terms), from the rules' weights (samples, rules)."""
     if group.own:
         return weights
     shared = weights @ group.share
@@ -118,13 +107,13 @@ class NormalEquations(NamedTuple):
     moment: torch.Tensor  # (parameters, outputs): Σ aᵀy
 
     def plus(self, a: torch.Tensor, y: torch.Tensor) -> "NormalEquations":
-        """With one more block: ``a`` (samples, parameters), ``y`` (samples, outputs)."""
+        """The equations with one more block: ``a`` (samples, parameters), ``y`` (samples, outputs)."""
         gram, moment = equations(a, y)
         return NormalEquations(self.gram + gram, self.moment + moment)
 
 
 def equations(a: torch.Tensor, y: torch.Tensor) -> NormalEquations:
-    """Those of one block, ``a`` (samples, parameters) and ``y`` (samples, outputs).
+    """The normal equations of one block, ``a`` (samples, parameters) and ``y`` (samples, outputs).
 
     Summed in double precision, also for samples in single: squares need twice the digits. (Apple's GPUs have none.)
     """
@@ -140,22 +129,41 @@ class Solution(NamedTuple):
     rank: int
 
 
+def ridge_rows(
+    group: Group, normal: NormalEquations, weight: float, middle: torch.Tensor, half: torch.Tensor, normalise: bool
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """The ridge λ of :mod:`fuzzy.fitting.consequents` as more samples: rows (parameters, parameters) and their targets.
+
+    Appended to a design matrix and its targets they add λ N |θ|² to the sum of squares: θ = T values − m are the
+    consequents for inputs scaled to [−1, 1], T changes the scale, m is the outputs' mean at the constants. ``weight``
+    is λ N, with the N samples where a rule fires; ``normal`` are their equations; ``middle`` and ``half`` (inputs,)
+    are those of the samples' range, in the scale of ``values``.
+    """
+    gram, moment = normal
+    width, terms = len(middle) + 1, group.share.shape[1]
+    scale = torch.diag(torch.cat([half, torch.ones_like(half[:1])]))
+    scale[-1, :-1] = middle
+    change = torch.block_diag(*[scale] * terms).to(gram)[group.columns][:, group.columns]
+    constants = (group.columns % width == width - 1).to(gram)
+    # Weights that sum to 1 where a rule fires, and to 0 elsewhere: the sum of the constants' columns is who fires.
+    fires = (constants @ gram @ constants).clamp_min(1.0)
+    means = (constants @ moment) / fires * normalise
+    return weight**0.5 * change, weight**0.5 * constants[:, None] * means
+
+
 def range_of(a: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """The singular value decomposition U, s, Vᵀ of a design matrix, without the singular values that are rounding."""
+    """The singular value decomposition U, s, Vᵀ of a design matrix, without the singular values that count as 0."""
     u, s, vt = torch.linalg.svd(a, full_matrices=False)
     kept = s > s[0] * max(a.shape) * torch.finfo(a.dtype).eps if len(s) else s > 0
     return u[:, kept], s[kept], vt[kept]
 
 
-def solve(
-    normal: NormalEquations, ridge: float = 0.0, rows: tuple[torch.Tensor, torch.Tensor] | None = None
-) -> Solution:
+def solve(normal: NormalEquations, rows: tuple[torch.Tensor, torch.Tensor] | None = None) -> Solution:
     """The least-squares solution; of minimum norm where the equations do not determine it.
 
-    ``ridge`` is relative to the mean diagonal of the Gram matrix. Cholesky where that is safe. Else, if all ``rows``
-    (design matrix, targets) are at hand and there is no ridge, their singular value decomposition, which loses nothing
-    by squaring; else the eigenvectors of the Gram matrix with the eigenvalues above 2·10⁻¹³ (float64; 1000 rounding
-    errors) of the largest.
+    Cholesky where that is safe. Else, if all ``rows`` (design matrix, targets) are at hand, their singular value
+    decomposition, which loses nothing by squaring; else the eigenvectors of the Gram matrix with the eigenvalues above
+    2·10⁻¹³ (float64; 1000 rounding errors) of the largest.
 
     Raises DataError where the sums are too large for the type of number.
     """
@@ -166,18 +174,15 @@ def solve(
     # No entry of a Gram matrix is larger than its diagonal.
     if not bool(torch.isfinite(gram.diagonal()).all() & torch.isfinite(moment).all()):
         raise DataError("the least squares overflow: check the data's and the universes' magnitudes")
-    if ridge:
-        gram = gram + ridge * gram.diagonal().mean() * torch.eye(n, dtype=gram.dtype, device=gram.device)
     factor, failed = torch.linalg.cholesky_ex(gram)
     pivots = factor.diagonal() ** 2
     tolerance = 1e3 * torch.finfo(gram.dtype).eps
-    precise = rows is not None and not ridge
-    if not failed and bool((pivots > (1e4 if precise else 1.0) * tolerance * gram.diagonal()).all()):
+    if not failed and bool((pivots > (1e4 if rows is not None else 1.0) * tolerance * gram.diagonal()).all()):
         values = torch.cholesky_solve(moment, factor)
         # One step of refinement gives back most of what forming the Gram matrix lost.
         values = values + torch.cholesky_solve(moment - gram @ values, factor)
         return Solution(values, n)
-    if rows is not None and precise:
+    if rows is not None:
         a, y = (part.to(gram.dtype) for part in rows)
         u, s, vt = range_of(a)
         return Solution(vt.T @ ((u.T @ y) / s[:, None]), len(s))
@@ -231,22 +236,26 @@ def present_values(fis: Sugeno, parts: tuple[Group, ...], low: torch.Tensor, spa
 
 
 class Recursive(NamedTuple):
-    """Recursive least squares for learning on line: what is known after the samples so far."""
+    """The state of recursive least squares, for learning on line: what is known after the samples so far."""
 
     values: torch.Tensor  # (parameters, outputs)
     covariance: torch.Tensor  # (parameters, parameters)
 
 
 def recursive_start(values: torch.Tensor, confidence: float = 1e-6) -> Recursive:
-    """Before the first sample: ``values`` (parameters, outputs) are believed only a little."""
+    """The state before the first sample: ``values`` (parameters, outputs), with little ``confidence`` in them.
+
+    The covariance is the identity over ``confidence``, a positive number.
+    """
     n = values.shape[0]
     return Recursive(values, torch.eye(n, dtype=values.dtype, device=values.device) / confidence)
 
 
 def recursive_step(state: Recursive, a: torch.Tensor, y: torch.Tensor, forgetting: float = 1.0) -> Recursive:
-    """After one more sample: ``a`` (parameters,) a row of the design matrix, ``y`` (outputs,)   [Jang 1993, (17)].
+    """The state after one more sample   [Jang 1993, (17)].
 
-    ``forgetting`` in (0, 1] is the weight of the past.
+    ``a`` (parameters,) is its row of the design matrix, ``y`` (outputs,) its targets, and ``forgetting`` in (0, 1] the
+    factor by which all earlier samples lose weight.
     """
     gain = state.covariance @ a / (forgetting + a @ state.covariance @ a)
     values = state.values + gain[:, None] * (y - a @ state.values)[None, :]

@@ -35,7 +35,7 @@ class Samples:
         return len(self.x)
 
     def to(self, dtype: torch.dtype, device: str) -> "Samples":
-        """As tensors on ``device``, all at once unless they lie on disk."""
+        """The same samples as tensors on ``device``, all at once unless they lie on disk."""
         if isinstance(self.x, np.memmap):
             return Samples(self.x, self.y, dtype, device)
         # torch shares memory with an array, but not with one that is read-only or runs backwards.
@@ -54,7 +54,7 @@ class Samples:
         )
 
     def digest(self) -> bytes:
-        """What tells these samples from others."""
+        """A digest of the values, which differs for other samples."""
         digest = sha256(repr(self.count).encode())
         for start in range(0, self.count, _PORTION):
             for part in self.rows(slice(start, start + _PORTION)):

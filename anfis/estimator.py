@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from anfis.options import Options
+from anfis.methods.options import Options
 from anfis.training import train
 from fuzzy.errors import InputError
 from fuzzy.fitting.identification import identify
@@ -34,10 +34,10 @@ class ANFISRegressor(RegressorMixin, BaseEstimator):
 
     It starts from ``start``: "subtractive" (clusters of ``radius``, a share of the ranges), "grid" (``mfs`` terms of
     ``kind`` an input), or a :class:`fuzzy.Sugeno`, whose inputs and outputs are the columns in their order. ``order``
-    is that of the consequents. The others are those of :class:`anfis.Options`.
+    is that of the consequents: 1 linear, 0 constant. The others are those of :class:`anfis.Options`.
 
-    With ``validation_fraction`` in (0, 1) so many samples, chosen by ``random_state``, are not learnt from, and the
-    system of least error on them is kept. ``random_state`` also orders mini-batches (``batch``, method "backprop").
+    With ``validation_fraction`` in (0, 1) that share of the samples is not learnt from, and the system of least error
+    on it is kept. ``random_state`` chooses these samples; it also orders mini-batches (``batch``, method "backprop").
 
     Fitted: ``system_`` (:class:`fuzzy.Sugeno`), ``training_`` (:class:`anfis.Training`), ``n_iter_``,
     ``n_features_in_``, ``feature_names_in_``. A column's name is its input's, ``x1`` ... without names. An input
@@ -96,7 +96,7 @@ class ANFISRegressor(RegressorMixin, BaseEstimator):
         targets = np.asarray(y, dtype=np.float64).reshape(len(X), -1)
         random = check_random_state(self.random_state)
         options = Options(
-            method=self.method,  # type: ignore[arg-type]
+            method=self.method,
             epochs=self.epochs,
             step=self.step,
             rate=self.rate,
@@ -117,7 +117,7 @@ class ANFISRegressor(RegressorMixin, BaseEstimator):
         return self
 
     def predict(self, X: Any) -> np.ndarray:
-        """The outputs (samples,) or (samples, outputs), as ``y`` was, at ``X`` (samples, features)."""
+        """Compute the outputs, (samples,) or (samples, outputs) as ``y`` was, at ``X`` (samples, features)."""
         check_is_fitted(self)
         X = validate_data(self, X, dtype=np.float64, reset=False)
         found = np.asarray(self.system_(X))

@@ -20,6 +20,7 @@ from anfis.consequents import (
     equations,
     present_values,
     range_of,
+    ridge_rows,
     solve,
     weights_gradient,
 )
@@ -30,7 +31,7 @@ from fuzzy.system import Sugeno
 
 
 class Fit(NamedTuple):
-    """The best that the consequents can do for given premises."""
+    """The least-squares consequents for given premises, and the error that they leave."""
 
     solutions: list[Solution]  # one a group
     rmse: float  # over samples and outputs
@@ -38,14 +39,14 @@ class Fit(NamedTuple):
 
 
 class Point(NamedTuple):
-    """Where learning is."""
+    """The numbers that are learnt, as learning holds them."""
 
     free: Tensors  # the premises, see :class:`anfis.premises.Premises`
     values: list[torch.Tensor]  # the consequents in scaled units, (parameters, outputs) a group
 
 
 class Block(NamedTuple):
-    """Some of the samples, in scaled units."""
+    """Some of the samples, inputs in units of their universes."""
 
     u: torch.Tensor  # (samples, inputs)
     x1: torch.Tensor  # (samples, inputs + 1): u and 1
@@ -54,14 +55,17 @@ class Block(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """A Sugeno system as learning sees it."""
+    """A Sugeno system as a function of a point, with the sums over samples that learning needs."""
 
     premises: Premises
     groups: tuple[Group, ...]
-    ridge: float
+    ridge: float  # without a unit, see fuzzy.fitting.consequents
     block: int  # samples at a time
     # Samples of a single block are scaled once, not once an epoch.
     _scaled: WeakKeyDictionary[Samples, Block] = field(default_factory=WeakKeyDictionary, init=False, repr=False)
+    _ranges: WeakKeyDictionary[Samples, tuple[torch.Tensor, torch.Tensor]] = field(
+        default_factory=WeakKeyDictionary, init=False, repr=False
+    )
 
     @property
     def fis(self) -> Sugeno:
@@ -70,11 +74,11 @@ class Network:
 
     @property
     def count(self) -> int:
-        """How many numbers are learnt."""
+        """The number of parameters that are learnt, premises and consequents."""
         return sum(p.numel() for p in self.premises.signs) + sum(len(g.columns) * len(g.outputs) for g in self.groups)
 
     def start(self) -> Point:
-        """The point where the system is now."""
+        """The point of the system as it is, its premises made legal."""
         p = self.premises
         return Point(p.valid(p.start()), present_values(self.fis, self.groups, p.low, p.span))
 
@@ -151,8 +155,25 @@ class Network:
         u = self.premises.scale(x)
         return Block(u, _with_one(u), y)
 
+    def _range(self, data: Samples) -> tuple[torch.Tensor, torch.Tensor]:
+        """Middle and half width (inputs,) of the samples, in scaled units; an input that is constant has width 1."""
+        if data not in self._ranges:
+            ends = [torch.stack(block.u.aminmax(dim=0)) for block in self._blocks(data)]
+            low, high = (torch.stack(ends)[:, 0].amin(dim=0), torch.stack(ends)[:, 1].amax(dim=0))
+            self._ranges[data] = (low + high) / 2, torch.where(high > low, (high - low) / 2, 1.0)
+        return self._ranges[data]
+
+    def _ridge_rows(
+        self, data: Samples, sums: Sequence[NormalEquations], fires: Sequence[int]
+    ) -> list[tuple[torch.Tensor, torch.Tensor]]:
+        """The ridge as more samples, for each group; ``fires`` counts the samples where a rule of the group fires."""
+        return [
+            ridge_rows(g, normal, self.ridge * n, *self._range(data), self._normalise)
+            for g, normal, n in zip(self.groups, sums, fires, strict=True)
+        ]
+
     def fit(self, free: Sequence[torch.Tensor], data: Samples, gradient: bool = False) -> Fit:
-        """The consequents by least squares, the squared error left, and its gradient to the premises if asked.
+        """Solve for the consequents by least squares: they, the error left, and its gradient to the premises if asked.
 
         The gradient holds the consequents: they are at their own minimum, where their change does not count (with a
         ridge that holds as nearly as the ridge is small). Samples of one block take one forward pass; more blocks take
@@ -161,6 +182,7 @@ class Network:
         leaves = [p.requires_grad_(gradient) for p in self.premises.natural([p.detach() for p in free])]
         whole = data.count <= self.block
         sums: list[NormalEquations] = []
+        fires = [0] * len(self.groups)  # samples where a rule fires
         for block in self._blocks(data):
             with torch.set_grad_enabled(gradient and whole):
                 firing, weights = self._rules(leaves, block.u)
@@ -172,8 +194,17 @@ class Network:
                 if sums
                 else [equations(*pair) for pair in pairs]
             )
+            if self.ridge:
+                fires = [n + int(a.any(dim=1).sum()) for n, a in zip(fires, matrices, strict=True)]
+        rows: list[tuple[torch.Tensor, torch.Tensor] | None]
         rows = [(a, t) if whole else None for a, t in zip(matrices, targets, strict=True)]
-        solutions = [solve(e, self.ridge, r) for e, r in zip(sums, rows, strict=True)]
+        if self.ridge:
+            more = self._ridge_rows(data, sums, fires)
+            sums = [s.plus(*pair) for s, pair in zip(sums, more, strict=True)]
+            if whole:
+                both = zip(matrices, targets, more, strict=True)
+                rows = [(torch.cat([a, r[0]]), torch.cat([t, r[1]])) for a, t, r in both]
+        solutions = [solve(e, r) for e, r in zip(sums, rows, strict=True)]
         solutions = [s._replace(values=s.values.to(leaves[0].dtype)) for s in solutions]
         values = [s.values for s in solutions]
         total = 0.0
@@ -206,7 +237,7 @@ class Network:
 
     @torch.no_grad()
     def rmse(self, point: Point, data: Samples) -> float:
-        """Root mean square error over samples and outputs."""
+        """The root mean square error at ``point`` over samples and outputs, in the outputs' unit."""
         total = 0.0
         for block in self._blocks(data):
             matrices, silent = self._designs(self.weights(point.free, block.u), block.x1)
@@ -215,7 +246,7 @@ class Network:
 
     @torch.no_grad()
     def silent(self, free: Sequence[torch.Tensor], data: Samples) -> int:
-        """How many samples leave some output without a rule that fires."""
+        """The number of samples at which no rule fires for some output."""
         count = 0
         for block in self._blocks(data):
             silent = self._silent(self.weights(free, block.u))
@@ -227,15 +258,18 @@ class Network:
 
         J is the Jacobian of the output to the free premises with the consequents held, less what the consequents can
         make up for: J − A A⁺ J. A, J and r are gathered block by block into one triangle (QR), which keeps what their
-        squares would lose; a ridge is rows √λ of A, below which J is 0.
+        squares would lose; a ridge is more rows of A, at which J is 0.
         """
         triangles: list[torch.Tensor] = []
         natural = self.premises.natural([p.detach() for p in point.free])
+        fires = [0] * len(self.groups)  # samples where a rule fires
         for block in self._blocks(data):
             leaves = [p.expand(len(block.u), *p.shape).clone().requires_grad_() for p in natural]
             firing, weights = self._rules(leaves, block.u)
             matrices, silent = self._designs(weights.detach(), block.x1)
             residual = block.y - self._assemble(matrices, silent, point.values)
+            if self.ridge:
+                fires = [n + int(a.any(dim=1).sum()) for n, a in zip(fires, matrices, strict=True)]
             jacobians = self._jacobians(firing, weights, leaves, block.x1, point.values)
             for k, (a, g) in enumerate(zip(matrices, self.groups, strict=True)):
                 rows = torch.cat([a, *(jacobians[o] for o in g.outputs), residual[:, list(g.outputs)]], dim=1)
@@ -243,20 +277,32 @@ class Network:
                     triangles[k] = torch.linalg.qr(torch.cat([triangles[k], rows]), mode="r").R
                 else:
                     triangles.append(torch.linalg.qr(rows, mode="r").R)
+        if self.ridge:
+            triangles = self._with_ridge(data, triangles, point.values, fires)
         parts = []
-        for g, triangle, values in zip(self.groups, triangles, point.values, strict=True):
+        for g, triangle in zip(self.groups, triangles, strict=True):
             n, q = len(g.columns), len(g.outputs)
-            if self.ridge and n:
-                size = (self.ridge * triangle[:, :n].square().sum() / n).sqrt()
-                below = triangle.new_zeros(n, triangle.shape[1])
-                below[:, :n] = size * torch.eye(n, dtype=triangle.dtype, device=triangle.device)
-                below[:, -q:] = -size * values
-                triangle = torch.cat([triangle, below])
             basis, _, _ = range_of(triangle[:, :n])
             for j, jacobian in enumerate(triangle[:, n:-q].chunk(q, dim=1)):
                 own = jacobian - basis @ (basis.T @ jacobian)
                 parts.append((own.T @ own, own.T @ triangle[:, j - q]))
         return sum(p[0] for p in parts), sum(p[1] for p in parts)  # type: ignore[return-value]
+
+    def _with_ridge(
+        self, data: Samples, triangles: Sequence[torch.Tensor], values: Sequence[torch.Tensor], fires: Sequence[int]
+    ) -> list[torch.Tensor]:
+        """The triangles [A, J, r] of :meth:`reduced` with the ridge's rows [a, 0, t − a · values] below."""
+        sums = []
+        for triangle, v in zip(triangles, values, strict=True):
+            a, residual = triangle[:, : len(v)], triangle[:, triangle.shape[1] - v.shape[1] :]
+            sums.append(equations(a, residual + a @ v))
+        result = []
+        for triangle, v, (a, t) in zip(triangles, values, self._ridge_rows(data, sums, fires), strict=True):
+            below = triangle.new_zeros(len(v), triangle.shape[1])
+            below[:, : len(v)] = a
+            below[:, below.shape[1] - v.shape[1] :] = t - a @ v.to(a)
+            result.append(torch.cat([triangle, below]))
+        return result
 
     def _jacobians(
         self,
@@ -282,7 +328,7 @@ class Network:
         return jacobians
 
     def unflatten(self, flat: torch.Tensor) -> Tensors:
-        """Free premises from one vector of all."""
+        """Free premises, as in :class:`Point`, from one vector of all of them."""
         result, start = [], 0
         for sign in self.premises.signs:
             result.append(flat[start : start + sign.numel()].reshape(sign.shape))

@@ -22,7 +22,7 @@ from fuzzy.system import Sugeno, Variable
 
 
 class TrainingPlotError(InputError):
-    """What has no picture: an empty history, or systems with different terms."""
+    """A picture that cannot be drawn: of an empty history, or of systems with different terms."""
 
 
 def plot_training(history: Sequence[Epoch]) -> Figure:

@@ -38,7 +38,7 @@ class Premises:
     order: tuple[np.ndarray, ...] = field(default=())  # per input its terms by center, with ``keep_order``
 
     def scale(self, x: torch.Tensor) -> torch.Tensor:
-        """``x`` (..., inputs) in units of the universe; inside it if the system clips its inputs."""
+        """Scale ``x`` (..., inputs) to units of the universes, and clip it to them if the system clips its inputs."""
         unit = (x - self.low) / self.span
         return unit.clamp(torch.zeros_like(self.high), self.high) if self.fis.out_of_range == "clip" else unit
 
@@ -56,7 +56,7 @@ class Premises:
         )
 
     def free_gradient(self, natural: Sequence[torch.Tensor], gradient: Sequence[torch.Tensor]) -> list[torch.Tensor]:
-        """What a gradient to the parameters of :meth:`natural` is to the free tensors."""
+        """The gradient to the free tensors, from the ``gradient`` to the parameters of :meth:`natural`."""
         return [
             torch.where(positive, g * p, g) for p, g, positive in zip(natural, gradient, self._positive, strict=True)
         ]

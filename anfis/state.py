@@ -1,18 +1,8 @@
-"""What an epoch changes, and checkpoints of it: plain values and tensors, kept to the last bit."""
+"""What an epoch of learning changes."""
 
-import pickle
-from copy import deepcopy
-from dataclasses import asdict
-from hashlib import sha256
-from pathlib import Path
 from typing import Any, NamedTuple
 
-import torch
-
-from anfis.data import Samples
-from anfis.network import Network, Point
-from anfis.options import Options, TrainingError
-from fuzzy.files.atomic import replacing
+from anfis.network import Point
 
 
 class Epoch(NamedTuple):
@@ -21,106 +11,20 @@ class Epoch(NamedTuple):
     epoch: int
     train: float  # RMSE over samples and outputs, in the outputs' unit
     check: float  # RMSE on the checking data; not-a-number without
-    step: float  # hybrid: step length; second-order: damping; backprop: learning rate
-    rank: int  # of the least squares (the smallest, where outputs have problems of their own); 0 for backprop
+    step: float  # hybrid: length of the step; second-order: damping; others: learning rate
+    rank: int  # of the least squares (the smallest of the outputs' problems); 0 for a method that does not solve them
 
 
 class State(NamedTuple):
     """Everything that an epoch changes."""
 
-    point: Point  # where the premises (and, for backprop, the consequents) are
+    point: Point  # where the premises and the consequents are
     epoch: int
     step: float
     history: tuple[Epoch, ...]
     best_train: Point
     best_check: Point
-    since: int  # epochs since the last minimum of the error that is watched
-    memory: dict[str, Any]  # hybrid: the gradient here; backprop: the optimiser's own state
+    since: int  # epochs since the last minimum of the checking error (training error without checking data)
+    memory: dict[str, Any]  # the method's own, in plain values and tensors: a gradient, an optimiser's state
     least_train: float = float("inf")  # the least errors in the history
     least_check: float = float("inf")
-
-
-_POINTS = ("point", "best_train", "best_check")
-
-
-def dump(state: State, options: Options, fingerprint: str) -> dict[str, Any]:
-    """The state as plain values and tensors of its own, which torch.save keeps to the last bit."""
-    points = {
-        name: {"free": list(getattr(state, name).free), "values": list(getattr(state, name).values)} for name in _POINTS
-    }
-    return deepcopy(
-        {
-            "format": 1,
-            "options": asdict(options),
-            "fingerprint": fingerprint,
-            "epoch": state.epoch,
-            "step": state.step,
-            "since": state.since,
-            "history": [tuple(row) for row in state.history],
-            "memory": state.memory,
-            **points,
-        }
-    )
-
-
-def restore(source: str | Path | dict[str, Any], options: Options, fingerprint: str) -> State:
-    """The state that :func:`dump` made. Raises TrainingError if it belongs to another problem."""
-    saved = deepcopy(source) if isinstance(source, dict) else _load(source)
-    where = "" if isinstance(source, dict) else f"{source}: "
-    try:
-        if saved["fingerprint"] != fingerprint:
-            raise TrainingError(f"{where}this checkpoint belongs to another system or other data")
-        for name, value in asdict(options).items():
-            if name not in ("epochs", "goal", "patience") and saved["options"][name] != value:
-                raise TrainingError(
-                    f"{where}this checkpoint was made with {name} = {saved['options'][name]!r}, not {value!r}"
-                )
-        history = tuple(Epoch(*row) for row in saved["history"])
-        points = {name: Point(tuple(saved[name]["free"]), list(saved[name]["values"])) for name in _POINTS}
-        return State(
-            epoch=saved["epoch"],
-            step=saved["step"],
-            history=history,
-            since=saved["since"],
-            memory=saved["memory"],
-            least_train=min((row.train for row in history), default=float("inf")),
-            least_check=min((row.check for row in history if row.check == row.check), default=float("inf")),
-            **points,
-        )
-    except (KeyError, TypeError, AttributeError):
-        raise TrainingError(f"{where}this is no checkpoint of a training") from None
-
-
-def fingerprint_of(network: Network, data: Samples, checking: Samples | None) -> str:
-    """What must be the same to go on: the system's structure, what is scaled by what, and the data."""
-    fis = network.fis
-    structure = (
-        [(v.name, v.universe, tuple(v.terms)) for v in (*fis.inputs, *fis.outputs)],
-        [type(term).__name__ for v in (*fis.inputs, *fis.outputs) for term in v.terms.values()],
-        fis.rules,
-        (fis.and_method, fis.or_method, fis.defuzzification, fis.out_of_range),
-        [sign.tolist() for sign in network.premises.signs],
-        [order.tolist() for order in network.premises.order],
-    )
-    digest = sha256(repr(structure).encode())
-    for part in (data, checking):
-        digest.update(b"none" if part is None else part.digest())
-    return digest.hexdigest()
-
-
-def save(state: dict[str, Any], path: str | Path) -> None:
-    """Write what :func:`dump` made; the file appears whole or not at all."""
-    with replacing(path) as temporary, temporary.open("wb") as file:
-        torch.save(state, file)
-
-
-def _load(path: str | Path) -> dict[str, Any]:
-    try:
-        saved = torch.load(path, weights_only=True)
-    except OSError as error:
-        raise TrainingError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except (RuntimeError, pickle.UnpicklingError, EOFError, ValueError, KeyError):
-        raise TrainingError(f"{path}: this is no checkpoint of a training") from None
-    if not isinstance(saved, dict):
-        raise TrainingError(f"{path}: this is no checkpoint of a training")
-    return saved

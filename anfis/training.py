@@ -1,33 +1,29 @@
 """Training: data in, history and the best systems out. The one place that loops over epochs.
 
-Four methods, all through the one inference of :mod:`fuzzy.inference`:
-
-- ``hybrid``: least squares for the consequents, a gradient step of Jang's length for the premises   [Jang 1993];
-- ``backprop``: any torch optimiser on premises and consequents together;
-- ``least-squares``: the consequents only, once;
-- ``second-order``: the premises by Levenberg-Marquardt on the reduced cost, consequents eliminated by least squares
-  (variable projection, Kaufman's approximation of the Jacobian)   [Golub & Pereyra 2003].
+What the step of an epoch does is the method's, see :mod:`anfis.methods.catalogue`; all of them go through the one
+inference of :mod:`fuzzy.inference`.
 """
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
 
+from anfis.checkpoint import dump, fingerprint_of, restore, save
 from anfis.consequents import groups
 from anfis.data import DataError, DataWarning, Samples, samples
+from anfis.methods.catalogue import make_method
+from anfis.methods.method import Method, Problem
+from anfis.methods.options import Options, TrainingError
 from anfis.network import Network, Point
-from anfis.options import Options, TrainingError
 from anfis.premises import premises
-from anfis.state import Epoch, State, dump, fingerprint_of, restore, save
+from anfis.state import Epoch, State
 from fuzzy.detached import detached
 from fuzzy.system import Sugeno
 
@@ -36,7 +32,7 @@ _SMALL = 250_000  # numbers in a design matrix up to which one thread does
 
 @dataclass(frozen=True, eq=False)
 class Training:
-    """What training gives back."""
+    """The result of a training: the best systems, the errors on the way, why it stopped, and a state to go on from."""
 
     system: Sugeno  # least checking error if there are checking data (as MATLAB's chkFIS), else least training error
     least_train: Sugeno  # the system of least training error
@@ -87,53 +83,22 @@ def train(
     held = premises(fis, dtype=dtype, device=options.device, keep_order=options.keep_order)
     parts = groups(fis, dtype, options.device)
     network = Network(held, parts, options.ridge, options.batch or 65_536)
-    run = _Run(
-        network, options, data.to(dtype, options.device), checking.to(dtype, options.device) if checking else None
-    )
+    problem = Problem(network, data.to(dtype, options.device), options)
+    checked = checking.to(dtype, options.device) if checking is not None else None
+    run = _Run(make_method(options.method), problem, checked)
     _say_too_few(network, data.count)
     if resume is None:
         state = run.begin()
         _say_silent(run, state.point)
     else:
         state = restore(resume, options, run.fingerprint)
-    history = state.history
-    stopped = "epochs"
     with _few_threads(network, data.count):
-        try:
-            while True:
-                measured = run.measure(state)
-                if measured is None:
-                    stopped = "diverged"
-                    break
-                state, row = measured
-                history = state.history
-                if checkpoint is not None:
-                    save(dump(state, options, run.fingerprint), checkpoint)
-                if callback is not None and callback(row) is False:
-                    stopped = "callback"
-                    break
-                if row.train <= options.goal:
-                    stopped = "goal"
-                    break
-                if options.patience and state.since >= options.patience:
-                    stopped = "patience"
-                    break
-                if row.epoch >= options.epochs or options.method == "least-squares":
-                    break
-                advanced = run.advance(state)
-                if advanced is None:
-                    stopped = "converged"
-                    break
-                state = advanced
-        except KeyboardInterrupt:
-            stopped = "interrupted"
-            if not history:
-                raise
+        state, stopped = _learn(run, state, callback, checkpoint)
     return Training(
         network.system(state.best_check if checking is not None else state.best_train),
         network.system(state.best_train),
-        history,
-        _argmin(history, "check" if checking is not None else "train"),
+        state.history,
+        _argmin(state.history, "check" if checking is not None else "train"),
         stopped,
         options,
         network.count,
@@ -141,11 +106,40 @@ def train(
     )
 
 
+def _learn(
+    run: "_Run", state: State, callback: Callable[[Epoch], bool | None] | None, checkpoint: str | Path | None
+) -> tuple[State, str]:
+    """Measure and step until there is a reason to stop: the last state, and the reason."""
+    options = run.problem.options
+    try:
+        while True:
+            measured = run.measure(state)
+            if measured is None:
+                return state, "diverged"
+            state, row = measured
+            if checkpoint is not None:
+                save(dump(state, options, run.fingerprint), checkpoint)
+            if callback is not None and callback(row) is False:
+                return state, "callback"
+            if row.train <= options.goal:
+                return state, "goal"
+            if options.patience and state.since >= options.patience:
+                return state, "patience"
+            if row.epoch >= options.epochs or run.method.once:
+                return state, "epochs"
+            advanced = run.method.advance(run.problem, state)
+            if advanced is None:
+                return state, "converged"
+            state = advanced
+    except KeyboardInterrupt:
+        if not state.history:
+            raise
+        return state, "interrupted"
+
+
 @contextmanager
 def _few_threads(network: Network, count: int) -> Iterator[None]:
-    """One thread for a small problem: more wait for each other longer than they compute, the longer the busier the
-    machine. The caller's number comes back.
-    """
+    """One thread for small problems, where waiting costs more than the arithmetic; the caller's setting is restored."""
     columns = max(len(g.columns) for g in network.groups)
     before = torch.get_num_threads()
     small = before > 1 and min(count, network.block) * columns < _SMALL
@@ -165,39 +159,40 @@ def _argmin(history: Sequence[Epoch], column: str) -> int:
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    network: Network
-    options: Options
-    data: Samples
+    """One training: the method, what it learns from, and the checking data, which only this loop sees."""
+
+    method: Method
+    problem: Problem
     checking: Samples | None
 
     @cached_property
     def fingerprint(self) -> str:
-        """What a checkpoint must agree with."""
-        return fingerprint_of(self.network, self.data, self.checking)
+        """The digest of the problem, which a checkpoint must have to be resumed."""
+        return fingerprint_of(self.problem.network, self.problem.data, self.checking)
 
     def begin(self) -> State:
-        point = self.network.start()
-        if self.options.method == "least-squares":
-            point = point._replace(free=self.network.premises.start())  # they stay exactly as they are
-        step = {"hybrid": self.options.step, "second-order": 1e-2}.get(self.options.method, self.options.rate)
-        return State(point, 0, step, (), point, point, 0, {})
+        """The state before the first epoch."""
+        point = self.method.start(self.problem.network)
+        return State(point, 0, self.method.first_step(self.problem.options), (), point, point, 0, {})
 
     def measure(self, state: State) -> tuple[State, Epoch] | None:
-        """The errors at the present point, recorded once; consequents are solved unless backprop learns them.
+        """Measure the errors at the present point, recorded once; the consequents are solved if the method wants that.
 
         None where the error is no longer finite; DataError where it never was.
         """
         if state.history and state.history[-1].epoch == state.epoch:
             return state, state.history[-1]  # resumed just after it was recorded
         point, rank, memory = state.point, 0, state.memory
-        if self.options.method == "backprop":
-            train_error = self.network.rmse(point, self.data)
+        network, data = self.problem.network, self.problem.data
+        if not self.method.solves:
+            train_error = network.rmse(point, data)
         else:
-            fit = self.network.fit(point.free, self.data, gradient=self.options.method == "hybrid")
+            fit = network.fit(point.free, data, gradient=self.method.gradient)
             train_error, rank = fit.rmse, min(solution.rank for solution in fit.solutions if len(solution.values))
             point = point._replace(values=[solution.values for solution in fit.solutions])
-            memory = {"gradient": fit.gradient} if fit.gradient is not None else {}
-        check_error = self.network.rmse(point, self.checking) if self.checking is not None else float("nan")
+            if fit.gradient is not None:
+                memory = {**memory, "gradient": fit.gradient}
+        check_error = network.rmse(point, self.checking) if self.checking is not None else float("nan")
         if not np.isfinite(train_error):
             if state.history:
                 return None
@@ -217,91 +212,6 @@ class _Run:
         )
         return state, row
 
-    def advance(self, state: State) -> State | None:
-        """One step of the method; None where no step helps any more."""
-        epoch = {"hybrid": self._hybrid, "backprop": self._backprop, "second-order": self._second_order}
-        return epoch[self.options.method](state)
-
-    def _hybrid(self, state: State) -> State | None:
-        gradient: list[torch.Tensor] = state.memory["gradient"]
-        norm = torch.sqrt(sum((g.square().sum() for g in gradient), start=gradient[0].new_zeros(())))
-        if not float(norm) > 0:
-            return None
-        recent = state.history[-6:]  # more than these the rules do not look at
-        errors, steps = [row.train for row in recent], [row.step for row in recent]
-        step = jang_step(errors, steps, self.options.increase, self.options.decrease)
-        free = [p - step * g / norm for p, g in zip(state.point.free, gradient, strict=True)]
-        point = state.point._replace(free=self.network.premises.valid(free))
-        return state._replace(point=point, epoch=state.epoch + 1, step=step)
-
-    def _backprop(self, state: State) -> State:
-        options, n = self.options, self.data.count
-        leaves = [p.detach().clone().requires_grad_() for p in (*state.point.free, *state.point.values)]
-        optimiser = getattr(torch.optim, options.optimiser)(leaves, lr=options.rate)
-        if "optimiser" in state.memory:
-            # A copy: the optimiser writes into what it is given, and ``state`` must stay what it was.
-            optimiser.load_state_dict(deepcopy(state.memory["optimiser"]))
-        size = options.batch or n
-        random = np.random.default_rng([options.seed, state.epoch])
-        order = torch.as_tensor(random.permutation(n)) if size < n else None
-        kinds = len(state.point.free)
-        for start in range(0, n, size):
-            rows = slice(None) if order is None else order[start : start + size]
-            optimiser.zero_grad()
-            x, y = self.data.rows(rows)
-            u = self.network.premises.scale(x)
-            loss = (self.network.output(leaves[:kinds], leaves[kinds:], u) - y).square().mean()
-            loss.backward()
-            optimiser.step()
-            with torch.no_grad():
-                for leaf, legal in zip(leaves[:kinds], self.network.premises.valid(leaves[:kinds]), strict=True):
-                    leaf.copy_(legal)
-        point = Point(tuple(p.detach() for p in leaves[:kinds]), [p.detach() for p in leaves[kinds:]])
-        return state._replace(point=point, epoch=state.epoch + 1, memory={"optimiser": optimiser.state_dict()})
-
-    def _second_order(self, state: State) -> State | None:
-        """One accepted Levenberg-Marquardt step; the damping falls after success and grows until there is one."""
-        jtj, jtr = self.network.reduced(state.point, self.data)
-        # Marquardt's scaling, but no parameter is let loose just because the error hardly depends on it yet.
-        diagonal = jtj.diagonal()
-        if not float(diagonal.max()) > 0:
-            return None  # the error does not depend on the premises
-        scale = torch.diag(diagonal.clamp_min(max(0.1 * float(diagonal.max()), torch.finfo(diagonal.dtype).tiny)))
-        damping, present = state.step, state.history[-1].train
-        flat = torch.cat([p.flatten() for p in state.point.free])
-        for _ in range(16):
-            step, failed = torch.linalg.solve_ex(jtj + damping * scale, jtr)
-            if int(failed) or not bool(torch.isfinite(step).all()):
-                damping *= 4
-                continue
-            free = self.network.premises.valid(self.network.unflatten(flat + step))
-            fit = self.network.fit(free, self.data)
-            if fit.rmse < present:
-                point = Point(free, [solution.values for solution in fit.solutions])
-                return state._replace(point=point, epoch=state.epoch + 1, step=max(damping / 5, 1e-12))
-            damping *= 4
-        return None
-
-
-def jang_step(errors: Sequence[float], steps: Sequence[float], increase: float, decrease: float) -> float:
-    """Jang's two rules for the length of the next step   [Jang 1993, section III].
-
-    Longer after four reductions of the error in a row; shorter after two combinations of one increase and one
-    reduction in a row. ``errors`` and ``steps`` are those of all epochs so far; epochs before the last change of the
-    step do not count again.
-    """
-    step = steps[-1]
-    changed = max((k for k in range(1, len(steps)) if steps[k] != steps[k - 1]), default=1)
-    counted = errors[changed - 1 :]  # the change was decided at the first of these
-    if len(counted) < 5:
-        return step
-    last = list(pairwise(counted[-5:]))
-    if all(b < a for a, b in last):
-        return step * increase
-    if [b > a for a, b in last] == [True, False, True, False] and all(a != b for a, b in last):
-        return step * decrease
-    return step
-
 
 def _say_too_few(network: Network, count: int) -> None:
     most = max(len(g.columns) for g in network.groups)
@@ -315,10 +225,11 @@ def _say_too_few(network: Network, count: int) -> None:
 
 
 def _say_silent(run: "_Run", point: Point) -> None:
-    count = run.network.silent(point.free, run.data)
+    network, data = run.problem.network, run.problem.data
+    count = network.silent(point.free, data)
     if count:
         warnings.warn(
-            f"no rule fires at {count} of {run.data.count} training samples: nothing is learnt from them",
+            f"no rule fires at {count} of {data.count} training samples: nothing is learnt from them",
             DataWarning,
             stacklevel=3,
         )

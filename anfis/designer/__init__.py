@@ -1,1 +1,1 @@
-"""What the designer shows of learning."""
+"""The panel "Train" of the designer: learning from a table, in another process."""

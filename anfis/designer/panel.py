@@ -1,6 +1,6 @@
 """The designer's panel "Train": data, a system to start from, learning in another process, and the best taken.
 
-The page sees what :class:`Session` hands to the module ``static/training.js``, and sends it messages: a file of the
+The page sees what :class:`TrainSession` hands to the module ``training.js``, and sends it messages: a file of the
 folder, an upload in pieces, which column is which, settings, start, stop, take. Nothing here waits for the learning.
 """
 
@@ -13,17 +13,17 @@ from pathlib import Path
 from typing import Any
 
 from anfis.designer.task import (
-    METHODS,
     STARTS,
     Columns,
     Generator,
-    Outcome,
     TaskError,
     TrainingProcess,
+    TrainOutcome,
     guessed,
     read_columns,
     task_of,
 )
+from anfis.methods.catalogue import METHODS
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
@@ -38,26 +38,26 @@ _EVERY = 0.1  # s between looks at the learning
 
 
 def generators() -> list[Generator]:
-    """The data that other packages can make, by the entry points of GROUP."""
+    """The generators of training data that other packages offer as entry points of GROUP."""
     return [generator for entry in entry_points(group=GROUP) for generator in entry.load()()]
 
 
 class TrainPanel:
-    """The panel, as the designer finds it."""
+    """The panel "Train" as the designer finds it, by an entry point."""
 
     title = "Train"
     order = 60
 
     def build(self, bench: Any) -> None:
         """Put the panel on the page of ``bench``, a fuzzy.designer.panel.Workbench."""
-        Session(bench)
+        TrainSession(bench)
 
 
 panel = TrainPanel()
 
 
-class Session:
-    """One page's training: what it has chosen, and the process that learns. Messages come one at a time."""
+class TrainSession:
+    """The training of one page: what it has chosen, and the process that learns. Messages come one at a time."""
 
     def __init__(self, bench: Any) -> None:
         self.bench = bench
@@ -73,14 +73,14 @@ class Session:
         self.watching: asyncio.Task[None] | None = None
         self.history: list[tuple[Any, ...]] = []
         self.start: Sugeno | None = None
-        self.outcome: Outcome | None = None
+        self.outcome: TrainOutcome | None = None
         self.words: list[str] = []
         self.state = "idle"
         self.made = {generator.name: generator for generator in generators()}
         self.widget = bench.widget(
             MODULE,
             sources=self._sources(),
-            accepted={"start": list(STARTS), "method": list(METHODS), "largest": _MOST},
+            accepted={"start": list(STARTS), "method": methods(), "largest": _MOST},
             table=None,
             choice=self.choice,
             columns={},
@@ -97,7 +97,7 @@ class Session:
     # Messages
 
     def heard(self, message: Any) -> "asyncio.Task[None]":
-        """Do what the page asks, in the order it asks; what is wrong with it becomes a sentence on the page."""
+        """Do what the page asks, in the order it asks; an error becomes a sentence on the page."""
         self.doing = asyncio.get_running_loop().create_task(self._hear(message))
         return self.doing
 
@@ -237,7 +237,7 @@ class Session:
             self.widget.update(after=variables(about.system))
 
     def close(self) -> None:
-        """The page is closed: nothing is learnt for nobody."""
+        """End the training that runs, because its page is closed."""
         process, self.process = self.process, None
         if process is not None:
             process.close()
@@ -306,8 +306,13 @@ class Session:
         }
 
 
+def methods() -> list[list[str]]:
+    """The methods of learning as the page lists them: [name, title] each."""
+    return [[name, listed.title] for name, listed in METHODS.items()]
+
+
 def variables(fis: Sugeno) -> list[dict[str, Any]]:
-    """The inputs with their terms, in JSON's types, as the membership-function editor takes them."""
+    """The inputs of ``fis`` with their terms, in JSON's types, as the editor of membership functions takes them."""
     return [
         {
             "name": v.name,

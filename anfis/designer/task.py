@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
+from anfis.methods.catalogue import METHODS
 from fuzzy.errors import InputError
 from fuzzy.files.table import DataError, read_table
 from fuzzy.naming import expected
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from anfis.training import Training
 
 STARTS = ("present", "subtractive", "grid")
-METHODS = ("hybrid", "backprop", "least-squares", "second-order")  # anfis.options.METHODS, without torch
 _PATIENCE = 3.0  # s that a process is given to end by itself
 
 
@@ -34,16 +34,16 @@ class TaskError(InputError):
 
 
 class Columns(NamedTuple):
-    """A table of samples."""
+    """A table of samples with named columns."""
 
     name: str  # of the file or the generator
     names: tuple[str, ...]
     values: np.ndarray  # (samples, columns)
-    inputs: int = 0  # how many of the first columns are inputs; 0: nobody said
+    inputs: int = 0  # how many of the first columns are inputs; 0: not known
 
 
 class Generator(NamedTuple):
-    """A source of data besides files. ``make`` can be pickled, and may take seconds."""
+    """A source of data other than files. ``make`` can be pickled, and may take seconds."""
 
     name: str
     title: str
@@ -52,7 +52,10 @@ class Generator(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """What to learn from what. Raises TaskError for choices that do not go together."""
+    """One training as the page chose it: the data, the start and the options.
+
+    Raises TaskError for choices that cannot be learnt from.
+    """
 
     x: np.ndarray = field(repr=False)  # (samples, inputs)
     y: np.ndarray = field(repr=False)  # (samples, outputs)
@@ -62,11 +65,11 @@ class Task:
     present: Sugeno | None = None  # the system to start from, for "present"
     radius: float = 0.5  # subtractive: of a cluster, as a share of the ranges
     mfs: int = 3  # grid: terms an input
-    method: Literal["hybrid", "backprop", "least-squares", "second-order"] = "hybrid"
+    method: str = "hybrid"  # a name in anfis.METHODS
     epochs: int = 60
     goal: float = 0.0  # RMSE, in the outputs' unit
     share: float = 0.2  # of the samples, for checking; 0: none
-    seed: int = 0  # of who is a checking sample
+    seed: int = 0  # of the choice of checking samples
     name: str = "learnt"
 
     def __post_init__(self) -> None:
@@ -99,10 +102,11 @@ class Task:
 
 
 def task_of(data: Columns, columns: dict[str, str], present: Sugeno | None, **settings: Any) -> Task:
-    """The task of a table and of which column is which.
+    """Make the task of learning from the table ``data``.
 
-    From the present system ``columns`` says for every variable which column it is. For a new one it says for every
-    column what it is: "input", "output" or "unused". Raises TaskError.
+    ``columns`` says which column is which: to start from the ``present`` system, the column of every variable; for a
+    new system, the role of every column ("input", "output" or "unused"). ``settings`` are the other fields of
+    :class:`Task`. Raises TaskError.
     """
     if settings.get("start", "present") == "present":
         if present is None:
@@ -130,9 +134,9 @@ def task_of(data: Columns, columns: dict[str, str], present: Sugeno | None, **se
 
 
 def read_columns(name: str, text: str) -> Columns:
-    """The table in the text of a CSV file called ``name``; columns without a header are column1, column2, ...
+    """Read the table in the ``text`` of a CSV file called ``name``; without a header, columns are column1, column2, ...
 
-    Raises TaskError, as :func:`fuzzy.files.table.read_table` says it, with the line and the column.
+    Raises TaskError with the line and the column, in the words of :func:`fuzzy.files.table.read_table`.
     """
     with TemporaryDirectory() as folder:
         path = Path(folder) / "data.csv"
@@ -145,10 +149,11 @@ def read_columns(name: str, text: str) -> Columns:
 
 
 def guessed(data: Columns, present: Sugeno | None) -> dict[str, str]:
-    """Which column is probably which, as :func:`task_of` takes it; from a present system, or for a new one.
+    """Guess which column is which, in the form that :func:`task_of` takes.
 
-    A variable's column is that of its name, or that in its place if no name fits and the numbers do. In a new
-    system the last column is the output, unless the table says how many are inputs.
+    For a ``present`` system, a variable's column is the one of its name, or the one in its place if no name fits and
+    there are as many columns as variables. For a new system (None), the last column is the output, unless the table
+    says how many are inputs.
     """
     if present is None:
         first = data.inputs or len(data.names) - 1
@@ -162,13 +167,13 @@ def guessed(data: Columns, present: Sugeno | None) -> dict[str, str]:
 
 
 def split(count: int, checking: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Which of ``count`` samples are learnt from and which are ``checking``: two sorted index arrays, by ``seed``."""
+    """Split ``count`` samples at random, by ``seed``: the sorted indices to learn from, and ``checking`` others."""
     order = np.random.default_rng(seed).permutation(count)
     return np.sort(order[checking:]), np.sort(order[:checking])
 
 
 def starting_system(task: Task) -> Sugeno:
-    """The system that training starts from, made of the samples to learn from only.
+    """Make the system that training starts from, of the samples to learn from only.
 
     Raises an InputError for data that cannot be clustered, and for a present system without rules.
     """
@@ -195,10 +200,10 @@ def starting_system(task: Task) -> Sugeno:
 
 
 def learn(task: Task, report: Callable[[str, Any], bool]) -> "Training":
-    """Do the task. ``report(what, about)`` hears of it, and gives False to stop with the best so far.
+    """Do the task. ``report(what, about)`` is called as it proceeds, and returns False to stop with the best so far.
 
-    It hears "start" (the starting system), "warning" (a sentence) and "epoch" (:class:`anfis.state.Epoch`). Raises an
-    InputError for data and options that cannot be learnt.
+    It is called with "start" and the starting system, "warning" and a sentence, "epoch" and an
+    :class:`anfis.state.Epoch`. Raises an InputError for data and options that cannot be learnt.
     """
 
     def tell(message: Warning | str, *_: Any, **__: Any) -> None:
@@ -210,7 +215,7 @@ def learn(task: Task, report: Callable[[str, Any], bool]) -> "Training":
         warnings.showwarning = tell
         fis = starting_system(task)
         report("start", fis)
-        from anfis.options import Options
+        from anfis.methods.options import Options
         from anfis.training import train
 
         # A value outside its universe is no reason to be asked again in every epoch.
@@ -229,8 +234,8 @@ def learn(task: Task, report: Callable[[str, Any], bool]) -> "Training":
     return replace(result, **systems)
 
 
-class Outcome(NamedTuple):
-    """What a finished training gives."""
+class TrainOutcome(NamedTuple):
+    """The result of a finished training, without what would need torch to be read."""
 
     system: Sugeno  # the best
     best: int  # its epoch
@@ -239,7 +244,7 @@ class Outcome(NamedTuple):
 
 
 class TrainingProcess:
-    """A task in a process of its own. Only its owner talks to it: poll :meth:`news`, :meth:`stop`, :meth:`close`."""
+    """A task in a process of its own, watched by :meth:`news` and ended by :meth:`stop` or :meth:`close`."""
 
     def __init__(self, task: Task) -> None:
         # A fresh process: a forked one would share the threads' locks of torch and of the server.
@@ -252,14 +257,14 @@ class TrainingProcess:
 
     @property
     def alive(self) -> bool:
-        """May there be news yet?"""
+        """Can there be more news?"""
         return not self._over
 
     def news(self) -> list[tuple[str, Any]]:
-        """What has been reported since the last time, without waiting.
+        """What has been reported since the last call, without waiting.
 
         ("start", Sugeno), ("warning", str), ("epoch", tuple of the fields of :class:`anfis.state.Epoch`), and at the
-        end one of ("done", Outcome) and ("problem", str).
+        end one of ("done", TrainOutcome) and ("problem", str).
         """
         found: list[tuple[str, Any]] = []
         try:
@@ -273,12 +278,12 @@ class TrainingProcess:
         return found
 
     def stop(self) -> None:
-        """Ask it to end after this epoch; the best so far follows as news."""
+        """Ask the training to end after this epoch; the best so far follows as news."""
         with suppress(OSError):  # it has ended already
             self._ours.send("stop")
 
     def close(self) -> None:
-        """End it now; nothing follows."""
+        """End the process now; no news follows."""
         self._over = True
         self._ours.close()
         if self._process.is_alive():
@@ -301,7 +306,7 @@ def _work(task: Task, pipe: Connection) -> None:
 
     try:
         result = learn(task, report)
-        pipe.send(("done", Outcome(result.system, result.best, result.stopped, result.parameters)))
+        pipe.send(("done", TrainOutcome(result.system, result.best, result.stopped, result.parameters)))
     except InputError as error:
         pipe.send(("problem", str(error)))
     except (BrokenPipeError, ConnectionError, KeyboardInterrupt):

@@ -1,8 +1,21 @@
-"""The consequents of a Sugeno system by least squares: with given antecedents the output is linear in them."""
+"""The consequents of a Sugeno system by least squares: with given antecedents the output is linear in them.
+
+This module is the home of the formulation, also for learning (:mod:`anfis.consequents`):
+
+- **Design matrix.** A row is W ⊗ [x, 1]: for every term t in use its summed weight W_t times the inputs and 1, or
+  times 1 alone for a constant term. Outputs of the same rules, terms and orders share it (:func:`output_groups`).
+- **Rank.** Where the samples do not determine the consequents, the solution of least norm is taken. A singular value
+  that is not above (the larger side of the matrix) × (the machine's precision) × (the largest one) counts as 0.
+- **Ridge.** A ridge λ ≥ 0 adds λ |θ|² to the mean square error over the samples at which a rule fires. θ are the
+  consequents of inputs scaled to [−1, 1] by the range of the samples, for outputs less their mean (not for a weighted
+  sum, whose weights do not pass a constant through). So λ has no unit and means the same for any number of samples.
+  This is Tikhonov's penalty on standardised variables [Hoerl & Kennard 1970], with the mean instead of the sum of
+  squares as in glmnet [Friedman, Hastie & Tibshirani 2010]; they standardise by the standard deviation.
+"""
 
 import warnings
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +31,38 @@ _LARGEST = 100_000_000  # numbers in the equations, at most: 0.8 GB
 
 class IdentificationError(InputError):
     """Data or settings that identify no system. The message names the row, the column or the setting."""
+
+
+@dataclass(frozen=True, eq=False)
+class OutputGroup:
+    """Outputs whose consequents share one design matrix: same rules on the same terms, same orders."""
+
+    outputs: tuple[int, ...]
+    place: np.ndarray  # (rules,) int: the term that each rule proposes, −1 for none
+    linear: tuple[bool, ...]  # (terms,): is the consequent linear? Else it is a constant
+    used: tuple[bool, ...]  # (terms,): does a rule propose the term? If not, it is not fitted
+    columns: np.ndarray  # (parameters,) int: which of the terms × (inputs + 1) slopes and constants are fitted
+
+
+def output_groups(fis: Sugeno) -> tuple[OutputGroup, ...]:
+    """The outputs of ``fis`` by design matrix."""
+    found: dict[Any, list[int]] = {}
+    for o, output in enumerate(fis.outputs):
+        key = (tuple(fis.structure.consequent[o]), tuple(isinstance(t, Linear) for t in output.terms.values()))
+        found.setdefault(key, []).append(o)
+    width = len(fis.inputs) + 1
+    result = []
+    for (place, linear), outputs in found.items():
+        used = tuple(t in place for t in range(len(linear)))
+        # The term's columns are its slopes, then its constant; a constant term has the last one only.
+        columns = [
+            t * width + k
+            for t, is_linear in enumerate(linear)
+            for k in range(width)
+            if used[t] and (is_linear or k == width - 1)
+        ]
+        result.append(OutputGroup(tuple(outputs), np.array(place), linear, used, np.array(columns, dtype=int)))
+    return tuple(result)
 
 
 class Fit(NamedTuple):
@@ -38,8 +83,9 @@ def fit_consequents(fis: Sugeno, x: Any, y: Any, ridge: float = 0.0) -> Sugeno:
     consequents, their names and who shares them stay; a consequent that no rule uses stays as it is.
 
     Where the samples do not determine the consequents the solution of least norm is taken. ``ridge`` >= 0, without a
-    unit, adds ridge · |θ|² to the mean square error. Norms are measured with the inputs scaled to [−1, 1] and the
-    outputs less their mean, so that they do not depend on units.
+    unit, adds ridge · |θ|² to the mean square error; it means the same in :class:`anfis.Options`. Norms are measured
+    with the inputs scaled to [−1, 1] by the samples' range and the outputs less their mean, so that they do not depend
+    on units; the module's description has the whole definition.
 
     Warns (DataWarning) of a rank that is too low, with the rank, and of samples where no rule fires, which do not
     count. Raises ClusteringError for values that are not finite, IdentificationError for shapes that do not fit.
@@ -67,8 +113,37 @@ def say_rank(fitted: Fit, samples: int) -> None:
 
 
 def least_squares(fis: Sugeno, x: Any, y: Any, ridge: float = 0.0) -> Fit:
-    """As :func:`fit_consequents`, which see, with the error and the rank instead of warnings."""
+    """The fit of :func:`fit_consequents`, with its arguments and errors; the rank and the rest instead of warnings."""
     fis = detached(fis)
+    groups = output_groups(fis)
+    x, y = _checked(fis, groups, x, y, ridge)
+    layers, fired = _layers(fis, x)
+    if fis.out_of_range == "clip":
+        x = np.clip(x, [v.universe[0] for v in fis.inputs], [v.universe[1] for v in fis.inputs])
+    middle, half = (x.min(axis=0) + x.max(axis=0)) / 2, (x.max(axis=0) - x.min(axis=0)) / 2
+    half[half == 0] = 1.0
+    scaled = np.column_stack([(x - middle) / half, np.ones(len(x))])
+    outputs, rmse, parameters, rank = list(fis.outputs), np.zeros(len(fis.outputs)), 0, 0
+    for group in groups:
+        fires = fired[:, group.outputs[0]]
+        if not fires.any():
+            raise IdentificationError(f"no rule fires for output {outputs[group.outputs[0]].name} at any sample")
+        matrix = _design(group, _shares(fis, group, layers), scaled)[fires]
+        # An output at a time: several right-hand sides in one call would give other last digits.
+        for j in group.outputs:
+            # With weights that sum to 1 a constant passes through; what is fitted is then the rest.
+            mean = float(y[fires, j].mean()) if fis.defuzzification == "wtaver" else 0.0
+            target = y[fires, j] - mean
+            theta, found = _solved(matrix, target, ridge)
+            rmse[j] = np.sqrt(np.mean((matrix @ theta - target) ** 2))
+            parameters, rank = parameters + len(group.columns), rank + found
+            outputs[j] = replace(outputs[j], terms=_terms(outputs[j].terms, group, theta, mean, middle, half))
+    silent = int((~fired.all(axis=1)).sum())
+    return Fit(replace(fis, outputs=tuple(outputs)), rmse, parameters, rank, silent)
+
+
+def _checked(fis: Sugeno, groups: Sequence[OutputGroup], x: Any, y: Any, ridge: float) -> tuple[np.ndarray, np.ndarray]:
+    """``x`` (samples, inputs) and ``y`` (samples, outputs) if they, the system and the ridge fit together."""
     x = finite_table(x, "x", [v.name for v in fis.inputs] if np.shape(x)[1:] == (len(fis.inputs),) else None)
     y = output_table(y, [v.name for v in fis.outputs])
     if x.shape[1] != len(fis.inputs) or y.shape[1] != len(fis.outputs):
@@ -82,41 +157,13 @@ def least_squares(fis: Sugeno, x: Any, y: Any, ridge: float = 0.0) -> Fit:
         raise IdentificationError(f"ridge must be a finite number >= 0, got {ridge!r}")
     if not fis.rules:
         raise IdentificationError(f"{fis.name} has no rules, so there are no consequents to fit")
-    for output, place in zip(fis.outputs, fis.structure.consequent, strict=True):
-        count = sum(len(term.parameters) for t, term in enumerate(output.terms.values()) if (place == t).any())
-        if count * len(x) > _LARGEST:
+    for group in groups:
+        if len(group.columns) * len(x) > _LARGEST:
             raise IdentificationError(
-                f"{len(x)} samples and {count} parameters of {output.name} are too large a system of equations; "
-                "take fewer rules or fewer samples"
+                f"{len(x)} samples and {len(group.columns)} parameters of {fis.outputs[group.outputs[0]].name} are too "
+                "large a system of equations; take fewer rules or fewer samples"
             )
-    shares, fired = _shares(fis, x)
-    if fis.out_of_range == "clip":
-        x = np.clip(x, [v.universe[0] for v in fis.inputs], [v.universe[1] for v in fis.inputs])
-    middle, half = (x.min(axis=0) + x.max(axis=0)) / 2, (x.max(axis=0) - x.min(axis=0)) / 2
-    half[half == 0] = 1.0
-    scaled = np.column_stack([(x - middle) / half, np.ones(len(x))])
-    outputs, rmse = [], np.zeros(len(fis.outputs))
-    parameters = rank = 0
-    for j, output in enumerate(fis.outputs):
-        place = fis.structure.consequent[j]
-        terms = list(output.terms.items())
-        used = [t for t in range(len(terms)) if (place == t).any()]
-        count = sum(len(terms[t][1].parameters) for t in used)
-        if not fired[:, j].any():
-            raise IdentificationError(f"no rule fires for output {output.name} at any sample")
-        design = np.concatenate(
-            [shares[j][:, place == t].sum(axis=1)[:, None] * scaled[:, -len(terms[t][1].parameters) :] for t in used],
-            axis=1,
-        )[fired[:, j]]
-        # With weights that sum to 1 a constant passes through; what is fitted is then the rest.
-        mean = float(y[fired[:, j], j].mean()) if fis.defuzzification == "wtaver" else 0.0
-        target = y[fired[:, j], j] - mean
-        theta, found = _solved(design, target, ridge)
-        rmse[j] = np.sqrt(np.mean((design @ theta - target) ** 2))
-        parameters, rank = parameters + count, rank + found
-        outputs.append(replace(output, terms=_terms(terms, used, theta, mean, middle, half)))
-    silent = int((~fired.all(axis=1)).sum())
-    return Fit(replace(fis, outputs=tuple(outputs)), rmse, parameters, rank, silent)
+    return x, y
 
 
 def output_table(y: Any, names: Sequence[str] | None = None) -> np.ndarray:
@@ -126,23 +173,37 @@ def output_table(y: Any, names: Sequence[str] | None = None) -> np.ndarray:
     return finite_table(y, "y", names if names is not None and np.shape(y)[1:] == (len(names),) else None)
 
 
-def _shares(fis: Sugeno, x: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
-    """What each rule's proposal counts (samples, rules), for each output; where any rule fires (samples, outputs)."""
+def _layers(fis: Sugeno, x: np.ndarray) -> tuple[Any, np.ndarray]:
+    """The inference's layers at ``x``, and where any rule fires (samples, outputs)."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InferenceWarning)
         layers = infer(replace(fis, no_rule_fires="nan"), x)
-    shares = []
-    for place in fis.structure.consequent:
-        if fis.defuzzification == "wtsum":
-            shares.append(layers.firing * (place >= 0))
-        else:
-            share = layers.weights * (place >= 0)
-            total = share.sum(axis=1, keepdims=True)
-            shares.append(share / np.where(total > 0, total, 1.0))
-    return shares, np.asarray(layers.fired)
+    return layers, np.asarray(layers.fired)
+
+
+def _shares(fis: Sugeno, group: OutputGroup, layers: Any) -> np.ndarray:
+    """How much each rule's proposal counts for the outputs of ``group``, (samples, rules)."""
+    takes_part = group.place >= 0
+    if fis.defuzzification == "wtsum":
+        return np.asarray(layers.firing * takes_part)
+    share = layers.weights * takes_part
+    total = share.sum(axis=1, keepdims=True)
+    return np.asarray(share / np.where(total > 0, total, 1.0))
+
+
+def _design(group: OutputGroup, shares: np.ndarray, scaled: np.ndarray) -> np.ndarray:
+    """The design matrix (samples, parameters) from the rules' ``shares`` and ``scaled`` = [x, 1]."""
+    # anfis.consequents.design is the same in torch, summed by a product of matrices: faster, other last digits.
+    parts = [
+        shares[:, group.place == t].sum(axis=1)[:, None] * (scaled if linear else scaled[:, -1:])
+        for t, linear in enumerate(group.linear)
+        if group.used[t]
+    ]
+    return np.concatenate(parts, axis=1)
 
 
 def _solved(design: np.ndarray, target: np.ndarray, ridge: float) -> tuple[np.ndarray, int]:
+    """The least-squares solution (parameters,) of least norm, and the rank; a ridge is one more row a parameter."""
     if ridge:
         samples, count = design.shape
         design = np.concatenate([design, np.sqrt(ridge * samples) * np.eye(count)])
@@ -152,21 +213,23 @@ def _solved(design: np.ndarray, target: np.ndarray, ridge: float) -> tuple[np.nd
 
 
 def _terms(
-    terms: Sequence[tuple[str, Consequent]],
-    used: Sequence[int],
+    terms: Mapping[str, Consequent],
+    group: OutputGroup,
     theta: np.ndarray,
     mean: float,
     middle: np.ndarray,
     half: np.ndarray,
 ) -> dict[str, Consequent]:
-    """The output's terms, those ``used`` with their parameters from ``theta``, back in the units of the data."""
+    """An output's terms, those in use with their parameters from ``theta``, back in the units of the data."""
+    width = len(middle) + 1
+    full = np.zeros(len(group.linear) * width)
+    full[group.columns] = theta
     fitted = dict(terms)
-    for t in used:
-        label, term = terms[t]
-        count = len(term.parameters)
-        *slopes, constant = theta[:count]
-        theta = theta[count:]
-        if isinstance(term, Linear):
+    for t, (label, linear) in enumerate(zip(terms, group.linear, strict=True)):
+        if not group.used[t]:
+            continue
+        *slopes, constant = full[t * width : (t + 1) * width]
+        if linear:
             slopes = np.asarray(slopes) / half
             fitted[label] = Linear(tuple(slopes.tolist()), float(constant + mean - slopes @ middle))
         else:

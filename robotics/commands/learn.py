@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from anfis.methods.catalogue import METHODS
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 
@@ -14,7 +15,7 @@ def learn(
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Where v_l.fis ... w_f.fis go.")],
     check: Annotated[Path | None, typer.Option(metavar="CHECK.csv", help="Checking data, same columns.")] = None,
     rules: Annotated[int, typer.Option(min=1, help="Wanted rules; the nearest number that a setting gives.")] = 8,
-    method: Annotated[str, typer.Option(help="hybrid, second-order, backprop or least-squares.")] = "hybrid",
+    method: Annotated[str, typer.Option(help=f"How to learn: {', '.join(METHODS)}.")] = "hybrid",
     epochs: Annotated[int, typer.Option(min=0, help="Of learning.")] = 60,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
@@ -35,7 +36,7 @@ def learn(
         write_networks,
     )
 
-    options = Options(method=method, epochs=epochs)  # type: ignore[arg-type]
+    options = Options(method=method, epochs=epochs)
     names, values = read_table(data)
     if names is None:
         raise FormationLearningError(f"{data}: a header line with the columns' names is needed")

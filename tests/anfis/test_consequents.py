@@ -1,11 +1,13 @@
 """Least squares against numpy's, against itself in blocks, and sample by sample."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
 
+import anfis
 import fuzzy
 from anfis.consequents import (
     NormalEquations,
@@ -85,11 +87,55 @@ def test_more_parameters_than_samples_pass_through_them():
     np.testing.assert_allclose(values, np.linalg.lstsq(a, y, rcond=None)[0], atol=1e-9)
 
 
-def test_ridge_is_relative_to_the_mean_diagonal():
-    a, y = RNG.normal(size=(20, 5)), RNG.normal(size=(20, 1))
-    gram = a.T @ a
-    expected = np.linalg.solve(gram + 0.3 * np.diag(gram).mean() * np.eye(5), a.T @ y)
-    np.testing.assert_allclose(solve(sums(a, y), 0.3).values, expected, atol=1e-13)
+def wide(fis: fuzzy.Sugeno) -> fuzzy.Sugeno:
+    """The same in universes wider than the samples' ranges, where units of one are not those of the other."""
+    low, high = np.array([v.universe for v in fis.inputs]).T
+    ends = zip(low - 3, high + 7, strict=True)
+    return replace(fis, inputs=[replace(v, universe=e) for v, e in zip(fis.inputs, ends, strict=True)])
+
+
+GRID = fuzzy.identify(X, X[:, 0], "grid", fit=False)
+TRIANGLES = fuzzy.identify(X[:30] / 2, X[:30, 0], "grid", kind="trimf", mfs=3, fit=False)  # not all samples fire
+
+
+@pytest.mark.parametrize("batch", [0, 7])
+@pytest.mark.parametrize("ridge", [1e-4, 0.3])
+@pytest.mark.parametrize(
+    "fis",
+    [
+        GRID,
+        wide(GRID),
+        replace(wide(GRID), defuzzification="wtsum"),
+        replace(GRID, out_of_range="clip"),
+        TRIANGLES,
+        replace(TRIANGLES, defuzzification="wtsum"),
+        wide(FIS),
+    ],
+    ids=["grid", "wide", "wide-wtsum", "clip", "silent", "silent-wtsum", "shared"],
+)
+def test_ridge_means_what_it_means_in_identification(fis, ridge, batch):
+    """Against :func:`fuzzy.fit_consequents`, whose test has the normal equations by hand."""
+    x = X * [1.5, 1.1]
+    y = np.stack([np.sin(X[:, 0]) + 5, X[:, 1] ** 2 / 50], axis=1)[:, : len(fis.outputs)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        expected = fuzzy.fit_consequents(fis, x, y, ridge)
+        options = anfis.Options(method="least-squares", ridge=ridge, batch=batch)
+        found = anfis.train(fis, x, y, options).system
+        free = fuzzy.fit_consequents(fis, x, y)
+    for output, same, other in zip(found.outputs, expected.outputs, free.outputs, strict=True):
+        for name, term in output.terms.items():
+            np.testing.assert_allclose(term.parameters, same.terms[name].parameters, rtol=1e-6, atol=1e-7)
+        assert any(t.parameters != pytest.approx(other.terms[n].parameters, rel=1e-4) for n, t in output.terms.items())
+
+
+def test_a_ridge_does_not_depend_on_units():
+    y = np.sin(X[:, 0]) + 0.002 * X[:, 1] ** 2
+    made, other = GRID, fuzzy.identify(X * 1000 - 7, y * 5 + 100, "grid", fit=False)
+    options = anfis.Options(epochs=3, ridge=1e-3)
+    found = anfis.train(made, X, y, options).system
+    moved = anfis.train(other, X * 1000 - 7, y * 5 + 100, options).system
+    np.testing.assert_allclose(moved(X * 1000 - 7), found(X) * 5 + 100, rtol=1e-9)
 
 
 def test_nothing_to_solve_and_too_much():
@@ -159,16 +205,20 @@ def test_a_term_that_no_rule_proposes_stays_as_it_is():
     assert system["v"].terms["idle"] == FIS["v"].terms["idle"]
 
 
-def test_an_output_without_any_rule_stays_as_it_is():
+@pytest.mark.parametrize("ridge", [0.0, 0.1])
+@pytest.mark.parametrize("defuzzification", ["wtaver", "wtsum"])
+def test_an_output_without_any_rule_stays_as_it_is(defuzzification, ridge):
     rules = [replace(rule, then=(("v", dict(rule.then)["v"]),)) for rule in FIS.rules]
-    fis = replace(FIS, rules=rules)
-    network = network_of(fis)
+    fis = replace(FIS, rules=rules, defuzzification=defuzzification)
+    network = network_of(fis, ridge)
     data = samples(fis, X, X, "training").to(torch.float64, "cpu")
     start = network.start()
     fit = network.fit(start.free, data, gradient=True)
     system = network.system(Point(start.free, [s.values for s in fit.solutions]))
     assert system["w"] == fis["w"]
     assert np.isfinite(fit.rmse)
+    reduced = network.reduced(Point(start.free, [s.values for s in fit.solutions]), data)
+    assert all(torch.isfinite(part).all() for part in reduced)
 
 
 @pytest.mark.parametrize("normalise", [True, False])
@@ -195,6 +245,17 @@ def test_the_gradient_to_the_weights_is_torchs(normalise):
 @pytest.mark.parametrize("ridge", [0.0, 1e-3])
 def test_the_reduced_jacobian_leaves_out_what_the_consequents_make_up_for(ridge, block):
     """Against numpy with the ridge as rows of its own, and the Jacobian by differences."""
+
+    def theta(group, values):
+        """The consequents for inputs scaled to [−1, 1]: a line's value in the middle, and what it gains to the ends."""
+        full = np.zeros(group.share.shape[1] * 3)
+        full[group.columns] = values
+        lines = full.reshape(-1, 3)
+        middle, half = (u.max(dim=0).values + u.min(dim=0).values) / 2, (u.max(dim=0).values - u.min(dim=0).values) / 2
+        points = np.array([np.append(p, 1.0) for p in (middle, *(middle + torch.diag(half)))])
+        at = lines @ points.T
+        return np.column_stack([at[:, 1:] - at[:, :1], at[:, 0]]).ravel()[group.columns]
+
     y = np.stack([np.sin(X[:, 0]), X[:, 1] / 10], axis=1)
     data = samples(FIS, X, y, "training").to(torch.float64, "cpu")
     network = network_of(FIS, ridge, block)
@@ -216,13 +277,16 @@ def test_the_reduced_jacobian_leaves_out_what_the_consequents_make_up_for(ridge,
     jtj, jtr = np.zeros((len(flat), len(flat))), np.zeros(len(flat))
     for group, matrix, c in zip(network.groups, matrices, values, strict=True):
         a = matrix.numpy()
-        root = np.sqrt(ridge * (a**2).sum() / a.shape[1])
-        below = np.concatenate([a, root * np.eye(a.shape[1])])
+        root = np.sqrt(ridge * len(X))
+        change = np.column_stack([theta(group, e) for e in np.eye(a.shape[1])])
+        constants = (group.columns % 3 == 2).numpy()
+        below = np.concatenate([a, root * change])
         for k, o in enumerate(group.outputs):
             j = np.concatenate([jacobian[:, o], np.zeros((a.shape[1], len(flat)))])
             own = j - below @ np.linalg.lstsq(below, j, rcond=None)[0]
             jtj += own.T @ own
-            jtr += own.T @ np.concatenate([residual[:, o], -root * c[:, k].numpy()])
+            left = constants * y[:, o].mean() - theta(group, c[:, k].numpy())
+            jtr += own.T @ np.concatenate([residual[:, o], root * left])
     found = network.reduced(Point(free, values), data)
     np.testing.assert_allclose(found[0], jtj, atol=1e-6 * np.abs(jtj).max())
     np.testing.assert_allclose(found[1], jtr, atol=1e-6 * np.abs(jtr).max())

@@ -25,12 +25,6 @@ const SHEET = new URL("./training.css", import.meta.url).href;
 const NAMES = ["sources", "accepted", "table", "choice", "columns", "system", "progress", "before", "after", "problem"];
 const PIECE = 200_000; // characters of an upload that travel together
 const STARTS = { present: "the present system", subtractive: "clusters of the data", grid: "a grid of terms" };
-const METHODS = {
-  hybrid: "hybrid (Jang)",
-  backprop: "gradient descent (Adam)",
-  "least-squares": "least squares only",
-  "second-order": "Levenberg–Marquardt",
-};
 const ROLES = [
   ["unused", "not used"],
   ["input", "input"],
@@ -195,7 +189,7 @@ export async function render({ model, el }) {
     );
     offer(
       method,
-      accepted.method.map((name) => [name, METHODS[name]]),
+      accepted.method,
       choice.method,
     );
     for (const [input, name] of [

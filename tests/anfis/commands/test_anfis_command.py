@@ -92,16 +92,16 @@ def test_help_has_an_example(capsys):
 
 
 def test_an_interrupt_writes_the_best_so_far(data, capsys, monkeypatch):
-    import anfis.training
+    from anfis.methods.hybrid import Hybrid
 
-    advance = anfis.training._Run.advance
+    advance = Hybrid.advance
 
-    def interrupted(self, state):
+    def interrupted(self, problem, state):
         if state.epoch == 3:
             raise KeyboardInterrupt
-        return advance(self, state)
+        return advance(self, problem, state)
 
-    monkeypatch.setattr(anfis.training._Run, "advance", interrupted)
+    monkeypatch.setattr(Hybrid, "advance", interrupted)
     files = [str(data / name) for name in ("data.csv", "net.fis", "h.csv")]
     assert main(["train", files[0], "-o", files[1], "--grid", "2", "--epochs", "9", "--history", files[2], "-q"]) == 130
     printed = capsys.readouterr()
@@ -122,6 +122,15 @@ def test_clusters_to_start_from_and_a_bar(data, capsys, start):
     # And on from there, by another method.
     again = ["--start", str(data / "n.fis"), "--method", "second-order", "--epochs", "1", "-q"]
     assert main(["train", str(data / "data.csv"), "-o", str(data / "m.fis"), *again]) == 0
+
+
+def test_an_option_that_the_method_does_not_read_is_said(data, capsys):
+    common = ["train", str(data / "data.csv"), "-o", str(data / "n.fis"), "--grid", "2", "--epochs", "1", "-q"]
+    assert main([*common, "--method", "second-order", "--step", "0.1", "--ridge", "0.1"]) == 0
+    said = capsys.readouterr().err
+    assert said == "warning: --step changes nothing: the method second-order does not read it\n"
+    assert main([*common, "--step", "0.1"]) == 0
+    assert capsys.readouterr().err == ""
 
 
 def test_versions(capsys):

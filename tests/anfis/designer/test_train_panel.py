@@ -15,9 +15,8 @@ import pytest
 import anfis
 import fuzzy
 from anfis.designer import panel as designpanel
-from anfis.designer.panel import Session, generators, variables
+from anfis.designer.panel import TrainSession, generators, variables
 from anfis.designer.task import (
-    METHODS,
     Columns,
     Task,
     TaskError,
@@ -29,6 +28,7 @@ from anfis.designer.task import (
     starting_system,
     task_of,
 )
+from anfis.methods.catalogue import METHODS
 from fuzzy.errors import InputError
 
 RNG = np.random.default_rng(5)
@@ -231,7 +231,7 @@ def test_from_a_file_to_one_edit_of_the_design(tmp_path: Path) -> None:
 
     async def scene() -> None:
         bench = Bench(START, tmp_path)
-        session = Session(bench)
+        session = TrainSession(bench)
         assert bench.traits["sources"]["files"] == ["made.csv"]
         await bench.say({"do": "file", "name": "made.csv"})
         assert bench.traits["table"]["rows"] == 60
@@ -302,7 +302,7 @@ def test_closing_the_page_ends_the_training(tmp_path: Path, monkeypatch: pytest.
 
     async def scene() -> None:
         bench = Bench(START, tmp_path)
-        session = Session(bench)
+        session = TrainSession(bench)
         pieces = [TEXT[k : k + 500] for k in range(0, len(TEXT), 500)]
         for k, piece in enumerate(pieces):
             last = k == len(pieces) - 1
@@ -337,7 +337,7 @@ def test_wrong_wishes_get_sentences(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
     async def scene() -> None:
         bench = Bench(START, folder)
-        Session(bench)
+        TrainSession(bench)
         for message, says in (
             (None, "unknown wish"),
             ({"do": ["train"]}, "unknown wish"),

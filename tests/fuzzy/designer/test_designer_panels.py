@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import fuzzy
-from anfis.designer.panel import variables
-from anfis.designer.task import METHODS
+from anfis.designer.panel import methods, variables
 from fuzzy.membership import FUNCTIONS, membership_function
 from robotics.designer.tryout import Trial, choices, course_data, design_data, rival_data
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
@@ -111,7 +110,7 @@ IDLE = {
 }
 TRAITS: dict[str, Any] = {
     "sources": {"files": ["made.csv"], "generators": [["formation", "Formation data"]]},
-    "accepted": {"start": ["present", "subtractive", "grid"], "method": list(METHODS)},
+    "accepted": {"start": ["present", "subtractive", "grid"], "method": methods()},
     "table": None,
     "choice": {"start": "present", "radius": 0.5, "mfs": 3, "method": "hybrid", "epochs": 60, "goal": 0.0}
     | {"share": 0.2, "seed": 0},

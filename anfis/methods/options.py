@@ -1,4 +1,4 @@
-"""How to train: every choice, checked when it is made."""
+"""Options of training, checked when they are chosen."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -6,11 +6,10 @@ from typing import Literal
 import numpy as np
 import torch
 
+from anfis.methods.catalogue import METHODS
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 
-Method = Literal["hybrid", "backprop", "least-squares", "second-order"]
-METHODS: tuple[Method, ...] = ("hybrid", "backprop", "least-squares", "second-order")
 # These want more than a gradient: a closure, or sparse gradients.
 _UNUSABLE = (torch.optim.Optimizer, torch.optim.LBFGS, torch.optim.SparseAdam)
 
@@ -21,23 +20,27 @@ class TrainingError(InputError):
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """How to train. Defaults are MATLAB's where it has the option."""
+    """How to train. Defaults are MATLAB's where it has the option.
 
-    method: Method = "hybrid"
-    epochs: int = 10
+    A method reads its own options besides those of every method, see :attr:`anfis.methods.method.Method.reads`.
+    Raises TrainingError for an option that training cannot use.
+    """
+
+    method: str = "hybrid"  # a name in anfis.METHODS
+    epochs: int = 10  # the most epochs
     step: float = 0.01  # hybrid: the length of the first premise step, in units of the universes
     increase: float = 1.1  # hybrid: factor after four decreases of the error in a row   [Jang 1993]
     decrease: float = 0.9  # hybrid: factor after up, down, up, down
     goal: float = 0.0  # stop when the training RMSE (over all outputs, in their unit) is this low
-    patience: int = 0  # stop after so many epochs without a new least error (checking, if there is any); 0: never
-    ridge: float = 0.0  # of the least squares, relative to the mean diagonal of its normal equations
+    patience: int = 0  # stop after that many epochs without a new least error (checking, if any); 0: never
+    ridge: float = 0.0  # of the least squares, without a unit, see fuzzy.fitting.consequents
     optimiser: str = "Adam"  # backprop: a class of torch.optim
     rate: float = 0.01  # backprop: its learning rate
     batch: int = 0  # backprop: samples a step; others: samples held at a time. 0: all (backprop), 65,536 (others)
     keep_order: bool = False  # memberships of an input stay ordered and covering
-    seed: int = 0  # of the order of mini-batches
-    dtype: Literal["float64", "float32"] = "float64"
-    device: str = "cpu"
+    seed: int = 0  # backprop: of the order of mini-batches
+    dtype: Literal["float64", "float32"] = "float64"  # of all numbers that are learnt
+    device: str = "cpu"  # of torch
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:

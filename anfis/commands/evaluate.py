@@ -1,0 +1,22 @@
+"""The command ``anfis evaluate``: a system's errors on a table."""
+
+from anfis.commands.shared import Data, Fis, Json, read
+from fuzzy.shell.terminal import print_json
+
+
+def evaluate(fis: Fis, data: Data, json: Json = False) -> None:
+    """Measure a system's errors on a table that holds its inputs and outputs, found by their names.
+
+    Example: anfis evaluate net.fis check.csv --json
+    """
+    from anfis.accuracy import accuracy
+    from fuzzy.files.fisfile import read_fis
+
+    system, table = read_fis(fis), read(data)
+    x, y = (table.columns([v.name for v in variables]) for variables in (system.inputs, system.outputs))
+    rows = accuracy(system, x, y)
+    if json:
+        print_json({"samples": len(y), "outputs": {name: row._asdict() for name, row in rows.items()}})
+        return
+    for name, row in rows.items():
+        print(f"{name}: RMSE {row.rmse:.4g}, MAE {row.mae:.4g}, largest {row.max:.4g}, R² {row.r2:.4f}")

@@ -1,0 +1,250 @@
+"""The command ``anfis train``: learn a system from a table."""
+
+import sys
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import typer
+
+from anfis.commands.shared import CommandError, Data, Json, listed, read
+from anfis.methods.catalogue import METHODS
+from fuzzy.shell.terminal import INTERRUPTED, print_json
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from anfis import Epoch, Options, Training
+    from fuzzy.system import Sugeno
+
+
+class _Samples(NamedTuple):
+    inputs: list[str]
+    outputs: list[str]
+    x: "np.ndarray"  # (samples, inputs)
+    y: "np.ndarray"  # (samples, outputs)
+    check: "tuple[np.ndarray, np.ndarray] | None"
+
+
+class _Start(NamedTuple):
+    """Where training starts; exactly one of the first four is given."""
+
+    start: Path | None
+    rules: int | None
+    radius: float | None
+    grid: int | None
+    mf: str | None
+
+
+def train(
+    data: Data,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="NET.fis", help="Where the trained system goes.")],
+    inputs: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Names of columns. Default: all that are no outputs.")
+    ] = None,
+    outputs: Annotated[str | None, typer.Option(metavar="Y", help="Names of columns. Default: the last one.")] = None,
+    check: Annotated[
+        Path | None, typer.Option(metavar="CHECK.csv", help="Checking data, not learnt from; same columns.")
+    ] = None,
+    start: Annotated[Path | None, typer.Option(metavar="START.fis", help="Start from this system.")] = None,
+    rules: Annotated[
+        int | None, typer.Option(min=1, help="Start from that many clusters; their settings are searched.")
+    ] = None,
+    radius: Annotated[
+        float | None, typer.Option(help="Start from clusters of this radius, a share of the data's ranges.")
+    ] = None,
+    grid: Annotated[int | None, typer.Option(min=2, help="Start from a grid of that many terms an input.")] = None,
+    mf: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Membership function of --grid's terms. [default: gbellmf]")
+    ] = None,
+    method: Annotated[str, typer.Option(help=f"How to learn: {', '.join(METHODS)}.")] = "hybrid",
+    epochs: Annotated[int, typer.Option(min=0, help="The most epochs to learn for.")] = 60,
+    step: Annotated[float, typer.Option(help="Length of the first step (hybrid), in units of the universes.")] = 0.01,
+    patience: Annotated[
+        int, typer.Option(min=0, help="Stop that many epochs after the least checking error; 0: never.")
+    ] = 0,
+    goal: Annotated[float, typer.Option(help="Stop at this training RMSE, in the outputs' unit.")] = 0.0,
+    ridge: Annotated[
+        float, typer.Option(help="Times the square of the consequents, added to the mean square error; no unit.")
+    ] = 0.0,
+    batch: Annotated[
+        int, typer.Option(min=0, help="Samples a step (backprop), else samples held at a time; 0: the method's own.")
+    ] = 0,
+    keep_order: Annotated[
+        bool, typer.Option("--keep-order", help="Keep an input's memberships in order and overlapping.")
+    ] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the order of mini-batches (backprop).")] = 0,
+    checkpoint: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a checkpoint here after every epoch.")
+    ] = None,
+    resume: Annotated[Path | None, typer.Option(metavar="FILE", help="Go on from this checkpoint.")] = None,
+    history: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Write the errors of every epoch here.")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="PICTURE", help="Draw the errors of every epoch: .png, .pdf or .svg.")
+    ] = None,
+    json: Json = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress bar.")] = False,
+) -> None:
+    """Learn a system from a table and write the one of least checking error (training error without --check).
+
+    Example: anfis train data.csv --outputs y --check check.csv --rules 8 -o net.fis --plot error.png
+    """
+    import anfis
+
+    _check_files(out, history, plot, checkpoint)
+    if mf is not None and grid is None:
+        raise CommandError("--mf says what --grid is made of: give --grid too")
+    options = anfis.Options(
+        method=method,
+        epochs=epochs,
+        step=step,
+        patience=patience,
+        goal=goal,
+        ridge=ridge,
+        batch=batch,
+        keep_order=keep_order,
+        seed=seed,
+    )
+    _say_unread(options)
+    samples = _samples(data, inputs, outputs, check)
+    fis = _starting_system(_Start(start, rules, radius, grid, mf), samples)
+    result = _learn(fis, samples, options, checkpoint, resume, quiet)
+    _write(result, out, history, plot)
+    _say(result, out, json)
+    if result.stopped == "interrupted":
+        print(f"anfis: interrupted; the best so far is in {out}", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED)
+
+
+def _check_files(out: Path, history: Path | None, plot: Path | None, checkpoint: Path | None) -> None:
+    """Refuse files that cannot be written: before an hour of learning, not after."""
+    if plot is not None:
+        from fuzzy.figures.drawing import check_picture
+
+        check_picture(plot)
+    if out.suffix != ".fis":
+        raise CommandError(f"{out}: the file's name must end in .fis")
+    for path in (out, history, plot, checkpoint):
+        if path is not None and (path.is_dir() or not path.resolve().parent.is_dir()):
+            raise CommandError(f"{path}: cannot be written: it is a folder, or its folder does not exist")
+
+
+def _say_unread(options: "Options") -> None:
+    """Warn of options that are not the default and that the method does not read."""
+    from anfis.methods.catalogue import make_method
+
+    others = {name for method in METHODS for name in make_method(method).reads}
+    for name in sorted(others - set(make_method(options.method).reads)):
+        if getattr(options, name) != type(options).__dataclass_fields__[name].default:
+            warnings.warn(f"--{name} changes nothing: the method {options.method} does not read it", stacklevel=2)
+
+
+def _samples(data: Path, inputs: str | None, outputs: str | None, check: Path | None) -> _Samples:
+    table = read(data)
+    wanted = listed(outputs) if outputs is not None else [table.names[-1]]
+    y = table.columns(wanted)
+    used = listed(inputs) if inputs is not None else [n for n in table.names if n not in wanted]
+    both = [name for name in used if name in wanted]
+    if both or not used:
+        what = f"column {both[0]!r} is both an input and an output" if both else "every column is an output"
+        raise CommandError(f"{data}: {what}; say --inputs and --outputs")
+    x = table.columns(used)
+    if check is None:
+        return _Samples(used, wanted, x, y, None)
+    other = read(check)
+    return _Samples(used, wanted, x, y, (other.columns(used), other.columns(wanted)))
+
+
+def _starting_system(start: _Start, samples: _Samples) -> "Sugeno":
+    """The system to start from: a file, clusters or a grid."""
+    from fuzzy.files.fisfile import read_fis
+    from fuzzy.fitting.identification import identify
+    from fuzzy.fitting.search import search_clusters
+
+    if sum(choice is not None for choice in start[:4]) != 1:
+        raise CommandError("say where to start: exactly one of --start, --rules, --radius and --grid")
+    if start.start is not None:
+        return read_fis(start.start)
+    x, y = samples.x, samples.y
+    names: dict[str, Any] = {"input_names": samples.inputs, "output_names": samples.outputs}
+    if start.grid is not None:
+        return identify(x, y, "grid", mfs=start.grid, kind=start.mf or "gbellmf", **names)
+    if start.radius is not None:
+        return identify(x, y, "subtractive", radius=start.radius, **names)
+    assert start.rules is not None
+    best = search_clusters(x, y, start.rules, **names).by_rules
+    if start.rules not in best:
+        known = ", ".join(map(str, best))
+        raise CommandError(f"no setting of the clustering gives {start.rules} rules; they give {known}")
+    trial = best[start.rules]
+    return identify(x, y, "subtractive", radius=trial.radius, options=trial.options, **names)
+
+
+def _learn(
+    fis: "Sugeno", samples: _Samples, options: "Options", checkpoint: Path | None, resume: Path | None, quiet: bool
+) -> "Training":
+    """The training, with a progress bar on stderr."""
+    import anfis
+    from fuzzy.shell.progress import progress_bar
+
+    with progress_bar(quiet, width=44) as begin:
+        done = 0
+        advance = begin("training", options.epochs + 1)
+
+        def show(row: "Epoch") -> None:
+            nonlocal done
+            checked = f", checking {row.check:.4g}" if samples.check is not None else ""
+            while done <= row.epoch:  # resumed, the bar begins with the epochs that are not computed again
+                advance(f"epoch {row.epoch}: training {row.train:.4g}{checked}")
+                done += 1
+
+        return anfis.train(
+            fis,
+            samples.x,
+            samples.y,
+            options,
+            check=samples.check,
+            callback=show,
+            checkpoint=checkpoint,
+            resume=resume,
+        )
+
+
+def _write(result: "Training", out: Path, history: Path | None, plot: Path | None) -> None:
+    from fuzzy.files.fisfile import write_fis
+
+    write_fis(result.system, out)
+    if history is not None:
+        from fuzzy.files.table import write_frame
+
+        write_frame(result.table(), history)
+    if plot is not None:
+        from anfis.plot import plot_training
+        from fuzzy.figures.drawing import save_figure
+
+        save_figure(plot_training(result.history), plot)
+
+
+def _say(result: "Training", out: Path, json: bool) -> None:
+    first, best, last = result.history[0], result.history[result.best], len(result.history) - 1
+    count = len(result.system.rules)
+    if json:
+        print_json(
+            {
+                "file": str(out),
+                "rules": count,
+                "parameters": result.parameters,
+                "start": first._asdict(),
+                "best": best._asdict(),
+                "epochs": last,
+                "stopped": result.stopped,
+            }
+        )
+        return
+    checked = f", {best.check:.4g} checking" if best.check == best.check else ""
+    print(
+        f"{out}: {count} rules; RMSE {first.train:.4g} at the start, {best.train:.4g} training{checked} at epoch "
+        f"{best.epoch} of {last} (stopped: {result.stopped})"
+    )

@@ -1,0 +1,44 @@
+"""What a method of learning is. A new one is a module beside this one and a line in METHODS (``catalogue.py``)."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+from anfis.data import Samples
+from anfis.methods.options import Options
+from anfis.network import Network, Point
+from anfis.state import State
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What a method learns from, the same in every epoch."""
+
+    network: Network
+    data: Samples  # to learn from; a method never sees the checking data
+    options: Options
+
+
+class Method(Protocol):
+    """One way of learning: what the step of an epoch does. Subclass it, so that the defaults below hold.
+
+    Every epoch training first measures the errors at ``state.point``, solving for the consequents if the method wants
+    that, and then asks the method for the next point. A method has no memory of its own: what it must remember goes
+    into ``State.memory``, as plain values and tensors, and so into checkpoints.
+    """
+
+    reads: ClassVar[tuple[str, ...]] = ()  # the names of the Options that are this method's own
+    solves: ClassVar[bool] = True  # are the consequents solved by least squares at every point? Else it moves them
+    gradient: ClassVar[bool] = False  # with ``solves``: does it want the gradient there, as memory["gradient"]?
+    once: ClassVar[bool] = False  # is everything learnt when the consequents are solved, without a step?
+
+    def start(self, network: Network) -> Point:
+        """The point of the first epoch: the system as it is, its premises made legal."""
+        return network.start()
+
+    def first_step(self, options: Options) -> float:
+        """The step size of the first epoch, which the history shows: a length, a damping or a learning rate."""
+        return options.rate
+
+    def advance(self, problem: Problem, state: State) -> State | None:
+        """The state of the next epoch: ``point``, ``epoch + 1`` and what else changed; None where no step helps."""
+        ...

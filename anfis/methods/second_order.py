@@ -1,0 +1,49 @@
+"""Second-order learning: the premises by Levenberg-Marquardt on the reduced cost, consequents eliminated.
+
+The consequents are those of least squares everywhere, so the cost depends on the premises only: variable projection
+[Golub & Pereyra 2003], with Kaufman's approximation of the Jacobian.
+"""
+
+import torch
+
+from anfis.methods.method import Method, Problem
+from anfis.methods.options import Options
+from anfis.network import Point
+from anfis.state import State
+
+_DAMPING = 1e-2  # of the first step, relative to the diagonal of Jᵀ J
+_TRIALS = 16  # dampings tried for one step, each 4 times the last that failed
+
+
+class SecondOrder(Method):
+    """A Levenberg-Marquardt step that makes the error less; its step size is the damping."""
+
+    reads = ("ridge", "batch")
+
+    def first_step(self, options: Options) -> float:
+        """The first damping, without a unit."""
+        return _DAMPING
+
+    def advance(self, problem: Problem, state: State) -> State | None:
+        """One accepted step; the damping falls after success and grows until there is one. None where none helps."""
+        network = problem.network
+        jtj, jtr = network.reduced(state.point, problem.data)
+        # Marquardt's scaling, but no parameter is let loose just because the error hardly depends on it yet.
+        diagonal = jtj.diagonal()
+        if not float(diagonal.max()) > 0:
+            return None  # the error does not depend on the premises
+        scale = torch.diag(diagonal.clamp_min(max(0.1 * float(diagonal.max()), torch.finfo(diagonal.dtype).tiny)))
+        damping, present = state.step, state.history[-1].train
+        flat = torch.cat([p.flatten() for p in state.point.free])
+        for _ in range(_TRIALS):
+            step, failed = torch.linalg.solve_ex(jtj + damping * scale, jtr)
+            if int(failed) or not bool(torch.isfinite(step).all()):
+                damping *= 4
+                continue
+            free = network.premises.valid(network.unflatten(flat + step))
+            fit = network.fit(free, problem.data)
+            if fit.rmse < present:
+                point = Point(free, [solution.values for solution in fit.solutions])
+                return state._replace(point=point, epoch=state.epoch + 1, step=max(damping / 5, 1e-12))
+            damping *= 4
+        return None
