@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.measures.tracking import Metric, cross_track_error
 from robotics.simulation.run import Run
 
@@ -30,7 +30,7 @@ def true_progress(run: Run) -> np.ndarray:
     return result
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _follow(nodes, x, y, window, first):  # type: ignore[no-untyped-def]
     out = np.empty(x.shape)
     last = nodes.shape[1] - 1

@@ -1,8 +1,8 @@
 """What a robot makes of what it has heard: values brought up to date, and how long it has been alone."""
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.radio.channel import Heard
 
 ALONE = 0.5  # s without a message: an outage
@@ -31,7 +31,7 @@ def alone_for(heard: Heard, time: float) -> np.ndarray:
     return np.asarray(_least(np.full(heard.age.shape[:2], float(time)), heard.age, heard.hears))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _current(values, rates, age, longest):  # type: ignore[no-untyped-def]
     out = np.empty(values.shape)
     for r in range(values.shape[0]):
@@ -41,7 +41,7 @@ def _current(values, rates, age, longest):  # type: ignore[no-untyped-def]
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _differences(mine, theirs, weights):  # type: ignore[no-untyped-def]
     out = np.zeros(mine.shape)
     for r in range(mine.shape[0]):
@@ -53,7 +53,7 @@ def _differences(mine, theirs, weights):  # type: ignore[no-untyped-def]
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _least(mine, theirs, hears):  # type: ignore[no-untyped-def]
     out = mine.copy()
     for r in range(mine.shape[0]):
