@@ -1,4 +1,4 @@
-# Every target is self-contained: it makes .venv, installs what it needs once, and runs.
+# Every target is self-contained: it makes .venv, installs what it needs once, and runs. `make help` lists them.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -10,7 +10,11 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 browser = @if command -v npm > /dev/null; then $(MAKE) --no-print-directory $(1); \
 	else echo "JavaScript and CSS are skipped, because npm is not installed."; fi
 
-.PHONY: venv demo design test lint lint-browser format format-browser bench clean
+.DEFAULT_GOAL := help
+.PHONY: help venv demo design test check-all lint lint-browser format format-browser bench clean
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 $(VENV)/.runtime: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "fuzzyfleet needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
@@ -39,27 +43,30 @@ node_modules/.installed: package.json package-lock.json
 	@npm ci --silent --no-audit --no-fund
 	@touch $@
 
-venv: $(VENV)/.development
+venv: $(VENV)/.development ## the environment of the tests
 
-demo: $(VENV)/.runtime
+demo: $(VENV)/.runtime ## compare controllers, teams and formations: out/report.html
 	$(BIN)/robotics compare --out out
 
-design: $(VENV)/.designer
+design: $(VENV)/.designer ## the designer in a browser: make design FILE=go.fis
 	$(BIN)/fuzzy design $(FILE)
 
 # Two workers at once would compile every kernel twice: one run compiles them while types are checked.
-test: $(VENV)/.development
+test: $(VENV)/.development ## lint, types and tests: the gate of every commit
 	@$(BIN)/robotics run chapter-6-simulation-3 --quiet > /dev/null & \
 	$(MAKE) --no-print-directory lint; status=$$?; wait; exit $$status
 	$(BIN)/python -m pytest
 
-lint: $(VENV)/.development
+check-all: test ## make test, and the tests marked long: before a release, or when an issue is called resolved
+	$(BIN)/python -m pytest -m long
+
+lint: $(VENV)/.development ## what the tools say: ruff, mypy
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(call browser,lint-browser)
 
-format: $(VENV)/.development
+format: $(VENV)/.development ## mend what ruff can mend
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 	$(call browser,format-browser)
@@ -71,9 +78,9 @@ lint-browser: node_modules/.installed
 format-browser: node_modules/.installed
 	$(NODE)/prettier --write --log-level warn $(BROWSER)
 
-bench: $(VENV)/.peers
+bench: $(VENV)/.peers ## speed, beside other packages
 	$(BIN)/python -m benchmarks
 
-clean:
-	rm -rf $(VENV) node_modules out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	find fuzzy robotics tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
+clean: ## remove what the targets made, compiled kernels included
+	rm -rf $(VENV) node_modules out dist build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find anfis benchmarks datasets fuzzy robotics tests -name __pycache__ -type d -prune -exec rm -rf {} +

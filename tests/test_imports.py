@@ -1,8 +1,11 @@
 """The import directions of the house, and what an import may not bring along."""
 
 import ast
+import re
 import subprocess
 import sys
+import tomllib
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -70,3 +73,20 @@ def test_every_benchmark_finds_what_it_measures():
     statement = "\n".join(f"import {name}" for name in names)
     done = subprocess.run([sys.executable, "-c", statement], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_what_scikit_fuzzy_imports_is_a_runtime_requirement_of_ours():
+    """It declares nothing itself."""
+    home = Path(find_spec("skfuzzy").origin).parent
+    names = set()
+    for file in home.rglob("*.py"):
+        if "tests" not in file.relative_to(home).parts:
+            for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+                modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+                modules += [node.module or ""] if isinstance(node, ast.ImportFrom) and node.level == 0 else []
+                names |= {module.partition(".")[0] for module in modules}
+    assert {"skfuzzy", "networkx", "packaging"} <= names
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    declared = {re.split(r"[^\w-]", line)[0] for line in project["dependencies"]}
+    assert "scikit-fuzzy" in declared
+    assert names - set(sys.stdlib_module_names) - {"skfuzzy"} <= declared

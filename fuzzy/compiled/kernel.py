@@ -5,18 +5,13 @@ a block, its lanes. The loops over lanes have no branches and call no library fu
 makes vector instructions of them and a block stays in the cache. No operation mixes lanes and none is
 reordered (no fast-math): the result of a point has the same bits in any batch. Without Numba
 (``NUMBA_DISABLE_JIT=1``) the same code runs as Python, slowly.
-
-Everything compiled lives in this one file, because Numba's cache notices a change only in the file of the
-function that is called: a kernel elsewhere that calls :func:`evaluate_point` and is cached on disk has to be
-touched when this file changes.
 """
 
 import math
-from typing import Any
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from fuzzy.compiled.tables import (
     BELL,
     GAUSSIAN,
@@ -35,16 +30,13 @@ from fuzzy.compiled.tables import (
 
 LANES = 256  # points a block: enough to outweigh the calls, few enough for the rows to stay in the second cache
 
-_OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True}
 # Without Numba's reference counts (NRT): these functions make no arrays, and counting the users of some thirty
 # arrays takes five times as long as the inference of a point.
-_UNCOUNTED: dict[str, Any] = {**_OPTIONS, "_nrt": False}
-allocating = njit(**_OPTIONS)
-kernel = njit(**_UNCOUNTED)
-inlined = njit(**_UNCOUNTED, forceinline=True)
+uncounted = kernel(nogil=True, _nrt=False)
+inlined = kernel(nogil=True, _nrt=False, forceinline=True)
 
 
-@allocating
+@kernel(nogil=True)
 def workspace(tables: Tables, lanes: int) -> Workspace:
     """Rows for blocks of ``lanes`` points of a system: 1 for :func:`evaluate_point`. To be reused."""
     rules, inputs = tables.clause.shape
@@ -106,7 +98,7 @@ def exp_nonpositive(values: np.ndarray, scale: np.ndarray, bits: np.ndarray) -> 
         values[p] = (1.0 + (r + r * r * e)) * scale[p] * 2.0**-_HALF_RANGE
 
 
-@kernel
+@uncounted
 def log1p_unit(u: float) -> float:
     """log(1 + u) for 0 ≤ u ≤ 1, as 2 artanh(s) with s = u / (2 + u) ≤ 1/3, by its Taylor series."""
     s = u / (2.0 + u)
@@ -120,24 +112,24 @@ def log1p_unit(u: float) -> float:
 # Layer 1: degrees of membership -------------------------------------------------------------------------------
 
 
-@kernel
+@uncounted
 def _unit(z: float) -> float:
     return 0.0 if z < 0.0 else (1.0 if z > 1.0 else z)
 
 
-@kernel
+@uncounted
 def _rise(x: float, a: float, b: float) -> float:
     slope = _unit((x - a) / (b - a if b > a else 1.0))
     edge = 1.0 if x >= b else 0.0
     return slope if b > a else edge
 
 
-@kernel
+@uncounted
 def _fall(x: float, c: float, d: float) -> float:
     return _rise(-x, -d, -c)
 
 
-@kernel
+@uncounted
 def _s(x: float, a: float, b: float) -> float:
     z = _unit((x - a) / (b - a if b > a else 1.0))
     spline = 2.0 * (z * z) if z < 0.5 else 1.0 - 2.0 * ((1.0 - z) * (1.0 - z))
@@ -145,7 +137,7 @@ def _s(x: float, a: float, b: float) -> float:
     return spline if b > a else step
 
 
-@kernel
+@uncounted
 def _minimum(a: float, b: float) -> float:
     return b if b < a else a
 
@@ -179,7 +171,7 @@ def _piecewise(
             degree[t, p] = _s(x[i, p], a, b) * _s(-x[i, p], -d, -c)
 
 
-@kernel
+@uncounted
 def _log_sigmoid(x: np.ndarray, a: float, c: float, result: np.ndarray, work: Workspace) -> None:
     """A row of −log(1 + e^-z), z = a (x − c), as −(max(0, −z) + log(1 + e^-|z|)), which does not overflow."""
     for p in range(len(x)):
@@ -190,7 +182,7 @@ def _log_sigmoid(x: np.ndarray, a: float, c: float, result: np.ndarray, work: Wo
         result[p] = -((-z if z < 0.0 else 0.0) + log1p_unit(result[p]))
 
 
-@kernel
+@uncounted
 def _log_bell(x: np.ndarray, a: float, b: float, c: float, result: np.ndarray, work: Workspace) -> None:
     """A row of −log(1 + |z|^2b), z = (x − c)/a, with |z|^2b = exp(2b log |z|) set apart at the center."""
     row = work.row[0]
@@ -204,7 +196,7 @@ def _log_bell(x: np.ndarray, a: float, b: float, c: float, result: np.ndarray, w
         result[p] = -((row[p] if row[p] > 0.0 else 0.0) + log1p_unit(result[p]))
 
 
-@kernel
+@uncounted
 def _log_degree(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work: Workspace) -> None:
     """A row of logarithms of the degrees of a function that is positive everywhere but no Gaussian."""
     a, b, c, d = parameters[0], parameters[1], parameters[2], parameters[3]
@@ -225,7 +217,7 @@ def _log_degree(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.nda
                 degree[p] += row[p]
 
 
-@kernel
+@uncounted
 def _difference(parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work: Workspace) -> None:
     """A row of differences of two sigmoids."""
     row = work.row[0]
@@ -427,7 +419,7 @@ def _evaluate(tables: Tables, work: Workspace, lanes: int) -> None:
                     missing[o, p] = False
 
 
-@kernel
+@uncounted
 def evaluate_point(tables: Tables, x: np.ndarray, output: np.ndarray, work: Workspace) -> None:
     """``output`` (outputs,) ← the outputs at ``x`` (inputs,), for calls from other compiled functions.
 
@@ -445,7 +437,7 @@ def evaluate_point(tables: Tables, x: np.ndarray, output: np.ndarray, work: Work
         output[o] = work.output[o, 0]
 
 
-@allocating
+@kernel(nogil=True)
 def evaluate_batch(tables: Tables, x: np.ndarray, output: np.ndarray, outside: np.ndarray, missing: np.ndarray) -> bool:
     """``output`` (n, outputs) ← the outputs at ``x`` (n, inputs).
 

@@ -72,10 +72,9 @@ def identify(
       ("gbellmf"; one or one an input); one rule for each combination, the last input varying fastest. See
       :func:`grid_terms`.
     - "subtractive": ``radius`` (0.5) and ``options`` (:class:`fuzzy.fitting.clustering.Options`); one rule and one
-    Gaussian an
-      input for each cluster of [x y].
+      Gaussian an input for each cluster of [x y].
     - "fcm": ``clusters`` ("auto": as many as subtractive clustering finds), ``exponent`` (2), ``iterations`` (100),
-      ``improvement`` (1e-5), ``seed`` (0; an int or a numpy Generator). Needs scikit-fuzzy. See :func:`_fcm`.
+      ``improvement`` (1e-5), ``seed`` (0; an int or a numpy Generator). See :func:`_fcm`.
 
     ``order`` 1 gives linear consequents, 0 constants. With ``fit`` they are those of least squares, see
     :func:`fuzzy.fitting.consequents.fit_consequents` for ``ridge``; without, they are 0, as in MATLAB's grid. The
@@ -263,12 +262,8 @@ def _fcm(
     ):
         if not (isinstance(value, (int, float)) and math.isfinite(value) and value > least):
             raise IdentificationError(f"{label} must be a finite number > {least}, got {value!r}")
-    try:
-        from skfuzzy.cluster import cmeans  # type: ignore[import-untyped]
-    except ImportError as error:
-        raise IdentificationError(
-            f"the method 'fcm' needs scikit-fuzzy ({error}); install the extra: pip install 'fuzzyfleet[bench]'"
-        ) from None
+    from skfuzzy.cluster import cmeans  # type: ignore[import-untyped]  # here: it brings networkx and scipy
+
     span = data.high - data.low
     unit = (np.concatenate([data.x, data.y], axis=1) - data.low) / span
     start = np.random.default_rng(seed).random((count, samples))

@@ -8,8 +8,8 @@ compared first. A robot whose pose is not-a-number is nowhere: it touches nothin
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.environment.world import CLOSED, FIRST, NUMBER, OWNER, Geometry
 from robotics.vehicle.robot import Robot
 
@@ -75,7 +75,7 @@ def for_runs(geometry: Geometry, runs: int) -> Geometry:
 # All robots of all runs ------------------------------------------------------------------------------------------
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _robot_contacts(x, y, heading, sizes):  # type: ignore[no-untyped-def]
     runs, robots = x.shape
     touched = np.full((runs, robots), -1)
@@ -96,7 +96,7 @@ def _robot_contacts(x, y, heading, sizes):  # type: ignore[no-untyped-def]
     return touched
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _robot_clearance(x, y, heading, sizes):  # type: ignore[no-untyped-def]
     runs, robots = x.shape
     least = np.full((runs, robots), np.inf)
@@ -114,7 +114,7 @@ def _robot_clearance(x, y, heading, sizes):  # type: ignore[no-untyped-def]
     return least
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _obstacle_contacts(x, y, heading, sizes, circles, bodies, segments, counts):  # type: ignore[no-untyped-def]
     runs, robots = x.shape
     touched = np.full((runs, robots), -1)
@@ -138,7 +138,7 @@ def _obstacle_contacts(x, y, heading, sizes, circles, bodies, segments, counts):
     return touched
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _obstacle_clearance(x, y, heading, sizes, circles, bodies, segments, counts):  # type: ignore[no-untyped-def]
     runs, robots = x.shape
     least = np.full((runs, robots), np.inf)
@@ -159,7 +159,7 @@ def _obstacle_clearance(x, y, heading, sizes, circles, bodies, segments, counts)
     return least
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _body_gap(x, y, c, s, size, circle, body, segments, exact):  # type: ignore[no-untyped-def]
     """From a robot's rectangle to a body [m], 0 in contact; if not ``exact``, apart any number > 0 will do."""
     if body[NUMBER] == 0:
@@ -185,7 +185,7 @@ def _body_gap(x, y, c, s, size, circle, body, segments, exact):  # type: ignore[
 # Sizes are columns of footprints(); coordinates are in the rectangle's frame unless it says otherwise.
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def rectangles_meet(dx, dy, heading, other, size, other_size):  # type: ignore[no-untyped-def]
     """Do two rectangles have a point in common? The second's center is (``dx``, ``dy``) [m] from the first's."""
     c, s = np.cos(heading), np.sin(heading)
@@ -200,7 +200,7 @@ def rectangles_meet(dx, dy, heading, other, size, other_size):  # type: ignore[n
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def rectangle_gap(dx, dy, heading, other, size, other_size):  # type: ignore[no-untyped-def]
     """The distance [m] between two rectangles, 0 in contact; arguments as of :func:`rectangles_meet`.
 
@@ -222,14 +222,14 @@ def rectangle_gap(dx, dy, heading, other, size, other_size):  # type: ignore[no-
     return least
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def point_gap(x, y, size):  # type: ignore[no-untyped-def]
     """The distance [m] from a rectangle to the point (``x``, ``y``) [m], 0 inside it."""
     over, beside = max(abs(x) - size[0], 0.0), max(abs(y) - size[1], 0.0)
     return np.sqrt(over * over + beside * beside)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def segment_meets(ax, ay, bx, by, size):  # type: ignore[no-untyped-def]
     """Have a rectangle and the segment from (``ax``, ``ay``) to (``bx``, ``by``) [m] a point in common?"""
     if min(ax, bx) > size[0] or max(ax, bx) < -size[0] or min(ay, by) > size[1] or max(ay, by) < -size[1]:
@@ -237,7 +237,7 @@ def segment_meets(ax, ay, bx, by, size):  # type: ignore[no-untyped-def]
     return abs(ax * by - ay * bx) <= size[0] * abs(by - ay) + size[1] * abs(bx - ax)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def segment_gap(ax, ay, bx, by, size):  # type: ignore[no-untyped-def]
     """The distance [m] from a rectangle to the segment from (``ax``, ``ay``) to (``bx``, ``by``) [m], 0 in contact."""
     if segment_meets(ax, ay, bx, by, size):

@@ -11,8 +11,8 @@ from math import cos, hypot, pi, sin
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.paths.path import PathError, Shape, compile_path
 from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
@@ -304,7 +304,7 @@ def _circle(points: list[Point], radius: float) -> list[float]:
     return [x, y, max(hypot(p[0] - x, p[1] - y) for p in points) * (1 + 1e-12) + 1e-12]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _placed(circles, bodies, segments, counts, frames, pose):  # type: ignore[no-untyped-def]
     """Circles and segments with those that move taken from their frames (x, y, cos, sin) into the world."""
     circles, segments = circles.copy(), segments.copy()

@@ -1,8 +1,8 @@
 """Where robots truly are on their paths."""
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.simulation.run import Run
 
 SEARCH_REACH = 0.5  # m: how far from the last place on the path the next is looked for
@@ -25,7 +25,7 @@ def true_progress(run: Run) -> np.ndarray:
     return result
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _follow(nodes, x, y, window, first):  # type: ignore[no-untyped-def]
     out = np.empty(x.shape)
     last = nodes.shape[1] - 1

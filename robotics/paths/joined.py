@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.paths.path import HEADING, Path, PathPoint, X, Y, point
 
 
@@ -60,7 +60,7 @@ def join_paths(paths: Sequence[Path]) -> PathTable:
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _points_of_all(table, first, cells, lengths, s):  # type: ignore[no-untyped-def]
     out = np.empty((4, s.shape[0], s.shape[1]))
     for r in range(s.shape[0]):
@@ -71,7 +71,7 @@ def _points_of_all(table, first, cells, lengths, s):  # type: ignore[no-untyped-
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _nearest_of_all(table, first, cells, lengths, x, y, around, reach):  # type: ignore[no-untyped-def]
     out = np.empty(x.shape)
     for r in range(x.shape[0]):
@@ -85,7 +85,7 @@ def _nearest_of_all(table, first, cells, lengths, x, y, around, reach):  # type:
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _nearest_node(table, first, cells, h, x, y, around, low, high):  # type: ignore[no-untyped-def]
     """Which node between ``low`` and ``high`` is nearest to (x, y); where there is none, one beside them."""
     start = min(int(np.ceil(low / h - 1e-9)), cells)
@@ -111,12 +111,12 @@ def _nearest_node(table, first, cells, h, x, y, around, low, high):  # type: ign
     return best
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _square(table, k, x, y):  # type: ignore[no-untyped-def]
     return (table[0, k] - x) ** 2 + (table[1, k] - y) ** 2
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _nearest_beside(table, first, cells, h, x, y, best, low, high):  # type: ignore[no-untyped-def]
     """The abscissa nearest to (x, y) in the cell before or behind node ``best``: of half the squared distance there,
     g and g' are the first two derivatives by the cell's own parameter t; g = 0 by Newton's method, held in a bracket.

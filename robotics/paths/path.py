@@ -10,8 +10,8 @@ from math import hypot, pi
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.quantity import check_quantities, quantity
 
@@ -296,7 +296,7 @@ def _parameter_at(shape: Shape, edges: np.ndarray, measured: np.ndarray, s: np.n
     return np.clip(u, 0.0, 1.0)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def point(table, first, cells, length, s):  # type: ignore[no-untyped-def]
     """x, y, heading and curvature at one abscissa ``s`` of the path whose nodes begin at column ``first``.
 
@@ -319,7 +319,7 @@ def point(table, first, cells, length, s):  # type: ignore[no-untyped-def]
     return x, y, heading, (1 - t) * table[3, k] + t * table[3, k + 1]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _points(table, length, s):  # type: ignore[no-untyped-def]
     out = np.empty((4, s.shape[0]))
     for i in range(s.shape[0]):
@@ -327,7 +327,7 @@ def _points(table, length, s):  # type: ignore[no-untyped-def]
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _points_beside(table, length, x):  # type: ignore[no-untyped-def]
     out = np.empty((4, x.shape[0]))
     cells = table.shape[1] - 1

@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.paths.trajectory import Reference
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def wrapped(angle: np.ndarray) -> np.ndarray:
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
-wrapped_compiled = njit(cache=True, error_model="numpy")(wrapped)  # the same, for one angle in a compiled loop
+wrapped_compiled = kernel(wrapped)  # the same, for one angle in a compiled loop
 
 
 def posture_error(x: Any, y: Any, heading: Any, target: Reference) -> PostureError:

@@ -8,8 +8,8 @@ from math import inf
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.paths.joined import PathTable, join_paths
 from robotics.paths.path import Path, PathError, X, point
 from robotics.quantity import check_quantities, quantity
@@ -133,7 +133,7 @@ def _even_in_x(path: Path, start: float, x_rate: float, nodes: int) -> tuple[flo
     return end, s, x_rate / np.abs(np.cos(path.at(s).heading))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _refer_each(table, first, cells, lengths, laws, ends, times):  # type: ignore[no-untyped-def]
     out = np.empty((6, times.shape[0], times.shape[1]))
     last = laws.shape[2] - 1

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.radio.description import Radio
 from robotics.radio.faults import Condition
 from robotics.random_streams import RADIO_STREAM
@@ -164,7 +164,7 @@ def _uniform(seeds: Sequence[int], streams: int, robots: int) -> Iterator[np.nda
         yield from np.moveaxis(draws, 0, 2)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _predicted(values, rates, age, longest):  # type: ignore[no-untyped-def]
     out = np.empty(values.shape)
     for r in range(values.shape[0]):
@@ -174,7 +174,7 @@ def _predicted(values, rates, age, longest):  # type: ignore[no-untyped-def]
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _land(values, born, said, arrives, cut, sent, k):  # type: ignore[no-untyped-def]
     """``values`` and ``born`` after what arrives of one flight in period ``k``, where nothing newer was heard."""
     fields, runs, robots, _ = values.shape
@@ -193,7 +193,7 @@ def _land(values, born, said, arrives, cut, sent, k):  # type: ignore[no-untyped
     return heard, when
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _ages(born, k, tick):  # type: ignore[no-untyped-def]
     age = np.empty(born.shape)
     for r in range(born.shape[0]):
@@ -203,7 +203,7 @@ def _ages(born, k, tick):  # type: ignore[no-untyped-def]
     return age
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _within(x, y, reach):  # type: ignore[no-untyped-def]
     """Who is within ``reach`` [m] of whom (runs, robots, robots)."""
     runs, robots = x.shape

@@ -11,8 +11,8 @@ from math import pi
 from typing import Any, Literal
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.quantity import check_quantities, quantity
 from robotics.random_streams import RELATIVE_STREAM, WHEEL_STREAM
@@ -181,7 +181,7 @@ def wheel_errors(sensing: Sequence[Sensing], seeds: Sequence[int]) -> np.ndarray
     return np.concatenate([1 + np.clip(spread * d, -0.5, 0.5) for d in draws], axis=1)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def wheel_odometry(parameters, state, before, period):  # type: ignore[no-untyped-def]
     """What the encoders have counted (2, lanes), and v [m/s] and ω [rad/s] (2, lanes) since   thesis (2.25).
 

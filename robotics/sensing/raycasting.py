@@ -6,8 +6,8 @@ shortest echo of a cone's rays counts. A sensor inside a disc or a polygon reads
 """
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.environment.collision import segment_meets
 from robotics.environment.world import CLOSED, FIRST, NUMBER
 
@@ -19,7 +19,7 @@ from robotics.environment.world import CLOSED, FIRST, NUMBER
 SENSOR_ROWS = 13
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def cast(x, y, heading, sizes, circles, bodies, segments, counts, table, rays, first_ray, due):  # type: ignore[no-untyped-def]
     """The shortest echo of every sensor [m] (runs, robots, sensors): infinite where there is none, or none is due.
 
@@ -83,7 +83,7 @@ def cast(x, y, heading, sizes, circles, bodies, segments, counts, table, rays, f
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _in_view(table, due, x, y, radius):  # type: ignore[no-untyped-def]
     """May any sensor see a body in a circle about (x, y), in the robot's frame?"""
     view = False
@@ -92,7 +92,7 @@ def _in_view(table, due, x, y, radius):  # type: ignore[no-untyped-def]
     return view
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _in_cone(table, q, dx, dy, radius):  # type: ignore[no-untyped-def]
     """May sensor ``q`` see a body in a circle about (dx, dy) from it? Without branches, which are hard to foresee."""
     far = table[RANGE, q] + radius
@@ -103,7 +103,7 @@ def _in_cone(table, q, dx, dy, radius):  # type: ignore[no-untyped-def]
     return (dx * dx + dy * dy <= far * far) & ((table[COS_HALF, q] <= 0) | (not beside))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _outline(x, y, c, s, half_length, half_width, edges):  # type: ignore[no-untyped-def]
     """Write the sides of a rectangle about (x, y), turned by (cos, sin), into ``edges``, counter-clockwise."""
     ax, ay, bx, by = half_length * c, half_length * s, -half_width * s, half_width * c
@@ -114,7 +114,7 @@ def _outline(x, y, c, s, half_length, half_width, edges):  # type: ignore[no-unt
         edges[k, 2], edges[k, 3] = corner_x, corner_y
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _look(table, rays, first_ray, due, circles, spans, edges, hits, out):  # type: ignore[no-untyped-def]
     """Write into ``out`` (sensors,) the shortest echo of each sensor from the bodies in view of its robot [m]."""
     for q in range(table.shape[1]):
@@ -157,7 +157,7 @@ def _look(table, rays, first_ray, due, circles, spans, edges, hits, out):  # typ
             out[q] = shortest
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _meet_edge(ax, ay, bx, by, area, rays, first, last, hits):  # type: ignore[no-untyped-def]
     """Where rays from the origin meet the segment from a to b: the nearest hits so far, and how far its line is."""
     height = abs(area) / np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
@@ -170,7 +170,7 @@ def _meet_edge(ax, ay, bx, by, area, rays, first, last, hits):  # type: ignore[n
         hits[1, n] = height if nearer else hits[1, n]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _inside(x, y, edges, span):  # type: ignore[no-untyped-def]
     """Is a point in a body, being in its circle? Then a ray from there crosses the sides an odd number of times."""
     inside = span[0] == span[1]
@@ -182,7 +182,7 @@ def _inside(x, y, edges, span):  # type: ignore[no-untyped-def]
     return inside
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _meet_disc(dx, dy, radius, rays, first, last, hits):  # type: ignore[no-untyped-def]
     """Where rays from the origin meet a circle outside: the nearest hits so far, and how far the tangent there is."""
     for n in range(first, last):
@@ -194,7 +194,7 @@ def _meet_disc(dx, dy, radius, rays, first, last, hits):  # type: ignore[no-unty
                 hits[0, n], hits[1, n] = t, t * root / radius
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def overhear(echoes, x, y, heading, sizes, circles, bodies, segments, counts, table, due, talks):  # type: ignore[no-untyped-def]
     """Shorten ``echoes`` to half the distance of a foreign sensor whose ping is heard straight on (crosstalk).
 
@@ -229,7 +229,7 @@ def overhear(echoes, x, y, heading, sizes, circles, bodies, segments, counts, ta
     return echoes
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _mounted(x, y, heading, sensor):  # type: ignore[no-untyped-def]
     """Where a sensor is [m], and the direction of its axis."""
     c, s = np.cos(heading), np.sin(heading)
@@ -241,7 +241,7 @@ def _mounted(x, y, heading, sensor):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _hidden(ax, ay, bx, by, circles, bodies, segments, count):  # type: ignore[no-untyped-def]
     """Is an obstacle between the points a and b?"""
     ex, ey = bx - ax, by - ay
@@ -262,7 +262,7 @@ def _hidden(ax, ay, bx, by, circles, bodies, segments, count):  # type: ignore[n
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _covered(ax, ay, bx, by, i, j, x, y, heading, sizes):  # type: ignore[no-untyped-def]
     """Is a robot other than ``i`` and ``j`` between the points a and b?"""
     for k in range(x.shape[0]):

@@ -17,8 +17,8 @@ from math import gcd, pi
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.environment.collision import as_poses, for_runs
 from robotics.environment.world import Geometry
@@ -293,7 +293,7 @@ def _column(sensor: RangeSensor) -> np.ndarray:
     return np.array([rows[i] for i in range(SENSOR_ROWS)])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _read(exact, held, due, table, normal, lost):  # type: ignore[no-untyped-def]
     """The readings of all sensors: those due anew, with noise and losses, the others as they are ``held``."""
     out = np.empty_like(exact)

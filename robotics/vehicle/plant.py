@@ -14,8 +14,8 @@ from math import pi, tan
 from typing import Literal
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.vehicle.robot import Robot
 
 Level = Literal["velocity", "torque"]
@@ -143,7 +143,7 @@ def saturate(limits: np.ndarray, v: np.ndarray, w: np.ndarray) -> tuple[np.ndarr
     return v * scale, w * scale
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[no-untyped-def]
     """A motor's torque at a wheel speed. ``hold`` 1: the voltage is held; 0: the drive holds the torque kt · voltage.
 
@@ -154,7 +154,7 @@ def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[
     return min(max(torque, -limit), limit)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _accelerations(  # type: ignore[no-untyped-def]
     v, w, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
 ):
@@ -180,7 +180,7 @@ def _accelerations(  # type: ignore[no-untyped-def]
     return a, b, motor_r * speed_r + motor_l * speed_l, drag_r * speed_r + drag_l * speed_l
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _tick(state, parameters, earlier, command, late_steps, steps, step, substeps, code):  # type: ignore[no-untyped-def]
     lanes = state.shape[1]
     out = np.empty_like(state)
@@ -218,7 +218,7 @@ def _tick(state, parameters, earlier, command, late_steps, steps, step, substeps
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _loops(z, step, code):  # type: ignore[no-untyped-def]
     """From the held command (in the voltage rows) to the voltages of this step, or the velocity if kinematic."""
     for i in range(_BLOCK):
@@ -282,7 +282,7 @@ def _loops(z, step, code):  # type: ignore[no-untyped-def]
         z[TORQUE_L * _BLOCK + i] = torque_l
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _move(z, h, hold):  # type: ignore[no-untyped-def]
     """One Runge-Kutta step of the velocities over ``h`` seconds, and the arc that the pose follows meanwhile."""
     for i in range(_BLOCK):
@@ -334,7 +334,7 @@ def _move(z, h, hold):  # type: ignore[no-untyped-def]
         _arc(z, i, X, Y, HEADING, _COS, _SIN, forward, sideways, turn)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _glide(z, step):  # type: ignore[no-untyped-def]
     """The kinematic plant: the velocity is the command, and the arc is exact."""
     for i in range(_BLOCK):
@@ -347,7 +347,7 @@ def _glide(z, step):  # type: ignore[no-untyped-def]
         _arc(z, i, X, Y, HEADING, _COS, _SIN, forward, 0.0, turn)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _arc(z, i, x, y, heading, cos, sin, forward, sideways, turn):  # type: ignore[no-untyped-def]
     """Move a pose along the arc of a constant twist: the exact solution of thesis (2.27)."""
     q = turn * turn
@@ -367,7 +367,7 @@ def _arc(z, i, x, y, heading, cos, sin, forward, sideways, turn):  # type: ignor
     z[sin * _BLOCK + i] = sh * cos_turn + ch * sin_turn
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _odometry(z, step):  # type: ignore[no-untyped-def]
     """Read the encoders after the step: wheel speeds for the loops, and the pose that their counts tell."""
     for i in range(_BLOCK):

@@ -12,8 +12,8 @@ from math import sin
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.laws.modes import AVOID, FOLLOW, TRACK
 from robotics.paths.posture import wrapped_compiled
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, RangeSensor
@@ -131,7 +131,7 @@ def nothing_watched(runs: int, robots: int) -> np.ndarray:
     return watch
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def stand_still(watch, fresh, v, w, dt):  # type: ignore[no-untyped-def]
     """The next ``watch``, and does a robot stand still (runs, robots)? So that not it drives into what comes nearer.
 
@@ -166,7 +166,7 @@ def stand_still(watch, fresh, v, w, dt):  # type: ignore[no-untyped-def]
     return after, stands
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _next_mode(state, ranges, fresh, pose, alpha, place, off, remaining, near, dt, walls):  # type: ignore[no-untyped-def]
     after, steer = state.copy(), np.zeros((4, *alpha.shape))
     for r in range(alpha.shape[0]):
@@ -209,7 +209,7 @@ def _next_mode(state, ranges, fresh, pose, alpha, place, off, remaining, near, d
     return after, (steer[0], steer[1], steer[2], steer[3])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _lean(one, seen, front, dt):  # type: ignore[no-untyped-def]
     """Which front sonar reads more: of an obstacle that comes nearer, smoothed."""
     apart = min(seen[FRONT_LEFT], 3.0) - min(seen[FRONT_RIGHT], 3.0)
@@ -218,7 +218,7 @@ def _lean(one, seen, front, dt):  # type: ignore[no-untyped-def]
     one[LEAN] += dt / SMOOTH * (apart - one[LEAN])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _begin(one, alpha, place, off):  # type: ignore[no-untyped-def]
     """Away from the smaller reading; where both are alike, the way that the path goes."""
     apart = one[LEAN] if abs(one[LEAN]) > ALIKE else alpha
@@ -227,7 +227,7 @@ def _begin(one, alpha, place, off):  # type: ignore[no-untyped-def]
     one[BEST], one[NET] = place, place - off
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _avoid(one, seen, front, limit, place, off, dt):  # type: ignore[no-untyped-def]
     """Back to tracking, or along the wall?"""
     beside, ahead, other = seen[RIGHT], seen[FRONT_RIGHT], seen[FRONT_LEFT]
@@ -247,7 +247,7 @@ def _avoid(one, seen, front, limit, place, off, dt):  # type: ignore[no-untyped-
         one[ALONG] = one[TURNED] = one[WALL] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _follow(one, seen, front, limit, alpha, place, off, dt):  # type: ignore[no-untyped-def]
     """Off the wall, or round the other way?"""
     one[STALLED] += dt
@@ -263,7 +263,7 @@ def _follow(one, seen, front, limit, alpha, place, off, dt):  # type: ignore[no-
         one[ALONG] = one[TURNED] = one[WALL] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _along(one, seen, fresh, pose, alpha, dt, wall):  # type: ignore[no-untyped-def]
     """v [m/s] and ω [rad/s] along the wall, which is on the right if the way round is to the left."""
     way = one[WAY]
@@ -299,7 +299,7 @@ def _along(one, seen, fresh, pose, alpha, dt, wall):  # type: ignore[no-untyped-
     return speed, -way * turn
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _remember(one, fresh, pose, wall):  # type: ignore[no-untyped-def]
     """Where the wall is: beside the robot, or else at the outer edge of the front cone, where it is lost first."""
     way = one[WAY]

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
-from numba import njit
+
+from fuzzy.compiled.jit import kernel
 
 CELLS = 160
 FACTORS = (1.0, 1.1, 1.2, 1.35, 1.6, 2.0, 2.6, 3.4)  # of the nominal duration: horizons tried
@@ -76,7 +77,7 @@ def plan_right_of_way(
     return Plan(progress, found, np.where(found, ticks, CELLS) / CELLS, count)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _plan_runs(nodes, clear, margin, tried, horizons, late, cells, ticks, count):  # type: ignore[no-untyped-def]
     robots = nodes.shape[1]
     longest = horizons[-1]
@@ -113,7 +114,7 @@ def _plan_runs(nodes, clear, margin, tried, horizons, late, cells, ticks, count)
                 break
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _hopeless(nodes, clear):  # type: ignore[no-untyped-def]
     """Is there a pair of robots that cannot pass each other at any timing?"""
     for i in range(nodes.shape[0]):
@@ -128,7 +129,7 @@ def _hopeless(nodes, clear):  # type: ignore[no-untyped-def]
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _passable(a, b, clear):  # type: ignore[no-untyped-def]
     """Is there a way through the plane of two robots' cells, from both starts to both ends, without going back?"""
     row = np.zeros(CELLS + 1, dtype=np.bool_)
@@ -144,7 +145,7 @@ def _passable(a, b, clear):  # type: ignore[no-untyped-def]
     return row[CELLS]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _within(nodes, clear):  # type: ignore[no-untyped-def]
     """Between which cells of robot i cell k of j is too near, (robots i, robots j, CELLS + 1, 2); the end excluded."""
     robots = nodes.shape[0]
@@ -162,13 +163,13 @@ def _within(nodes, clear):  # type: ignore[no-untyped-def]
     return near
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _square(a, b):  # type: ignore[no-untyped-def]
     """The squared distance of two points."""
     return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _plan_one(nodes, near, cells, order, place, limits, cost, blocked):  # type: ignore[no-untyped-def]
     """Plan robot ``order[place]`` around those before it in the order; False if there is no way."""
     clear, margin, horizon, late = limits

@@ -19,8 +19,8 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.laws.avoidance.priority import blocked, others
 from robotics.laws.avoidance.reservation import CELLS, Plan, plan_right_of_way
 from robotics.laws.avoidance.sidestep import roundabout, sidestepped
@@ -225,7 +225,7 @@ def _nodes(paths: PathTable, robots: int) -> np.ndarray:
     return np.stack(points, axis=-2).reshape(-1, robots, CELLS + 1, 2)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _due(plan, ticks):  # type: ignore[no-untyped-def]
     """Each robot's planned share, and its slope a tick, at ``ticks`` (runs, rows, robots); both have that shape."""
     due, rate = np.empty(ticks.shape), np.empty(ticks.shape)

@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.paths.path import CURVATURE, HEADING, U, X, Y
 
 WIDTH, NARROWEST = 1.6, 0.6  # m: half the length of a bump, and what there must be room for
@@ -137,7 +137,7 @@ def _keeping_right(tables: list[np.ndarray], clear: float) -> list[np.ndarray]:
     return tables
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _stretches(a, b, clear):  # type: ignore[no-untyped-def]
     """First and last node (2, 2) of paths ``a`` and ``b`` that run against each other within √clear; -1: none."""
     result = np.empty((2, 2), dtype=np.int64)

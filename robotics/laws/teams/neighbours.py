@@ -1,8 +1,8 @@
 """What a robot makes of what it has heard: differences, the smallest value, and how long it has been alone."""
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from robotics.radio.channel import Heard
 
 OUTAGE = 0.5  # s without a message: the robot is alone, and stops by its watchdog
@@ -40,7 +40,7 @@ def search_reach(heard: Heard, time: float) -> np.ndarray:
     return np.where(alone_for(heard, time) > OUTAGE, SEARCH_REACH_AFTER_OUTAGE, SEARCH_REACH)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _differences(mine, theirs, weights):  # type: ignore[no-untyped-def]
     out = np.zeros(mine.shape)
     for r in range(mine.shape[0]):
@@ -52,7 +52,7 @@ def _differences(mine, theirs, weights):  # type: ignore[no-untyped-def]
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _least(mine, theirs, hears):  # type: ignore[no-untyped-def]
     out = mine.copy()
     for r in range(mine.shape[0]):

@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numba import njit
 
+from fuzzy.compiled.jit import kernel
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import parse_fis, read_fis
 from fuzzy.naming import expected
@@ -102,7 +102,7 @@ class FuzzyTracking(Law[None]):
         return command[..., 0], command[..., 1]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _known(x, y, heading, to_x, to_y, to_heading, x_err, turn, places, deadband, bearing):  # type: ignore[no-untyped-def]
     """What the rule base is asked (runs, robots, inputs): of INPUTS those at ``places``; targets may be (1, robots)."""
     known = np.empty((*x.shape, len(places)))

@@ -1,7 +1,6 @@
 """Identification from data: the grid's closed forms, clusters, least squares against direct equations."""
 
 import re
-import sys
 from dataclasses import replace
 from itertools import product
 
@@ -173,12 +172,6 @@ def test_fcm_is_repeatable_and_takes_a_generator() -> None:
 def test_fcm_finds_its_number_by_subtractive_clustering() -> None:
     both = np.column_stack([X, Y])
     assert len(identify(X, Y, "fcm").rules) == len(subtractive_clusters(both).rows)
-
-
-def test_fcm_without_scikit_fuzzy_names_the_extra(monkeypatch) -> None:
-    monkeypatch.setitem(sys.modules, "skfuzzy.cluster", None)
-    with pytest.raises(IdentificationError, match=r"needs scikit-fuzzy .*fuzzyfleet\[bench\]"):
-        identify(X, Y, "fcm", clusters=2)
 
 
 def test_fcm_of_fewer_places_than_clusters_says_so() -> None:

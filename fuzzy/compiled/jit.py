@@ -1,0 +1,192 @@
+"""The decorator of every compiled function, and the cache on disk that its machine code comes from.
+
+Numba's own cache looks at the file of the function that is called, and at no other: with it, a change of a callee,
+of a constant or of the order of a named tuple's fields elsewhere leaves yesterday's machine code in use. Here a file
+of the cache bears a fingerprint of all that Numba compiles: the code of the function and of every function it
+calls, the values of the globals they name, the options and the versions. A change anywhere is another file name.
+What a fingerprint cannot see (a dict, a class) is refused at the first call.
+
+The cache lies where Numba puts its own: ``NUMBA_CACHE_DIR``, else ``__pycache__``, else the user's cache folder.
+With ``NUMBA_DISABLE_JIT=1`` functions stay as they are.
+"""
+
+import hashlib
+import pickle
+import re
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import CodeType, EllipsisType, ModuleType
+from typing import Any
+from uuid import uuid4
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core.caching import FunctionCache
+from numba.core.dispatcher import Dispatcher
+from numba.core.serialize import dumps
+
+# Whose functions and classes are told by their name: what is in them changes with the versions only.
+_LIBRARIES = {"builtins", "cmath", "math", "numba", "numpy", "operator"}
+_VERSIONS = (sys.version, numba.__version__, llvmlite.__version__, np.__version__)
+_PYTHON = f"py{sys.version_info[0]}{sys.version_info[1]}{getattr(sys, 'abiflags', '')}"  # files of another are its own
+_PLAIN = (bool, int, float, complex, str, bytes, slice, EllipsisType, np.generic, np.dtype)  # told by their repr
+_CODE = (
+    *("co_code", "co_exceptiontable", "co_flags", "co_names", "co_varnames", "co_freevars", "co_cellvars"),
+    *("co_argcount", "co_posonlyargcount", "co_kwonlyargcount"),
+)
+
+
+def kernel(function: Callable[..., Any] | None = None, /, **options: Any) -> Any:
+    """Compile a function with Numba when it is first called, and keep its machine code on disk.
+
+    Args:
+        function: The function; without it a decorator with these options comes back.
+        options: Numba's, beside ``error_model="numpy"`` (a division by zero is infinite and raises nothing).
+    """
+    if function is None:
+        return lambda function: kernel(function, **options)
+    compiled = numba.njit(error_model="numpy", **options)(function)
+    if isinstance(compiled, Dispatcher):
+        vars(compiled)["_cache"] = KernelCache(compiled)  # as enable_caching() does with Numba's cache
+    return compiled
+
+
+class KernelCache(FunctionCache):
+    """The machine code of one function on disk: a file for each tuple of argument types, written at once or not at all.
+
+    There is no index: two processes that save at the same time cannot mix up each other's files.
+    """
+
+    def __init__(self, compiled: Dispatcher) -> None:
+        super().__init__(compiled.py_func)
+        self._compiled = compiled
+        self._module = Path(self._py_func.__code__.co_filename).stem
+        self._function = self._py_func.__qualname__.replace("<", "").replace(">", "")  # no good in a file's name
+
+    def flush(self) -> None:
+        """Delete the files of this function."""
+        for file, name in self._files():
+            if name == self._function:
+                file.unlink(missing_ok=True)
+
+    def _load_overload(self, sig: tuple, target_context: Any) -> Any:
+        stamp = fingerprint(self._compiled)
+        try:
+            of, data = pickle.loads(self._file(stamp, sig, target_context.codegen()).read_bytes())
+        except (OSError, EOFError, pickle.UnpicklingError):
+            return None
+        return self._impl.rebuild(target_context, data) if of == (stamp, sig) else None
+
+    def _save_overload(self, sig: tuple, data: Any) -> None:
+        if not self._impl.check_cachable(data):
+            return
+        self._impl.locator.ensure_cache_path()
+        stamp = fingerprint(self._compiled)
+        file = self._file(stamp, sig, data.codegen)
+        part = file.with_name(f"{file.name}.{uuid4().hex}")
+        part.write_bytes(dumps(((stamp, sig), self._impl.reduce(data))))
+        part.replace(file)
+        self._delete_old(stamp)
+
+    def _delete_old(self, stamp: str) -> None:
+        """Delete the files of other fingerprints, and those of functions that the module no longer has.
+
+        Another process that is still to read one of them compiles anew.
+        """
+        several = "<locals>" in self._py_func.__qualname__  # a function in a function has many fingerprints at a time
+        for file, function in self._files():
+            gone = function.partition(".")[0] not in self._py_func.__globals__
+            former = function == self._function and not several and stamp[:16] not in file.name
+            if gone or former:
+                file.unlink(missing_ok=True)
+
+    def _file(self, stamp: str, sig: tuple, codegen: Any) -> Path:
+        about = repr((str(sig), [list(_fields(kind)) for kind in sig], codegen.magic_tuple()))
+        types = hashlib.sha256(about.encode()).hexdigest()[:16]
+        return Path(self.cache_path, f"{self._module}.{self._function}-{stamp[:16]}-{types}.{_PYTHON}.nbc")
+
+    def _files(self) -> Iterator[tuple[Path, str]]:
+        """The files of the functions of this module and their names, Numba's own files of earlier days included."""
+        pattern = re.compile(rf"{re.escape(self._module)}\.([^-]+)-[^.]*\.{_PYTHON}(\.\d+)?\.nb[ci]")
+        for file in Path(self.cache_path).iterdir():
+            if match := pattern.fullmatch(file.name):
+                yield file, match[1]
+
+
+def fingerprint(compiled: Dispatcher) -> str:
+    """A digest of all that Numba makes a function's machine code of, but the types of its arguments.
+
+    Raises:
+        TypeError: The function, or one that it calls, names something whose changes cannot be seen.
+    """
+    number = {compiled: 0}  # the functions in the order in which they are met, which is how they are told apart
+    parts: list[Any] = [_VERSIONS]
+    queue = [compiled]
+    for function in queue:
+        parts.append(_description(function, number))
+        queue += list(number)[len(queue) :]
+    return hashlib.sha256(repr(parts).encode()).hexdigest()
+
+
+def _description(compiled: Dispatcher, number: dict[Dispatcher, int]) -> Any:
+    function = compiled.py_func
+    cells = [cell.cell_contents for cell in function.__closure__ or ()]
+    named = [*_globals(function.__code__, function.__globals__)]
+    options = sorted(compiled.targetoptions.items())
+    try:
+        return [_value(v, number) for v in (function.__code__, cells, function.__defaults__, named, options)]
+    except TypeError as error:
+        raise TypeError(f"{function.__module__}.{function.__qualname__} cannot be kept on disk: {error}") from None
+
+
+def _globals(code: CodeType, names: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """The globals that a function may read, those of modules included. (A name may be of an attribute only.)"""
+    for name in code.co_names:
+        if name in names:
+            if isinstance(names[name], ModuleType) and not _of_a_library(names[name].__name__):
+                inside = vars(names[name])
+                yield from ((f"{name}.{inner}", inside[inner]) for inner in code.co_names if inner in inside)
+            else:
+                yield name, names[name]
+    for inner in code.co_consts:
+        if isinstance(inner, CodeType):
+            yield from _globals(inner, names)
+
+
+def _value(value: Any, number: dict[Dispatcher, int]) -> Any:
+    """What stands for a value in a fingerprint: equal for values of which Numba makes the same code."""
+    if value is None or isinstance(value, _PLAIN):
+        return repr(value)
+    if isinstance(value, (tuple, list)):
+        return [type(value).__qualname__, *getattr(value, "_fields", ()), *(_value(v, number) for v in value)]
+    if isinstance(value, np.ndarray) and not value.dtype.hasobject:
+        digest = hashlib.sha256(value.tobytes()).hexdigest()
+        return [repr(value.dtype), value.shape, value.strides, digest]
+    if isinstance(value, Dispatcher):
+        return number.setdefault(value, len(number))
+    if isinstance(value, CodeType):
+        return [*(getattr(value, name) for name in _CODE), _value(value.co_consts, number)]
+    if isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields"):
+        return [value.__qualname__, value._fields, *(_value(v, number) for v in value.__new__.__defaults__ or ())]
+    if isinstance(value, np.ufunc):
+        return f"numpy.{value.__name__}"
+    if isinstance(value, ModuleType) and _of_a_library(value.__name__):
+        return value.__name__
+    home = str(getattr(value, "__module__", None))
+    if _of_a_library(home):
+        return f"{home}.{getattr(value, '__qualname__', value)}"
+    raise TypeError(f"a change of {value!r} would go unseen")
+
+
+def _of_a_library(module: str) -> bool:
+    return module.partition(".")[0] in _LIBRARIES
+
+
+def _fields(kind: Any) -> Iterator[str]:
+    """The names of the fields of the named tuples in a type, which Numba tells by their class alone."""
+    yield from getattr(kind, "fields", ())
+    for inner in (*getattr(kind, "types", ()), getattr(kind, "dtype", None), getattr(kind, "type", None)):
+        if inner is not None:
+            yield from _fields(inner)
