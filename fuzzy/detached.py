@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from fuzzy.membership import MembershipFunction, as_number
+from fuzzy.membershipfunction import MembershipFunction, as_number
 from fuzzy.system import Constant, Linear, Sugeno, Variable
 
 

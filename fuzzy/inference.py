@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from array_api_compat import array_namespace, device, is_array_api_obj
 
-from fuzzy.membership import Array, as_float, like
+from fuzzy.membershipfunction import Array, as_float, like
 from fuzzy.system import Constant, FuzzySystemError, Linear, Structure, Sugeno
 
 

@@ -12,7 +12,7 @@ from array_api_compat import is_array_api_obj
 
 from fuzzy.errors import InputError
 from fuzzy.language import parse_rule
-from fuzzy.membership import Array, MembershipFunction
+from fuzzy.membershipfunction import Array, MembershipFunction
 from fuzzy.naming import expected
 from fuzzy.rule import Rule
 

@@ -224,7 +224,7 @@ export function render({ model, el }) {
       const box = { left: 40, right: width - 14, top: 26, bottom: 126 };
       const x = scale(variable.low, variable.high, box.left, box.right), y = scale(0, 1, box.bottom, box.top);
       const path = (term, kind, stroke) => {
-        const xs = places(term.type, term.parameters, variable.low, variable.high);
+        const xs = places(term.parameters, variable.low, variable.high);
         return shape("path", { d: line(xs.map(x), xs.map((v) => y(degree(term.type, v, term.parameters)))), class: kind, stroke });
       };
       const picture = shape("svg", { class: variable.terms.length > 7 ? "tn-plot tn-many" : "tn-plot", role: "img", viewBox: `0 0 ${width} 170`, height: 170, "aria-label": `Membership functions of ${variable.name}, ${after ? "before and after" : "before"} learning` },

@@ -22,7 +22,9 @@ from fuzzy.compiled.tables import (
     GAUSSIAN,
     LINEAR_S,
     LINEAR_Z,
+    PI_SHAPE,
     S_SHAPE,
+    SIGMOID,
     SIGMOID_DIFFERENCE,
     SIGMOID_PRODUCT,
     TRAPEZOID,
@@ -153,8 +155,11 @@ def _minimum(a: float, b: float) -> float:
 @inlined
 def _piecewise(
     kind: int, parameters: np.ndarray, t: int, x: np.ndarray, i: int, degree: np.ndarray, lanes: int
-) -> None:
-    """Row ``t`` of degrees, from row ``i`` of x, of a function made of straight lines and parabolas."""
+) -> bool:
+    """Row ``t`` of degrees, from row ``i`` of x, of a function made of straight lines and parabolas.
+
+    Returned is whether the number ``kind`` is known; the degrees of an unknown one are not-a-number.
+    """
     a, b, c, d = parameters[t, 0], parameters[t, 1], parameters[t, 2], parameters[t, 3]
     if kind == TRIANGLE:
         for p in range(lanes):
@@ -174,9 +179,14 @@ def _piecewise(
     elif kind == Z_SHAPE:
         for p in range(lanes):
             degree[t, p] = _s(-x[i, p], -b, -a)
-    else:  # PI_SHAPE
+    elif kind == PI_SHAPE:
         for p in range(lanes):
             degree[t, p] = _s(x[i, p], a, b) * _s(-x[i, p], -d, -c)
+    else:
+        for p in range(lanes):
+            degree[t, p] = math.nan
+        return False
+    return True
 
 
 @kernel
@@ -205,8 +215,11 @@ def _log_bell(x: np.ndarray, a: float, b: float, c: float, result: np.ndarray, w
 
 
 @kernel
-def _log_degree(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work: Workspace) -> None:
-    """A row of logarithms of the degrees of a function that is positive everywhere but no Gaussian."""
+def _log_degree(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work: Workspace) -> bool:
+    """A row of logarithms of the degrees of a function that is positive everywhere but no Gaussian.
+
+    Returned is whether the number ``kind`` is known; the logarithms of an unknown one are not-a-number.
+    """
     a, b, c, d = parameters[0], parameters[1], parameters[2], parameters[3]
     if kind == TWO_SIDED_GAUSSIAN:
         for p in range(len(x)):
@@ -216,13 +229,19 @@ def _log_degree(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.nda
             degree[p] = -0.5 * (left * left) + -0.5 * (right * right)
     elif kind == BELL:
         _log_bell(x, a, b, c, degree, work)
-    else:
+    elif kind == SIGMOID:
         _log_sigmoid(x, a, b, degree, work)
-        if kind == SIGMOID_PRODUCT:
-            row = work.row[0]
-            _log_sigmoid(x, c, d, row, work)
-            for p in range(len(x)):
-                degree[p] += row[p]
+    elif kind == SIGMOID_PRODUCT:
+        row = work.row[0]
+        _log_sigmoid(x, a, b, degree, work)
+        _log_sigmoid(x, c, d, row, work)
+        for p in range(len(x)):
+            degree[p] += row[p]
+    else:
+        for p in range(len(x)):
+            degree[p] = math.nan
+        return False
+    return True
 
 
 @kernel
@@ -238,8 +257,10 @@ def _difference(parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work:
 
 
 @inlined
-def _memberships(tables: Tables, work: Workspace, lanes: int) -> None:
+def _memberships(tables: Tables, work: Workspace, lanes: int) -> bool:
+    """Layer 1. Returned is whether the number of every term's function is known."""
     parameters, x, degree = tables.parameters, work.x, work.degree
+    known = True
     for t in range(len(tables.kind)):
         kind, i = tables.kind[t], tables.place[t]
         if kind == GAUSSIAN:  # by far the most usual in systems that learn
@@ -248,13 +269,14 @@ def _memberships(tables: Tables, work: Workspace, lanes: int) -> None:
                 z = (x[i, p] - center) / sigma
                 degree[t, p] = -0.5 * (z * z)
         elif kind < SIGMOID_DIFFERENCE:
-            _piecewise(kind, parameters, t, x, i, degree, lanes)
+            known &= _piecewise(kind, parameters, t, x, i, degree, lanes)
         elif kind == SIGMOID_DIFFERENCE:
             _difference(parameters[t], x[i], degree[t], work)
         else:
-            _log_degree(kind, parameters[t], x[i], degree[t], work)
+            known &= _log_degree(kind, parameters[t], x[i], degree[t], work)
         if kind >= GAUSSIAN and not tables.logarithmic:
             exp_nonpositive(degree[t], work.scale, work.bits)
+    return known
 
 
 # Layers 2 and 3: firing strengths and weights -----------------------------------------------------------------
@@ -407,7 +429,7 @@ def _evaluate(tables: Tables, work: Workspace, lanes: int) -> None:
     x, output, missing, row = work.x, work.output, work.missing, work.row
     inputs = len(x)
     outputs = len(output)
-    _memberships(tables, work, lanes)
+    known = _memberships(tables, work, lanes)
     if tables.logarithmic:
         _log_firing(tables, work, lanes)
     else:
@@ -419,9 +441,10 @@ def _evaluate(tables: Tables, work: Workspace, lanes: int) -> None:
         for p in range(lanes):
             missing[o, p] = not row[0, p] > 0.0
             output[o, p] = default if missing[o, p] else output[o, p]
+    # Also for an unknown function, whose degrees a minimum or "no rule fires" would lose.
     for i in range(inputs):
         for p in range(lanes):
-            if math.isnan(x[i, p]):
+            if math.isnan(x[i, p]) or not known:
                 for o in range(outputs):
                     output[o, p] = math.nan
                     missing[o, p] = False

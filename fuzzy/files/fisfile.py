@@ -21,7 +21,7 @@ from typing import Any
 
 from fuzzy.files.atomic import replacing
 from fuzzy.files.fislines import LINE_END, SYSTEM_NOTES, Entry, FisFileError, FisFileWarning, FisLines, Section
-from fuzzy.membership import MATLAB_NAMES, MembershipError, as_number, membership_function
+from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError, as_number, membership_function
 from fuzzy.naming import expected
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Terms, Variable

@@ -15,7 +15,8 @@ import numpy as np
 
 from fuzzy.fitting.clustering import Clusters, DataWarning, Options, column_ranges, finite_table, subtractive_clusters
 from fuzzy.fitting.consequents import IdentificationError, fit_consequents, output_table
-from fuzzy.membership import MembershipFunction, membership_function
+from fuzzy.membership import Gaussian
+from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction, membership_function
 from fuzzy.naming import expected
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, Linear, Sugeno, Variable
@@ -167,24 +168,12 @@ def grid_terms(kind: str, low: float, high: float, count: int) -> list[Membershi
     psigmf with edges c ± h and the slope 10 count/(high − low). Neighbours cross at 0.5 (dsigmf, psigmf: within
     5e-5).
     """
-    if kind not in _GRID:
-        raise IdentificationError(expected(str(kind), _GRID, "kind of membership function for a grid"))
+    known = {name: function.grid for name, function in MATLAB_NAMES.items() if function.grid is not None}
+    if kind not in known:
+        raise IdentificationError(expected(str(kind), known, "kind of membership function for a grid"))
     h = (high - low) / (2 * (count - 1))
     slope = 10 * count / (high - low)
-    return [membership_function(kind, _GRID[kind](float(c), h, slope)) for c in np.linspace(low, high, count)]
-
-
-_WIDTH = 1 / math.sqrt(2 * math.log(2))  # the standard deviation of a Gaussian that is 0.5 at the distance 1
-_GRID: dict[str, Callable[[float, float, float], Sequence[float]]] = {
-    "gbellmf": lambda c, h, slope: (h, 2, c),
-    "gaussmf": lambda c, h, slope: (h * _WIDTH, c),
-    "gauss2mf": lambda c, h, slope: (0.4 * h * _WIDTH, c - 0.6 * h, 0.4 * h * _WIDTH, c + 0.6 * h),
-    "trimf": lambda c, h, slope: (c - 2 * h, c, c + 2 * h),
-    "trapmf": lambda c, h, slope: (c - 1.4 * h, c - 0.6 * h, c + 0.6 * h, c + 1.4 * h),
-    "pimf": lambda c, h, slope: (c - 1.4 * h, c - 0.6 * h, c + 0.6 * h, c + 1.4 * h),
-    "dsigmf": lambda c, h, slope: (slope, c - h, slope, c + h),
-    "psigmf": lambda c, h, slope: (slope, c - h, -slope, c + h),
-}
+    return [membership_function(kind, known[kind](float(c), h, slope)) for c in np.linspace(low, high, count)]
 
 
 def _grid(data: Data, mfs: int | Sequence[int] = 2, kind: str | Sequence[str] = "gbellmf") -> Partition:
@@ -220,8 +209,7 @@ def cluster_partition(centers: np.ndarray, sigma: np.ndarray, inputs: int) -> Pa
     """
     widths = np.broadcast_to(sigma, centers.shape)
     terms = [
-        [membership_function("gaussmf", (float(s), float(c))) for s, c in zip(widths[:, i], centers[:, i], strict=True)]
-        for i in range(inputs)
+        [Gaussian(float(s), float(c)) for s, c in zip(widths[:, i], centers[:, i], strict=True)] for i in range(inputs)
     ]
     return Partition(terms, [(k,) * inputs for k in range(len(centers))], "cluster")
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from fuzzy.membership import MembershipFunction
+from fuzzy.membershipfunction import MembershipFunction
 from fuzzy.system import Constant, Linear, Sugeno, Variable
 
 

@@ -22,7 +22,7 @@ const ROW = 19; // px, a line of labels
 
 /**
  * The chart of an input. hands: {select(term), move(term, parameters, gesture, pressed), release(), point(value,
- * pressed), releasePoint()}. Returns {node, draw(view)}, view: {variable, compared, selected, point, width}.
+ * pressed), releasePoint()}. Returns {node, draw(view)}, view: {functions, variable, compared, selected, point, width}.
  */
 export function membershipChart(hands) {
   const svg = shape("svg", { class: "fd-chart", role: "group" });
@@ -95,7 +95,7 @@ export function membershipChart(hands) {
     return node;
   }
 
-  const wholly = (term, by) => tidy(shifted(term.type, term.parameters, by), term.parameters);
+  const wholly = (term, by) => tidy(shifted(view.functions[term.type], term.parameters, by), term.parameters);
 
   // Anywhere on a curve or its name: choose it, and move it as a whole.
   let whole = null;
@@ -158,7 +158,7 @@ export function membershipChart(hands) {
 
   function curve(term, extra) {
     const { low, high } = view.variable,
-      xs = places(term.type, term.parameters, low, high);
+      xs = places(term.parameters, low, high);
     const ys = xs.map((value) => degree(term.type, value, term.parameters));
     return { xs, ys, path: line(xs.map(x), ys.map(y)), ...extra };
   }
@@ -272,7 +272,7 @@ export function membershipChart(hands) {
   function drawGrips() {
     const term = chosen(),
       { low, high, unit } = view.variable;
-    specs = term ? handles(term.type, term.parameters) : [];
+    specs = term ? handles(term.type, view.functions[term.type], term.parameters) : [];
     while (grips.length < specs.length) {
       grips.push(grip(grips.length));
       layers.handles.append(grips.at(-1));
