@@ -177,7 +177,8 @@ export function membershipChart(hands) {
         first = ys.indexOf(top),
         last = ys.lastIndexOf(top);
       const text = cut(term.name, 150, 13, 600);
-      return { text, x: x((xs[first] + xs[last]) / 2), width: widthOf(text, 13, bold ? 600 : 500) };
+      // A function that has no formula here has no curve; its name stands in the middle.
+      return { text, x: x(((xs[first] ?? low) + (xs[last] ?? high)) / 2), width: widthOf(text, 13, bold ? 600 : 500) };
     });
     const rows = rowsOf(labels, box.left, box.right, 12),
       count = Math.max(1, ...rows.map(({ row }) => row + 1));
@@ -203,7 +204,7 @@ export function membershipChart(hands) {
       const each = drawn[i],
         { term, bold } = each,
         path = line(each.xs.map(x), each.ys.map(y));
-      if (bold)
+      if (bold && path)
         layers.curves.append(
           shape("path", {
             d: `${path}L${box.right} ${box.bottom}L${box.left} ${box.bottom}Z`,
@@ -266,7 +267,8 @@ export function membershipChart(hands) {
         r: 3.5,
         style: `fill: ${color(i)}`,
       });
-    marks.dots.replaceChildren(...terms.map(dot));
+    const drawn = (term) => !Number.isNaN(degree(term.type, view.point, term.parameters));
+    marks.dots.replaceChildren(...terms.map((term, i) => (drawn(term) ? dot(term, i) : "")));
   }
 
   function drawGrips() {
