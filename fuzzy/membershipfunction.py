@@ -1,7 +1,7 @@
-"""What every membership function is: a frozen dataclass of parameters with a formula and the facts about it.
+"""The base of all membership functions: a frozen dataclass of parameters, a formula and the facts about it.
 
-The class states each fact about its function: the words and the role of each parameter, which parameters are vertices
-that stand in order, its terms of a grid, how it becomes another function and how another becomes it.
+A class states each fact about its function once: the words and the role of each parameter, which parameters are
+vertices that stand in order, its terms of a grid, how it becomes another function and how another becomes it.
 :func:`register` makes the function known by its MATLAB name to files, learning and the designer.
 """
 
@@ -26,11 +26,11 @@ Array = Any  # any array of the array-API standard: numpy.ndarray, torch.Tensor,
 
 
 class MembershipError(InputError):
-    """Parameters that make no membership function. The message names the function and the parameter."""
+    """The error for parameters that make no membership function. It names the function and the parameter."""
 
 
 def like(x: Array, value: Any) -> Array:
-    """``value`` (a number, a sequence of numbers or an array) as an array of ``x``'s kind, type and device."""
+    """Make ``value`` (a number, a sequence of numbers or an array) an array of ``x``'s library, type and device."""
     xp = array_namespace(x)
     if is_array_api_obj(value):
         # An array of the same library keeps its graph; one of another library is read as numbers.
@@ -41,7 +41,7 @@ def like(x: Array, value: Any) -> Array:
 
 
 def as_float(x: Any) -> Array:
-    """``x`` as a floating-point array: sequences and integers become float64, float arrays stay as they are."""
+    """Make ``x`` a floating-point array: sequences and integers become float64, float arrays stay as they are."""
     if not is_array_api_obj(x):
         return np.asarray(x, dtype=np.float64)
     xp = array_namespace(x)
@@ -50,7 +50,7 @@ def as_float(x: Any) -> Array:
 
 @dataclass(frozen=True)
 class MembershipFunction:
-    """What every membership function is: its parameters, which are numbers or arrays (scalars) of one library.
+    """A membership function: its parameters, which are numbers or array scalars of one library.
 
     A subclass has a field for each parameter, made with :func:`parameter`; ``words`` and ``roles`` follow from these.
     """
@@ -91,7 +91,7 @@ class MembershipFunction:
 
     @classmethod
     def ascending(cls) -> list[tuple[int, ...]]:
-        """The groups of parameters, by place, that must ascend: vertices, as far as none of them may cross the next."""
+        """The groups of parameters, by place, that must ascend: neighbouring vertices that may not cross each other."""
         groups: list[tuple[int, ...]] = []
         for i, j in pairwise(cls.vertices):
             if i in cls.may_cross:
@@ -116,29 +116,32 @@ class MembershipFunction:
         return tuple(as_number(p) for p in self.parameters)
 
     def profile(self, span: float) -> Profile:
-        """The trapezoid that stands for this function; ``span`` (> 0, unit of x) is the width of an endless edge."""
+        """The trapezoid that stands for this function while its type changes.
+
+        ``span`` (> 0, in the unit of x) is the width of an edge that never ends.
+        """
         raise MembershipError(f"{self.matlab} states no profile, so it cannot become another function")
 
     @classmethod
     def fitted(cls, outline: Outline) -> tuple[float, ...]:
-        """The parameters of the function of this class that is nearest to ``outline``."""
+        """Find the parameters with which a function of this class has the half-degree points of ``outline``."""
         raise MembershipError(f"{cls.matlab} does not say how it is fitted, so no other function can become one")
 
     @classmethod
     def formula(cls, x: Array, *parameters: Array) -> Array:
-        """Degree of membership in [0, 1]; ``x`` and the parameters broadcast."""
+        """Compute the degree of membership, in [0, 1]. ``x`` and the parameters broadcast."""
         assert cls.log_formula is not None
         with np.errstate(under="ignore"):
             return array_namespace(x).exp(cls.log_formula(x, *parameters))
 
     def __call__(self, x: Any) -> Array:
-        """Degree of membership of ``x`` (any shape, in the unit of its variable), in [0, 1]; shape of ``x``."""
+        """Compute the degree of membership, in [0, 1], at each of ``x`` (any shape, in the unit of its variable)."""
         x = as_float(x)
         return self.formula(x, *(like(x, p) for p in self.parameters))
 
 
 def as_number(value: Any) -> float:
-    """A parameter (a number or an array scalar, also one in training) as a float; MembershipError for others."""
+    """Read a parameter (a number or an array scalar, also one in training) as a float; MembershipError for others."""
     if is_array_api_obj(value):
         if value.ndim != 0:
             raise MembershipError(f"a parameter is one number, got an array of shape {tuple(value.shape)}")
@@ -150,7 +153,7 @@ def as_number(value: Any) -> float:
 
 
 def parameter(role: Role, words: str) -> dict[str, str]:
-    """The metadata of a parameter's field: what the parameter is, and what it is called."""
+    """Make the metadata of a parameter's field: what the parameter is, and what it is called."""
     return {"role": role, "words": words}
 
 
@@ -159,9 +162,9 @@ Class = TypeVar("Class", bound=type[MembershipFunction])
 
 
 def register(function: Class) -> Class:
-    """Make a membership function known by its MATLAB name. Used as a decorator, above ``@dataclass(frozen=True)``.
+    """Make a membership function known by its MATLAB name, as a decorator above ``@dataclass(frozen=True)``.
 
-    Raises MembershipError where another function has the name.
+    Raises MembershipError if another function has the name.
     """
     function.words = tuple(f.metadata["words"] for f in fields(function))
     function.roles = tuple(f.metadata["role"] for f in fields(function))
@@ -171,7 +174,7 @@ def register(function: Class) -> Class:
 
 
 def membership_function(name: str, parameters: Any) -> MembershipFunction:
-    """The function of a MATLAB name (``"gaussmf"``) with its parameters in MATLAB's order.
+    """Make the function of a MATLAB name (``"gaussmf"``) with its parameters in MATLAB's order.
 
     Raises MembershipError for an unknown name, a wrong number of parameters, or parameters that MATLAB refuses.
     """

@@ -48,7 +48,7 @@ inlined = njit(**_UNCOUNTED, forceinline=True)
 
 @allocating
 def workspace(tables: Tables, lanes: int) -> Workspace:
-    """Rows for blocks of ``lanes`` points of a system: 1 for :func:`evaluate_point`. To be reused."""
+    """Make the rows for blocks of ``lanes`` points of a system (1 for :func:`evaluate_point`), once for many calls."""
     rules, inputs = tables.clause.shape
     terms, outputs = len(tables.kind), len(tables.default)
     firing, weights = np.empty(rules * lanes), np.empty(rules * lanes)
@@ -83,11 +83,15 @@ _E8, _E9, _E10, _E11, _E12, _E13 = (1 / math.factorial(n) for n in range(8, 14))
 
 @inlined
 def exp_nonpositive(values: np.ndarray, scale: np.ndarray, bits: np.ndarray) -> None:
-    """``values`` (n,) ← exp(values), in place, for values ≤ 0; within one unit in the last place.
+    """Replace ``values`` (n,), all ≤ 0, by their exponentials, within one unit in the last place.
 
     e^v = 2^k e^r with r = v − k ln 2, |r| ≤ ln(2)/2, and e^r by its Taylor series, whose remainder is below
-    4e-18. -inf gives 0, not-a-number stays. ``scale`` (n,) or longer is
-    scratch, and ``bits`` the same memory as int64.
+    4e-18. -inf gives 0, not-a-number stays.
+
+    Args:
+        values: The exponents (n,), which become the results.
+        scale: Memory to work in, (n,) or longer.
+        bits: The memory of ``scale`` as int64.
     """
     n = len(values)
     for p in range(n):
@@ -110,7 +114,7 @@ def exp_nonpositive(values: np.ndarray, scale: np.ndarray, bits: np.ndarray) -> 
 
 @kernel
 def log1p_unit(u: float) -> float:
-    """log(1 + u) for 0 ≤ u ≤ 1, as 2 artanh(s) with s = u / (2 + u) ≤ 1/3, by its Taylor series."""
+    """Compute log(1 + u) for 0 ≤ u ≤ 1, as 2 artanh(s) with s = u / (2 + u) ≤ 1/3, by its Taylor series."""
     s = u / (2.0 + u)
     q = s * s
     t = 1 / 27 + q * (1 / 29 + q * (1 / 31 + q * (1 / 33 + q * (1 / 35))))
@@ -158,7 +162,7 @@ def _piecewise(
 ) -> bool:
     """Row ``t`` of degrees, from row ``i`` of x, of a function made of straight lines and parabolas.
 
-    Returned is whether the number ``kind`` is known; the degrees of an unknown one are not-a-number.
+    Returns whether the number ``kind`` is known; the degrees of an unknown one are not-a-number.
     """
     a, b, c, d = parameters[t, 0], parameters[t, 1], parameters[t, 2], parameters[t, 3]
     if kind == TRIANGLE:
@@ -216,9 +220,9 @@ def _log_bell(x: np.ndarray, a: float, b: float, c: float, result: np.ndarray, w
 
 @kernel
 def _log_degree(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work: Workspace) -> bool:
-    """A row of logarithms of the degrees of a function that is positive everywhere but no Gaussian.
+    """A row of logarithms of the degrees of a function that is positive everywhere, but not a Gaussian.
 
-    Returned is whether the number ``kind`` is known; the logarithms of an unknown one are not-a-number.
+    Returns whether the number ``kind`` is known; the logarithms of an unknown one are not-a-number.
     """
     a, b, c, d = parameters[0], parameters[1], parameters[2], parameters[3]
     if kind == TWO_SIDED_GAUSSIAN:
@@ -258,7 +262,7 @@ def _difference(parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work:
 
 @inlined
 def _memberships(tables: Tables, work: Workspace, lanes: int) -> bool:
-    """Layer 1. Returned is whether the number of every term's function is known."""
+    """Layer 1. Returns whether the number of every term's function is known."""
     parameters, x, degree = tables.parameters, work.x, work.degree
     known = True
     for t in range(len(tables.kind)):
@@ -452,10 +456,16 @@ def _evaluate(tables: Tables, work: Workspace, lanes: int) -> None:
 
 @kernel
 def evaluate_point(tables: Tables, x: np.ndarray, output: np.ndarray, work: Workspace) -> None:
-    """``output`` (outputs,) ← the outputs at ``x`` (inputs,), for calls from other compiled functions.
+    """Evaluate one point, for calls from other compiled functions.
 
-    ``work`` is ``workspace(tables, 1)``, made once; one a thread. Inputs outside their universe are clipped if the
-    system says so and are otherwise evaluated without a word, as are points where no rule fires.
+    Inputs outside their universe are clipped if the system says so. No warning is given of them, nor of a point where
+    no rule fires.
+
+    Args:
+        tables: The system, see :func:`fuzzy.compiled.sugeno.compile_sugeno`.
+        x: The point (inputs,), each number in the unit of its variable.
+        output: Where the outputs (outputs,) are written.
+        work: ``workspace(tables, 1)``, made once for each thread.
     """
     for i in range(len(x)):
         value = x[i]
@@ -470,11 +480,16 @@ def evaluate_point(tables: Tables, x: np.ndarray, output: np.ndarray, work: Work
 
 @allocating
 def evaluate_batch(tables: Tables, x: np.ndarray, output: np.ndarray, outside: np.ndarray, missing: np.ndarray) -> bool:
-    """``output`` (n, outputs) ← the outputs at ``x`` (n, inputs).
+    """Evaluate n points; return whether no rule fired at one of them, or an input was outside and not clipped.
 
-    ``outside`` (inputs,) bool ← did any point leave that input's universe? ``missing`` (outputs,) bool ← was
-    there a point where no rule fired for that output? Returned is whether there may be something to say: no rule
-    fired, or an input was outside and not clipped. The last block is filled up with its last point.
+    The last block is filled up with its last point.
+
+    Args:
+        tables: The system, see :func:`fuzzy.compiled.sugeno.compile_sugeno`.
+        x: The points (n, inputs), each number in the unit of its variable.
+        output: Where the outputs (n, outputs) are written.
+        outside: Where is written (inputs,) whether any point leaves the universe of that input.
+        missing: Where is written (outputs,) whether no rule fires for that output at any of the points.
     """
     n = len(x)
     lanes = max(1, min(n, LANES))

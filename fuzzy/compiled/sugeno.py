@@ -1,4 +1,4 @@
-"""A Sugeno system compiled for speed: the same numbers as :func:`fuzzy.inference.infer`, in float64 on the CPU.
+"""A Sugeno system compiled for speed. It gives the numbers of :func:`fuzzy.inference.infer`, in float64 on the CPU.
 
 Importing this module imports Numba; ``import fuzzy`` does not.
 """
@@ -17,9 +17,9 @@ from fuzzy.system import FuzzySystemError, Linear, Sugeno
 
 @dataclass(frozen=True, eq=False)
 class CompiledSugeno:
-    """A system together with its arrays. Made by :func:`compile_sugeno`; call it as you would the system.
+    """A system together with its arrays, which :func:`compile_sugeno` makes. It is called as the system is.
 
-    Inside a function that Numba compiles, use the arrays::
+    A function that Numba compiles uses the arrays::
 
         work = workspace(compiled.tables, 1)  # once; from fuzzy.compiled.kernel
         evaluate_point(compiled.tables, x, output, work)  # x (inputs,), output (outputs,)
@@ -29,9 +29,9 @@ class CompiledSugeno:
     tables: Tables
 
     def __call__(self, x: Any) -> np.ndarray:
-        """The outputs (..., outputs) at ``x`` (..., inputs), both float64, each in the unit of its variable.
+        """Evaluate the outputs (..., outputs) at ``x`` (..., inputs), both float64, each in the unit of its variable.
 
-        Warns and raises as :func:`fuzzy.inference.infer` does. A point's result does not depend on the others.
+        Warns and raises as :func:`fuzzy.inference.infer` does. The result at a point does not depend on other points.
         """
         points = np.asarray(x, dtype=np.float64)
         inputs, outputs = len(self.fis.inputs), len(self.fis.outputs)
@@ -56,8 +56,8 @@ class CompiledSugeno:
 def compile_sugeno(fis: Sugeno) -> CompiledSugeno:
     """Lay ``fis`` out as arrays for the compiled inference.
 
-    Parameters that are arrays (torch tensors in training, say) are read once, now. The first evaluation in an
-    installation compiles for some seconds; the result is kept on disk.
+    Parameters that are arrays (torch tensors in training, for example) are read now, and not again later. The first
+    evaluation in an installation compiles for some seconds; the machine code is kept on disk.
 
     Raises FuzzySystemError for a membership function that the compiled kernel has no branch for.
     """

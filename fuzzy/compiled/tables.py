@@ -25,7 +25,7 @@ SIGMOID, SIGMOID_PRODUCT = map(_number, (mf.Sigmoid, mf.SigmoidProduct))
 
 
 class Tables(NamedTuple):
-    """A system as arrays; the terms of all inputs are numbered in one sequence."""
+    """A system as arrays. The terms of all inputs are numbered in one sequence."""
 
     low: np.ndarray  # (inputs,) float: ends of the universe of discourse
     high: np.ndarray  # (inputs,) float
@@ -50,7 +50,7 @@ class Tables(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """The rows of one block; what they hold from the last block does not matter."""
+    """The rows that a block is computed in. What they hold beforehand does not matter."""
 
     x: np.ndarray  # (inputs, lanes)
     degree: np.ndarray  # (terms, lanes): degrees of membership, or their logarithms
