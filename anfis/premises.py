@@ -15,7 +15,7 @@ import torch
 
 from fuzzy.errors import InputError
 from fuzzy.inference import premise_parameters
-from fuzzy.membership import Bell, Gaussian, LinearS, LinearZ, Trapezoid, Triangle
+from fuzzy.membership import Bell, Gaussian
 from fuzzy.system import Sugeno, Variable
 
 Tensors = tuple[torch.Tensor, ...]
@@ -23,7 +23,6 @@ Tensors = tuple[torch.Tensor, ...]
 _WIDTHS = (1e-3, 1e2)  # of the universe: narrower or wider than this a term says nothing
 _SHAPES = (0.1, 50.0)  # a bell's steepness
 _COVER = 0.1  # with ``keep_order`` neighbours cross at this degree or higher
-_ASCENDING = {Triangle: ((0, 1, 2),), Trapezoid: ((0, 1), (2, 3)), LinearS: ((0, 1),), LinearZ: ((0, 1),)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +100,7 @@ class Premises:
                     tensor[..., k] = tensor[..., k].clamp(float(np.log(least)), float(np.log(most)))
                 if role == "slope":
                     tensor[..., k] = tensor[..., k].clamp(-1 / _WIDTHS[0], 1 / _WIDTHS[0])
-            for columns in _ASCENDING.get(kind.function, ()):
+            for columns in kind.function.ascending():
                 index = list(columns)
                 tensor[..., index] = tensor[..., index].sort(dim=-1).values
             result.append(tensor)

@@ -32,8 +32,6 @@ from fuzzy.membership import (
     Gaussian,
     LinearS,
     LinearZ,
-    MembershipError,
-    MembershipFunction,
     PiShape,
     Sigmoid,
     SigmoidDifference,
@@ -49,7 +47,6 @@ from fuzzy.membership import (
     gbellmf,
     linsmf,
     linzmf,
-    membership_function,
     pimf,
     psigmf,
     sigmf,
@@ -58,6 +55,7 @@ from fuzzy.membership import (
     trimf,
     zmf,
 )
+from fuzzy.membershipfunction import MembershipError, MembershipFunction, membership_function
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
 

@@ -1,15 +1,15 @@
-"""The same system with plain numbers for parameters, for all that only looks at it."""
+"""A system with plain numbers for parameters, as pictures and explanations need it."""
 
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from fuzzy.membership import MembershipFunction, as_number
+from fuzzy.membershipfunction import MembershipFunction, as_number
 from fuzzy.system import Constant, Linear, Sugeno, Variable
 
 
 def detached(fis: Sugeno) -> Sugeno:
-    """``fis`` with floats in the place of array scalars, so that a system in training can be drawn and explained."""
+    """Copy ``fis`` with floats in place of array scalars, so that a system in training can be drawn and explained."""
     return replace(fis, inputs=[_variable(v) for v in fis.inputs], outputs=[_variable(v) for v in fis.outputs])
 
 

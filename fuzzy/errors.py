@@ -1,4 +1,4 @@
-"""The family of errors that a user can mend: one class at each boundary, all of them ValueErrors."""
+"""The errors that a user can mend: one class at each boundary, all of them ValueErrors."""
 
 from typing import Self
 

@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from array_api_compat import array_namespace, device, is_array_api_obj
 
-from fuzzy.membership import Array, as_float, like
+from fuzzy.membershipfunction import Array, as_float, like
 from fuzzy.system import Constant, FuzzySystemError, Linear, Structure, Sugeno
 
 
 class InferenceWarning(UserWarning):
-    """An input outside its universe of discourse, or a point where no rule fires."""
+    """The warning of an input outside its universe of discourse, or of a point where no rule fires."""
 
 
 class Inference(NamedTuple):
@@ -34,8 +34,9 @@ class Inference(NamedTuple):
 def infer(fis: Sugeno, x: Any) -> Inference:
     """Evaluate ``fis`` at ``x`` (..., inputs): one point or a batch of any shape, numpy or torch.
 
-    A not-a-number among a point's inputs makes its output not-a-number. Warns (InferenceWarning) once a call for
-    inputs outside their universe and for points where no rule fires, or raises FuzzySystemError if the system says so.
+    A point with an input that is not-a-number has outputs that are not-a-number. Each call warns at most once
+    (InferenceWarning) of inputs outside their universe, and at most once of points where no rule fires; it raises
+    FuzzySystemError instead if the system says so. Units are those of the variables.
     """
     x = as_float(x)
     if x.ndim == 0 or x.shape[-1] != len(fis.inputs):
@@ -71,7 +72,7 @@ def _within_universe(fis: Sugeno, x: Array) -> Array:
 
 
 def say_out_of_range(fis: Sugeno, outside: Any) -> None:
-    """Warn, or raise if the system says so, that the inputs marked in ``outside`` (inputs,) left their universe."""
+    """Warn that the inputs marked in ``outside`` (inputs,) left their universe, or raise if the system says so."""
     names = [
         f"{v.name} outside [{v.universe[0]:g} {v.universe[1]:g}]"
         for v, out in zip(fis.inputs, outside, strict=True)
@@ -88,7 +89,7 @@ def say_out_of_range(fis: Sugeno, outside: Any) -> None:
 
 
 def say_no_rule_fires(fis: Sugeno, missing: Any) -> None:
-    """Warn, or raise if the system says so, that no rule fired for the outputs marked in ``missing`` (outputs,)."""
+    """Warn that no rule fired for the outputs marked in ``missing`` (outputs,), or raise if the system says so."""
     outputs = [v for v, none in zip(fis.outputs, missing, strict=True) if bool(none)]
     names = ", ".join(v.name for v in outputs)
     if fis.no_rule_fires == "error":
@@ -112,7 +113,7 @@ def _outside_this_package() -> int:
 
 
 def logarithmic(fis: Sugeno) -> bool:
-    """May firing strengths be sums of logarithms? Where every degree is positive and only multiplied."""
+    """Say whether firing strengths may be sums of logarithms: every degree is positive and is only multiplied."""
     s = fis.structure
     return (
         fis.and_method == "prod"
@@ -124,9 +125,9 @@ def logarithmic(fis: Sugeno) -> bool:
 
 
 def premise_parameters(fis: Sugeno, x: Array) -> tuple[Array, ...]:
-    """The membership functions' parameters, one array (terms, parameters) a kind, in ``fis.structure.kinds``' order.
+    """The parameters of the membership functions: one array (terms, parameters) for each of ``fis.structure.kinds``.
 
-    Of the library, type and device of ``x``; gradients go through to the parameters of ``fis``.
+    The arrays have the library, type and device of ``x``. Gradients reach the parameters of ``fis``.
     """
     xp = array_namespace(x)
     functions = [f for v in fis.inputs for f in v.terms.values()]
@@ -139,7 +140,7 @@ def premise_parameters(fis: Sugeno, x: Array) -> tuple[Array, ...]:
 
 
 def _memberships(fis: Sugeno, x: Array, premises: Sequence[Array], logs: bool) -> Array:
-    """Layer 1: degrees (..., terms) of all inputs' terms; their logarithms if ``logs``. One call a function type."""
+    """Layer 1: degrees (..., terms) of all inputs' terms, or their logarithms if ``logs``, with one call per kind."""
     xp = array_namespace(x)
     columns = []
     for kind, parameters in zip(fis.structure.kinds, premises, strict=True):
@@ -160,10 +161,15 @@ def _memberships(fis: Sugeno, x: Array, premises: Sequence[Array], logs: bool) -
 
 
 def rule_weights(fis: Sugeno, x: Array, premises: Sequence[Array]) -> tuple[Array, Array]:
-    """Firing strengths and weights, each (..., rules), with ``premises`` in the place of the system's parameters.
+    """The firing strengths and the weights, each (..., rules), for other parameters than the system's own.
 
-    What learning differentiates: ``premises`` are those of :func:`premise_parameters`, or arrays
-    (..., terms, parameters) that broadcast over the samples. Nothing is checked, clipped or said.
+    This is what learning differentiates. It checks nothing, clips nothing and warns of nothing.
+
+    Args:
+        fis: The system, for its rules and kinds of membership functions.
+        x: The points (..., inputs).
+        premises: The parameters, as :func:`premise_parameters` gives them, or arrays (..., terms, parameters) that
+            broadcast over the samples.
     """
     logs = logarithmic(fis)
     memberships = _memberships(fis, x, premises, logs)
@@ -171,7 +177,7 @@ def rule_weights(fis: Sugeno, x: Array, premises: Sequence[Array]) -> tuple[Arra
 
 
 def stacked(x: Array, values: Sequence[Any]) -> Array:
-    """Numbers or array scalars as one array (len(values),) of ``x``'s kind; gradients go through."""
+    """Numbers or array scalars as one array (len(values),) of ``x``'s kind, through which gradients go."""
     if any(is_array_api_obj(v) for v in values):
         return array_namespace(x).stack([like(x, v) for v in values])
     return like(x, values)
@@ -271,7 +277,7 @@ def _normalised(firing: Array) -> Array:
 
 
 def rule_outputs(fis: Sugeno, x: Array) -> Array:
-    """Layer 4: each rule's proposal (..., rules, outputs) at ``x`` (..., inputs); 0 for an output left out."""
+    """Layer 4: what each rule proposes (..., rules, outputs) at ``x`` (..., inputs); 0 for an output left out."""
     xp = array_namespace(x)
     columns = []
     for output, consequent in zip(fis.outputs, fis.structure.consequent, strict=True):

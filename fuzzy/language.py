@@ -1,10 +1,10 @@
-"""The rule language: English sentences to rules. :class:`fuzzy.rule.Rule` writes them.
+"""The rule language: sentences in English become rules. :class:`fuzzy.rule.Rule` writes them back.
 
     if distance is far and bearing is not very left then v is fast and w is 'zero turn' with 0.5
 
-Keywords in any case; names as the system spells them, in quotes where they are no plain word. MATLAB's
-verbose form, "If (service is poor) or (food is rancid) then (tip is cheap) (1)", is read too, and so is its
-symbolic form, "service==poor | food~=fresh => tip=cheap (1)".
+Keywords may be in upper or lower case. Names are spelled as in the system, and stand in quotes unless they are
+plain words. MATLAB's verbose form, "If (service is poor) or (food is rancid) then (tip is cheap) (1)", is read too,
+and so is its symbolic form, "service==poor | food~=fresh => tip=cheap (1)".
 """
 
 import math
@@ -34,10 +34,10 @@ _UNKNOWN = re.compile(
 
 
 class RuleError(InputError):
-    """A sentence that is no rule of the system. The message says why and marks the place in the sentence.
+    """The error for a sentence that is no rule of the system. The message says why and marks the place.
 
-    ``sentence`` is the whole text, ``sentence[start:end]`` the word at fault (empty where a word is missing) and
-    ``reason`` what is wrong with it.
+    ``sentence`` is the whole text, ``sentence[start:end]`` is the word at fault (empty where a word is missing), and
+    ``reason`` says what is wrong with it.
     """
 
     def __init__(self, reason: str, sentence: str, start: int, end: int) -> None:
@@ -51,23 +51,25 @@ class RuleError(InputError):
 
 
 def _columns(text: str) -> int:
-    """How many columns of a terminal ``text`` fills."""
+    """Count the columns of a terminal that ``text`` fills."""
     return sum(0 if unicodedata.combining(c) else 1 + (unicodedata.east_asian_width(c) in "WF") for c in text)
 
 
 def parse_rule(text: str, inputs: Mapping[str, Sequence[str]], outputs: Mapping[str, Sequence[str]]) -> Rule:
-    """Read one sentence. ``inputs`` and ``outputs`` map the names of the variables to those of their terms.
+    """Read one sentence as a rule.
+
+    ``inputs`` and ``outputs`` map the name of each variable to the names of its terms. The language is:
 
     - "if <clauses> then <consequents> [with <weight>]", or the weight in parentheses at the end; the clauses are
-      joined all by "and" or all by "or", the consequents by "and" or a comma. An input may be left out.
+      joined all by "and" or all by "or", the consequents by "and" or by commas. An input may be left out.
     - A clause is "<input> is [not] [hedges] <term>", with the hedges somewhat, very and extremely, whose powers
       multiply, or "<term>^<power>". A consequent is "<output> is <term>".
-    - Parentheses may stand round clauses and consequents. "=" and "==" are "is", "~=" is "is not".
-    - A name in quotes may hold any character, its own quote doubled. Without quotes, names are recognised by
-      their spelling; where that allows several, a plain word comes before a longer name, and a hedge before a
-      term that begins with its word. Letter case counts only where names differ in nothing else.
+    - Parentheses may stand round clauses and consequents. "=" and "==" mean "is", "~=" means "is not".
+    - A name in quotes may hold any character; a quote inside is doubled. A name without quotes is recognised by its
+      spelling. Where several names fit, a plain word is preferred to a longer name, and a hedge to a term that
+      begins with the same word. Upper and lower case count only between names that differ in nothing else.
 
-    ``parse_rule(str(rule), ...)`` equals ``rule``. Raises RuleError for anything else.
+    ``parse_rule(str(rule), ...)`` equals ``rule``. Raises RuleError for a sentence outside this language.
     """
     return _Sentence(text).rule(inputs, outputs)
 
@@ -164,14 +166,14 @@ class _Sentence:
             connective = joined
 
     def _open(self, names: _Names) -> int:
-        """Step over opening parentheses, but not into a name that begins with one; how many there were."""
+        """Step over opening parentheses, but not into a name that begins with one; return how many there were."""
         depth = 0
         while not self._spelled(names, _AFTER_VARIABLE) and self._take("("):
             depth += 1
         return depth
 
     def _is(self) -> bool:
-        """Step over "is" or its symbols: does it negate?"""
+        """Step over "is" or its symbols; return whether it negates."""
         if self.text.startswith("=>", self.place):
             raise self._unexpected("expected 'is'")
         return _IS[self._expect("'is'", *_IS)]

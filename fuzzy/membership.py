@@ -1,7 +1,7 @@
 """Membership functions: one formula each, written once for every array library.
 
-A membership function is a frozen dataclass of its parameters, in MATLAB's order and with MATLAB's letters,
-named in words. Calling it evaluates it: ``Triangle(0, 1, 2)(x)`` has the shape of ``x``.
+A membership function is a frozen dataclass of its parameters, in MATLAB's order and with MATLAB's letters.
+Calling it evaluates it: ``Triangle(0, 1, 2)(x)`` has the shape of ``x``.
 
 Each class states its formula in one of two ways:
 
@@ -9,107 +9,32 @@ Each class states its formula in one of two ways:
 - ``log_formula(x, *parameters)`` for functions that are positive everywhere: the logarithm of the degree.
   Products of many such degrees underflow where the sum of their logarithms does not, so inference uses it.
 
-Both take arrays that broadcast, ask ``x`` for its namespace and never write into an array; they serve numpy,
-torch (with gradients, on any device) and every other array of the array-API standard. At the joints the
-gradient is that of one of the two sides, or between them: never NaN.
+Both formulas take arrays that broadcast, ask ``x`` for its namespace and never write into an array. They serve
+numpy, torch (with gradients, on any device) and every other array of the array-API standard. At a joint the
+gradient is that of one of the two sides, or lies between them; it is never NaN.
+
+The other facts that a class states are those of :class:`fuzzy.membershipfunction.MembershipFunction`. Only speed and
+pictures need more than the class: a branch in :mod:`fuzzy.compiled.kernel`, a line in the designer's membership.js.
 
 Sources: [MATLAB fismf] for names, order and the degenerate cases; [Jang 1993] for the bell.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Literal
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
-from array_api_compat import array_namespace, device, is_array_api_obj
+from array_api_compat import array_namespace
 
-from fuzzy.errors import InputError
-from fuzzy.naming import expected
-
-Role = Literal["location", "width", "slope", "shape"]
-Array = Any  # any array of the array-API standard: numpy.ndarray, torch.Tensor, ...
-
-
-class MembershipError(InputError):
-    """Parameters that make no membership function. The message names the function and the parameter."""
-
-
-def like(x: Array, value: Any) -> Array:
-    """``value`` (a number, a sequence of numbers or an array) as an array of ``x``'s kind, type and device."""
-    xp = array_namespace(x)
-    if is_array_api_obj(value):
-        # An array of the same library keeps its graph; one of another library is read as numbers.
-        if array_namespace(value) is xp:
-            return value
-        value = np.asarray(value)
-    return xp.asarray(value, dtype=x.dtype, device=device(x))
-
-
-def as_float(x: Any) -> Array:
-    """``x`` as a floating-point array: sequences and integers become float64, float arrays stay as they are."""
-    if not is_array_api_obj(x):
-        return np.asarray(x, dtype=np.float64)
-    xp = array_namespace(x)
-    return x if xp.isdtype(x.dtype, "real floating") else xp.astype(x, xp.float64)
-
-
-@dataclass(frozen=True)
-class MembershipFunction:
-    """What every membership function is: its parameters, which are numbers or arrays (scalars) of one library."""
-
-    matlab: ClassVar[str]  # MATLAB's name
-    roles: ClassVar[tuple[Role, ...]]  # what each parameter is: how it changes when x is measured in other units
-    log_formula: ClassVar[Callable[..., Array] | None] = None  # only where the degree is positive everywhere
-
-    def __post_init__(self) -> None:
-        for field, value in zip(fields(self), self.parameters, strict=True):
-            number = as_number(value)
-            if not np.isfinite(number):
-                raise MembershipError(f"{self._call()}: {field.name} must be a finite number, got {number}")
-            if not is_array_api_obj(value):
-                object.__setattr__(self, field.name, number)
-        if self.parameters:
-            self._validate(*map(as_number, self.parameters))
-
-    def _validate(self, *parameters: float) -> None:
-        """Raise MembershipError where MATLAB accepts no such parameters."""
-
-    def _call(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{as_number(p):g}' for p in self.parameters)})"
-
-    def _require(self, condition: bool, what: str) -> None:
-        if not condition:
-            raise MembershipError(f"{self._call()} ({self.matlab}): {what}")
-
-    @property
-    def parameters(self) -> tuple[Any, ...]:
-        """The parameters in MATLAB's order."""
-        return tuple(getattr(self, f.name) for f in fields(self))
-
-    @classmethod
-    def formula(cls, x: Array, *parameters: Array) -> Array:
-        """Degree of membership in [0, 1]; ``x`` and the parameters broadcast."""
-        assert cls.log_formula is not None
-        with np.errstate(under="ignore"):
-            return array_namespace(x).exp(cls.log_formula(x, *parameters))
-
-    def __call__(self, x: Any) -> Array:
-        """Degree of membership of ``x`` (any shape, in the unit of its variable), in [0, 1]; shape of ``x``."""
-        x = as_float(x)
-        return self.formula(x, *(like(x, p) for p in self.parameters))
-
-
-def as_number(value: Any) -> float:
-    """A parameter (a number or an array scalar, also one in training) as a float; MembershipError for others."""
-    if is_array_api_obj(value):
-        if value.ndim != 0:
-            raise MembershipError(f"a parameter is one number, got an array of shape {tuple(value.shape)}")
-        # torch warns of a conversion that drops a gradient; here that is meant.
-        return float(value.detach() if hasattr(value, "detach") else value)
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
-        raise MembershipError(f"a parameter is a number, got {value!r}")
-    return float(value)
-
+from fuzzy.membershipfunction import (
+    MATLAB_NAMES,
+    Array,
+    Grid,
+    MembershipFunction,
+    parameter,
+    register,
+)
+from fuzzy.profile import HALF_WIDTH, Outline, Profile
 
 # The building blocks ------------------------------------------------------------------------------------------
 
@@ -156,133 +81,11 @@ def _sigmoid(x: Array, a: Array, c: Array) -> Array:
     return array_namespace(x).exp(_log_sigmoid(x, a, c))
 
 
-# The functions ------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Triangle(MembershipFunction):
-    """trimf [a b c]: max(0, min((x − a)/(b − a), (c − x)/(c − b))), with a ≤ b ≤ c.
-
-    a = b or b = c makes a vertical edge, where the value is 1 (a shoulder's foot).
-    """
-
-    a: Any  # left foot, in the unit of x
-    b: Any  # peak
-    c: Any  # right foot
-    matlab: ClassVar[str] = "trimf"
-    roles: ClassVar[tuple[Role, ...]] = ("location",) * 3
-
-    def _validate(self, *parameters: float) -> None:
-        a, b, c = parameters
-        self._require(a <= b <= c, "the feet and the peak must be in order, a <= b <= c")
-
-    @classmethod
-    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
-        a, b, c = parameters
-        return array_namespace(x).minimum(_rise(x, a, b), _fall(x, b, c))
-
-
-@dataclass(frozen=True)
-class Trapezoid(MembershipFunction):
-    """trapmf [a b c d]: max(0, min((x − a)/(b − a), 1, (d − x)/(d − c))), with a ≤ b and c ≤ d.
-
-    a = b or c = d makes a vertical edge with the value 1. b > c is legal, as in MATLAB: a triangle whose peak
-    lies below 1.
-    """
-
-    a: Any  # left foot, in the unit of x
-    b: Any  # left shoulder
-    c: Any  # right shoulder
-    d: Any  # right foot
-    matlab: ClassVar[str] = "trapmf"
-    roles: ClassVar[tuple[Role, ...]] = ("location",) * 4
-
-    def _validate(self, *parameters: float) -> None:
-        a, b, c, d = parameters
-        self._require(a <= b, "the left foot must not lie right of the left shoulder, a <= b")
-        self._require(c <= d, "the right shoulder must not lie right of the right foot, c <= d")
-
-    @classmethod
-    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
-        a, b, c, d = parameters
-        return array_namespace(x).minimum(_rise(x, a, b), _fall(x, c, d))
-
-
-@dataclass(frozen=True)
-class LinearS(MembershipFunction):
-    """linsmf [a b]: 0 up to a, 1 from b on, straight between; a = b is a step that is 1 for x ≥ a."""
-
-    a: Any  # foot, in the unit of x
-    b: Any  # shoulder
-    matlab: ClassVar[str] = "linsmf"
-    roles: ClassVar[tuple[Role, ...]] = ("location",) * 2
-
-    def _validate(self, *parameters: float) -> None:
-        a, b = parameters
-        self._require(a <= b, "the foot must not lie right of the shoulder, a <= b")
-
-    @classmethod
-    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
-        return _rise(x, *parameters)
-
-
-@dataclass(frozen=True)
-class LinearZ(MembershipFunction):
-    """linzmf [a b] = 1 − linsmf [a b]: 1 up to a, 0 from b on; a = b is a step that is 0 for x ≥ a."""
-
-    a: Any  # shoulder, in the unit of x
-    b: Any  # foot
-    matlab: ClassVar[str] = "linzmf"
-    roles: ClassVar[tuple[Role, ...]] = ("location",) * 2
-
-    def _validate(self, *parameters: float) -> None:
-        a, b = parameters
-        self._require(a <= b, "the shoulder must not lie right of the foot, a <= b")
-
-    @classmethod
-    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
-        return 1 - _rise(x, *parameters)
-
-
-@dataclass(frozen=True)
-class Gaussian(MembershipFunction):
-    """gaussmf [sigma c]: exp(−(x − c)² / 2σ²), with σ ≠ 0 (only its square counts)."""
-
-    sigma: Any  # standard deviation, in the unit of x
-    c: Any  # center
-    matlab: ClassVar[str] = "gaussmf"
-    roles: ClassVar[tuple[Role, ...]] = ("width", "location")
-    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_gauss)
-
-    def _validate(self, *parameters: float) -> None:
-        self._require(parameters[0] != 0, "sigma must not be 0")
-
-
 def _log_two_sided_gauss(x: Array, s1: Array, c1: Array, s2: Array, c2: Array) -> Array:
     # clip instead of where: beyond the center the deviation is 0, and so is its gradient.
     xp = array_namespace(x)
     zero = xp.zeros_like(x - c1)
     return _log_gauss(xp.minimum(x - c1, zero), s1, zero) + _log_gauss(xp.maximum(x - c2, zero), s2, zero)
-
-
-@dataclass(frozen=True)
-class TwoSidedGaussian(MembershipFunction):
-    """gauss2mf [s1 c1 s2 c2]: Gaussian shoulders left of c1 and right of c2, 1 between.
-
-    c1 > c2 is legal, as in MATLAB: the product of the two shoulders, whose maximum lies below 1.
-    """
-
-    s1: Any  # standard deviation of the left shoulder, in the unit of x
-    c1: Any  # where the left shoulder ends
-    s2: Any  # standard deviation of the right shoulder
-    c2: Any  # where the right shoulder begins
-    matlab: ClassVar[str] = "gauss2mf"
-    roles: ClassVar[tuple[Role, ...]] = ("width", "location") * 2
-    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_two_sided_gauss)
-
-    def _validate(self, *parameters: float) -> None:
-        s1, _, s2, _ = parameters
-        self._require(s1 != 0 and s2 != 0, "s1 and s2 must not be 0")
 
 
 def _log_bell(x: Array, a: Array, b: Array, c: Array) -> Array:
@@ -298,6 +101,200 @@ def _log_bell(x: Array, a: Array, b: Array, c: Array) -> Array:
     return -xp.logaddexp(xp.zeros_like(exponent), exponent)
 
 
+def _log_sigmoid_product(x: Array, a1: Array, c1: Array, a2: Array, c2: Array) -> Array:
+    return _log_sigmoid(x, a1, c1) + _log_sigmoid(x, a2, c2)
+
+
+# The scales of profiles and grids
+_WIDTH = 1 / HALF_WIDTH  # the standard deviation of a Gaussian that is 0.5 at the distance 1
+_OUTWARD = 4.0  # how many edges' widths an open side's crossover lies outside the universe
+
+
+# The functions ------------------------------------------------------------------------------------------------
+
+
+@register
+@dataclass(frozen=True)
+class Triangle(MembershipFunction):
+    """trimf [a b c]: max(0, min((x − a)/(b − a), (c − x)/(c − b))), with a ≤ b ≤ c.
+
+    a = b or b = c makes a vertical edge, where the value is 1 (a shoulder's foot).
+    """
+
+    a: Any = field(metadata=parameter("location", "left foot"))
+    b: Any = field(metadata=parameter("location", "peak"))
+    c: Any = field(metadata=parameter("location", "right foot"))
+    matlab: ClassVar[str] = "trimf"
+    title: ClassVar[str] = "triangle"
+    vertices: ClassVar[tuple[int, ...]] = (0, 1, 2)
+    grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (c - 2 * h, c, c + 2 * h))
+
+    @classmethod
+    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
+        a, b, c = parameters
+        return array_namespace(x).minimum(_rise(x, a, b), _fall(x, b, c))
+
+    def profile(self, span: float) -> Profile:  # noqa: D102
+        a, b, c = self.numbers
+        return Profile(a, b, b, c)
+
+    @classmethod
+    def fitted(cls, outline: Outline) -> tuple[float, ...]:  # noqa: D102
+        a, b, c, d = outline.a, outline.b, outline.c, outline.d
+        return a, a if outline.open_left else d if outline.open_right else (b + c) / 2, d
+
+
+@dataclass(frozen=True)
+class _FourVertices(MembershipFunction):
+    """Two edges with a core between them."""
+
+    a: Any = field(metadata=parameter("location", "left foot"))
+    b: Any = field(metadata=parameter("location", "left shoulder"))
+    c: Any = field(metadata=parameter("location", "right shoulder"))
+    d: Any = field(metadata=parameter("location", "right foot"))
+    vertices: ClassVar[tuple[int, ...]] = (0, 1, 2, 3)
+    grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (c - 1.4 * h, c - 0.6 * h, c + 0.6 * h, c + 1.4 * h))
+
+    def profile(self, span: float) -> Profile:
+        return Profile.ordered(*self.numbers)
+
+    @classmethod
+    def fitted(cls, outline: Outline) -> tuple[float, ...]:
+        return outline.a, outline.b, outline.c, outline.d
+
+
+@dataclass(frozen=True)
+class _Rising(MembershipFunction):
+    """One edge, with the degree 1 to its right."""
+
+    a: Any = field(metadata=parameter("location", "foot"))
+    b: Any = field(metadata=parameter("location", "shoulder"))
+    vertices: ClassVar[tuple[int, ...]] = (0, 1)
+
+    def profile(self, span: float) -> Profile:
+        return Profile(min(self.numbers), max(self.numbers), None, None)
+
+    @classmethod
+    def fitted(cls, outline: Outline) -> tuple[float, ...]:
+        return (outline.c, outline.d) if outline.open_left else (outline.a, outline.b)
+
+
+@dataclass(frozen=True)
+class _Falling(MembershipFunction):
+    """One edge, with the degree 1 to its left."""
+
+    a: Any = field(metadata=parameter("location", "shoulder"))
+    b: Any = field(metadata=parameter("location", "foot"))
+    vertices: ClassVar[tuple[int, ...]] = (0, 1)
+
+    def profile(self, span: float) -> Profile:
+        return Profile(None, None, min(self.numbers), max(self.numbers))
+
+    @classmethod
+    def fitted(cls, outline: Outline) -> tuple[float, ...]:
+        return (outline.a, outline.b) if outline.open_right else (outline.c, outline.d)
+
+
+@register
+@dataclass(frozen=True)
+class Trapezoid(_FourVertices):
+    """trapmf [a b c d]: max(0, min((x − a)/(b − a), 1, (d − x)/(d − c))), with a ≤ b and c ≤ d.
+
+    a = b or c = d makes a vertical edge with the value 1. b > c is legal, as in MATLAB: a triangle whose peak
+    lies below 1.
+    """
+
+    matlab: ClassVar[str] = "trapmf"
+    title: ClassVar[str] = "trapezoid"
+    may_cross: ClassVar[tuple[int, ...]] = (1,)
+
+    @classmethod
+    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
+        a, b, c, d = parameters
+        return array_namespace(x).minimum(_rise(x, a, b), _fall(x, c, d))
+
+
+@register
+@dataclass(frozen=True)
+class LinearS(_Rising):
+    """linsmf [a b]: 0 up to a, 1 from b on, straight between, with a ≤ b; a = b is a step that is 1 for x ≥ a."""
+
+    matlab: ClassVar[str] = "linsmf"
+    title: ClassVar[str] = "straight ramp up"
+
+    @classmethod
+    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
+        return _rise(x, *parameters)
+
+
+@register
+@dataclass(frozen=True)
+class LinearZ(_Falling):
+    """linzmf [a b] = 1 − linsmf [a b]: 1 up to a, 0 from b on; a = b is a step that is 0 for x ≥ a."""
+
+    matlab: ClassVar[str] = "linzmf"
+    title: ClassVar[str] = "straight ramp down"
+
+    @classmethod
+    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
+        return 1 - _rise(x, *parameters)
+
+
+@register
+@dataclass(frozen=True)
+class Gaussian(MembershipFunction):
+    """gaussmf [sigma c]: exp(−(x − c)² / 2σ²), with σ ≠ 0 (only its square counts)."""
+
+    sigma: Any = field(metadata=parameter("width", "width σ"))  # standard deviation
+    c: Any = field(metadata=parameter("location", "centre"))
+    matlab: ClassVar[str] = "gaussmf"
+    title: ClassVar[str] = "Gaussian"
+    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_gauss)
+    grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (h * _WIDTH, c))
+
+    def profile(self, span: float) -> Profile:  # noqa: D102
+        sigma, c = self.numbers
+        half = HALF_WIDTH * abs(sigma)
+        return Profile(c - 2 * half, c, c, c + 2 * half)
+
+    @classmethod
+    def fitted(cls, outline: Outline) -> tuple[float, ...]:  # noqa: D102
+        return outline.half / HALF_WIDTH, outline.center
+
+
+@register
+@dataclass(frozen=True)
+class TwoSidedGaussian(MembershipFunction):
+    """gauss2mf [s1 c1 s2 c2]: Gaussian shoulders left of c1 and right of c2, 1 between.
+
+    c1 > c2 is legal, as in MATLAB: the product of the two shoulders, whose maximum lies below 1.
+    """
+
+    s1: Any = field(metadata=parameter("width", "left width σ₁"))  # standard deviation of the left shoulder
+    c1: Any = field(metadata=parameter("location", "left end c₁"))
+    s2: Any = field(metadata=parameter("width", "right width σ₂"))
+    c2: Any = field(metadata=parameter("location", "right end c₂"))
+    matlab: ClassVar[str] = "gauss2mf"
+    title: ClassVar[str] = "two-sided Gaussian"
+    vertices: ClassVar[tuple[int, ...]] = (1, 3)
+    may_cross: ClassVar[tuple[int, ...]] = (1,)
+    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_two_sided_gauss)
+    grid: ClassVar[Grid] = staticmethod(
+        lambda c, h, slope: (0.4 * h * _WIDTH, c - 0.6 * h, 0.4 * h * _WIDTH, c + 0.6 * h)
+    )
+
+    def profile(self, span: float) -> Profile:  # noqa: D102
+        s1, c1, s2, c2 = self.numbers
+        return Profile.ordered(c1 - 2 * HALF_WIDTH * abs(s1), c1, c2, c2 + 2 * HALF_WIDTH * abs(s2))
+
+    @classmethod
+    def fitted(cls, outline: Outline) -> tuple[float, ...]:  # noqa: D102
+        up = outline.down if outline.open_left else outline.up
+        down = outline.up if outline.open_right else outline.down
+        return up / (2 * HALF_WIDTH), outline.b, down / (2 * HALF_WIDTH), outline.c
+
+
+@register
 @dataclass(frozen=True)
 class Bell(MembershipFunction):
     """gbellmf [a b c]: 1 / (1 + |(x − c)/a|^2b), with a ≠ 0   [Jang 1993, layer 1].
@@ -305,38 +302,106 @@ class Bell(MembershipFunction):
     |a| is the half-width at 0.5; the slope there is −b/2a. A negative b turns the bell upside down, as in MATLAB.
     """
 
-    a: Any  # half-width at degree 0.5, in the unit of x
-    b: Any  # steepness
-    c: Any  # center, in the unit of x
+    a: Any = field(metadata=parameter("width", "half-width a"))  # at degree 0.5
+    b: Any = field(metadata=parameter("shape", "steepness b"))
+    c: Any = field(metadata=parameter("location", "centre c"))
     matlab: ClassVar[str] = "gbellmf"
-    roles: ClassVar[tuple[Role, ...]] = ("width", "shape", "location")
+    title: ClassVar[str] = "bell"
     log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_bell)
+    grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (h, 2, c))
 
-    def _validate(self, *parameters: float) -> None:
-        self._require(parameters[0] != 0, "a must not be 0")
+    def profile(self, span: float) -> Profile:  # noqa: D102
+        a, b, c = self.numbers
+        half = abs(a)
+        edge = min(2 * half / abs(b) if b else 2 * half, 2 * half)
+        return Profile.between(c - half, c + half, edge, edge)
+
+    @classmethod
+    def fitted(cls, outline: Outline) -> tuple[float, ...]:  # noqa: D102
+        up, down = outline.up, outline.down
+        edge = down if outline.open_left else up if outline.open_right else (up + down) / 2
+        return outline.half, 2 * outline.half / edge, outline.center
 
 
+def _edge(slope: float, span: float) -> float:
+    """The width of the straight edge that is as steep as a sigmoid at its crossover, where that is slope / 4."""
+    return min(4 / abs(slope), span) if abs(slope) > 1e-300 else span
+
+
+@register
 @dataclass(frozen=True)
 class Sigmoid(MembershipFunction):
     """sigmf [a c]: 1 / (1 + exp(−a (x − c))); a < 0 opens to the left."""
 
-    a: Any  # slope, in 1 / the unit of x
-    c: Any  # where the degree is 0.5
+    a: Any = field(metadata=parameter("slope", "slope a"))
+    c: Any = field(metadata=parameter("location", "crossover c"))  # where the degree is 0.5
     matlab: ClassVar[str] = "sigmf"
-    roles: ClassVar[tuple[Role, ...]] = ("slope", "location")
+    title: ClassVar[str] = "sigmoid"
     log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_sigmoid)
+
+    def profile(self, span: float) -> Profile:  # noqa: D102
+        a, c = self.numbers
+        edge = _edge(a, span)
+        sides = c - edge / 2, c + edge / 2
+        return Profile(None, None, *sides) if a < 0 else Profile(*sides, None, None)
+
+    @classmethod
+    def fitted(cls, outline: Outline) -> tuple[float, ...]:  # noqa: D102
+        left, right = (outline.a + outline.b) / 2, (outline.c + outline.d) / 2
+        middle = (outline.low + outline.high) / 2
+        # Of two edges it becomes the one that is nearer the middle of the universe.
+        falls = outline.open_left or (not outline.open_right and abs(right - middle) < abs(left - middle))
+        return (-4 / outline.down, right) if falls else (4 / outline.up, left)
 
 
 @dataclass(frozen=True)
-class SigmoidDifference(MembershipFunction):
+class _TwoSigmoids(MembershipFunction):
+    """Two sigmoids, the second of which counts with the sign ``second`` of its slope."""
+
+    a1: Any = field(metadata=parameter("slope", "slope a₁"))
+    c1: Any = field(metadata=parameter("location", "crossover c₁"))
+    a2: Any = field(metadata=parameter("slope", "slope a₂"))
+    c2: Any = field(metadata=parameter("location", "crossover c₂"))
+    second: ClassVar[int]
+
+    def profile(self, span: float) -> Profile:
+        a1, c1, a2, c2 = self.numbers
+        sides = [(a1, c1), (self.second * a2, c2)]
+        rising = [(c, _edge(a, span)) for a, c in sides if a >= 0]
+        falling = [(c, _edge(a, span)) for a, c in sides if a < 0]
+        if len(rising) == 2:
+            at, edge = max(rising)
+            return Profile(at - edge / 2, at + edge / 2, None, None)
+        if len(falling) == 2:
+            at, edge = min(falling)
+            return Profile(None, None, at - edge / 2, at + edge / 2)
+        (left, up), (right, down) = rising[0], falling[0]
+        return Profile.between(min(left, right), max(left, right), up, down)
+
+    @classmethod
+    def fitted(cls, outline: Outline) -> tuple[float, ...]:
+        # The edge of a side that was open lies so far outside that the degree is 1 in the universe.
+        up = outline.span / 4 if outline.open_left else outline.up
+        down = outline.span / 4 if outline.open_right else outline.down
+        at, to = (outline.a + outline.b) / 2, (outline.c + outline.d) / 2
+        if outline.open_left:
+            at = min(outline.low, outline.c) - _OUTWARD * up
+        if outline.open_right:
+            to = max(outline.high, outline.b) + _OUTWARD * down
+        # Edges wider than half the way between would keep the degree far below 1.
+        widest = max((to - at) / 2, outline.smallest)
+        return 4 / min(up, widest), at, -4 * cls.second / min(down, widest), to
+
+
+@register
+@dataclass(frozen=True)
+class SigmoidDifference(_TwoSigmoids):
     """dsigmf [a1 c1 a2 c2]: sigmf[a1 c1] − sigmf[a2 c2], not below 0 (a degree cannot be negative)."""
 
-    a1: Any  # slope of the first sigmoid, in 1 / the unit of x
-    c1: Any  # its crossover
-    a2: Any  # slope of the second sigmoid
-    c2: Any  # its crossover
     matlab: ClassVar[str] = "dsigmf"
-    roles: ClassVar[tuple[Role, ...]] = ("slope", "location") * 2
+    title: ClassVar[str] = "difference of sigmoids"
+    second: ClassVar[int] = -1  # near its edge, minus a rising sigmoid is like times a falling one
+    grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (slope, c - h, slope, c + h))
 
     @classmethod
     def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
@@ -345,45 +410,40 @@ class SigmoidDifference(MembershipFunction):
             return array_namespace(x).clip(_sigmoid(x, a1, c1) - _sigmoid(x, a2, c2), 0.0, 1.0)
 
 
-def _log_sigmoid_product(x: Array, a1: Array, c1: Array, a2: Array, c2: Array) -> Array:
-    return _log_sigmoid(x, a1, c1) + _log_sigmoid(x, a2, c2)
-
-
+@register
 @dataclass(frozen=True)
-class SigmoidProduct(MembershipFunction):
+class SigmoidProduct(_TwoSigmoids):
     """psigmf [a1 c1 a2 c2]: sigmf[a1 c1] · sigmf[a2 c2]."""
 
-    a1: Any  # slope of the first sigmoid, in 1 / the unit of x
-    c1: Any  # its crossover
-    a2: Any  # slope of the second sigmoid
-    c2: Any  # its crossover
     matlab: ClassVar[str] = "psigmf"
-    roles: ClassVar[tuple[Role, ...]] = ("slope", "location") * 2
+    title: ClassVar[str] = "product of sigmoids"
+    second: ClassVar[int] = 1
     log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_sigmoid_product)
+    grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (slope, c - h, -slope, c + h))
 
 
+@register
 @dataclass(frozen=True)
-class SShape(MembershipFunction):
+class SShape(_Rising):
     """smf [a b]: quadratic spline from 0 at a to 1 at b, 0.5 in the middle; a ≥ b is a step at the middle."""
 
-    a: Any  # foot, in the unit of x
-    b: Any  # shoulder
     matlab: ClassVar[str] = "smf"
-    roles: ClassVar[tuple[Role, ...]] = ("location",) * 2
+    title: ClassVar[str] = "S-shape"
+    may_cross: ClassVar[tuple[int, ...]] = (0,)
 
     @classmethod
     def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
         return _s(x, *parameters)
 
 
+@register
 @dataclass(frozen=True)
-class ZShape(MembershipFunction):
+class ZShape(_Falling):
     """zmf [a b]: quadratic spline from 1 at a to 0 at b, 0.5 in the middle; a ≥ b is a step at the middle."""
 
-    a: Any  # shoulder, in the unit of x
-    b: Any  # foot
     matlab: ClassVar[str] = "zmf"
-    roles: ClassVar[tuple[Role, ...]] = ("location",) * 2
+    title: ClassVar[str] = "Z-shape"
+    may_cross: ClassVar[tuple[int, ...]] = (0,)
 
     @classmethod
     def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
@@ -391,16 +451,14 @@ class ZShape(MembershipFunction):
         return _s(-x, -b, -a)
 
 
+@register
 @dataclass(frozen=True)
-class PiShape(MembershipFunction):
+class PiShape(_FourVertices):
     """pimf [a b c d]: smf[a b] · zmf[c d]."""
 
-    a: Any  # left foot, in the unit of x
-    b: Any  # left shoulder
-    c: Any  # right shoulder
-    d: Any  # right foot
     matlab: ClassVar[str] = "pimf"
-    roles: ClassVar[tuple[Role, ...]] = ("location",) * 4
+    title: ClassVar[str] = "π-shape"
+    may_cross: ClassVar[tuple[int, ...]] = (0, 1, 2)
 
     @classmethod
     def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
@@ -408,22 +466,7 @@ class PiShape(MembershipFunction):
         return _s(x, a, b) * _s(-x, -d, -c)
 
 
-FUNCTIONS: tuple[type[MembershipFunction], ...] = (
-    Triangle,
-    Trapezoid,
-    LinearS,
-    LinearZ,
-    Gaussian,
-    TwoSidedGaussian,
-    Bell,
-    Sigmoid,
-    SigmoidDifference,
-    SigmoidProduct,
-    SShape,
-    ZShape,
-    PiShape,
-)
-MATLAB_NAMES: dict[str, type[MembershipFunction]] = {f.matlab: f for f in FUNCTIONS}
+FUNCTIONS: tuple[type[MembershipFunction], ...] = tuple(MATLAB_NAMES.values())  # MATLAB's thirteen
 
 # MATLAB's names as aliases: trimf(0, 1, 2) is Triangle(0, 1, 2).
 trimf, trapmf, linsmf, linzmf, gaussmf, gauss2mf = (
@@ -436,17 +479,3 @@ trimf, trapmf, linsmf, linzmf, gaussmf, gauss2mf = (
 )
 gbellmf, sigmf, dsigmf, psigmf = Bell, Sigmoid, SigmoidDifference, SigmoidProduct
 smf, zmf, pimf = SShape, ZShape, PiShape
-
-
-def membership_function(name: str, parameters: Any) -> MembershipFunction:
-    """The function of a MATLAB name (``"gaussmf"``) with its parameters in MATLAB's order.
-
-    Raises MembershipError for an unknown name, a wrong number of parameters, or parameters that MATLAB refuses.
-    """
-    if name not in MATLAB_NAMES:
-        raise MembershipError(expected(name, MATLAB_NAMES, "membership function"))
-    function = MATLAB_NAMES[name]
-    letters = [f.name for f in fields(function)]
-    if len(parameters) != len(letters):
-        raise MembershipError(f"{name} takes {len(letters)} parameters [{' '.join(letters)}], got {len(parameters)}")
-    return function(*parameters)

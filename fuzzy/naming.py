@@ -1,11 +1,11 @@
-"""Names that a reader mistyped: what was probably meant."""
+"""What somebody probably meant who mistyped a name."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
 
 
 def expected(name: str, known: Iterable[str], what: str) -> str:
-    """Say that ``name`` is no known ``what``, with the nearest known name and the accepted ones.
+    """Say that ``name`` is not a known ``what``; name the nearest one and all accepted ones.
 
     >>> expected("fra", ["near", "far"], "term")
     "unknown term 'fra'; did you mean 'far'? Known: near, far"

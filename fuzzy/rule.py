@@ -14,14 +14,14 @@ PLAIN_NAME = re.compile(r"[^\W\d][\w-]*")
 
 
 def quoted(name: str) -> str:
-    """``name`` as a sentence writes it: in single quotes (doubled inside) unless it is a plain word."""
+    """Write ``name`` as a sentence holds it: in single quotes (doubled inside) unless it is a plain word."""
     if PLAIN_NAME.fullmatch(name) and name.casefold() not in KEYWORDS:
         return name
     return "'" + name.replace("'", "''") + "'"
 
 
 def hedge_words(power: float) -> str | None:
-    """The hedges whose powers multiply to ``power`` (the fewest words), or None where no words do.
+    """Find the fewest hedges whose powers multiply to ``power``; None if there are none.
 
     >>> hedge_words(4.0), hedge_words(0.5), hedge_words(1.0), hedge_words(1.3)
     ('very very', 'somewhat', '', None)
@@ -41,10 +41,10 @@ def hedge_words(power: float) -> str | None:
 
 @dataclass(frozen=True)
 class Clause:
-    """ "variable is [not] [hedges] term" in an antecedent.
+    """A clause of an antecedent, "variable is [not] [hedges] term".
 
-    ``power`` is the hedge as an exponent of the degree of membership: somewhat 1/2, very 2, extremely 3, and
-    products of these. "not" acts on what the hedges leave: not very far = 1 − far².
+    ``power`` is the hedge as an exponent of the degree of membership: 1/2 for somewhat, 2 for very, 3 for extremely,
+    and products of these. "not" acts after the hedges: not very far = 1 − far².
     """
 
     variable: str
@@ -61,10 +61,10 @@ class Clause:
 
 @dataclass(frozen=True)
 class Rule:
-    """ "if ... then ...", with every clause of the antecedent joined by the same connective."""
+    """A rule, "if ... then ...", whose clauses are all joined by the same connective."""
 
-    when: tuple[Clause, ...]  # the antecedent: at least one clause, at most one an input
-    then: tuple[tuple[str, str], ...]  # the consequents: (output, term), at most one an output
+    when: tuple[Clause, ...]  # the antecedent: at least one clause, at most one per input
+    then: tuple[tuple[str, str], ...]  # the consequents: (output, term), at most one per output
     connective: Literal["and", "or"] = "and"
     weight: float = 1.0  # in [0, 1]; multiplies the firing strength
 

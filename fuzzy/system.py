@@ -1,4 +1,4 @@
-"""The Sugeno system: variables, terms, rules and choices. :mod:`fuzzy.inference` evaluates it.
+"""The Sugeno system: its variables, terms, rules and choices. :mod:`fuzzy.inference` evaluates it.
 
 The structure is Python, the parameters are numbers or arrays, and nothing changes after construction.
 """
@@ -12,7 +12,7 @@ from array_api_compat import is_array_api_obj
 
 from fuzzy.errors import InputError
 from fuzzy.language import parse_rule
-from fuzzy.membership import Array, MembershipFunction
+from fuzzy.membershipfunction import Array, MembershipFunction
 from fuzzy.naming import expected
 from fuzzy.rule import Rule
 
@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 
 class FuzzySystemError(InputError):
-    """A description that makes no system, or an input that it was told to refuse."""
+    """The error for a description that makes no system, and for an input that the system was told to refuse."""
 
 
 class Terms(Mapping[str, T], Generic[T]):
@@ -60,13 +60,13 @@ class Constant:
 
     @property
     def parameters(self) -> tuple[Any, ...]:
-        """The constant, as MATLAB lists it."""
+        """The parameters as MATLAB lists them: the constant alone."""
         return (self.value,)
 
 
 @dataclass(frozen=True)
 class Linear:
-    """A first-order consequent: z = slopes · x + constant, with one slope an input."""
+    """A first-order consequent: z = slopes · x + constant, with one slope per input."""
 
     slopes: Any  # (inputs,): numbers or an array; output unit / input unit
     constant: Any  # in the unit of the output
@@ -77,7 +77,7 @@ class Linear:
 
     @property
     def parameters(self) -> tuple[Any, ...]:
-        """[p1 ... pn p0], as MATLAB lists them: the constant last."""
+        """The parameters [p1 ... pn p0] as MATLAB lists them: the slopes, then the constant."""
         return (*(self.slopes[i] for i in range(len(self.slopes))), self.constant)
 
 
@@ -88,7 +88,7 @@ Consequent = Constant | Linear
 class Variable:
     """An input or an output: its name, universe of discourse and terms.
 
-    The terms of an input are membership functions, those of an output are consequents (:class:`Constant`,
+    The terms of an input are membership functions. The terms of an output are consequents (:class:`Constant`,
     :class:`Linear`, or a plain number, which is a constant).
     """
 
@@ -129,12 +129,12 @@ class Variable:
 
     @property
     def label(self) -> str:
-        """The name with its unit, for an axis."""
+        """The name with the unit, as an axis shows it."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
 
 class Kind(NamedTuple):
-    """All terms of one type of membership function; terms are numbered through all inputs."""
+    """All terms with one type of membership function. Terms are numbered from the first input's to the last input's."""
 
     function: type[MembershipFunction]
     terms: np.ndarray  # (n,) int
@@ -156,13 +156,13 @@ class Structure(NamedTuple):
 
 @dataclass(frozen=True)
 class Sugeno:
-    """A zero- or first-order Takagi-Sugeno system; rules may be given as sentences.
+    """A Takagi-Sugeno system of order zero or one. Its rules may be given as sentences.
 
-    Defaults are MATLAB's for a Sugeno system: product, probabilistic or, weighted average, the middle of the
-    output's universe of discourse where no rule fires, and a warning for an input outside its universe (which
-    is evaluated without clipping).
+    The defaults are those of MATLAB: "and" is the product, "or" the probabilistic or, and the output the weighted
+    average. Where no rule fires, the output is the middle of its universe of discourse. An input outside its universe
+    is evaluated without clipping, with a warning.
 
-    Raises FuzzySystemError or RuleError, naming the place, for anything that does not fit together.
+    Raises FuzzySystemError or RuleError, which name the place, for parts that do not fit together.
     """
 
     inputs: Sequence[Variable]
@@ -202,13 +202,13 @@ class Sugeno:
         object.__setattr__(self, "structure", _resolve(rules, self.inputs, antecedents, consequents))
 
     def __call__(self, x: Any) -> Array:
-        """The outputs (..., outputs) at ``x`` (..., inputs); see :func:`fuzzy.inference.infer`."""
+        """Evaluate the outputs (..., outputs) at ``x`` (..., inputs); see :func:`fuzzy.inference.infer`."""
         from fuzzy.inference import infer
 
         return infer(self, x).output
 
     def __getitem__(self, name: str) -> Variable:
-        """The input or output of that name."""
+        """Return the input or output of this name."""
         for variable in (*self.inputs, *self.outputs):
             if variable.name == name:
                 return variable

@@ -17,7 +17,9 @@ from fuzzy.compiled.tables import (
     GAUSSIAN,
     LINEAR_S,
     LINEAR_Z,
+    PI_SHAPE,
     S_SHAPE,
+    SIGMOID,
     SIGMOID_DIFFERENCE,
     SIGMOID_PRODUCT,
     TRAPEZOID,
@@ -38,7 +40,7 @@ inlined = kernel(nogil=True, _nrt=False, forceinline=True)
 
 @kernel(nogil=True)
 def workspace(tables: Tables, lanes: int) -> Workspace:
-    """Rows for blocks of ``lanes`` points of a system: 1 for :func:`evaluate_point`. To be reused."""
+    """Make the rows for blocks of ``lanes`` points of a system (1 for :func:`evaluate_point`), once for many calls."""
     rules, inputs = tables.clause.shape
     terms, outputs = len(tables.kind), len(tables.default)
     firing, weights = np.empty(rules * lanes), np.empty(rules * lanes)
@@ -73,11 +75,15 @@ _E8, _E9, _E10, _E11, _E12, _E13 = (1 / math.factorial(n) for n in range(8, 14))
 
 @inlined
 def exp_nonpositive(values: np.ndarray, scale: np.ndarray, bits: np.ndarray) -> None:
-    """``values`` (n,) ← exp(values), in place, for values ≤ 0; within one unit in the last place.
+    """Replace ``values`` (n,), all ≤ 0, by their exponentials, within one unit in the last place.
 
     e^v = 2^k e^r with r = v − k ln 2, |r| ≤ ln(2)/2, and e^r by its Taylor series, whose remainder is below
-    4e-18. -inf gives 0, not-a-number stays. ``scale`` (n,) or longer is
-    scratch, and ``bits`` the same memory as int64.
+    4e-18. -inf gives 0, not-a-number stays.
+
+    Args:
+        values: The exponents (n,), which become the results.
+        scale: Memory to work in, (n,) or longer.
+        bits: The memory of ``scale`` as int64.
     """
     n = len(values)
     for p in range(n):
@@ -100,7 +106,7 @@ def exp_nonpositive(values: np.ndarray, scale: np.ndarray, bits: np.ndarray) -> 
 
 @uncounted
 def log1p_unit(u: float) -> float:
-    """log(1 + u) for 0 ≤ u ≤ 1, as 2 artanh(s) with s = u / (2 + u) ≤ 1/3, by its Taylor series."""
+    """Compute log(1 + u) for 0 ≤ u ≤ 1, as 2 artanh(s) with s = u / (2 + u) ≤ 1/3, by its Taylor series."""
     s = u / (2.0 + u)
     q = s * s
     t = 1 / 27 + q * (1 / 29 + q * (1 / 31 + q * (1 / 33 + q * (1 / 35))))
@@ -145,8 +151,11 @@ def _minimum(a: float, b: float) -> float:
 @inlined
 def _piecewise(
     kind: int, parameters: np.ndarray, t: int, x: np.ndarray, i: int, degree: np.ndarray, lanes: int
-) -> None:
-    """Row ``t`` of degrees, from row ``i`` of x, of a function made of straight lines and parabolas."""
+) -> bool:
+    """Row ``t`` of degrees, from row ``i`` of x, of a function made of straight lines and parabolas.
+
+    Returns whether the number ``kind`` is known; the degrees of an unknown one are not-a-number.
+    """
     a, b, c, d = parameters[t, 0], parameters[t, 1], parameters[t, 2], parameters[t, 3]
     if kind == TRIANGLE:
         for p in range(lanes):
@@ -166,9 +175,14 @@ def _piecewise(
     elif kind == Z_SHAPE:
         for p in range(lanes):
             degree[t, p] = _s(-x[i, p], -b, -a)
-    else:  # PI_SHAPE
+    elif kind == PI_SHAPE:
         for p in range(lanes):
             degree[t, p] = _s(x[i, p], a, b) * _s(-x[i, p], -d, -c)
+    else:
+        for p in range(lanes):
+            degree[t, p] = math.nan
+        return False
+    return True
 
 
 @uncounted
@@ -197,8 +211,11 @@ def _log_bell(x: np.ndarray, a: float, b: float, c: float, result: np.ndarray, w
 
 
 @uncounted
-def _log_degree(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work: Workspace) -> None:
-    """A row of logarithms of the degrees of a function that is positive everywhere but no Gaussian."""
+def _log_degree(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work: Workspace) -> bool:
+    """A row of logarithms of the degrees of a function that is positive everywhere, but not a Gaussian.
+
+    Returns whether the number ``kind`` is known; the logarithms of an unknown one are not-a-number.
+    """
     a, b, c, d = parameters[0], parameters[1], parameters[2], parameters[3]
     if kind == TWO_SIDED_GAUSSIAN:
         for p in range(len(x)):
@@ -208,13 +225,19 @@ def _log_degree(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.nda
             degree[p] = -0.5 * (left * left) + -0.5 * (right * right)
     elif kind == BELL:
         _log_bell(x, a, b, c, degree, work)
-    else:
+    elif kind == SIGMOID:
         _log_sigmoid(x, a, b, degree, work)
-        if kind == SIGMOID_PRODUCT:
-            row = work.row[0]
-            _log_sigmoid(x, c, d, row, work)
-            for p in range(len(x)):
-                degree[p] += row[p]
+    elif kind == SIGMOID_PRODUCT:
+        row = work.row[0]
+        _log_sigmoid(x, a, b, degree, work)
+        _log_sigmoid(x, c, d, row, work)
+        for p in range(len(x)):
+            degree[p] += row[p]
+    else:
+        for p in range(len(x)):
+            degree[p] = math.nan
+        return False
+    return True
 
 
 @uncounted
@@ -230,8 +253,10 @@ def _difference(parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work:
 
 
 @inlined
-def _memberships(tables: Tables, work: Workspace, lanes: int) -> None:
+def _memberships(tables: Tables, work: Workspace, lanes: int) -> bool:
+    """Layer 1. Returns whether the number of every term's function is known."""
     parameters, x, degree = tables.parameters, work.x, work.degree
+    known = True
     for t in range(len(tables.kind)):
         kind, i = tables.kind[t], tables.place[t]
         if kind == GAUSSIAN:  # by far the most usual in systems that learn
@@ -240,13 +265,14 @@ def _memberships(tables: Tables, work: Workspace, lanes: int) -> None:
                 z = (x[i, p] - center) / sigma
                 degree[t, p] = -0.5 * (z * z)
         elif kind < SIGMOID_DIFFERENCE:
-            _piecewise(kind, parameters, t, x, i, degree, lanes)
+            known &= _piecewise(kind, parameters, t, x, i, degree, lanes)
         elif kind == SIGMOID_DIFFERENCE:
             _difference(parameters[t], x[i], degree[t], work)
         else:
-            _log_degree(kind, parameters[t], x[i], degree[t], work)
+            known &= _log_degree(kind, parameters[t], x[i], degree[t], work)
         if kind >= GAUSSIAN and not tables.logarithmic:
             exp_nonpositive(degree[t], work.scale, work.bits)
+    return known
 
 
 # Layers 2 and 3: firing strengths and weights -----------------------------------------------------------------
@@ -399,7 +425,7 @@ def _evaluate(tables: Tables, work: Workspace, lanes: int) -> None:
     x, output, missing, row = work.x, work.output, work.missing, work.row
     inputs = len(x)
     outputs = len(output)
-    _memberships(tables, work, lanes)
+    known = _memberships(tables, work, lanes)
     if tables.logarithmic:
         _log_firing(tables, work, lanes)
     else:
@@ -411,9 +437,10 @@ def _evaluate(tables: Tables, work: Workspace, lanes: int) -> None:
         for p in range(lanes):
             missing[o, p] = not row[0, p] > 0.0
             output[o, p] = default if missing[o, p] else output[o, p]
+    # Also for an unknown function, whose degrees a minimum or "no rule fires" would lose.
     for i in range(inputs):
         for p in range(lanes):
-            if math.isnan(x[i, p]):
+            if math.isnan(x[i, p]) or not known:
                 for o in range(outputs):
                     output[o, p] = math.nan
                     missing[o, p] = False
@@ -421,10 +448,16 @@ def _evaluate(tables: Tables, work: Workspace, lanes: int) -> None:
 
 @uncounted
 def evaluate_point(tables: Tables, x: np.ndarray, output: np.ndarray, work: Workspace) -> None:
-    """``output`` (outputs,) ← the outputs at ``x`` (inputs,), for calls from other compiled functions.
+    """Evaluate one point, for calls from other compiled functions.
 
-    ``work`` is ``workspace(tables, 1)``, made once; one a thread. Inputs outside their universe are clipped if the
-    system says so and are otherwise evaluated without a word, as are points where no rule fires.
+    Inputs outside their universe are clipped if the system says so. No warning is given of them, nor of a point where
+    no rule fires.
+
+    Args:
+        tables: The system, see :func:`fuzzy.compiled.sugeno.compile_sugeno`.
+        x: The point (inputs,), each number in the unit of its variable.
+        output: Where the outputs (outputs,) are written.
+        work: ``workspace(tables, 1)``, made once for each thread.
     """
     for i in range(len(x)):
         value = x[i]
@@ -439,11 +472,16 @@ def evaluate_point(tables: Tables, x: np.ndarray, output: np.ndarray, work: Work
 
 @kernel(nogil=True)
 def evaluate_batch(tables: Tables, x: np.ndarray, output: np.ndarray, outside: np.ndarray, missing: np.ndarray) -> bool:
-    """``output`` (n, outputs) ← the outputs at ``x`` (n, inputs).
+    """Evaluate n points; return whether no rule fired at one of them, or an input was outside and not clipped.
 
-    ``outside`` (inputs,) bool ← did any point leave that input's universe? ``missing`` (outputs,) bool ← was
-    there a point where no rule fired for that output? Returned is whether there may be something to say: no rule
-    fired, or an input was outside and not clipped. The last block is filled up with its last point.
+    The last block is filled up with its last point.
+
+    Args:
+        tables: The system, see :func:`fuzzy.compiled.sugeno.compile_sugeno`.
+        x: The points (n, inputs), each number in the unit of its variable.
+        output: Where the outputs (n, outputs) are written.
+        outside: Where is written (inputs,) whether any point leaves the universe of that input.
+        missing: Where is written (outputs,) whether no rule fires for that output at any of the points.
     """
     n = len(x)
     lanes = max(1, min(n, LANES))

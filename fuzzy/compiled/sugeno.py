@@ -1,42 +1,25 @@
-"""A Sugeno system compiled for speed: the same numbers as :func:`fuzzy.inference.infer`, in float64 on the CPU.
+"""A Sugeno system compiled for speed. It gives the numbers of :func:`fuzzy.inference.infer`, in float64 on the CPU.
 
 Importing this module imports Numba; ``import fuzzy`` does not.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from fuzzy import membership
-from fuzzy.compiled import tables as layout
 from fuzzy.compiled.kernel import evaluate_batch
-from fuzzy.compiled.tables import Tables
+from fuzzy.compiled.tables import NUMBERS, Tables
 from fuzzy.inference import logarithmic, say_no_rule_fires, say_out_of_range
+from fuzzy.membershipfunction import as_number
 from fuzzy.system import FuzzySystemError, Linear, Sugeno
-
-_KINDS: dict[type[membership.MembershipFunction], int] = {
-    membership.Triangle: layout.TRIANGLE,
-    membership.Trapezoid: layout.TRAPEZOID,
-    membership.LinearS: layout.LINEAR_S,
-    membership.LinearZ: layout.LINEAR_Z,
-    membership.Gaussian: layout.GAUSSIAN,
-    membership.TwoSidedGaussian: layout.TWO_SIDED_GAUSSIAN,
-    membership.Bell: layout.BELL,
-    membership.Sigmoid: layout.SIGMOID,
-    membership.SigmoidDifference: layout.SIGMOID_DIFFERENCE,
-    membership.SigmoidProduct: layout.SIGMOID_PRODUCT,
-    membership.SShape: layout.S_SHAPE,
-    membership.ZShape: layout.Z_SHAPE,
-    membership.PiShape: layout.PI_SHAPE,
-}
 
 
 @dataclass(frozen=True, eq=False)
 class CompiledSugeno:
-    """A system together with its arrays. Made by :func:`compile_sugeno`; call it as you would the system.
+    """A system together with its arrays, which :func:`compile_sugeno` makes. It is called as the system is.
 
-    Inside a function that Numba compiles, use the arrays::
+    A function that Numba compiles uses the arrays::
 
         work = workspace(compiled.tables, 1)  # once; from fuzzy.compiled.kernel
         evaluate_point(compiled.tables, x, output, work)  # x (inputs,), output (outputs,)
@@ -46,9 +29,9 @@ class CompiledSugeno:
     tables: Tables
 
     def __call__(self, x: Any) -> np.ndarray:
-        """The outputs (..., outputs) at ``x`` (..., inputs), both float64, each in the unit of its variable.
+        """Evaluate the outputs (..., outputs) at ``x`` (..., inputs), both float64, each in the unit of its variable.
 
-        Warns and raises as :func:`fuzzy.inference.infer` does. A point's result does not depend on the others.
+        Warns and raises as :func:`fuzzy.inference.infer` does. The result at a point does not depend on other points.
         """
         points = np.asarray(x, dtype=np.float64)
         inputs, outputs = len(self.fis.inputs), len(self.fis.outputs)
@@ -73,19 +56,25 @@ class CompiledSugeno:
 def compile_sugeno(fis: Sugeno) -> CompiledSugeno:
     """Lay ``fis`` out as arrays for the compiled inference.
 
-    Parameters that are arrays (torch tensors in training, say) are read once, now. The first evaluation in an
-    installation compiles for some seconds; the result is kept on disk.
+    Parameters that are arrays (torch tensors in training, for example) are read now, and not again later. The first
+    evaluation in an installation compiles for some seconds; the machine code is kept on disk.
+
+    Raises FuzzySystemError for a membership function that the compiled kernel has no branch for.
     """
     s = fis.structure
     first = np.cumsum([0, *(len(v.terms) for v in fis.inputs)])[:-1]  # the number of each input's first term
     functions = [(i, f) for i, v in enumerate(fis.inputs) for f in v.terms.values()]
-    parameters = np.zeros((len(functions), max(len(fields(kind)) for kind in _KINDS)))
+    if strange := sorted({f.matlab for _, f in functions if type(f) not in NUMBERS}):
+        raise FuzzySystemError(
+            f"{fis.name}: the compiled kernel has no branch for {', '.join(strange)}; fuzzy.infer evaluates the system"
+        )
+    parameters = np.zeros((len(functions), max(len(kind.roles) for kind in NUMBERS)))
     for t, (_, function) in enumerate(functions):
-        parameters[t, : len(function.parameters)] = [membership.as_number(p) for p in function.parameters]
+        parameters[t, : len(function.parameters)] = [as_number(p) for p in function.parameters]
     rules, inputs, outputs = len(fis.rules), len(fis.inputs), len(fis.outputs)
     constant, slopes = np.zeros((outputs, rules)), np.zeros((outputs, rules, inputs))
     for o, variable in enumerate(fis.outputs):
-        consequents = [[membership.as_number(p) for p in term.parameters] for term in variable.terms.values()]
+        consequents = [[as_number(p) for p in term.parameters] for term in variable.terms.values()]
         for r in np.flatnonzero(s.consequent[o] >= 0):
             *slope, constant[o, r] = consequents[s.consequent[o, r]]
             slopes[o, r, : len(slope)] = slope
@@ -93,7 +82,7 @@ def compile_sugeno(fis: Sugeno) -> CompiledSugeno:
         low=np.array([v.universe[0] for v in fis.inputs]),
         high=np.array([v.universe[1] for v in fis.inputs]),
         clip=fis.out_of_range == "clip",
-        kind=np.array([_KINDS[type(f)] for _, f in functions], dtype=np.int64),
+        kind=np.array([NUMBERS[type(f)] for _, f in functions], dtype=np.int64),
         parameters=parameters,
         place=np.array([i for i, _ in functions], dtype=np.int64),
         logarithmic=logarithmic(fis),

@@ -4,19 +4,34 @@ from typing import NamedTuple
 
 import numpy as np
 
-# The membership functions by number. Their parameters are those of fuzzy.membership, in the same order.
-TRIANGLE, TRAPEZOID, LINEAR_S, LINEAR_Z, S_SHAPE, Z_SHAPE, PI_SHAPE, SIGMOID_DIFFERENCE = range(8)
-GAUSSIAN, TWO_SIDED_GAUSSIAN, BELL, SIGMOID, SIGMOID_PRODUCT = range(8, 13)  # these have logarithms
+from fuzzy import membership as mf
+from fuzzy.membershipfunction import MembershipFunction
+
+NUMBERS: dict[type[MembershipFunction], int] = {}  # of the membership functions that the kernel has a branch for
+
+
+def _number(function: type[MembershipFunction]) -> int:
+    """Give the next number to a membership function that the kernel has a branch for."""
+    return NUMBERS.setdefault(function, len(NUMBERS))
+
+
+# Of straight lines and parabolas.
+TRIANGLE, TRAPEZOID, LINEAR_S, LINEAR_Z = map(_number, (mf.Triangle, mf.Trapezoid, mf.LinearS, mf.LinearZ))
+S_SHAPE, Z_SHAPE, PI_SHAPE = map(_number, (mf.SShape, mf.ZShape, mf.PiShape))
+SIGMOID_DIFFERENCE = _number(mf.SigmoidDifference)
+# With a logarithm: the Gaussian is the first of them.
+GAUSSIAN, TWO_SIDED_GAUSSIAN, BELL = map(_number, (mf.Gaussian, mf.TwoSidedGaussian, mf.Bell))
+SIGMOID, SIGMOID_PRODUCT = map(_number, (mf.Sigmoid, mf.SigmoidProduct))
 
 
 class Tables(NamedTuple):
-    """A system as arrays; the terms of all inputs are numbered in one sequence."""
+    """A system as arrays. The terms of all inputs are numbered in one sequence."""
 
     low: np.ndarray  # (inputs,) float: ends of the universe of discourse
     high: np.ndarray  # (inputs,) float
     clip: bool  # are inputs clipped to their universe?
-    kind: np.ndarray  # (terms,) int: the membership function's number
-    parameters: np.ndarray  # (terms, 4) float, filled up with 0
+    kind: np.ndarray  # (terms,) int: the membership function's number, of NUMBERS
+    parameters: np.ndarray  # (terms, 4) float: those of the function's class in their order, filled up with 0
     place: np.ndarray  # (terms,) int: the term's input
     logarithmic: bool  # are firing strengths sums of logarithms?
     clause: np.ndarray  # (rules, inputs) int: the term's number, or -1 where the rule leaves the input out
@@ -35,7 +50,7 @@ class Tables(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """The rows of one block; what they hold from the last block does not matter."""
+    """The rows that a block is computed in. What they hold beforehand does not matter."""
 
     x: np.ndarray  # (inputs, lanes)
     degree: np.ndarray  # (terms, lanes): degrees of membership, or their logarithms

@@ -10,7 +10,7 @@ from fuzzy.designer.design import Design, design_of
 from fuzzy.designer.document import DEPTH
 from fuzzy.designer.edits import edited
 from fuzzy.designer.esmodule import ModuleError, composed
-from fuzzy.designer.views import design_data, surface_data, viewer_data
+from fuzzy.designer.views import design_data, functions_data, surface_data, viewer_data
 from fuzzy.errors import InputError
 from fuzzy.figures.palette import stylesheet
 from fuzzy.system import Sugeno
@@ -47,6 +47,7 @@ class NotebookSession:
         names = [entries[-1][0] if entries else None for entries in (self._undo, self._redo)]
         return {
             "design": design_data(design, revision=self._revision, undo=names[0], redo=names[1]),
+            "functions": functions_data(),
             "point": list(design.point),
             "selected": self._selected,
             "problem": self._problem,

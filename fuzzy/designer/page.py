@@ -19,7 +19,7 @@ from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import OpenDocuments
 from fuzzy.designer.panel import Place, Workbench, find_panels
 from fuzzy.designer.tabs import Tab, tab_group
-from fuzzy.designer.views import compared_data, document_data, surface_data, viewer_data
+from fuzzy.designer.views import compared_data, document_data, functions_data, surface_data, viewer_data
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.figures.palette import stylesheet
@@ -77,6 +77,7 @@ class _Page:
         traits = self._traits() | {"viewer": self._viewer(), "surface": None, "problem": None}
         views = ("design", "point", "selected", "compared", "problem", "viewer")
         shown = {name: traits[name] for name in views}
+        editor = shown | {"functions": functions_data()}
         panels, missing = find_panels()
         with ui.element("div").classes("shell"):
             with ui.element("header"):
@@ -87,7 +88,7 @@ class _Page:
             with ui.element("main"):
                 self.surface: Bridge | None = None
                 left = [
-                    Tab("Memberships", lambda: self._module(_STATIC / "terms.js", shown)),
+                    Tab("Memberships", lambda: self._module(_STATIC / "terms.js", editor)),
                     Tab("Rules", lambda: self._module(_STATIC / "rules.js", self._now())),
                 ]
                 self.surface_place = Place(shown=False)

@@ -23,33 +23,11 @@ from fuzzy.designer.places import (
     with_terms,
     without,
 )
-from fuzzy.membership import (
-    MATLAB_NAMES,
-    LinearS,
-    LinearZ,
-    MembershipFunction,
-    PiShape,
-    SShape,
-    Trapezoid,
-    Triangle,
-    TwoSidedGaussian,
-    ZShape,
-    membership_function,
-)
+from fuzzy.membership import Triangle
+from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction, membership_function
 from fuzzy.system import Constant, Linear, Variable
 
 MOST_TERMS = 200  # of a variable
-# Which parameters are vertices that stay in order, from left to right.
-_ORDERED: dict[type[MembershipFunction], tuple[int, ...]] = {
-    Triangle: (0, 1, 2),
-    Trapezoid: (0, 1, 2, 3),
-    LinearS: (0, 1),
-    LinearZ: (0, 1),
-    TwoSidedGaussian: (1, 3),
-    SShape: (0, 1),
-    ZShape: (0, 1),
-    PiShape: (0, 1, 2, 3),
-}
 
 
 def move_term(design: Design, message: Message) -> tuple[Design, str]:
@@ -68,7 +46,7 @@ def move_term(design: Design, message: Message) -> tuple[Design, str]:
 def _check_order(label: str, old: MembershipFunction, new: MembershipFunction) -> None:
     """Vertices that were in order stay so; where MATLAB's file had them crossed, they may be moved as one likes."""
     letters = [f.name for f in fields(new)]
-    order = _ORDERED.get(type(new), ())
+    order = new.vertices
     for i, j in pairwise(order):
         if new.parameters[i] > new.parameters[j] and not old.parameters[i] > old.parameters[j]:
             raise EditError(

@@ -17,7 +17,8 @@ from fuzzy.designer.places import (
     with_terms,
     without,
 )
-from fuzzy.membership import MembershipFunction, Triangle
+from fuzzy.membership import Triangle
+from fuzzy.membershipfunction import MembershipFunction
 from fuzzy.system import Constant, Linear, Terms, Variable
 
 MOST_VARIABLES = 50  # inputs, or outputs

@@ -10,13 +10,30 @@ import numpy as np
 from fuzzy.designer.design import CHOICES, Design, Problem, RuleLine
 from fuzzy.insight.explanation import explain
 from fuzzy.insight.surfacegrid import surface
-from fuzzy.membership import as_number
+from fuzzy.membershipfunction import MATLAB_NAMES, as_number
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
 
 if TYPE_CHECKING:
     from fuzzy.designer.document import Document
 
 POINTS = 41  # of a surface along each axis
+
+
+def functions_data() -> dict[str, Any]:
+    """The trait ``functions``: what there is to know of each membership function beside its formula, by MATLAB's name.
+
+    ``title`` is the function in words. ``words`` and ``roles`` say what each parameter is, ``vertices`` which of them
+    (by place) stand from left to right.
+    """
+    return {
+        name: {
+            "title": function.title,
+            "words": list(function.words),
+            "roles": list(function.roles),
+            "vertices": list(function.vertices),
+        }
+        for name, function in MATLAB_NAMES.items()
+    }
 
 
 def document_data(document: "Document") -> dict[str, Any]:

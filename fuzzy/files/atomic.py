@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all: written beside the target, then put in its place."""
+"""Files that appear whole or not at all: they are written beside the target and then put in its place."""
 
 import os
 import secrets
@@ -10,10 +10,10 @@ from pathlib import Path
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """Give a path to write to; put that file in the place of ``path`` when the block ends, remove it on an error.
+    """Give a path to write to, and put that file in the place of ``path`` when the block ends.
 
-    A link keeps pointing to its target, and an existing file keeps its permissions. What is no regular file (a
-    pipe, /dev/stdout) cannot be replaced and is written directly.
+    On an error the new file is removed and ``path`` stays as it was. A link keeps its target, and an existing file
+    keeps its permissions. A pipe or a device (/dev/stdout) cannot be replaced and is written directly.
 
     Raises OSError, naming ``path``, where nothing can be written.
     """

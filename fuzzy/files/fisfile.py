@@ -1,12 +1,11 @@
-"""MATLAB's .fis files: Sugeno systems to and from text, without loss.
+"""MATLAB's .fis files: Sugeno systems are read and written without loss.
 
     fis = read_fis("tip.fis")
     write_fis(fis, "copy.fis")
 
-A number is written with all the digits it needs and read exactly. What the format has no place for (the units,
-what to do where no rule fires or an input leaves its range) is written in comments, which MATLAB and Octave
-skip: ``%! Unit='m'``. One thing is not kept: the order of the clauses within a rule, which becomes that of the
-inputs.
+A number is written with all the digits it needs and is read exactly. The format has no place for units, nor for what
+to do where no rule fires or an input leaves its range; these are written in comments, which MATLAB and Octave skip:
+``%! Unit='m'``. The order of the clauses within a rule is not kept: it becomes the order of the inputs.
 
 ImpMethod and AggMethod are kept as they are and have no effect: a Sugeno system multiplies and sums, as in MATLAB.
 """
@@ -21,7 +20,7 @@ from typing import Any
 
 from fuzzy.files.atomic import replacing
 from fuzzy.files.fislines import LINE_END, SYSTEM_NOTES, Entry, FisFileError, FisFileWarning, FisLines, Section
-from fuzzy.membership import MATLAB_NAMES, MembershipError, as_number, membership_function
+from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError, as_number, membership_function
 from fuzzy.naming import expected
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Terms, Variable
@@ -37,11 +36,11 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE | 
 
 
 def read_fis(path: str | os.PathLike[str]) -> Sugeno:
-    """The Sugeno system in a .fis file: UTF-8, or failing that the Windows encoding of old MATLAB files.
+    """Read the Sugeno system in a .fis file, in UTF-8 or in the Windows encoding of old MATLAB files.
 
-    Raises FisFileError, with the file and the line, for anything that is no Sugeno system of MATLAB's.
-    Warns (FisFileWarning) of names that occur twice (the later one becomes "name_2"), of hedges, which MATLAB
-    does not know, of disabled variables, and of a file that is not UTF-8.
+    Raises FisFileError, with the file and the line, for a text that is no Sugeno system of MATLAB's. Warns
+    (FisFileWarning) of names that occur twice (the later one becomes "name_2"), of hedges that MATLAB does not know,
+    of disabled variables, and of a file that is not in UTF-8.
     """
     name = os.fsdecode(path)
     try:
@@ -66,7 +65,7 @@ def read_fis(path: str | os.PathLike[str]) -> Sugeno:
 
 
 def parse_fis(text: str, name: str = "<text>") -> Sugeno:
-    """The Sugeno system that ``text`` describes; ``name`` stands for the file in messages. See :func:`read_fis`."""
+    """Read the Sugeno system that ``text`` describes, as :func:`read_fis` does. Messages call the file ``name``."""
     reader = _Reader(name)
     fis = reader.system(text.removeprefix("\ufeff"))
     for message in reader.warnings:
@@ -274,10 +273,9 @@ class _Reader(FisLines):
 
 
 def write_fis(fis: Sugeno, path: str | os.PathLike[str]) -> None:
-    """Write ``fis`` as a .fis file in UTF-8, all of it or nothing: an older file stays until the new one is whole.
+    """Write ``fis`` as a .fis file in UTF-8. An older file stays until the new one is whole.
 
-    Raises FisFileError where the format cannot hold the system, see :func:`format_fis`, or the file cannot be
-    written.
+    Raises FisFileError if the format cannot hold the system (see :func:`format_fis`) or the file cannot be written.
     """
     name = os.fsdecode(path)
     text = _format(fis, name)
@@ -291,10 +289,10 @@ def write_fis(fis: Sugeno, path: str | os.PathLike[str]) -> None:
 
 
 def format_fis(fis: Sugeno) -> str:
-    """The text of the .fis file, with parameters that are torch tensors written as numbers.
+    """Format ``fis`` as the text of a .fis file. Parameters that are torch tensors are written as numbers.
 
-    Raises FisFileError for a name that holds the end of a line, a number that is not finite, and a hedge whose
-    power is no multiple of 0.1 below 10.
+    Raises FisFileError for a name that holds a line break, a number that is not finite, and a hedge whose power is not
+    a multiple of 0.1 below 10.
     """
     return _format(fis, fis.name)
 

@@ -1,4 +1,4 @@
-"""The lines of a .fis file: sections, keys and rules, before anything is made of them."""
+"""The lines of a .fis file, sorted into sections, keys and rules; :mod:`fuzzy.files.fisfile` makes a system of them."""
 
 import re
 from dataclasses import dataclass, field
@@ -37,9 +37,9 @@ _ENTRY = re.compile(r"(\w+)\s*=\s*(.*)")
 
 
 class FisFileError(InputError):
-    """Text that is no Sugeno system, or a system that the format cannot hold.
+    """The error for a text that is no Sugeno system, and for a system that the format cannot hold.
 
-    ``path`` names the file and ``line`` (from 1) the place; it is None where no line is at fault.
+    ``path`` names the file. ``line`` (from 1) is the place, or None if no single line is at fault.
     """
 
     def __init__(self, path: str, line: int | None, reason: str) -> None:
@@ -51,7 +51,7 @@ class FisFileError(InputError):
 
 
 class FisFileWarning(UserWarning):
-    """Something in a file that this program reads differently from what its author may have meant."""
+    """The warning of a passage that the author of a file may have meant differently from how it is read here."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Entry:
 
 @dataclass
 class Section:
-    """A section: its lines by what they say."""
+    """A section of the file, with its lines sorted by what they say."""
 
     title: str
     line: int
@@ -75,14 +75,14 @@ class Section:
 
 
 class FisLines:
-    """Sorts the lines of one text into sections. ``warnings`` collects what is to be said about it."""
+    """Sorts the lines of one text into sections and collects ``warnings``."""
 
     def __init__(self, path: str) -> None:
         self.path = path
         self.warnings: list[str] = []
 
     def error(self, at: Entry | Section, reason: str) -> FisFileError:
-        """An error that quotes the line ``at``."""
+        """Make an error that quotes the line ``at``."""
         text = at.text if isinstance(at, Entry) else at.title
         return FisFileError(self.path, at.line, f"{reason}\n  {text}")
 
@@ -91,7 +91,7 @@ class FisLines:
         self.warnings.append(f"{self.path}:{at.line}: {message}\n  {at.text}")
 
     def sections(self, text: str) -> dict[str, Section]:
-        """The sections by their titles: "System", "Input1", "Output1", "Rules"."""
+        """Sort the lines into sections, by title: "System", "Input1", "Output1", "Rules"."""
         sections: dict[str, Section] = {}
         current: Section | None = None
         for number, raw in enumerate(LINE_END.split(text), start=1):

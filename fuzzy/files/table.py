@@ -16,16 +16,16 @@ _SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
 
 
 class DataError(InputError):
-    """A file that holds no table of finite numbers. The message names the file, the line, the column and the text."""
+    """The error for a file that holds no table of finite numbers, with the file, the line, the column and the text."""
 
 
 def read_table(path: str | Path) -> tuple[tuple[str, ...] | None, np.ndarray]:
     """Read the column names (None without a header) and the numbers (rows, columns), float64.
 
-    The first line is a header where none of its fields is a number. Commas, semicolons or tabs separate the
-    columns (the first line shows which); the decimal sign is a point. Blank lines are skipped.
+    The first line is a header if none of its fields is a number. Commas, semicolons or tabs separate the columns, and
+    the first line shows which. The decimal sign is a point. Blank lines are skipped.
 
-    Raises DataError for anything that is no table of finite numbers, and for a file that cannot be read.
+    Raises DataError for a file that is no table of finite numbers or cannot be read.
     """
     path = Path(path)
     lines = _lines(path)
@@ -68,7 +68,7 @@ def read_table(path: str | Path) -> tuple[tuple[str, ...] | None, np.ndarray]:
 def write_table(path: str | Path, names: Sequence[str] | None, values: np.ndarray) -> None:
     """Write ``values`` (rows, columns) with 17 significant digits, under a header if there are ``names``.
 
-    The file appears whole or not at all. Raises DataError where it cannot be written.
+    The file appears whole or not at all. Raises DataError if it cannot be written.
     """
     text = table_text(names, values)
     try:
@@ -79,13 +79,16 @@ def write_table(path: str | Path, names: Sequence[str] | None, values: np.ndarra
 
 
 def write_frame(frame: Any, path: str | Path) -> None:
-    """Write a pandas table, also of texts, as CSV with every digit, whole or not at all. Raises OSError."""
+    """Write a pandas table of numbers or texts as CSV with every digit. The file appears whole or not at all.
+
+    Raises OSError if it cannot be written.
+    """
     with replacing(path) as temporary:
         frame.to_csv(temporary, index=False, lineterminator="\n")
 
 
 def table_text(names: Sequence[str] | None, values: np.ndarray) -> str:
-    """``values`` (rows, columns) as CSV with 17 significant digits, which read back to the same float64."""
+    """Format ``values`` (rows, columns) as CSV with 17 significant digits, which read back to the same float64."""
     values = np.atleast_2d(values)
     if names is not None and len(names) != values.shape[1]:
         raise DataError(f"{len(names)} names for {values.shape[1]} columns")

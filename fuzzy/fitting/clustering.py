@@ -1,7 +1,7 @@
-"""Subtractive clustering: centers where samples are dense, found among the samples themselves   [Chiu 1994].
+"""Subtractive clustering: samples in dense places become the centers of clusters   [Chiu 1994].
 
-Semantics are those of MATLAB's ``subclust``: ranges from the data (or given), one radius or one a column, centers in
-the order of discovery and one vector of widths for all of them.
+The rules are those of MATLAB's ``subclust``: ranges come from the data or are given, one radius holds for all
+columns or each has its own, centers stand in the order of discovery, and all clusters share one vector of widths.
 """
 
 import warnings
@@ -18,16 +18,16 @@ _TIE = 1e-12  # densities that differ by less, relatively, are equal: no sum's r
 
 
 class DataWarning(UserWarning):
-    """Data that can be used, but not as they seem: a constant column, parameters that no sample determines."""
+    """The warning of data that are usable but poor: a constant column, or parameters that no sample determines."""
 
 
 class ClusteringError(InputError):
-    """Data or options that clustering cannot use. The message names the row, the column or the option."""
+    """The error for data or options that clustering cannot use, with the row, the column or the option."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """When a candidate is a center. Defaults are MATLAB's."""
+    """The options that decide when a sample becomes a center. The defaults are MATLAB's."""
 
     squash: float = 1.25  # how far beyond its radius a center takes the density away, in radii
     accept: float = 0.5  # candidates with more than this share of the first center's density are centers
@@ -45,7 +45,7 @@ class Options:
 
 
 class Clusters(NamedTuple):
-    """What clustering found."""
+    """The clusters that were found."""
 
     centers: np.ndarray  # (clusters, columns) in the data's units, in the order of discovery
     sigma: np.ndarray  # (columns,) in the data's units: the width of a Gaussian round any of them
@@ -53,7 +53,7 @@ class Clusters(NamedTuple):
 
 
 class Densities(NamedTuple):
-    """The first density of every sample: all that depends on the radius alone, to be shared between searches."""
+    """The first density of every sample, which depends on the radius alone and serves many searches."""
 
     data: np.ndarray  # (samples, columns)
     scaled: np.ndarray  # (columns, samples) in radii: the data in [0, 1] over their ranges, divided by the radius
@@ -71,8 +71,8 @@ def subtractive_clusters(
 ) -> Clusters:
     """Cluster ``data`` (samples, columns); see :func:`densities` for the arguments and :class:`Options`.
 
-    A Gaussian round a center has the width radius · range / √8 in each column: exp(−4 |Δ|²) of the density, with Δ in
-    radii. Raises ClusteringError; warns (DataWarning) of a constant column.
+    The Gaussian of a cluster has the width radius · range / √8 in each column, which is that of the density
+    exp(−4 |Δ|²) with Δ in radii. Raises ClusteringError; warns (DataWarning) of a constant column.
     """
     return select_centers(densities(data, radius, ranges=ranges, weights=weights), options or Options())
 
@@ -84,11 +84,16 @@ def densities(
     ranges: Any = None,
     weights: Any = None,
 ) -> Densities:
-    """P_i = Σ_j w_j exp(−4 |(u_i − u_j)/r|²) over the samples scaled into [0, 1]   [Chiu 1994, (1)].
+    """Compute P_i = Σ_j w_j exp(−4 |(u_i − u_j)/r|²) over the samples u scaled into [0, 1]   [Chiu 1994, (1)].
 
-    ``data`` is (samples, columns); ``radius`` one share of the range or one a column; ``ranges`` (2, columns) lowest
-    and highest values, default those of the data, with samples outside moved to the end; ``weights`` (samples,) >= 0,
-    default 1. The time grows with the square of the samples, the memory in proportion to them.
+    The time grows with the square of the number of samples, the memory in proportion to it.
+
+    Args:
+        data: The samples (samples, columns), in any units.
+        radius: The radius r as a share of the range: one for all columns, or one for each.
+        ranges: The lowest and highest values (2, columns); samples outside are moved to the end. By default they are
+            those of the data.
+        weights: The weights w (samples,), at least 0; 1 by default.
 
     Raises ClusteringError; warns (DataWarning) of a constant column, which takes no part.
     """
@@ -107,7 +112,10 @@ def densities(
 
 
 def finite_table(values: Any, what: str = "the data", names: Sequence[str] | None = None) -> np.ndarray:
-    """``values`` as float64 (samples, columns); ClusteringError, with the place, for what is not finite numbers."""
+    """Read ``values`` as float64 (samples, columns).
+
+    Raises ClusteringError, which names the place, for values that are not finite numbers.
+    """
     try:
         table = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
@@ -126,7 +134,7 @@ def finite_table(values: Any, what: str = "the data", names: Sequence[str] | Non
 
 
 def column_ranges(data: np.ndarray, names: Sequence[str] | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest value of every column; those of a constant one stand a little apart, with a DataWarning."""
+    """Find the lowest and highest values (columns,) of the columns. A constant one is widened, with a DataWarning."""
     low, high = data.min(axis=0), data.max(axis=0)
     flat = np.flatnonzero(low == high).tolist()
     if flat:
@@ -185,9 +193,9 @@ def _density(scaled: np.ndarray, share: np.ndarray | None) -> np.ndarray:
 
 
 def select_centers(found: Densities, options: Options, most: int | None = None) -> Clusters:
-    """Take centers in order of density, each taking the density round it away   [Chiu 1994, (2)-(3)].
+    """Select centers in order of density; each reduces the density round it   [Chiu 1994, (2)-(3)].
 
-    The first sample is taken where several are equally dense. The search ends at ``most`` centers.
+    Of samples with the same density the first is selected. The search ends after ``most`` centers.
     """
     scaled = found.scaled
     density = found.density.copy()

@@ -1,7 +1,7 @@
-"""A Sugeno system from data: the antecedents by a grid, by subtractive clustering or by fuzzy c-means.
+"""A Sugeno system from data: its antecedents come from a grid, subtractive clustering or fuzzy c-means.
 
 The consequents follow by least squares (:mod:`fuzzy.fitting.consequents`). Names, formulas and the order of the rules
-are those of MATLAB's ``genfis``; numbers beside a formula say where they come from.
+are those of MATLAB's ``genfis``.
 """
 
 import math
@@ -15,7 +15,8 @@ import numpy as np
 
 from fuzzy.fitting.clustering import Clusters, DataWarning, Options, column_ranges, finite_table, subtractive_clusters
 from fuzzy.fitting.consequents import IdentificationError, fit_consequents, output_table
-from fuzzy.membership import MembershipFunction, membership_function
+from fuzzy.membership import Gaussian
+from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction, membership_function
 from fuzzy.naming import expected
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, Linear, Sugeno, Variable
@@ -26,7 +27,7 @@ _MANY_RULES = 5_000  # more would take minutes to fit, and nobody could read the
 
 
 class Data(NamedTuple):
-    """Checked samples with the names of their columns."""
+    """Samples that have been checked, with the names of their columns."""
 
     x: np.ndarray  # (samples, inputs)
     y: np.ndarray  # (samples, outputs)
@@ -37,12 +38,12 @@ class Data(NamedTuple):
 
     @property
     def ranges(self) -> np.ndarray:
-        """(2, inputs + outputs), as :func:`fuzzy.fitting.clustering.densities` takes them."""
+        """The lowest and highest values (2, inputs + outputs), for :func:`fuzzy.fitting.clustering.densities`."""
         return np.stack([self.low, self.high])
 
 
 class Partition(NamedTuple):
-    """The antecedents: each input's terms, and which of them each rule joins."""
+    """The antecedents of a system: the terms of each input, and which of them each rule joins."""
 
     terms: Sequence[Sequence[MembershipFunction]]  # one sequence an input
     rules: Sequence[tuple[int, ...]]  # (rules, inputs) places of terms
@@ -64,21 +65,33 @@ def identify(
     ridge: float = 0.0,
     **settings: Any,
 ) -> Sugeno:
-    """A Sugeno system for ``y`` (samples,) or (samples, outputs) at ``x`` (samples, inputs).
+    """Make a Sugeno system that gives ``y`` at ``x``.
 
-    ``method`` and its settings:
+    The universes are the ranges of the data; that of a constant column is a little wider, with a DataWarning. The
+    methods and their settings are:
 
-    - "grid": ``mfs`` terms an input (2; an int or one an input), ``kind`` of membership function by MATLAB's name
-      ("gbellmf"; one or one an input); one rule for each combination, the last input varying fastest. See
-      :func:`grid_terms`.
-    - "subtractive": ``radius`` (0.5) and ``options`` (:class:`fuzzy.fitting.clustering.Options`); one rule and one
-      Gaussian an input for each cluster of [x y].
-    - "fcm": ``clusters`` ("auto": as many as subtractive clustering finds), ``exponent`` (2), ``iterations`` (100),
-      ``improvement`` (1e-5), ``seed`` (0; an int or a numpy Generator). See :func:`_fcm`.
+    - "grid" makes one rule for each combination of terms, the last input varying fastest (see :func:`grid_terms`).
+      ``mfs`` is the number of terms (2) and ``kind`` the membership function by MATLAB's name ("gbellmf"), each one
+      value or one for each input.
+    - "subtractive" makes one rule, and one Gaussian per input, for each cluster of [x y]. ``radius`` (0.5) and
+      ``options`` (:class:`fuzzy.fitting.clustering.Options`) are those of the clustering.
+    - "fcm" does so for clusters of fuzzy c-means: ``clusters`` ("auto" for as many as
+      subtractive clustering finds), ``exponent`` (2), ``iterations`` (100), ``improvement`` (1e-5) and ``seed`` (0; an
+      int or a numpy Generator).
 
-    ``order`` 1 gives linear consequents, 0 constants. With ``fit`` they are those of least squares, see
-    :func:`fuzzy.fitting.consequents.fit_consequents` for ``ridge``; without, they are 0, as in MATLAB's grid. The
-    universes are the data's ranges; a constant column's stands a little apart, with a DataWarning.
+    Args:
+        x: The inputs (samples, inputs), in any units.
+        y: The outputs (samples,) or (samples, outputs), in any units.
+        method: "grid", "subtractive" or "fcm".
+        input_names: The names of the inputs; input1, input2 and so on by default.
+        output_names: The names of the outputs; output1, output2 and so on by default.
+        input_units: The units of the inputs, which are labels.
+        output_units: The units of the outputs, which are labels.
+        name: The name of the system.
+        order: 1 for linear consequents, 0 for constants.
+        fit: Whether the consequents are fitted by least squares; otherwise they are 0, as in MATLAB's grid.
+        ridge: See :func:`fuzzy.fitting.consequents.fit_consequents`.
+        settings: The settings of the method.
 
     Raises ClusteringError or IdentificationError for data and settings that cannot be used.
     """
@@ -101,7 +114,7 @@ def checked(
     input_units: Sequence[str] | None = None,
     output_units: Sequence[str] | None = None,
 ) -> Data:
-    """Samples, names and units that fit together; see :func:`identify`. Warns (DataWarning) of constant columns."""
+    """Check samples, names and units as :func:`identify` takes them. Warns (DataWarning) of constant columns."""
     x = finite_table(x, "x", input_names if input_names and np.shape(x)[1:] == (len(input_names),) else None)
     y = output_table(y, output_names)
     if len(x) != len(y):
@@ -124,7 +137,7 @@ def _named(
 
 
 def system_of(partition: Partition, data: Data, name: str = "identified", order: int = 1) -> Sugeno:
-    """The system of these antecedents, each rule with a consequent of its own for every output, all of them 0."""
+    """Make a system of these antecedents. Each rule has its own consequent for every output, and all of them are 0."""
     if order not in (0, 1):
         raise IdentificationError(f"order must be 0 (constants) or 1 (linear), got {order!r}")
     inputs = [
@@ -159,31 +172,23 @@ def system_of(partition: Partition, data: Data, name: str = "identified", order:
 
 
 def grid_terms(kind: str, low: float, high: float, count: int) -> list[MembershipFunction]:
-    """``count`` >= 2 terms of MATLAB's name ``kind``, centers evenly from ``low`` to ``high``   [MATLAB genfis].
+    """Make ``count`` terms of a grid, whose centers are spread evenly from ``low`` to ``high``   [MATLAB genfis].
 
-    With the half distance h of the centers c: gbellmf [h 2 c], gaussmf [h/√(2 ln 2) c], gauss2mf with shoulders of
-    0.4h/√(2 ln 2) round c ± 0.6h, trimf [c−2h c c+2h], trapmf and pimf [c−1.4h c−0.6h c+0.6h c+1.4h], dsigmf and
-    psigmf with edges c ± h and the slope 10 count/(high − low). Neighbours cross at 0.5 (dsigmf, psigmf: within
-    5e-5).
+    The class of a membership function states its parameters (``grid``) from the center c, the half distance h of the
+    centers and the slope 10 count/(high − low). Neighbours cross at 0.5 (dsigmf, psigmf: within 5e-5).
+
+    Args:
+        kind: The membership function by MATLAB's name, one that states a ``grid``.
+        low: The lowest center, in the unit of the input.
+        high: The highest center, above ``low``.
+        count: The number of terms, at least 2.
     """
-    if kind not in _GRID:
-        raise IdentificationError(expected(str(kind), _GRID, "kind of membership function for a grid"))
+    known = {name: function.grid for name, function in MATLAB_NAMES.items() if function.grid is not None}
+    if kind not in known:
+        raise IdentificationError(expected(str(kind), known, "kind of membership function for a grid"))
     h = (high - low) / (2 * (count - 1))
     slope = 10 * count / (high - low)
-    return [membership_function(kind, _GRID[kind](float(c), h, slope)) for c in np.linspace(low, high, count)]
-
-
-_WIDTH = 1 / math.sqrt(2 * math.log(2))  # the standard deviation of a Gaussian that is 0.5 at the distance 1
-_GRID: dict[str, Callable[[float, float, float], Sequence[float]]] = {
-    "gbellmf": lambda c, h, slope: (h, 2, c),
-    "gaussmf": lambda c, h, slope: (h * _WIDTH, c),
-    "gauss2mf": lambda c, h, slope: (0.4 * h * _WIDTH, c - 0.6 * h, 0.4 * h * _WIDTH, c + 0.6 * h),
-    "trimf": lambda c, h, slope: (c - 2 * h, c, c + 2 * h),
-    "trapmf": lambda c, h, slope: (c - 1.4 * h, c - 0.6 * h, c + 0.6 * h, c + 1.4 * h),
-    "pimf": lambda c, h, slope: (c - 1.4 * h, c - 0.6 * h, c + 0.6 * h, c + 1.4 * h),
-    "dsigmf": lambda c, h, slope: (slope, c - h, slope, c + h),
-    "psigmf": lambda c, h, slope: (slope, c - h, -slope, c + h),
-}
+    return [membership_function(kind, known[kind](float(c), h, slope)) for c in np.linspace(low, high, count)]
 
 
 def _grid(data: Data, mfs: int | Sequence[int] = 2, kind: str | Sequence[str] = "gbellmf") -> Partition:
@@ -213,14 +218,16 @@ def _each(value: Any, count: int, what: str) -> list[Any]:
 
 
 def cluster_partition(centers: np.ndarray, sigma: np.ndarray, inputs: int) -> Partition:
-    """One Gaussian an input and one rule for each of ``centers`` (clusters, columns), the inputs first.
+    """Make one rule, and one Gaussian per input, for each cluster.
 
-    ``sigma`` is (columns,), or (clusters, columns) where every cluster has its own.
+    Args:
+        centers: The centers (clusters, columns), with the columns of the inputs first, in the units of the data.
+        sigma: The widths (columns,), or (clusters, columns) if every cluster has its own.
+        inputs: The number of columns that are inputs.
     """
     widths = np.broadcast_to(sigma, centers.shape)
     terms = [
-        [membership_function("gaussmf", (float(s), float(c))) for s, c in zip(widths[:, i], centers[:, i], strict=True)]
-        for i in range(inputs)
+        [Gaussian(float(s), float(c)) for s, c in zip(widths[:, i], centers[:, i], strict=True)] for i in range(inputs)
     ]
     return Partition(terms, [(k,) * inputs for k in range(len(centers))], "cluster")
 
@@ -243,11 +250,11 @@ def _fcm(
     improvement: float = 1e-5,
     seed: int | np.random.Generator = 0,
 ) -> Partition:
-    """Fuzzy c-means of [x y], scaled into [0, 1] by the ranges so that units do not matter (MATLAB does not scale).
+    """Cluster [x y] by fuzzy c-means, scaled into [0, 1] by the ranges so that units do not matter.
 
-    The width of a cluster's Gaussian is the standard deviation of the samples, each weighted by its membership in
-    the cluster to the power of ``exponent``, as the center is their mean with these weights; at least a thousandth of
-    the range. (MATLAB's formula is not documented.)
+    (MATLAB does not scale.) The center of a cluster is the mean of the samples, weighted by their memberships in the
+    cluster to the power of ``exponent``. The width of its Gaussian is their standard deviation with the same weights,
+    and at least a thousandth of the range. (MATLAB's formula is not documented.)
     """
     samples = len(data.x)
     count = len(_clusters_of(data).rows) if clusters == "auto" else clusters

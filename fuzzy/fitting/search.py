@@ -1,7 +1,7 @@
-"""The search over the settings of subtractive clustering for a wanted number of rules   [thesis, 5.2.2, Table 5.1].
+"""The search for settings of subtractive clustering that give a wanted number of rules   [thesis, 5.2.2, Table 5.1].
 
-Every combination is tried. The densities of the samples depend on the radius alone and are computed once for each;
-settings that find the same centers are fitted once.
+Every combination is tried. The densities of the samples depend on the radius alone, so they are computed once for each
+radius. Settings that find the same centers are fitted once.
 """
 
 import math
@@ -25,7 +25,7 @@ REJECTS = (0.1, 0.15, 0.3, 0.5, 0.7)
 
 
 class Trial(NamedTuple):
-    """One setting and what came of it."""
+    """A setting that was tried, with the number of rules and the error that it gives."""
 
     radius: float  # as a share of every column's range
     options: Options
@@ -38,7 +38,7 @@ class Trial(NamedTuple):
 
 @dataclass(frozen=True)
 class SearchResult:
-    """Every setting tried, in order: the radius varies slowest, the reject ratio fastest."""
+    """All settings that were tried, in order: the radius varies slowest, the reject ratio fastest."""
 
     trials: tuple[Trial, ...]
     wanted: int  # rules
@@ -48,7 +48,7 @@ class SearchResult:
 
     @property
     def by_rules(self) -> dict[int, Trial]:
-        """The best trial for each number of rules, ascending; of equal ones the first."""
+        """The best trial for each number of rules, in ascending order. Of equally good trials the first is taken."""
         best: dict[int, Trial] = {}
         for trial in self.trials:
             if not math.isnan(trial.error) and (
@@ -59,7 +59,10 @@ class SearchResult:
 
     @property
     def best(self) -> Trial:
-        """The best trial with the wanted number of rules; IdentificationError, with the numbers found, if none has."""
+        """The best trial with the wanted number of rules.
+
+        Raises IdentificationError, which lists the numbers that were found, if no trial has it.
+        """
         found = self.by_rules
         if self.wanted not in found:
             raise IdentificationError(
@@ -87,13 +90,28 @@ def search_clusters(
     output_units: Sequence[str] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> SearchResult:
-    """Try every setting of subtractive clustering on ``x`` (samples, inputs) and ``y`` (samples,) or with outputs.
+    """Try every setting of subtractive clustering on samples.
 
-    Combinations with reject > accept make no sense and are left out: the defaults make 108 settings. A setting that
-    finds more than ``limit`` rules (30 by default, or ``rules`` if more) is not fitted. ``progress(done, total)`` is
-    called after every setting.
+    Combinations with reject > accept make no sense and are left out; the defaults make 108 settings. The system of a
+    trial is ``identify(x, y, "subtractive", radius=trial.radius, options=trial.options, order=...)``.
 
-    The system of a trial is ``identify(x, y, "subtractive", radius=trial.radius, options=trial.options, order=...)``.
+    Args:
+        x: The inputs (samples, inputs), in any units.
+        y: The outputs (samples,) or (samples, outputs), in any units.
+        rules: The wanted number of rules.
+        radii: The radii to try, as shares of every column's range.
+        squashes: The squash factors to try (see :class:`fuzzy.fitting.clustering.Options`).
+        accepts: The accept ratios to try.
+        rejects: The reject ratios to try.
+        order: 1 for linear consequents, 0 for constants.
+        ridge: See :func:`fuzzy.fitting.consequents.fit_consequents`.
+        limit: A setting with more rules is not fitted; by default 30, or ``rules`` if that is more.
+        input_names: The names of the inputs.
+        output_names: The names of the outputs.
+        input_units: The units of the inputs, which are labels.
+        output_units: The units of the outputs, which are labels.
+        progress: A function that is called with the numbers of settings done and in all, after each one.
+
     Raises ClusteringError or IdentificationError as :func:`fuzzy.fitting.identification.identify` does.
     """
     if isinstance(rules, bool) or not isinstance(rules, (int, np.integer)) or rules < 1:
@@ -132,9 +150,9 @@ def search_clusters(
 
 
 def search_table(results: Mapping[str, SearchResult] | SearchResult) -> str:
-    """The best settings in the form of the thesis's Table 5.1, one column a network.
+    """Tabulate the best settings as Table 5.1 of the thesis does, with one column for each network.
 
-    Raises IdentificationError where a search found no system with the wanted number of rules.
+    Raises IdentificationError if a search found no system with the wanted number of rules.
     """
     if isinstance(results, SearchResult):
         results = {"Fuzzy Network": results}

@@ -1,1 +1,1 @@
-"""What a system does and what is odd about it: explanations, diagnoses, surfaces."""
+"""What a system does, why, and what is odd about it: surfaces, explanations and diagnoses."""

@@ -1,4 +1,4 @@
-"""Where no rule fires: the share of the input space, a box as an example, and the gaps between terms."""
+"""Places where no rule fires: their share of the input space, a box of them, and the gaps between terms."""
 
 from collections.abc import Iterator
 
@@ -12,7 +12,7 @@ Box = list[tuple[float, float]]  # (inputs,): the lowest and highest value of ea
 
 
 def spread_points(fis: Sugeno, points: int, seed: int = 0) -> np.ndarray:
-    """Quasi-random points (points, inputs) that fill the universes evenly; ``seed`` shifts them all."""
+    """Spread quasi-random points (points, inputs) evenly over the universes. ``seed`` shifts them all."""
     inputs = len(fis.inputs)
     # Roberts's additive recurrence: the golden ratio's generalisation solves g^(inputs + 1) = g + 1.
     ratio = 2.0
@@ -26,10 +26,10 @@ def spread_points(fis: Sugeno, points: int, seed: int = 0) -> np.ndarray:
 
 
 def uncovered(fis: Sugeno, points: int, seed: int = 0) -> Iterator[tuple[str, float, Box]]:
-    """For outputs with places where no rule fires: their names, the share of the input space in percent, a box of it.
+    """Yield outputs for which no rule fires somewhere: their names, the share of such places in percent, and a box.
 
-    The share comes from ``points`` quasi-random points. In no point of the box does a rule fire, as far as a grid
-    of 200 places an input can tell.
+    The share is counted at ``points`` quasi-random points, which ``seed`` shifts. No rule fires inside the box; this is
+    checked on a grid of 200 places per input.
     """
     x = spread_points(fis, points, seed)
     fired: np.ndarray = infer(fis, x).fired  # (points, outputs)
@@ -100,9 +100,9 @@ def _may_fire(fis: Sugeno, rules: np.ndarray, alive: np.ndarray) -> bool:
 
 
 def gaps_of_variable(fis: Sugeno, variable: Variable) -> Iterator[tuple[float, float, bool]]:
-    """Intervals of an input's universe without any term: (lowest, highest, does a rule fire there nevertheless?).
+    """Find the intervals of an input's universe without any term: (lowest, highest, whether a rule fires there).
 
-    Exact where the terms are made of straight lines or splines, whose ends are their parameters.
+    The ends are exact for terms made of straight lines or splines, which end at their parameters.
     """
     if not variable.terms:
         return

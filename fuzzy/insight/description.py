@@ -2,12 +2,12 @@
 
 from typing import Any
 
-from fuzzy.membership import MembershipFunction
+from fuzzy.membershipfunction import MembershipFunction
 from fuzzy.system import Constant, Linear, Sugeno, Variable
 
 
 def describe(fis: Sugeno) -> str:
-    """The system in words: its choices, variables with their terms, and rules as sentences; one line each."""
+    """Describe the system in words: its choices, its variables with their terms, and its rules, one on each line."""
     lines = [
         f"{fis.name}: {_count(len(fis.inputs), 'input')}, {_count(len(fis.outputs), 'output')}, "
         f"{_count(len(fis.rules), 'rule')}",
@@ -27,7 +27,7 @@ def describe(fis: Sugeno) -> str:
 
 
 def as_dict(fis: Sugeno) -> dict[str, Any]:
-    """The system as dictionaries, lists, strings and floats; terms with MATLAB's types and parameters."""
+    """Describe the system as dictionaries, lists, strings and floats. Terms have MATLAB's types and parameters."""
     return {
         "name": fis.name,
         "type": "sugeno",

@@ -1,4 +1,4 @@
-"""What is wrong or odd with a rule base: places where no rule fires, terms and rules that do nothing, and so on."""
+"""Defects of a rule base: places where no rule fires, terms and rules that do nothing, rules that disagree."""
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -22,7 +22,7 @@ _IDENTICAL = 0.02  # two terms whose degrees never differ by more are nearly the
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing found by :func:`check`."""
+    """A defect that :func:`check` found."""
 
     severity: Severity  # an error makes no sense; a warning is probably unwanted; a note is worth knowing
     kind: str  # the sort of finding, in a few words, such as "no rule fires"
@@ -34,10 +34,15 @@ class Finding:
 
 
 def check(fis: Sugeno, points: int = 4096, seed: int = 0) -> list[Finding]:
-    """Look for defects; the gravest first.
+    """Look for defects of ``fis``. The gravest come first.
 
-    ``points`` is the number of quasi-random points at which the input space is searched for places where no rule
-    fires, and ``seed`` shifts them. Terms and rules are compared exactly, or on a fine grid of their universe.
+    Terms and rules are compared exactly, or on a fine grid of their universe.
+
+    Args:
+        fis: The system.
+        points: The number of quasi-random points at which places are sought where no rule fires.
+        seed: A number that shifts these points.
+
     Raises ValueError for fewer than one point.
     """
     if points < 1:

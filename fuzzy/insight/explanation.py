@@ -1,4 +1,4 @@
-"""Why a system answers what it answers: every rule's part in one result, as data and in words."""
+"""Why a system gives a result: what every rule contributes to it, as data and in words."""
 
 import warnings
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from fuzzy.system import FuzzySystemError, Sugeno, Variable
 
 @dataclass(frozen=True)
 class RuleShare:
-    """What one rule does at the point. Tuples over the outputs hold NaN where the rule leaves an output out."""
+    """The part of one rule in a result. Tuples over the outputs hold NaN for an output that the rule leaves out."""
 
     number: int  # the rule's place, from 1
     rule: Rule
@@ -28,7 +28,7 @@ class RuleShare:
 
 @dataclass(frozen=True)
 class Explanation:
-    """One evaluation with all that led to it. ``str()`` tells it in words, ``as_dict()`` in plain data."""
+    """One evaluation and all that led to it. ``str()`` gives it in words, ``as_dict()`` as plain data."""
 
     system: Sugeno
     x: tuple[float, ...]  # (inputs,): the point as it was given
@@ -39,7 +39,7 @@ class Explanation:
     outside: tuple[str, ...]  # the names of the inputs outside their universe
 
     def as_dict(self) -> dict[str, Any]:
-        """Names, numbers and sentences, ready for JSON (but for NaN)."""
+        """The explanation as dictionaries and lists, ready for JSON except that numbers may be NaN."""
         outputs = [v.name for v in self.system.outputs]
         inputs = [v.name for v in self.system.inputs]
         return {
@@ -136,8 +136,8 @@ class Explanation:
 def explain(fis: Sugeno, x: Any) -> Explanation:
     """Evaluate ``fis`` at one point ``x`` (inputs,) and keep what led to the result.
 
-    Says in the explanation what :func:`fuzzy.inference.infer` would warn of. Raises FuzzySystemError for a point
-    of the wrong shape, and for one outside the universe if the system is told to refuse it.
+    The explanation says what :func:`fuzzy.inference.infer` would warn of. Raises FuzzySystemError for a point of the
+    wrong shape, and for a point outside the universe if the system is told to refuse it.
     """
     fis = detached(fis)
     x = np.asarray(x, dtype=float)

@@ -1,4 +1,4 @@
-"""An output on a grid over one or two inputs: the numbers behind a surface."""
+"""The numbers behind a surface: an output on a grid over one or two inputs."""
 
 import warnings
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,7 @@ from fuzzy.system import FuzzySystemError, Sugeno
 
 
 class Surface(NamedTuple):
-    """An output over two inputs, or over one (then ``y`` is None and the rest is one-dimensional)."""
+    """An output over two inputs, or over one; then ``y`` is None and the other arrays have one dimension."""
 
     x: np.ndarray  # (points, points): the first input, along the last axis
     y: np.ndarray | None  # (points, points): the second input, along the first axis
@@ -29,13 +29,19 @@ def surface(
     fixed: Mapping[Any, float] | None = None,
     points: int | Sequence[int] = 61,
 ) -> Surface:
-    """An output on a grid over one or two inputs, the others held at ``fixed`` or the middle of their universe.
+    """Evaluate an output on a grid over one or two inputs, each from end to end of its universe.
 
-    Inputs and output are given by name or by place; the default is the first two inputs, or the only one.
-    ``points`` is the number of grid points, or one number an input. Where no rule fires, ``z`` is what the system
-    says there (not-a-number if it would raise an error) and ``fired`` is False.
+    Where no rule fires, ``z`` is what the system says there (not-a-number if it would raise an error) and ``fired`` is
+    False. Inputs and outputs are named, or given by their place.
 
-    Raises FuzzySystemError for inputs and outputs that do not exist or stand in ``inputs`` and ``fixed`` both.
+    Args:
+        fis: The system.
+        inputs: The one or two inputs of the grid; by default the first two, or the only one.
+        output: The output.
+        fixed: The values of other inputs, in their units; the middle of the universe where none is given.
+        points: The number of grid points along each input, or one number for each.
+
+    Raises FuzzySystemError for inputs and outputs that do not exist, and for an input in both ``inputs`` and ``fixed``.
     """
     fis = detached(fis)
     places = surface_axes(fis, inputs)
@@ -62,7 +68,7 @@ def surface(
 
 
 def surface_axes(fis: Sugeno, inputs: Sequence[str | int] | str | int | None) -> list[int]:
-    """The places of the one or two inputs that are a surface's axes."""
+    """Find the places of the one or two inputs that are the axes of a surface."""
     if inputs is None:
         inputs = range(min(2, len(fis.inputs)))
     elif isinstance(inputs, (str, int)):

@@ -1,4 +1,4 @@
-"""Places in the universes of discourse: grids, points, and the values that a consequent reaches."""
+"""Points in the universes of discourse, grids of them, and the values that a consequent reaches there."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,7 +10,7 @@ from fuzzy.system import FuzzySystemError, Linear, Sugeno, Variable
 
 
 def universe_grid(variable: Variable, points: int = 401) -> np.ndarray:
-    """Places (points + a few,) over the universe that hit every corner of the membership functions."""
+    """Make a grid (points + a few,) over the universe that has a point at every corner of the membership functions."""
     low, high = variable.universe
     corners = [float(p) for function in variable.terms.values() for p in function.parameters]
     inside = [c for c in corners if low <= c <= high]
@@ -20,7 +20,7 @@ def universe_grid(variable: Variable, points: int = 401) -> np.ndarray:
 
 
 def place_of(which: str | int, variables: Sequence[Variable], what: str) -> int:
-    """The place of a variable given by name or by place (negative places count from the end)."""
+    """Find the place of a variable that is given by name or by place; negative places count from the end."""
     names = [v.name for v in variables]
     if isinstance(which, str):
         if which not in names:
@@ -32,7 +32,10 @@ def place_of(which: str | int, variables: Sequence[Variable], what: str) -> int:
 
 
 def point_of(fis: Sugeno, fixed: Mapping[Any, float] | None) -> np.ndarray:
-    """The middle of every input's universe (inputs,), with the values of ``fixed`` (by name or place) in it."""
+    """Make the point (inputs,) in the middle of every universe, except for the inputs that ``fixed`` gives values.
+
+    ``fixed`` has inputs by name or by place.
+    """
     point = np.array([v.midrange for v in fis.inputs])
     for which, value in (fixed or {}).items():
         if not np.isfinite(value):
@@ -42,7 +45,7 @@ def point_of(fis: Sugeno, fixed: Mapping[Any, float] | None) -> np.ndarray:
 
 
 def consequent_range(fis: Sugeno, term: Any) -> tuple[float, float]:
-    """The lowest and highest value of a consequent over the inputs' universes."""
+    """Find the lowest and the highest value of a consequent over the universes of the inputs."""
     if not isinstance(term, Linear):
         return term.value, term.value
     ends = np.array([v.universe for v in fis.inputs]) * np.array(term.slopes)[:, None]  # (inputs, 2)

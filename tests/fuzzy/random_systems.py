@@ -23,27 +23,23 @@ WIDTH = sixteenths(0.25, 3) | sixteenths(-3, -0.25)
 SLOPE = sixteenths(-6, 6)
 
 
-def ascending(n: int) -> st.SearchStrategy[tuple[float, ...]]:
-    return st.lists(POSITION, min_size=n, max_size=n).map(lambda values: tuple(sorted(values)))
+BY_ROLE = {"location": POSITION, "width": WIDTH, "slope": SLOPE, "shape": sixteenths(-2, 4)}
 
 
-PAIR = ascending(2)
-PARAMETERS: dict[type[mf.MembershipFunction], st.SearchStrategy[tuple[float, ...]]] = {
-    mf.Triangle: ascending(3),
-    # Two ordered pairs: shoulders may cross.
-    mf.Trapezoid: st.tuples(PAIR, PAIR).map(lambda p: (*p[0], *p[1])),
-    mf.LinearS: PAIR,
-    mf.LinearZ: PAIR,
-    mf.Gaussian: st.tuples(WIDTH, POSITION),
-    mf.TwoSidedGaussian: st.tuples(WIDTH, POSITION, WIDTH, POSITION),
-    mf.Bell: st.tuples(WIDTH, sixteenths(-2, 4), POSITION),
-    mf.Sigmoid: st.tuples(SLOPE, POSITION),
-    mf.SigmoidDifference: st.tuples(SLOPE, POSITION, SLOPE, POSITION),
-    mf.SigmoidProduct: st.tuples(SLOPE, POSITION, SLOPE, POSITION),
-    mf.SShape: st.tuples(POSITION, POSITION),
-    mf.ZShape: st.tuples(POSITION, POSITION),
-    mf.PiShape: st.tuples(POSITION, POSITION, POSITION, POSITION),
-}
+def legal(function: type[mf.MembershipFunction]) -> st.SearchStrategy[tuple[float, ...]]:
+    """Parameters that the class accepts: those that must ascend are sorted, others may cross."""
+
+    def in_order(values: tuple[float, ...]) -> tuple[float, ...]:
+        out = list(values)
+        for group in function.ascending():
+            for i, value in zip(group, sorted(values[i] for i in group), strict=True):
+                out[i] = value
+        return tuple(out)
+
+    return st.tuples(*(BY_ROLE[role] for role in function.roles)).map(in_order)
+
+
+PARAMETERS = {function: legal(function) for function in mf.FUNCTIONS}
 POSITIVE = tuple(f for f in mf.FUNCTIONS if f.log_formula is not None)
 
 

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fuzzy.membership as mf
-from fuzzy.membership import FUNCTIONS, MATLAB_NAMES, MembershipError, membership_function
+from fuzzy.membership import FUNCTIONS
+from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError, membership_function
 from tests.fuzzy.random_systems import PARAMETERS, POSITION, functions
 
 E = np.e

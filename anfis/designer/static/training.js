@@ -187,11 +187,7 @@ export async function render({ model, el }) {
       accepted.start.map((name) => [name, STARTS[name]]),
       choice.start,
     );
-    offer(
-      method,
-      accepted.method,
-      choice.method,
-    );
+    offer(method, accepted.method, choice.method);
     for (const [input, name] of [
       [radius, "radius"],
       [mfs, "mfs"],
@@ -351,7 +347,7 @@ export async function render({ model, el }) {
       const x = scale(variable.low, variable.high, box.left, box.right),
         y = scale(0, 1, box.bottom, box.top);
       const path = (term, kind, stroke) => {
-        const xs = places(term.type, term.parameters, variable.low, variable.high);
+        const xs = places(term.parameters, variable.low, variable.high);
         return shape("path", {
           d: line(
             xs.map(x),

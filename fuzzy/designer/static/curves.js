@@ -22,7 +22,7 @@ const ROW = 19; // px, a line of labels
 
 /**
  * The chart of an input. hands: {select(term), move(term, parameters, gesture, pressed), release(), point(value,
- * pressed), releasePoint()}. Returns {node, draw(view)}, view: {variable, compared, selected, point, width}.
+ * pressed), releasePoint()}. Returns {node, draw(view)}, view: {functions, variable, compared, selected, point, width}.
  */
 export function membershipChart(hands) {
   const svg = shape("svg", { class: "fd-chart", role: "group" });
@@ -95,7 +95,7 @@ export function membershipChart(hands) {
     return node;
   }
 
-  const wholly = (term, by) => tidy(shifted(term.type, term.parameters, by), term.parameters);
+  const wholly = (term, by) => tidy(shifted(view.functions[term.type], term.parameters, by), term.parameters);
 
   // Anywhere on a curve or its name: choose it, and move it as a whole.
   let whole = null;
@@ -158,7 +158,7 @@ export function membershipChart(hands) {
 
   function curve(term, extra) {
     const { low, high } = view.variable,
-      xs = places(term.type, term.parameters, low, high);
+      xs = places(term.parameters, low, high);
     const ys = xs.map((value) => degree(term.type, value, term.parameters));
     return { xs, ys, path: line(xs.map(x), ys.map(y)), ...extra };
   }
@@ -177,7 +177,8 @@ export function membershipChart(hands) {
         first = ys.indexOf(top),
         last = ys.lastIndexOf(top);
       const text = cut(term.name, 150, 13, 600);
-      return { text, x: x((xs[first] + xs[last]) / 2), width: widthOf(text, 13, bold ? 600 : 500) };
+      // A function that has no formula here has no curve; its name stands in the middle.
+      return { text, x: x(((xs[first] ?? low) + (xs[last] ?? high)) / 2), width: widthOf(text, 13, bold ? 600 : 500) };
     });
     const rows = rowsOf(labels, box.left, box.right, 12),
       count = Math.max(1, ...rows.map(({ row }) => row + 1));
@@ -203,7 +204,7 @@ export function membershipChart(hands) {
       const each = drawn[i],
         { term, bold } = each,
         path = line(each.xs.map(x), each.ys.map(y));
-      if (bold)
+      if (bold && path)
         layers.curves.append(
           shape("path", {
             d: `${path}L${box.right} ${box.bottom}L${box.left} ${box.bottom}Z`,
@@ -266,13 +267,14 @@ export function membershipChart(hands) {
         r: 3.5,
         style: `fill: ${color(i)}`,
       });
-    marks.dots.replaceChildren(...terms.map(dot));
+    const drawn = (term) => !Number.isNaN(degree(term.type, view.point, term.parameters));
+    marks.dots.replaceChildren(...terms.map((term, i) => (drawn(term) ? dot(term, i) : "")));
   }
 
   function drawGrips() {
     const term = chosen(),
       { low, high, unit } = view.variable;
-    specs = term ? handles(term.type, term.parameters) : [];
+    specs = term ? handles(term.type, view.functions[term.type], term.parameters) : [];
     while (grips.length < specs.length) {
       grips.push(grip(grips.length));
       layers.handles.append(grips.at(-1));

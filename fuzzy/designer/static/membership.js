@@ -1,78 +1,7 @@
-// MATLAB's 13 membership functions as fuzzy/membership.py states them, and where each is taken hold of.
-// tests/fuzzy/test_designer_modules.py holds the two against each other on random and degenerate parameters.
-
-/** The words of each parameter, in MATLAB's order. */
-export const PARAMETERS = {
-  trimf: ["left foot", "peak", "right foot"],
-  trapmf: ["left foot", "left shoulder", "right shoulder", "right foot"],
-  linsmf: ["foot", "shoulder"],
-  linzmf: ["shoulder", "foot"],
-  gaussmf: ["width σ", "centre"],
-  gauss2mf: ["left width σ₁", "left end c₁", "right width σ₂", "right end c₂"],
-  gbellmf: ["half-width a", "steepness b", "centre c"],
-  sigmf: ["slope a", "crossover c"],
-  dsigmf: ["slope a₁", "crossover c₁", "slope a₂", "crossover c₂"],
-  psigmf: ["slope a₁", "crossover c₁", "slope a₂", "crossover c₂"],
-  smf: ["foot", "shoulder"],
-  zmf: ["shoulder", "foot"],
-  pimf: ["left foot", "left shoulder", "right shoulder", "right foot"],
-};
-export const FUNCTIONS = Object.keys(PARAMETERS);
-/** The functions in words, for a list to choose from. */
-export const FUNCTION_WORDS = {
-  trimf: "triangle",
-  trapmf: "trapezoid",
-  linsmf: "straight ramp up",
-  linzmf: "straight ramp down",
-  gaussmf: "Gaussian",
-  gauss2mf: "two-sided Gaussian",
-  gbellmf: "bell",
-  sigmf: "sigmoid",
-  dsigmf: "difference of sigmoids",
-  psigmf: "product of sigmoids",
-  smf: "S-shape",
-  zmf: "Z-shape",
-  pimf: "π-shape",
-};
-
-// Which parameters are places on the axis of x: they move together when the whole curve is moved.
-const PLACES = {
-  trimf: [0, 1, 2],
-  trapmf: [0, 1, 2, 3],
-  linsmf: [0, 1],
-  linzmf: [0, 1],
-  gaussmf: [1],
-  gauss2mf: [1, 3],
-  gbellmf: [2],
-  sigmf: [1],
-  dsigmf: [1, 3],
-  psigmf: [1, 3],
-  smf: [0, 1],
-  zmf: [0, 1],
-  pimf: [0, 1, 2, 3],
-};
-// Which are neighbours: one that is not right of the other stays so.
-const NEIGHBOURS = {
-  trimf: [
-    [0, 1],
-    [1, 2],
-  ],
-  trapmf: [
-    [0, 1],
-    [1, 2],
-    [2, 3],
-  ],
-  linsmf: [[0, 1]],
-  linzmf: [[0, 1]],
-  gauss2mf: [[1, 3]],
-  smf: [[0, 1]],
-  zmf: [[0, 1]],
-  pimf: [
-    [0, 1],
-    [1, 2],
-    [2, 3],
-  ],
-};
+// The formulas of fuzzy/membership.py, one line each, and where a curve is taken hold of.
+// What else a function is comes from Python as the trait `functions` (functions_data in fuzzy/designer/views.py): by
+// MATLAB's name {title, words, roles, vertices}, called `about` here.
+// tests/fuzzy/designer/test_designer_panels.py holds the formulas against Python's on random and degenerate parameters.
 
 // Formulas -----------------------------------------------------------------------------------------------------
 
@@ -110,7 +39,7 @@ const FORMULAS = {
   pimf: (x, a, b, c, d) => spline(x, a, b) * spline(-x, -d, -c),
 };
 
-/** The degree of membership of `x` (a number), in [0, 1]; NaN for a type that is none of MATLAB's. */
+/** The degree of membership of `x` (a number), in [0, 1]; NaN for a type that has no formula here. */
 export function degree(type, x, parameters) {
   const formula = FORMULAS[type];
   return formula ? formula(x, ...parameters) : NaN;
@@ -122,11 +51,14 @@ export function clauseDegree(clause, type, x, parameters) {
   return clause.negated ? 1 - value : value;
 }
 
-/** Places to draw a curve through: evenly spread, and on both sides of every corner, so that an edge is upright. */
-export function places(type, parameters, low, high, count = 201) {
+/**
+ * Places to draw a curve through: evenly spread, and on both sides of every corner, so that an edge is upright. Every
+ * parameter may be a corner, and the middle of two; a place too many does no harm.
+ */
+export function places(parameters, low, high, count = 201) {
   const out = Array.from({ length: count }, (_, k) => low + ((high - low) * k) / (count - 1));
   const near = 1e-9 * (high - low);
-  const corners = (PLACES[type] ?? []).map((i) => parameters[i]);
+  const corners = [...parameters];
   if (corners.length === 2) corners.push((corners[0] + corners[1]) / 2);
   for (const c of corners) if (c >= low && c <= high) out.push(Math.max(low, c - near), c, Math.min(high, c + near));
   return out.sort((a, b) => a - b);
@@ -135,10 +67,11 @@ export function places(type, parameters, low, high, count = 201) {
 // Taking hold --------------------------------------------------------------------------------------------------
 
 /** The lowest and highest value of parameter `i` that keeps it in order with its neighbours. */
-export function room(type, parameters, i) {
+export function room({ vertices }, parameters, i) {
   let low = -Infinity,
     high = Infinity;
-  for (const [a, b] of NEIGHBOURS[type] ?? []) {
+  for (const [k, b] of vertices.slice(1).entries()) {
+    const a = vertices[k];
     if (parameters[a] > parameters[b]) continue; // crossed already, which MATLAB allows for some
     if (i === a) high = Math.min(high, parameters[b]);
     if (i === b) low = Math.max(low, parameters[a]);
@@ -147,21 +80,21 @@ export function room(type, parameters, i) {
 }
 
 /** The parameters with the whole curve moved by `by`. */
-export const shifted = (type, parameters, by) => parameters.map((p, i) => (PLACES[type].includes(i) ? p + by : p));
+export const shifted = ({ roles }, parameters, by) => parameters.map((p, i) => (roles[i] === "location" ? p + by : p));
 
 const within = (value, [low, high]) => Math.min(high, Math.max(low, value));
 const replaced = (parameters, i, value) => parameters.map((p, k) => (k === i ? value : p));
 
 // A vertex: the parameter is the place itself.
-function vertex(type, parameters, i) {
-  const range = room(type, parameters, i),
+function vertex(type, about, parameters, i) {
+  const range = room(about, parameters, i),
+    name = about.words[i],
     x = parameters[i];
   const at = degree(type, x, parameters);
   // At an upright edge foot and shoulder share a place; drawn at their own heights, both can be taken.
-  const foot = PARAMETERS[type][i].includes("foot");
-  const high = { gaussmf: 1, gauss2mf: at, gbellmf: at, sigmf: 0.5 }[type];
-  const y = foot ? 0 : (high ?? (type === "dsigmf" || type === "psigmf" || parameters[1] > parameters[2] ? at : 1));
-  return { name: PARAMETERS[type][i], index: i, x, y, range, move: (to) => replaced(parameters, i, within(to, range)) };
+  const ends = about.vertices.length === parameters.length;
+  const y = ends && name.includes("foot") ? 0 : ends && !(parameters[1] > parameters[2]) ? 1 : at;
+  return { name, index: i, x, y, range, move: (to) => replaced(parameters, i, within(to, range)) };
 }
 
 // A width: the distance from a centre, which never becomes 0; its sign, which says nothing, stays.
@@ -175,19 +108,19 @@ function spread(type, parameters, i, centre, side, name) {
 }
 
 // A slope: where its sigmoid is 0.9; it stays on its side of the crossover.
-function slope(type, parameters, i) {
+function slope(type, parameters, i, centre, name) {
   const a = parameters[i],
-    c = parameters[i + 1];
+    c = parameters[centre];
   if (a === 0) return null;
   const x = c + Math.log(9) / a,
     side = Math.sign(a);
   const move = (to, least) => replaced(parameters, i, (side * Math.log(9)) / Math.max(least, side * (to - c)));
   const range = side > 0 ? [c, Infinity] : [-Infinity, c];
-  return { name: PARAMETERS[type][i], index: i, x, y: degree(type, x, parameters), range, move };
+  return { name, index: i, x, y: degree(type, x, parameters), range, move };
 }
 
 // A bell's steepness: where the bell is 0.9, left of its centre: z^2b = 1/9.
-function steepness(parameters) {
+function steepness(parameters, name) {
   const [a, b, c] = parameters,
     width = Math.abs(a);
   if (b === 0) return null;
@@ -196,32 +129,27 @@ function steepness(parameters) {
   // Between 0.05 and 0.999 of the half-width for b > 0, beyond it for b < 0.
   const inside = (to) => within((c - to) / width, b > 0 ? [1e-3, 0.99] : [1.01, 1e3]);
   const move = (to) => replaced(parameters, 1, -Math.log(9) / (2 * Math.log(inside(to))));
-  return { name: "steepness b", index: 1, x, y: degree("gbellmf", x, parameters), range: [-Infinity, c], move };
+  return { name, index: 1, x, y: degree("gbellmf", x, parameters), range: [-Infinity, c], move };
 }
 
 /**
  * The handles of a curve, in the order of the parameters: name, parameter's index, place (x, y), range of x, and
  * move(to, least): the parameters after dragging it to `to`, in order; `least` is the smallest width.
  */
-export function handles(type, parameters) {
-  const own = (i) => vertex(type, parameters, i);
-  const sides = (i, c, name) => [
-    spread(type, parameters, i, c, -1, `${name}, left`),
-    spread(type, parameters, i, c, 1, name),
-  ];
-  const list =
-    {
-      gaussmf: () => [...sides(0, 1, "width σ"), own(1)],
-      gauss2mf: () => [
-        spread(type, parameters, 0, 1, -1, "left width σ₁"),
-        own(1),
-        own(3),
-        spread(type, parameters, 2, 3, 1, "right width σ₂"),
-      ],
-      gbellmf: () => [...sides(0, 2, "half-width a"), steepness(parameters), own(2)],
-      sigmf: () => [slope(type, parameters, 0), own(1)],
-      dsigmf: () => [slope(type, parameters, 0), own(1), slope(type, parameters, 2), own(3)],
-      psigmf: () => [slope(type, parameters, 0), own(1), slope(type, parameters, 2), own(3)],
-    }[type] ?? (() => (PLACES[type] ?? []).map(own));
-  return list().filter((handle) => handle !== null && Number.isFinite(handle.x));
+export function handles(type, about, parameters) {
+  const { roles, words } = about,
+    widths = roles.flatMap((role, i) => (role === "width" ? [i] : []));
+  const of = (role, i) => {
+    const centre = roles.indexOf("location", i); // a width or a slope belongs to the place that follows
+    if (role === "location") return [vertex(type, about, parameters, i)];
+    if (role === "slope") return [slope(type, parameters, i, centre, words[i])];
+    if (role === "shape") return type === "gbellmf" ? [steepness(parameters, words[i])] : [];
+    // One width reaches to both sides, the first of two to the left and the second to the right.
+    if (widths.length === 2) return [spread(type, parameters, i, centre, i === widths[0] ? -1 : 1, words[i])];
+    return [
+      spread(type, parameters, i, centre, -1, `${words[i]}, left`),
+      spread(type, parameters, i, centre, 1, words[i]),
+    ];
+  };
+  return roles.flatMap(of).filter((handle) => handle !== null && Number.isFinite(handle.x + handle.y));
 }

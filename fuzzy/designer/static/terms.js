@@ -2,7 +2,7 @@
 import { button, choices, color, element, offer, put, said, say, watch, whenSized } from "./chart.js";
 import { hold, numberField, pressing, problemLine, wordField } from "./dragging.js";
 import { membershipChart } from "./curves.js";
-import { FUNCTIONS, FUNCTION_WORDS, PARAMETERS, degree } from "./membership.js";
+import { degree } from "./membership.js";
 import { consequentChart, consequent } from "./outputs.js";
 
 const CONSEQUENTS = [
@@ -15,6 +15,8 @@ export function render({ model, el }) {
   const terms = hold((message) => model.send(message)),
     place = hold((message) => model.send(message));
   const key = pressing();
+  const functions = model.get("functions"); // by MATLAB's name; they do not change
+  const kinds = Object.entries(functions).map(([type, { title }]) => [type, `${type} · ${title}`]);
   let design = model.get("design"),
     chosen = null,
     width = 0;
@@ -187,12 +189,12 @@ export function render({ model, el }) {
         "aria-label": `term ${term.name}`,
         class: term.name === selected().term ? "fd-row fd-on" : "fd-row",
       });
-      offer(type, kind === "input" ? FUNCTIONS.map((f) => [f, `${f} · ${FUNCTION_WORDS[f]}`]) : CONSEQUENTS, term.type);
+      offer(type, kind === "input" ? kinds : CONSEQUENTS, term.type);
       put(type, { "aria-label": `type of ${term.name}` });
       put(remove, { "aria-label": `remove the term ${term.name}`, title: `remove the term ${term.name}` });
       const words =
         kind === "input"
-          ? PARAMETERS[term.type]
+          ? functions[term.type].words
           : term.type === "constant"
             ? ["value"]
             : [...design.inputs.map((v) => `× ${v.name}`), "+ constant"];
@@ -267,7 +269,8 @@ export function render({ model, el }) {
     inputChart.node.hidden = kind !== "input";
     outputChart.node.hidden = kind === "input";
     const inner = Math.max(220, width);
-    if (kind === "input") inputChart.draw({ variable, compared: old, selected: term, point: point()[i], width: inner });
+    if (kind === "input")
+      inputChart.draw({ functions, variable, compared: old, selected: term, point: point()[i], width: inner });
     else
       outputChart.draw({
         variable,

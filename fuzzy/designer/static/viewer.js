@@ -152,7 +152,7 @@ export function render({ model, el }) {
           return;
         }
         const { type, parameters } = variable.terms[t],
-          xs = places(type, parameters, variable.low, variable.high, 81);
+          xs = places(parameters, variable.low, variable.high, 81);
         const ys = xs.map((value) => base - FILL * clauseDegree(clause, type, value, parameters)),
           path = line(xs.map(column.x), ys);
         const clip = shape("rect", { x: column.from, width: wide, y: base, height: 0 }),

@@ -15,7 +15,8 @@ from hypothesis.extra.numpy import arrays
 from numba import njit
 
 from fuzzy.compiled.kernel import LANES, evaluate_point, exp_nonpositive, log1p_unit, workspace
-from fuzzy.compiled.sugeno import compile_sugeno
+from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
+from fuzzy.compiled.tables import NUMBERS
 from fuzzy.inference import InferenceWarning, infer
 from fuzzy.membership import FUNCTIONS, Gaussian, LinearS, LinearZ, Triangle
 from fuzzy.rule import Clause, Rule
@@ -304,15 +305,23 @@ def test_compiled_systems_are_values():
 
 WITHOUT_NUMBA = """
 import sys, pickle, warnings
-import numpy as np
-from fuzzy.compiled.sugeno import compile_sugeno
 from numba import config
 assert config.DISABLE_JIT
 systems = pickle.load(sys.stdin.buffer)
 warnings.simplefilter("ignore", category=UserWarning)
 warnings.simplefilter("error", category=RuntimeWarning)
-pickle.dump([compile_sugeno(fis)(x) for fis, x in systems], sys.stdout.buffer)
+pickle.dump([compiled(x) for compiled, x in systems], sys.stdout.buffer)
 """
+
+
+def interpreted(systems: list[tuple[CompiledSugeno, np.ndarray]]) -> list[np.ndarray]:
+    """The outputs of each system at its points in a process where Python runs the kernel, not machine code."""
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    run = subprocess.run(
+        [sys.executable, "-c", WITHOUT_NUMBA], input=pickle.dumps(systems), capture_output=True, env=environment
+    )
+    assert run.returncode == 0, run.stderr.decode()
+    return pickle.loads(run.stdout)
 
 
 @quiet
@@ -327,13 +336,33 @@ def test_without_numba_the_same_code_gives_the_same_numbers():
     collect()
     systems += [(example(), np.random.default_rng(0).uniform(-1, 1, (5, 3)))]
     systems += [(GAP, np.array([[4.0, 0.5], [np.nan, 0.5], [7.0, 2.0]]))]
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    run = subprocess.run(
-        [sys.executable, "-c", WITHOUT_NUMBA], input=pickle.dumps(systems), capture_output=True, env=environment
-    )
-    assert run.returncode == 0, run.stderr.decode()
-    for (fis, x), plain in zip(systems, pickle.loads(run.stdout), strict=True):
-        np.testing.assert_allclose(plain, compile_sugeno(fis)(x), rtol=1e-14)
+    pairs = [(compile_sugeno(fis), x) for fis, x in systems]
+    for (compiled, x), plain in zip(pairs, interpreted(pairs), strict=True):
+        np.testing.assert_allclose(plain, compiled(x), rtol=1e-14)
+
+
+def test_an_unknown_number_gives_not_a_number_and_never_another_function():
+    # A sum of logarithms, a product, a minimum (which would lose a not-a-number), and points where no rule fires.
+    systems = [example(), replace(GAP, out_of_range="ignore"), replace(GAP, and_method="min", out_of_range="ignore")]
+    systems += [replace(fis, rules=[replace(rule, connective="or") for rule in fis.rules]) for fis in systems]
+    pairs = []
+    for fis in systems:
+        compiled = compile_sugeno(fis)
+        for number in (-1, len(NUMBERS), 99):
+            for unknown in (slice(None), slice(1)):  # every term, and only the first
+                kind = compiled.tables.kind.copy()
+                kind[unknown] = number
+                wrong = replace(compiled, tables=compiled.tables._replace(kind=kind))
+                pairs.append((wrong, np.random.default_rng(0).uniform(0, 1, (3, len(fis.inputs)))))
+    assert len({compiled.tables.logarithmic for compiled, _ in pairs}) == 2
+    for (compiled, x), plain in zip(pairs, interpreted(pairs), strict=True):
+        assert np.isnan(compiled(x)).all()
+        assert np.isnan(plain).all()
+
+
+def test_the_kernel_has_a_branch_for_every_function_of_matlab():
+    assert set(NUMBERS) == set(FUNCTIONS)
+    assert sorted(NUMBERS.values()) == list(range(len(FUNCTIONS)))
 
 
 def test_importing_the_package_does_not_import_numba():

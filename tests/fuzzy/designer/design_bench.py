@@ -5,7 +5,7 @@ from typing import Any
 import fuzzy
 from fuzzy.designer.design import design_of
 from fuzzy.designer.edits import apply
-from fuzzy.designer.views import design_data, surface_data, viewer_data
+from fuzzy.designer.views import design_data, functions_data, surface_data, viewer_data
 from fuzzy.errors import InputError
 from tests.fuzzy.designer.module_page import ModulePage
 
@@ -42,6 +42,7 @@ class Bench(ModulePage):
     def traits(self) -> dict[str, Any]:
         return {
             "design": design_data(self.design),
+            "functions": functions_data(),
             "point": list(self.design.point),
             "viewer": viewer_data(self.design),
             "surface": surface_data(self.design, self.look["inputs"], self.look["output"]),

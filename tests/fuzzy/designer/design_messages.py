@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 import fuzzy
 from fuzzy.designer.design import CHOICES
 from fuzzy.designer.edits import EDITS
-from fuzzy.membership import MATLAB_NAMES
+from fuzzy.membershipfunction import MATLAB_NAMES
 from fuzzy.system import Linear, Sugeno, Variable
 
 

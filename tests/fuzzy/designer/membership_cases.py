@@ -3,7 +3,8 @@
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.membership import FUNCTIONS, membership_function
+from fuzzy.membership import FUNCTIONS
+from fuzzy.membershipfunction import membership_function
 
 
 def cases(rng: np.random.Generator) -> list[tuple[str, list[float]]]:
@@ -12,7 +13,7 @@ def cases(rng: np.random.Generator) -> list[tuple[str, list[float]]]:
     for function in FUNCTIONS:
         for _ in range(60):
             p = rng.uniform(-2, 2, len(function.roles))
-            if function.matlab in ("trimf", "trapmf", "linsmf", "linzmf") and rng.random() < 0.8:
+            if function.ascending() and rng.random() < 0.8:
                 p = np.sort(p)
             ties = rng.random(len(p)) < 0.2
             p[1:][ties[1:]] = p[:-1][ties[1:]]

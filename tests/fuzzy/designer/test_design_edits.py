@@ -14,7 +14,8 @@ from fuzzy.designer.conversion import converted
 from fuzzy.designer.design import CHOICES, Design, design_of, file_text
 from fuzzy.designer.edits import EDITS, EditError, apply, edited
 from fuzzy.designer.views import design_data, surface_data, viewer_data
-from fuzzy.membership import FUNCTIONS, MATLAB_NAMES
+from fuzzy.membership import FUNCTIONS
+from fuzzy.membershipfunction import MATLAB_NAMES
 from fuzzy.system import Linear, Sugeno, Variable
 from tests.fuzzy.designer.design_messages import JUNK, NEEDS, messages, system
 

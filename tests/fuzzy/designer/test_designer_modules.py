@@ -2,8 +2,8 @@
 
 import json
 from collections.abc import Iterator
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ import pytest
 import fuzzy
 from fuzzy.designer.design import design_of
 from fuzzy.designer.views import design_data, surface_data, viewer_data
+from fuzzy.membershipfunction import MATLAB_NAMES, register
 from tests.fuzzy.designer.design_bench import Bench, system
 from tests.fuzzy.designer.module_page import drag, touch
 
@@ -110,6 +111,38 @@ def test_a_finger_drags_a_vertex(bench: Bench) -> None:
     bench.settled()
     assert bench.parameters("near")[:2] == [0.0, 0.5]
     assert 0.5 < bench.parameters("near")[2] < 1.19
+
+
+@pytest.fixture
+def plateau() -> Iterator[type[fuzzy.MembershipFunction]]:
+    """A registered function that has no line in membership.js."""
+
+    @register
+    @dataclass(frozen=True)
+    class Plateau(fuzzy.Trapezoid):
+        matlab: ClassVar[str] = "plateaumf"
+        title: ClassVar[str] = "plateau"
+
+    yield Plateau
+    del MATLAB_NAMES["plateaumf"]
+
+
+def test_a_function_without_a_formula_in_the_browser_has_fields_and_handles_but_no_curve(
+    bench: Bench, plateau: type[fuzzy.MembershipFunction]
+) -> None:
+    fis, page = system(), bench.page
+    terms = {"wide": plateau(0.0, 0.5, 1.0, 1.5), "near": fuzzy.Triangle(0.0, 0.5, 1.2)}
+    d = replace(fis.inputs[0], terms=terms)
+    bench.show("terms", replace(fis, inputs=[d, fis.inputs[1]], rules=["if d is near then v is slow"]))
+    assert page.get_by_label("type of wide").locator("option:checked").inner_text() == "plateaumf · plateau"
+    assert "L" not in bench.curve("wide")
+    assert "L" in bench.curve("near")
+    assert page.get_by_role("slider", name="wide").count() == 4  # the vertices
+    field = page.get_by_role("spinbutton", name="right foot of wide")
+    field.fill("1.75")
+    field.press("Enter")
+    bench.settled()
+    assert bench.parameters("wide") == [0.0, 0.5, 1.0, 1.75]
 
 
 def test_keys_and_fields_move_the_same_parameters(bench: Bench) -> None:

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 from fuzzy.files.fisfile import FisFileError, FisFileWarning, format_fis, parse_fis, read_fis, write_fis
 from fuzzy.inference import InferenceWarning
-from fuzzy.membership import FUNCTIONS, Gaussian, LinearZ, MembershipError, Triangle
+from fuzzy.membership import FUNCTIONS, Gaussian, LinearZ, Triangle
+from fuzzy.membershipfunction import MembershipError
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, Linear, Sugeno, Variable
 
