@@ -1,4 +1,4 @@
-// Try it: the rule base in hand drives a robot. Top view, cross-track error and figures of merit, beside the design
+// Try it: the rule base in hand drives a robot. Top view, cross-track error and metrics, beside the design
 // before and a nonlinear law; a team is played. From what robotics/designer/panel.py hands over; form: anywidget's.
 
 import { axes, choices, element, line, offer, put, said, say, scale, shape, ticks, watch, whenSized } from "../../fuzzy/designer/static/chart.js";
@@ -239,7 +239,7 @@ export function render({ model, el }) {
       // Not by colour alone: the best is bold, and equal ones are all best.
       return element("tr", {}, element("th", { scope: "row" }, metric.unit === "1" ? metric.title : `${metric.title} [${metric.unit}]`), ...values.map((value) => element("td", runs.length > 1 && Number.isFinite(best) && size(value) === best ? { class: "tr-best" } : {}, figure(value))));
     });
-    table.replaceChildren(element("caption", { hidden: true }, "Figures of merit"), element("thead", {}, head), element("tbody", {}, ...rows));
+    table.replaceChildren(element("caption", { hidden: true }, "Metrics"), element("thead", {}, head), element("tbody", {}, ...rows));
   }
 
   function playTeam() {

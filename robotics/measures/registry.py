@@ -1,25 +1,33 @@
-"""Which figures of merit belong to which kind of scenario."""
+"""Every metric in one table, and which of them belong to a kind of scenario, to a short table, to the designer."""
 
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from robotics.measures.formations import FORMATION_METRICS
+from robotics.measures.teams import TEAM_METRICS
 from robotics.measures.tracking import METRICS, Metric
 from robotics.simulation.run import Run
+
+ALL_METRICS: dict[str, Metric] = METRICS | FORMATION_METRICS | TEAM_METRICS
 
 
 def metrics_of(kind: str) -> dict[str, Metric]:
     """The metrics of a scenario of that kind ("tracking", "formation" or "team"), by name."""
-    if kind == "formation":
-        from robotics.measures.formations import FORMATION_METRICS
+    return {name: metric for name, metric in ALL_METRICS.items() if kind in metric.kinds}
 
-        return METRICS | FORMATION_METRICS
-    if kind == "team":
-        from robotics.measures.teams import TEAM_METRICS
 
-        return METRICS | TEAM_METRICS
-    return METRICS
+def headlines(kind: str) -> dict[str, Metric]:
+    """The few metrics that a short table or picture shows of that kind, by name: those of no other kind come first."""
+    found = [item for item in metrics_of(kind).items() if kind in item[1].headline]
+    return dict(sorted(found, key=lambda item: len(item[1].kinds)))
+
+
+def tried(kind: str) -> dict[str, Metric]:
+    """The metrics that the designer's panel "Try it" shows of that kind, by name, in the same order."""
+    found = [item for item in metrics_of(kind).items() if kind in item[1].tried]
+    return dict(sorted(found, key=lambda item: len(item[1].kinds)))
 
 
 def measure_all(run: Run, kind: str) -> dict[str, np.ndarray]:
