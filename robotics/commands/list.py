@@ -5,7 +5,7 @@ from robotics.commands.shared import Json
 
 
 def list_(json: Json = False) -> None:
-    """The scenarios and controllers that come with the package.
+    """List the scenarios and controllers that come with the package.
 
     Example: robotics list
     """
