@@ -53,7 +53,7 @@ design: $(VENV)/.designer ## the designer in a browser: make design FILE=go.fis
 
 # Two workers at once would compile every kernel twice: one run compiles them while types are checked.
 test: $(VENV)/.development ## lint, types and tests: the gate of every commit
-	@$(BIN)/robotics run chapter-6-simulation-3 --quiet > /dev/null & \
+	@$(BIN)/robotics run trap-u --quiet > /dev/null & \
 	$(MAKE) --no-print-directory lint; status=$$?; wait; exit $$status
 	$(BIN)/python -m pytest
 

@@ -139,7 +139,7 @@ def _try_it(page: Any) -> None:
 
 
 def _team(page: Any) -> None:
-    page.get_by_label("Scenario").select_option("chapter-4-faults")
+    page.get_by_label("Scenario").select_option("outage-10s")
     page.wait_for_selector(".fleet-player canvas")
     _until_run(page, columns=4)
     _set(page.locator(".fleet-player input[type=range]").first, 24.0)

@@ -121,7 +121,7 @@ def measure() -> dict[str, Any]:
     for law in laws.values():
         simulate(replace(one, duration=0.2), law)
     kernel()
-    fleet = replace(load_scenario("chapter-4-faults"), duration=20.0)
+    fleet = replace(load_scenario("outage-10s"), duration=20.0)
     coordination = {name: make_controller(name) for name in TEAM_CONTROLLERS}
     for law in coordination.values():
         simulate(replace(fleet, duration=0.2), law)
@@ -170,7 +170,7 @@ def report(result: dict[str, Any]) -> str:
     rates = result["robot_ticks_per_s"] | {"the plant alone": result["plant_robot_ticks_per_s"]}
     best = result["robot_ticks_best_per_s"] | {"the plant alone": result["plant_robot_ticks_best_per_s"]}
     lines += [f"  {name:22}{value / 1e6:>8.2f}    (best {best[name] / 1e6:.2f})" for name, value in rates.items()]
-    title = f"Teams of three, chapter-4-faults, {result['seeds']:,} seeds, million robot-ticks a second"
+    title = f"Teams of three, outage-10s, {result['seeds']:,} seeds, million robot-ticks a second"
     lines += ["", f"{title} (aim: {TEAMS / 1e6:g})"]
     best = result["team_robot_ticks_best_per_s"]
     teams = result["team_robot_ticks_per_s"]

@@ -8,31 +8,40 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
+from robotics.commands.shared import Json, Quiet
 
 
 def animate(
     run: Annotated[
-        Path, typer.Argument(metavar="RUN.npz", help="What `robotics run ... --save` wrote.", show_default=False)
+        Path, typer.Argument(metavar="RUN.npz", help="A file that `robotics run ... --save` wrote.", show_default=False)
     ],
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="Ends in .mp4, .gif or .html (a player).")],
-    seed: Annotated[int | None, typer.Option(help="One of the run's seeds. Default: the first.")] = None,
-    start: Annotated[float | None, typer.Option("--from", metavar="S", help="Begin at that time, s.")] = None,
-    end: Annotated[float | None, typer.Option("--to", metavar="S", help="End at that time, s.")] = None,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="FILE", help="The file to write: .mp4, .gif or .html (a player).")
+    ],
+    seed: Annotated[int | None, typer.Option(help="The seed to show, one of the run's. Default: the first.")] = None,
+    start: Annotated[float | None, typer.Option("--from", metavar="S", help="Time at which to begin, s.")] = None,
+    end: Annotated[float | None, typer.Option("--to", metavar="S", help="Time at which to end, s.")] = None,
     speed: Annotated[
-        float | None, typer.Option(help="Times real time. Default: so that it lasts 25 s at most; .html: 1")
+        float | None,
+        typer.Option(help="Speed, times real time. Default: so that it lasts 25 s at most; .html: 1"),
     ] = None,
-    fps: Annotated[float | None, typer.Option(help="Frames a second. Default: 20; .gif: 10")] = None,
-    dpi: Annotated[float | None, typer.Option(help="Pixels an inch; it is 7.16 inches wide. Default: 120")] = None,
+    fps: Annotated[float | None, typer.Option(help="Frames per second. Default: 20; .gif: 10")] = None,
+    dpi: Annotated[
+        float | None, typer.Option(help="Pixels per inch; the picture is 7.16 inches wide. Default: 120")
+    ] = None,
     stale: Annotated[
-        float | None, typer.Option(metavar="S", help="Older messages are stale, s. Default: by what is usual")
+        float | None,
+        typer.Option(
+            metavar="S", help="Age from which a message counts as stale, s. Default: from the run's usual ages"
+        ),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
-    """A saved run in motion: robots, paths, trails, targets, messages, faults and stops, with a time axis.
+    """Show a saved run in motion: robots, paths, trails, targets, messages, faults and stops, with a time axis.
 
     A .mp4 needs ffmpeg (or pip install 'fuzzyfleet[video]'); a .gif or .html does not.
-    Example: robotics run chapter-4-faults --save team.npz; robotics animate team.npz -o team.gif
+    Example: robotics animate team.npz -o team.gif, after robotics run outage-10s --save team.npz
     """
     from robotics.playback.animation import DPI, AnimationError, check_animation, write_animation
     from robotics.simulation.run import load_run

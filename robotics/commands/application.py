@@ -1,9 +1,10 @@
-"""The command line ``robotics``: one module a command beside this one.
+"""The command line ``robotics``; every command has a module of its own beside this one.
 
 Data goes to stdout, progress and messages to stderr. What a command needs is imported when it runs, so that
 ``--help`` is quick.
 """
 
+import sys
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -17,11 +18,12 @@ from robotics.commands.compare import compare
 from robotics.commands.dataset import dataset
 from robotics.commands.learn import learn
 from robotics.commands.list import list_
+from robotics.commands.repeat import Stress, repeat
 from robotics.commands.run import run_
-from robotics.commands.shared import versions
 from robotics.commands.stress import stress
 from robotics.commands.sweep import sweep
 from robotics.commands.team import team
+from robotics.experiments.versions import versions
 
 app = application("Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.")
 
@@ -29,6 +31,7 @@ app.add_typer(dataset, name="dataset")
 app.add_typer(stress, name="stress")
 app.command("list")(list_)
 app.command("run")(run_)
+app.command()(repeat)
 app.command()(compare)
 app.command()(learn)
 app.command()(animate)
@@ -39,7 +42,18 @@ app.command()(team)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code: 0 fine, 2 an error or a diverged controller, 130 Ctrl-C."""
-    return run(app, (InputError,), "robotics", arguments)
+    return run(app, (InputError,), "robotics", _as_named_today(sys.argv[1:] if arguments is None else arguments))
+
+
+def _as_named_today(arguments: Sequence[str]) -> list[str]:
+    """The arguments, with `run crossing|obstacles`, as repeat was called in 0.1, replaced by `repeat ...`."""
+    if len(arguments) < 2 or arguments[0] != "run" or arguments[1] not in list(Stress):
+        return list(arguments)
+    now = f"repeat {arguments[1]}"
+    print(
+        f"robotics: `run {arguments[1]}` is now called `{now}`; the old name goes in the next release", file=sys.stderr
+    )
+    return ["repeat", *arguments[1:]]
 
 
 def _version(wanted: bool) -> None:

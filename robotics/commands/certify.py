@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fuzzy.shell.terminal import print_json
+from robotics.commands.shared import Json
 
 if TYPE_CHECKING:
     from robotics.experiments.certificate import Certificate, SectorModel
@@ -16,20 +17,21 @@ def certify(
     kx: Annotated[float, typer.Option(help="Gain K_x, 1/s.")] = 1.0,
     ky: Annotated[float, typer.Option(help="Gain K_y, 1/m².")] = 10.0,
     kpsi: Annotated[float, typer.Option(help="Gain K_ψ, 1/m; with --form 2.31 in 1/s.")] = 5.0,
-    form: Annotated[str, typer.Option(help="2.31 or 2.32: the thesis's equation for ω.")] = "2.32",
-    catch_up: Annotated[float, typer.Option(help="The law's catch_up, m/s; 0: ω exactly as printed.")] = 0.3,
+    form: Annotated[str, typer.Option(help="Form of the law for ω: equation 2.31 or 2.32.")] = "2.32",
+    catch_up: Annotated[float, typer.Option(help="The law's catch_up, m/s; with 0 ω is exactly as printed.")] = 0.3,
     speed: Annotated[tuple[float, float], typer.Option(metavar="LOW HIGH", help="Range of v_r, m/s.")] = (0.2, 0.4),
     reference_turn: Annotated[float, typer.Option(help="Bound of the reference's |ω_r|, rad/s.")] = 1.0,
     turn: Annotated[float, typer.Option(help="Bound of the commanded |ω|, rad/s.")] = 5.74,
     heading: Annotated[float, typer.Option(help="Bound of the heading error, rad.")] = 1.2,
     decay: Annotated[
-        float | None, typer.Option(help="Wanted decay rate, 1/s: a lower one, a larger region. Default: the greatest")
+        float | None,
+        typer.Option(help="Wanted decay rate, 1/s. A lower one gives a larger region. Default: the greatest"),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the simulated starts and references.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the simulated starts and references.")] = 0,
     plot: Annotated[Path | None, typer.Option(metavar="PICTURE", help="Draw the region: .png, .pdf, .svg.")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
+    json: Json = False,
 ) -> None:
-    """A stability certificate of the Lyapunov law: decay rate and region, by linear matrix inequalities (thesis 2.3).
+    """Certify the stability of the Lyapunov law: decay rate and region, by linear matrix inequalities.
 
     Example: robotics certify --speed 0.2 0.4 --turn 3.5 --plot region.png
     """
@@ -152,7 +154,7 @@ def not_certified(found: "Certificate") -> list[str]:
         "The robot: motors and wheel loops that lag, latency, commands held for 50 ms, noisy measurements.",
         limits,
         f"References slower than {model.speed_low:g} m/s, at rest (the end of a path) or backwards.",
-        'Starts outside the region: nothing is said about them, neither way; the thesis\'s "globally" does not follow.',
+        'Starts outside the region: nothing is said about them, neither way; "globally" does not follow.',
         "The singleton fuzzy rule base (controller fuzzy): this is the Lyapunov (Kanayama) law, a parallel distributed "
         "compensator of the Takagi-Sugeno model of its error.",
         differs,

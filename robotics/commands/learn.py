@@ -8,19 +8,26 @@ import typer
 from anfis.methods.catalogue import METHODS
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
+from robotics.commands.shared import Json, Quiet
 
 
 def learn(
     data: Annotated[Path, typer.Argument(metavar="DATA.csv", help="Formation data with a header line.")],
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Where v_l.fis ... w_f.fis go.")],
-    check: Annotated[Path | None, typer.Option(metavar="CHECK.csv", help="Checking data, same columns.")] = None,
-    rules: Annotated[int, typer.Option(min=1, help="Wanted rules; the nearest number that a setting gives.")] = 8,
-    method: Annotated[str, typer.Option(help=f"How to learn: {', '.join(METHODS)}.")] = "hybrid",
-    epochs: Annotated[int, typer.Option(min=0, help="Of learning.")] = 60,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder into which v_l.fis ... w_f.fis go.")
+    ],
+    check: Annotated[
+        Path | None, typer.Option(metavar="CHECK.csv", help="Checking data with the same columns.")
+    ] = None,
+    rules: Annotated[
+        int, typer.Option(min=1, help="Wanted number of rules; the nearest that a setting gives is taken.")
+    ] = 8,
+    method: Annotated[str, typer.Option(help=f"Method of learning: {', '.join(METHODS)}.")] = "hybrid",
+    epochs: Annotated[int, typer.Option(min=0, help="Number of epochs of learning.")] = 60,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
-    """Cluster and train the four networks that drive leader and followers (thesis 5.2.2).
+    """Cluster and train the four networks that drive leader and followers.
 
     Example: robotics learn formation.csv --check check.csv -o networks, then
     robotics run formation-behind --controller formation:networks=networks

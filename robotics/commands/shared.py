@@ -1,22 +1,93 @@
-"""What several commands share: options, versions, and how a divergence is reported."""
+"""What several commands share: options, and how numbers and divergences are printed."""
 
 import sys
-from typing import Annotated
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fuzzy.shell.terminal import USAGE
+from fuzzy.shell.terminal import USAGE, print_json
+from robotics.experiments.versions import versions
+
+if TYPE_CHECKING:
+    from robotics.simulation.run import Run
+
+_COLUMNS = 6  # robots that get a column each
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress bar.")]
+Plot = Annotated[Path | None, typer.Option("--plot", metavar="PICTURE", help="Draw the first seed: .png, .pdf, .svg.")]
+Save = Annotated[Path | None, typer.Option("--save", metavar="FILE.npz", help="Save the run without loss.")]
+Table = Annotated[Path | None, typer.Option("--table", metavar="FILE.csv", help="Save every sample as CSV.")]
+Events = Annotated[
+    Path | None,
+    typer.Option("--events", metavar="FILE.csv", help="Save who avoided, yielded or timed out, and when."),
+]
+Player = Annotated[
+    bool, typer.Option("--animate", help="Write a page that plays the first seed: SCENARIO-seed-N.html.")
+]
 
 
-def versions() -> dict[str, str]:
-    """The versions that a result depends on."""
-    from importlib.metadata import version
+def print_run(run: "Run", page: Path | None, json: bool, outcome: Mapping[str, Any] | None = None) -> None:
+    """Print the metrics of a run, and say which robots were stopped.
 
-    names = ("fuzzyfleet", "numpy", "numba", "scipy", "pandas", "matplotlib")
-    return {name: version(name) for name in names} | {"python": ".".join(map(str, sys.version_info[:3]))}
+    ``page`` plays it, ``outcome`` is what a stress test says of it.
+    """
+    from robotics.measures.registry import measure_all
+
+    values = measure_all(run)
+    if json:
+        print_json(
+            {
+                "scenario": run.scenario,
+                "controller": run.controller,
+                "level": run.level,
+                "seeds": list(run.seeds),
+                "metrics": {name: v[:, 0] if v.shape[1] == 1 else v for name, v in values.items()},
+                "diverged": run.diverged,
+                "versions": versions(),
+            }
+            | ({"outcome": outcome} if outcome is not None else {})
+            | ({"player": str(page)} if page is not None else {})
+        )
+    else:
+        _print_metrics(values, len(run.seeds))
+        if outcome is not None:
+            print(", ".join(f"{name} {outcome[name]}" for name in ("collisions", "deadlocks", "contacts", "arrived")))
+        if page is not None:
+            print(page)
+    report_divergences(run.divergences())
+
+
+def _print_metrics(values: Mapping[str, Any], seeds: int) -> None:
+    """A line a metric, from its values (runs, robots): means over the seeds, a column a robot."""
+    import numpy as np
+
+    from robotics.measures.registry import ALL_METRICS
+
+    for name, found in values.items():
+        shown, robots = found.mean(axis=0), found.shape[1]
+        if robots > _COLUMNS:
+            shown = np.array([shown.min(), np.median(shown), shown.max()])
+        metric = ALL_METRICS[name]
+        print(f"{name:28} {'  '.join(f'{v:10.4g}' for v in shown)}  {metric.unit:8} {metric.title}")
+    if seeds > 1 or robots > 1:
+        columns = "; one column a robot" if robots <= _COLUMNS else f"; least, median and largest of {robots} robots"
+        print(f"(mean over {seeds} seeds{columns if robots > 1 else ''})")
+
+
+def print_outcome(figures: Mapping[str, Any], json: bool) -> None:
+    """Print what a stress test came to: a line a number, and the seeds of the runs that failed."""
+    if json:
+        print_json(figures)
+        return
+    for name, value in figures.items():
+        if name != "failed_seeds":
+            print(f"{name:22} {'-' if value is None else f'{value:.4g}' if isinstance(value, float) else value}")
+    for name, seeds in figures["failed_seeds"].items():
+        if seeds:
+            print(f"seeds, {name + ':':14} {', '.join(map(str, seeds))}")
 
 
 def report_divergences(lines: list[str]) -> None:

@@ -10,25 +10,26 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import INTERRUPTED, print_json
+from robotics.commands.shared import Json, Quiet
 
 
 def sweep(
     spec: Annotated[str, typer.Argument(metavar="SPEC.toml", help="A sweep's file; or a name: lyapunov-gains.")],
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes of this machine. Default: none but this one.")
+        int | None, typer.Option(min=1, help="Number of processes of this machine. Default: only this one.")
     ] = None,
     dask: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler, such as tcp://127.0.0.1:8786.")
+        str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://127.0.0.1:8786.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Where it goes. Default: out/NAME")] = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Throw away what FOLDER holds of a sweep.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
+    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder of the results. Default: out/NAME")] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Discard what FOLDER holds of a sweep.")] = False,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
-    """A parameter sweep: fields of a scenario and gains of controllers, as a grid or at random, times seeds.
+    """Sweep parameters: fields of a scenario and gains of controllers, as a grid or at random, times seeds.
 
-    Writes results.parquet, one row a run and robot, chunk by chunk. Stopped or killed, the same command goes on where
-    it was. Example: robotics sweep lyapunov-gains --workers 2 --out out/gains
+    Writes results.parquet, one row for each run and robot, chunk by chunk. After a stop the same command goes on from
+    there. Example: robotics sweep lyapunov-gains --workers 2 --out out/gains
 
     \b
     A sweep's file:

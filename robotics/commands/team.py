@@ -9,14 +9,14 @@ from fuzzy.errors import InputError
 
 
 def team(
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.toml", help="Where the scenario goes.")],
-    robots: Annotated[int, typer.Option(help="How many robots, 2 to 2000.")] = 20,
-    seed: Annotated[int, typer.Option(min=0, help="Of the paths.")] = 0,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.toml", help="File into which the scenario goes.")],
+    robots: Annotated[int, typer.Option(help="Number of robots, 2 to 2000.")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the paths.")] = 0,
     speed: Annotated[float, typer.Option(help="Mean speed on the longest path, m/s.")] = 0.25,
-    controller: Annotated[str, typer.Option(help="Whose default the scenario gets.")] = "virtual-structure",
-    graph: Annotated[str, typer.Option(help="Who hears whom: complete, ring, line or star.")] = "complete",
+    controller: Annotated[str, typer.Option(help="Controller that the scenario names.")] = "virtual-structure",
+    graph: Annotated[str, typer.Option(help="Graph of who hears whom: complete, ring, line or star.")] = "complete",
 ) -> None:
-    """A random team on paths that every robot can drive, all arriving at the same time.
+    """Write a random team as a scenario: paths that every robot can drive, all due at the same time.
 
     Example: robotics team --robots 20 --seed 3 -o team.toml, then robotics run team.toml --plot team.png
     """

@@ -21,7 +21,7 @@ from fuzzy.system import Sugeno
 from robotics.laws.catalogue import label, make_controller, preset_of, presets
 from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking
-from robotics.measures.registry import measure_all, metrics_of
+from robotics.measures.registry import measure_all, tried
 from robotics.measures.tracking import cross_track_error
 from robotics.playback.player import player_data
 from robotics.quantity import check_quantities, quantity
@@ -30,26 +30,6 @@ from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
-SHOWN: dict[str, tuple[str, ...]] = {  # figures of merit, by the scenario's kind
-    "tracking": (
-        "rms_cross_track_m",
-        "max_cross_track_m",
-        "path_settling_time_s",
-        "settling_time_s",
-        "final_error_m",
-        "mean_abs_heading_error_rad",
-        "mean_speed_error_mps",
-        "torque_variation_nmps",
-    ),
-    "team": (
-        "arrival_time_s",
-        "arrival_spread_s",
-        "max_progress_gap",
-        "min_distance_m",
-        "rms_cross_track_m",
-        "torque_variation_nmps",
-    ),
-}
 _POINTS = 600  # of a path that is drawn, at most
 _NEEDS = (
     "A tracking law gives a rule base any of distance [m], alpha [rad], x_err [m] and heading_err [rad], by these "
@@ -228,7 +208,6 @@ def _run(law: Law[Any], trial: Trial, name: str) -> Attempt:
 def course_data(trial: Trial) -> dict[str, Any]:
     """What all runs of a trial share, in JSON's types: the paths to follow, the starts, the metrics' names."""
     scenario = _scenario(trial.scenario)
-    known = metrics_of(scenario.kind)
     return {
         "scenario": scenario.name,
         "title": scenario.title or scenario.name,
@@ -238,8 +217,8 @@ def course_data(trial: Trial) -> dict[str, Any]:
         "paths": [_curve(path.table[0], path.table[1]) for path in scenario.trajectory.paths],
         "starts": [list(member.start) for member in scenario.robots],
         "metrics": [
-            {"name": n, "title": known[n].title, "unit": known[n].unit, "larger": known[n].larger}
-            for n in SHOWN[scenario.kind]
+            {"name": name, "title": metric.title, "unit": metric.unit, "larger": metric.larger}
+            for name, metric in tried(scenario.kind).items()
         ],
     }
 
@@ -262,9 +241,8 @@ def shown(attempt: Attempt, kind: str, label: str) -> dict[str, Any]:
     better).
     """
     run = attempt.run
-    measured = measure_all(run, kind)
-    known = metrics_of(kind)
-    metrics = {n: _number((np.min if known[n].larger else np.mean)(measured[n][0])) for n in SHOWN[kind]}
+    measured = measure_all(run)
+    metrics = {n: _number((np.min if m.larger else np.mean)(measured[n][0])) for n, m in tried(kind).items()}
     data: dict[str, Any] = {"label": label, "notes": list(attempt.notes), "metrics": metrics}
     if kind == "team":
         return data | {"player": player_data(run)}

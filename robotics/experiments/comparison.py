@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from robotics.laws.catalogue import CATALOGUE, gains_of, label, make_controller
+from fuzzy.errors import InputError
+from robotics.laws.catalogue import gains_of, label, make_controller
 from robotics.laws.law import Law
-from robotics.measures.registry import measure_all, metrics_of
+from robotics.measures.registry import ALL_METRICS, measure_all
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
@@ -20,6 +21,10 @@ DEFAULT_CONTROLLERS: dict[str, tuple[str, ...]] = {  # by the scenarios' kind
     "team": ("cooperation", "graph-esm", "virtual-structure"),
 }
 KEYS = ["scenario", "controller", "seed", "robot"]
+
+
+class ComparisonError(InputError):
+    """Scenarios or controllers that cannot be compared with each other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +54,10 @@ def compare(
     """Run every controller on every scenario with the same seeds: same plant, sensors, noise and limits.
 
     ``advance`` is called after every simulated period; ``finished`` gets the table so far after every scenario and
-    controller, so that nothing done is lost if a long comparison is interrupted.
+    controller, so that nothing done is lost if a long comparison is interrupted. Raises ComparisonError and
+    ControllerError before anything is run.
     """
+    check_comparison(scenarios, specifications)
     laws = {specification: make_controller(specification) for specification in specifications}
     runs: dict[tuple[str, str], Run] = {}
     rows: list[pd.DataFrame] = []
@@ -58,14 +65,30 @@ def compare(
         for specification, law in laws.items():
             run = simulate(scenario, law, seeds, name=specification, progress=advance)
             runs[scenario.name, specification] = run
-            rows.append(rows_of(run, scenario.kind))
+            rows.append(rows_of(run))
             if finished is not None:
                 finished(pd.concat(rows, ignore_index=True))
     return Comparison(tuple(scenarios), laws, tuple(seeds), pd.concat(rows, ignore_index=True), runs)
 
 
-def rows_of(run: Run, kind: str = "tracking") -> pd.DataFrame:
-    """A run's rows of the table; ``kind`` is its scenario's."""
+def check_comparison(scenarios: Sequence[Scenario], specifications: Sequence[str]) -> None:
+    """Raise ComparisonError unless the scenarios are of one kind and no name is given twice.
+
+    Raises ControllerError for a specification that no controller has.
+    """
+    for what, names in (("scenario", [s.name for s in scenarios]), ("controller", list(specifications))):
+        for name in names:
+            if names.count(name) > 1:
+                raise ComparisonError(f"{what} {name!r} is given twice")
+    kinds = sorted({scenario.kind for scenario in scenarios})
+    if len(kinds) > 1:
+        raise ComparisonError(f"scenarios of one kind can be compared; these are {', '.join(kinds)}")
+    for specification in specifications:
+        make_controller(specification)
+
+
+def rows_of(run: Run) -> pd.DataFrame:
+    """A run's rows of the table."""
     runs, robots = run.stopped.shape
     columns: dict[str, Any] = {
         "scenario": run.scenario,
@@ -73,7 +96,7 @@ def rows_of(run: Run, kind: str = "tracking") -> pd.DataFrame:
         "seed": np.repeat(run.seeds, robots),
         "robot": np.tile(np.arange(1, robots + 1), runs),
     }
-    columns |= {name: values.ravel() for name, values in measure_all(run, kind).items()}
+    columns |= {name: values.ravel() for name, values in measure_all(run).items()}
     return pd.DataFrame(columns | {"diverged": run.diverged.ravel()})
 
 
@@ -81,13 +104,12 @@ def summarise(table: pd.DataFrame) -> pd.DataFrame:
     """Mean and 95 % confidence interval of every metric over the seeds, one row a scenario, controller and metric.
 
     The interval is Student's, mean ± t s/√n: it says how well n seeds fix the mean, not how far runs scatter. A
-    metric that is infinite in any run (never settled) has the mean inf and no interval.
+    metric that is infinite in any run (never settled, never arrived) has the mean inf and no interval.
     """
     from scipy.stats import t
 
     rows = []
-    known = metrics_of("tracking") | metrics_of("formation") | metrics_of("team")
-    present = {metric: about for metric, about in known.items() if metric in table}
+    present = {metric: about for metric, about in ALL_METRICS.items() if metric in table}
     for (scenario, name), group in table.groupby(["scenario", "controller"], sort=False):
         for metric, about in present.items():
             # Robots of one run are not independent: the run's mean counts once.
@@ -102,7 +124,7 @@ def summarise(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def terms(comparison: Comparison) -> pd.DataFrame:
-    """On what terms each controller entered: command level, gains and where they come from."""
+    """On what terms each controller entered: command level and gains."""
     rows = []
     for specification, law in comparison.controllers.items():
         gains = {k: v for k, v in gains_of(law).items() if k != "mode"}
@@ -112,7 +134,6 @@ def terms(comparison: Comparison) -> pd.DataFrame:
                 "label": label(specification),
                 "level": law.level,
                 "gains": ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in gains.items()),
-                "origin": CATALOGUE[specification.partition(":")[0]].note,
             }
         )
     return pd.DataFrame(rows)

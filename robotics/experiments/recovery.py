@@ -74,7 +74,7 @@ def recovery_curve(
     controllers: Sequence[str],
     outages: Sequence[float],
     seeds: Sequence[int],
-    scenario: str = "chapter-4-faults",
+    scenario: str = "outage-10s",
     advance: Callable[[], None] | None = None,
 ) -> list[Recovery]:
     """Every controller with every outage [s], in one pass each; the same fault times for all of the same seed.

@@ -14,33 +14,27 @@ from fuzzy.figures.drawing import DOUBLE, new_figure, style
 from robotics.experiments.comparison import Comparison, summarise
 from robotics.figures.drawing import Look, looks_of
 from robotics.laws.catalogue import label
-from robotics.measures.tracking import METRICS
-
-HEADLINES = (
-    "mean_error_norm",
-    "mean_speed_error_mps",
-    "rms_cross_track_m",
-    "settling_time_s",
-    "torque_variation_nmps",
-    "control_effort",
-)
+from robotics.measures.registry import ALL_METRICS, headlines
 
 
 def plot_comparison(
     comparison: Comparison,
     scenario: str | None = None,
-    metrics: Sequence[str] = HEADLINES,
+    metrics: Sequence[str] | None = None,
     looks: Mapping[str, Look] | None = None,
 ) -> Figure:
     """One panel a metric, one row a controller: a dot a seed, a black bar for the mean and its 95 % interval.
 
-    ``scenario`` is the name of one that was compared, by default the first. An axis is logarithmic where its values
-    span more than a decade. A run that never settled is a cross on the right edge, with how many there are.
+    ``scenario`` is the name of one that was compared, by default the first; ``metrics`` are names, by default those of
+    :func:`robotics.measures.registry.headlines` for the scenario's kind. An axis is logarithmic where its values
+    span more than a decade. How many runs never settled or arrived is written at the right edge.
     """
     scenario = comparison.scenarios[0].name if scenario is None else scenario
     table = comparison.table[comparison.table["scenario"] == scenario]
     if table.empty:
         raise ValueError(f"scenario {scenario!r} was not compared")
+    kind = next(s.kind for s in comparison.scenarios if s.name == scenario)
+    metrics = list(headlines(kind)) if metrics is None else metrics
     summary = summarise(table)
     names = list(comparison.controllers)
     chosen = looks_of(names, looks)
@@ -73,7 +67,7 @@ def plot_comparison(
 def _draw_metric(
     ax: Axes, table: pd.DataFrame, summary: pd.DataFrame, metric: str, names: Sequence[str], chosen: Mapping[str, Look]
 ) -> None:
-    about = METRICS[metric]
+    about = ALL_METRICS[metric]
     values = {name: table.loc[table["controller"] == name].groupby("seed")[metric].mean().to_numpy() for name in names}
     known = np.concatenate([v[np.isfinite(v)] for v in values.values()])
     logarithmic = known.size > 0 and known.min() > 0 and known.max() > 10 * known.min()
@@ -102,7 +96,7 @@ def _draw_metric(
             ax.text(
                 0.99,
                 row,
-                f"never settled: {never} of {len(values[name])} ×",
+                f"never: {never} of {len(values[name])} ×",
                 transform=ax.get_yaxis_transform(),
                 ha="right",
                 va="center",

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import DOUBLE, new_figure, style
-from robotics.figures.comparison import HEADLINES, plot_comparison
+from robotics.figures.comparison import plot_comparison
 from robotics.figures.drawing import TARGET, Look, draw_line, last_known, looks, looks_of, mark_stop, only, strided
 from robotics.figures.run import plot_run
 from robotics.laws.catalogue import label
@@ -20,7 +20,7 @@ from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.simulation.run import Run
 from robotics.vehicle.robot import Robot
 
-__all__ = ["HEADLINES", "looks", "plot_comparison", "plot_errors", "plot_paths", "plot_run", "plot_velocities"]
+__all__ = ["looks", "plot_comparison", "plot_errors", "plot_paths", "plot_run", "plot_velocities"]
 
 
 def plot_paths(runs: Sequence[Run], seed: int | None = None, looks: Mapping[str, Look] | None = None) -> Figure:

@@ -1,4 +1,4 @@
-"""Leader-follower formations, thesis 5.2: the scenario, and figures of merit of a run.
+"""Leader-follower formations, thesis 5.2: the scenario, and metrics of a run.
 
 Robot 1 leads. The sine of the thesis's figures is lost; the centers of its Tables 5.2 and 5.3 lie on y = 0.5 cos x,
 and its initial poses [-3, 0.5, 0] and [3, -0.5, 0] on it too if a straight line y = 0.5 leads in before x = 0. The
@@ -60,10 +60,32 @@ def _same_for_all(measure: Callable[[Run], np.ndarray]) -> Callable[[Run], np.nd
     return lambda run: np.repeat(measure(run)[:, None], run.stopped.shape[1], axis=1)
 
 
+_FORMATION = ("formation",)
 FORMATION_METRICS: dict[str, Metric] = {
-    "alignment_time_s": Metric(_same_for_all(alignment_time), "s", "leader level with followers (10 cm) for good"),
-    "final_spread_m": Metric(_same_for_all(final_spread), "m", "spread of x when the leader ends"),
-    "max_lateral_error_m": Metric(lateral_error, "m", "largest distance from the own path until then"),
+    "alignment_time_s": Metric(
+        _same_for_all(alignment_time),
+        "s",
+        "leader level with followers (10 cm) for good",
+        kinds=_FORMATION,
+        headline=_FORMATION,
+        short="alignment",
+    ),
+    "final_spread_m": Metric(
+        _same_for_all(final_spread),
+        "m",
+        "spread of x when the leader ends",
+        kinds=_FORMATION,
+        headline=_FORMATION,
+        short="spread at the end",
+    ),
+    "max_lateral_error_m": Metric(
+        lateral_error,
+        "m",
+        "largest distance from the own path until then",
+        kinds=_FORMATION,
+        headline=_FORMATION,
+        short="largest lateral",
+    ),
 }
 
 

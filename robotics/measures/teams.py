@@ -27,23 +27,54 @@ def _same_for_all(measure: Callable[[Run], np.ndarray]) -> Callable[[Run], np.nd
     return lambda run: np.repeat(measure(run)[:, None], run.stopped.shape[1], axis=1)
 
 
+_TEAM = ("team",)
 TEAM_METRICS: dict[str, Metric] = {
-    "arrival_time_s": Metric(arrival_time, "s", "arrival: 99.5 % of the path, within 10 cm of it"),
-    "arrival_spread_s": Metric(_same_for_all(lambda r: spread(arrival_time(r))), "s", "spread of the arrivals"),
+    "arrival_time_s": Metric(
+        arrival_time,
+        "s",
+        "arrival: 99.5 % of the path, within 10 cm of it",
+        kinds=_TEAM,
+        headline=_TEAM,
+        short="arrival",
+        tried=_TEAM,
+    ),
+    "arrival_spread_s": Metric(
+        _same_for_all(lambda r: spread(arrival_time(r))),
+        "s",
+        "spread of the arrivals",
+        kinds=_TEAM,
+        headline=_TEAM,
+        short="arrival spread",
+        tried=_TEAM,
+    ),
     "end_spread_s": Metric(
-        _same_for_all(lambda r: spread(end_time(r))), "s", "spread of coming within 5 cm of the end"
+        _same_for_all(lambda r: spread(end_time(r))), "s", "spread of coming within 5 cm of the end", kinds=_TEAM
     ),
     "max_progress_gap": Metric(
-        _same_for_all(lambda r: np.nanmax(progress_gap(r), axis=1)), "1", "largest s_i − s_j, by the true places"
+        _same_for_all(lambda r: np.nanmax(progress_gap(r), axis=1)),
+        "1",
+        "largest s_i − s_j, by the true places",
+        kinds=_TEAM,
+        headline=_TEAM,
+        short="largest s_i − s_j",
+        tried=_TEAM,
     ),
-    "mean_progress_gap": Metric(_same_for_all(lambda r: np.nanmean(progress_gap(r), axis=1)), "1", "mean s_i − s_j"),
-    "min_distance_m": Metric(nearest_distance, "m", "smallest distance to another robot's center", larger=True),
+    "mean_progress_gap": Metric(
+        _same_for_all(lambda r: np.nanmean(progress_gap(r), axis=1)), "1", "mean s_i − s_j", kinds=_TEAM
+    ),
+    "min_distance_m": Metric(
+        nearest_distance,
+        "m",
+        "smallest distance to another robot's center",
+        kinds=_TEAM,
+        headline=_TEAM,
+        short="least distance",
+        tried=_TEAM,
+        larger=True,
+    ),
 }
 
 
 def measure_team(run: Run) -> dict[str, np.ndarray]:
     """Every team metric of a run, each (runs, robots)."""
     return {name: metric.measure(run) for name, metric in TEAM_METRICS.items()}
-
-
-# Random teams ----------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Figures of merit: functions from a run to one number a seed and robot, all (runs, robots).
+"""Metrics: functions from a run to one number a seed and robot, all (runs, robots).
 
 The errors are those of the true posture against the reference at the same time, in the robot's frame (5.9);
 the controller saw only the measured posture. A robot that was stopped is measured up to then.
@@ -17,13 +17,24 @@ from robotics.simulation.run import Run
 SETTLED = 0.05  # m
 
 
-class Metric(NamedTuple):
-    """A figure of merit: its function, unit and meaning; smaller is better, unless ``larger`` says otherwise."""
+KINDS = ("tracking", "formation", "team")  # of scenarios
 
-    measure: Callable[[Run], np.ndarray]
+
+class Metric(NamedTuple):
+    """One number that is measured of a run, and where it is shown.
+
+    An entry in METRICS here, in FORMATION_METRICS or in TEAM_METRICS is all that a metric needs: tables of results,
+    reports, pictures and the designer read from it what they show.
+    """
+
+    measure: Callable[[Run], np.ndarray]  # of a run: (runs, robots)
     unit: str
     title: str
-    larger: bool = False  # is better
+    kinds: tuple[str, ...] = KINDS  # of scenarios in which it is measured
+    headline: tuple[str, ...] = ()  # of those, in which it is among the few of a comparison's short table and picture
+    short: str = ""  # its title there
+    tried: tuple[str, ...] = ()  # of those, in which the designer's panel "Try it" shows it
+    larger: bool = False  # is better; otherwise smaller is
 
 
 def tracking_error(run: Run) -> PostureError:
@@ -104,32 +115,73 @@ METRICS: dict[str, Metric] = {
     # The totals of thesis (2.26), named for what they are
     "mean_abs_x_error_m": Metric(lambda r: _mean(np.abs(tracking_error(r).x)), "m", "mean |x_err|"),
     "mean_abs_y_error_m": Metric(lambda r: _mean(np.abs(tracking_error(r).y)), "m", "mean |y_err|"),
-    "mean_abs_heading_error_rad": Metric(lambda r: _mean(np.abs(tracking_error(r).heading)), "rad", "mean |ψ_err|"),
+    "mean_abs_heading_error_rad": Metric(
+        lambda r: _mean(np.abs(tracking_error(r).heading)), "rad", "mean |ψ_err|", tried=("tracking",)
+    ),
     "mean_error_norm": Metric(
-        lambda r: _mean(_error_norm(r)), "m, rad", "mean error norm: the thesis's “MSE”, 1 rad counted as 1 m"
+        lambda r: _mean(_error_norm(r)),
+        "m, rad",
+        "mean error norm: 1 rad counted as 1 m",
+        headline=("tracking",),
+        short="error norm",
     ),
     "mean_speed_error_mps": Metric(
-        lambda r: _mean(np.abs(r["v_demand"] - r["v"])), "m/s", "mean speed error: the thesis's “Chatter”"
+        lambda r: _mean(np.abs(r["v_demand"] - r["v"])),
+        "m/s",
+        "mean speed error: demanded minus driven",
+        headline=("tracking",),
+        short="speed error",
+        tried=("tracking",),
     ),
     # What the field reports
-    "rms_cross_track_m": Metric(lambda r: np.sqrt(_mean(cross_track_error(r) ** 2)), "m", "RMS cross-track error"),
+    "rms_cross_track_m": Metric(
+        lambda r: np.sqrt(_mean(cross_track_error(r) ** 2)),
+        "m",
+        "RMS cross-track error",
+        headline=("tracking", "team"),
+        short="RMS cross-track",
+        tried=("tracking", "team"),
+    ),
     "max_cross_track_m": Metric(
-        lambda r: np.nanmax(np.abs(cross_track_error(r)), axis=-1), "m", "largest cross-track error"
+        lambda r: np.nanmax(np.abs(cross_track_error(r)), axis=-1),
+        "m",
+        "largest cross-track error",
+        tried=("tracking",),
     ),
     "settling_time_s": Metric(
         lambda r: settling_time(r, np.hypot(tracking_error(r).x, tracking_error(r).y)),
         "s",
         "settling time: distance to the reference below 5 cm for good",
+        headline=("tracking",),
+        short="settling",
+        tried=("tracking",),
     ),
     "path_settling_time_s": Metric(
-        lambda r: settling_time(r, cross_track_error(r)), "s", "settling time: cross-track error below 5 cm for good"
+        lambda r: settling_time(r, cross_track_error(r)),
+        "s",
+        "settling time: cross-track error below 5 cm for good",
+        tried=("tracking",),
     ),
     "final_error_m": Metric(
-        lambda r: _last(np.hypot(tracking_error(r).x, tracking_error(r).y)), "m", "distance to the reference at the end"
+        lambda r: _last(np.hypot(tracking_error(r).x, tracking_error(r).y)),
+        "m",
+        "distance to the reference at the end",
+        tried=("tracking",),
     ),
-    "control_effort": Metric(lambda r: _rate(r, _last(r["effort"])), "N² m²", "mean square torque, both wheels"),
+    "control_effort": Metric(
+        lambda r: _rate(r, _last(r["effort"])),
+        "N² m²",
+        "mean square torque, both wheels",
+        headline=("tracking",),
+        short="effort",
+    ),
     "torque_variation_nmps": Metric(
-        lambda r: _rate(r, _last(r["torque_variation"])), "N m/s", "total variation of the torques a second: chatter"
+        lambda r: _rate(r, _last(r["torque_variation"])),
+        "N m/s",
+        "total variation of the torques a second: chatter",
+        headline=("tracking",),
+        short="torque variation",
+        tried=("tracking", "team"),
     ),
     "v_variation_mps2": Metric(
         lambda r: _variation(r, "v_demand"), "m/s²", "total variation of the demanded speed a second"

@@ -48,8 +48,8 @@ class Claim:
     """One claim, what was measured, and whether it holds here."""
 
     name: str
-    source: str  # where the thesis makes it
-    statement: str  # what the thesis says, in a sentence
+    source: str  # where it is made
+    statement: str  # what it says, in a sentence
     measured: str  # what was run and what came out, with the numbers
     verdict: Verdict
 

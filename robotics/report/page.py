@@ -5,16 +5,14 @@ The file is the same, byte for byte, whenever the same comparison is reported by
 
 import base64
 import io
-import platform
 import re
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import fields
-from importlib import metadata, resources
+from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 from jinja2 import Environment, StrictUndefined
 from matplotlib.figure import Figure
 
@@ -22,10 +20,11 @@ from fuzzy.figures.drawing import style
 from fuzzy.figures.palette import stylesheet
 from fuzzy.files.atomic import replacing
 from robotics.experiments.comparison import Comparison, terms
+from robotics.experiments.versions import versions
 from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_velocities
 from robotics.figures.drawing import looks, seeds_as_text
-from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
 from robotics.laws.catalogue import label
+from robotics.measures.registry import headlines
 from robotics.playback.player import player_script
 from robotics.report.chapter import Chapter, Claim, Picture, Plate, Verdict
 from robotics.report.summarytable import SummaryTable, summary_table
@@ -57,20 +56,19 @@ def write_report(
     command: str | None = None,
     sections: Sequence[Section] | None = None,
 ) -> Path:
-    """Write ``folder``/report.html and ``folder``/figures/*.png; the path of the former comes back.
+    """Write ``folder``/report.html and ``folder``/figures/*.png, and return the path of the former.
 
-    Without claims their section is left out; the claims of ``chapters`` join them. ``command`` is the command line
-    that made the comparison; ``sections`` are those of :func:`draw_sections` if they are drawn already. Every file
-    appears whole or not at all. Raises OSError.
+    ``claims`` and those of ``chapters`` are listed with their verdicts; without any that section is left out.
+    ``command`` is the command line that made the comparison; ``sections`` are those of :func:`draw_sections` if they
+    are drawn already. Every file appears whole or not at all. Raises OSError.
     """
     folder = Path(folder)
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     sections = draw_sections(comparison) if sections is None else sections
-    laws = [plate(picture) for picture in _law_pictures()]
     images: dict[str, str] = {}
     claims = [*claims, *(claim for chapter in chapters for claim in chapter.claims)]
     own = [picture for section in sections for picture in section.pictures]
-    for picture in [*own, *(plate(picture) for chapter in chapters for picture in chapter.pictures), *laws]:
+    for picture in [*own, *(plate(picture) for chapter in chapters for picture in chapter.pictures)]:
         with replacing(folder / "figures" / f"{picture.name}.png") as path:
             path.write_bytes(picture.png)
         images[picture.name] = base64.b64encode(picture.png).decode("ascii")
@@ -88,8 +86,8 @@ def write_report(
         seeds=seeds_as_text(comparison.seeds),
         first_seed=comparison.seeds[0],
         sections=sections,
+        several=any(len(scenario.robots) > 1 for scenario in comparison.scenarios),
         chapters=chapters,
-        laws=laws,
         images=images,
         films={film.caption: film.make() for chapter in chapters for film in chapter.films},
         script=player_script(),
@@ -160,13 +158,14 @@ def _pictures(comparison: Comparison, scenario: Scenario) -> list[Picture]:
     looked = looks(comparison.controllers)
     runs = [comparison.runs[name, specification] for specification in comparison.controllers]
     who = ", ".join(label(specification) for specification in comparison.controllers)
-    several = len(scenario.robots) > 1
+    several, shown = len(scenario.robots) > 1, headlines(scenario.kind)
+    larger = any(metric.larger for metric in shown.values())
     pictures = [
         Picture(
             f"{slug}-metrics",
-            f"Figures of merit on {name}: a dot for each of the {len(comparison.seeds)} seeds, and the mean with its "
-            "95 % interval. Smaller is better everywhere.",
-            f"Strip charts of six figures of merit on {name} for {who}; the table above has the same numbers.",
+            f"Metrics on {name}: a dot for each of the {len(comparison.seeds)} seeds, and the mean with its 95 % "
+            f"interval. {'Smaller is better, except for distances.' if larger else 'Smaller is better everywhere.'}",
+            f"Strip charts of {len(shown)} metrics on {name} for {who}; the table above has the same numbers.",
             lambda: plot_comparison(comparison, name, looks=looked),
         ),
         Picture(
@@ -182,7 +181,7 @@ def _pictures(comparison: Comparison, scenario: Scenario) -> list[Picture]:
             Picture(
                 f"{slug}-errors{suffix}",
                 f"Tracking errors on {name}{of}, seed {seed}: the true posture against the reference at the same time, "
-                "in the robot's frame (5.9).",
+                "in the robot's frame.",
                 f"Errors in x, y and heading over time of {who} on {name}{of}.",
                 lambda i=i: plot_errors(runs, robot=i, looks=looked),  # type: ignore[misc]
             ),
@@ -194,40 +193,6 @@ def _pictures(comparison: Comparison, scenario: Scenario) -> list[Picture]:
             ),
         ]
     return pictures
-
-
-def _law_pictures() -> list[Picture]:
-    return [
-        Picture(
-            "law-switching",
-            "The push K/Q(S) sign S of the sliding modes over S, with α = 3 s/m (thesis Fig 2.3). Left: the same K; "
-            "right: other K beside the conventional law with the thesis's K = 1. At equal K the exponential law "
-            "never pushes less than the conventional one.",
-            "Curves of the exponential reaching law for several K and μ₀, with steps for the conventional law.",
-            plot_switching,
-        ),
-        Picture(
-            "law-memberships",
-            "Membership functions of the distance to the target and of its bearing α (thesis Fig 2.19). The thesis's "
-            "figure is missing: the shapes are choices.",
-            "Five overlapping membership functions each of distance and of α.",
-            plot_tracking_memberships,
-        ),
-        Picture(
-            "law-velocities",
-            "Above: v over the distance and ω over α (thesis Fig 2.20). Below: what x_err does to them; where the "
-            "target lies behind (x_err < 0) rule 11 stops a robot that faces along its path.",
-            "Two curves of the fuzzy controller's speeds, and two contour pictures over x_err.",
-            plot_tracking_velocities,
-        ),
-        Picture(
-            "law-lateral",
-            "Membership functions of y_err and the turn λ over y_err (thesis Figs 2.23 and 2.24). The presets steer "
-            "by the bearing and do not use λ.",
-            "Five membership functions of y_err, and λ as a rising curve over y_err.",
-            plot_lateral,
-        ),
-    ]
 
 
 # What is said --------------------------------------------------------------------------------------------------
@@ -270,7 +235,7 @@ def _member(member: Member) -> str:
 
 
 def _set(instance: Any) -> list[tuple[str, str]]:
-    """The fields of a dataclass with their units, less what is not there; of a robot, what is not standard."""
+    """The fields of a dataclass with their units, without those that are not set; of a robot, what is not standard."""
     result = []
     for f in fields(instance):
         value = getattr(instance, f.name)
@@ -300,7 +265,7 @@ def _program(comparison: Comparison) -> str:
     return (
         "from robotics.experiments.comparison import compare\n"
         "from robotics.report.page import write_report\n"
-        "from robotics.scenario.description import load_scenario\n\n"
+        "from robotics.scenario.reading import load_scenario\n\n"
         f"scenarios = [load_scenario(name) for name in [{names}]]\n"
         f"comparison = compare(scenarios, [{laws}], {chosen})\n"
         'write_report(comparison, [], "out")\n'
@@ -308,9 +273,5 @@ def _program(comparison: Comparison) -> str:
 
 
 def _versions() -> list[tuple[str, str]]:
-    try:
-        own = metadata.version("fuzzyfleet")
-    except metadata.PackageNotFoundError:
-        own = "not installed"
-    libraries = [(name, metadata.version(name)) for name in ("numba", "scipy", "pandas", "matplotlib")]
-    return [("fuzzyfleet", own), ("Python", platform.python_version()), ("NumPy", np.__version__), *libraries]
+    spelled = {"numpy": "NumPy", "python": "Python"}
+    return [(spelled.get(name, name), version) for name, version in versions().items()]

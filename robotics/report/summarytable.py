@@ -1,4 +1,4 @@
-"""The numbers of one scenario as a table to read: one row a figure of merit, one column a controller."""
+"""The numbers of one scenario as a table to read: one row a metric, one column a controller."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ _PREFIXED = ("m", "rad", "m/s")  # units that may take the prefix milli
 
 
 class Cell(NamedTuple):
-    """One figure of merit of one controller."""
+    """One metric of one controller."""
 
     mean: str
     half: str  # half the width of the 95 % interval; "" where there is none
@@ -21,7 +21,7 @@ class Cell(NamedTuple):
 
 
 class Row(NamedTuple):
-    """One figure of merit of every controller."""
+    """One metric of every controller."""
 
     title: str
     unit: str
@@ -33,7 +33,7 @@ class SummaryTable(NamedTuple):
 
     controllers: list[str]  # as titles
     rows: list[Row]
-    diverged: list[tuple[int, int]]  # stopped, of so many
+    diverged: list[tuple[int, int]]  # stopped, of how many
 
 
 def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
@@ -82,7 +82,7 @@ def _cell(numbers: np.ndarray, never: int, seeds: int, mark: str) -> Cell:
 
 
 def _places(value: float, digits: int) -> int:
-    """Decimal places that show so many significant digits of ``value``, from 0 to 6."""
+    """Decimal places that show that many significant ``digits`` of ``value``, from 0 to 6."""
     if value == 0:
         return 0
     return int(np.clip(digits - 1 - np.floor(np.log10(abs(value))), 0, 6))

@@ -25,6 +25,7 @@ from robotics.radio.faults import Fault
 from robotics.scenario.description import Member, Scenario, ScenarioError
 from robotics.scenario.lines import line_of
 from robotics.scenario.obstacletable import obstacle_from_table
+from robotics.scenario.renamed import current_name
 from robotics.sensing.posture import Sensing
 from robotics.sensing.sonar import PRESETS as SENSOR_PRESETS
 from robotics.sensing.sonar import RangeSensor
@@ -39,13 +40,14 @@ def scenario_names(kind: str | None = None) -> list[str]:
 
 
 def load_scenario(name: str | FilePath) -> Scenario:
-    """The scenario of that name, or in that ``.toml`` file. Raises ScenarioError."""
-    if str(name) in scenario_names():
+    """The scenario of that name, or in that ``.toml`` file. Raises ScenarioError; warns of a name that is now old."""
+    name = current_name(str(name))
+    if name in scenario_names():
         file = resources.files("robotics") / "scenarios" / f"{name}.toml"
-        return parse_scenario(file.read_text(encoding="utf-8"), str(name), f"{name}.toml")
+        return parse_scenario(file.read_text(encoding="utf-8"), name, f"{name}.toml")
     path = FilePath(name)
     if path.suffix != ".toml":
-        raise ScenarioError(f"{expected(str(name), scenario_names(), 'scenario')}; or the path of a .toml file")
+        raise ScenarioError(f"{expected(name, scenario_names(), 'scenario')}; or the path of a .toml file")
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:

@@ -1,6 +1,5 @@
 """The report's chapter on avoidance: robots that would meet, and obstacles that nobody knows; thesis 6."""
 
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -11,6 +10,7 @@ from robotics.measures.clearance import Merits, merits
 from robotics.playback.player import player_fragment
 from robotics.report.chapter import Chapter, Claim, Film, Grid, Picture, Verdict
 from robotics.thesis.avoidance_runs import (
+    CASES,
     COURSES,
     CRASH_LAWS,
     CROSSERS,
@@ -18,12 +18,11 @@ from robotics.thesis.avoidance_runs import (
     OBSTACLE_LAWS,
     TESTS,
     AvoidanceResults,
-    run_avoidance_experiments,
 )
 
 # Scenario, the laws drawn, what is said of it, and the thesis's figures of the rows
 FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
-    "chapter-6-test-1": (
+    "two-meetings": (
         ("crash-literal", "right-of-way"),
         {
             "trajectories": "Figs 6.9, 6.10",
@@ -34,7 +33,7 @@ FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
             "w": "Fig 6.13",
         },
     ),
-    "chapter-6-test-2": (
+    "three-cross": (
         ("crash-literal", "crash-yielding", "right-of-way"),
         {
             "trajectories": "Figs 6.14, 6.15",
@@ -45,28 +44,23 @@ FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
             "w": "Fig 6.18",
         },
     ),
-    "chapter-6-simulation-1": (
+    "obstacles-on-two-paths": (
         OBSTACLE_LAWS,
         {"trajectories": "Fig 6.28", "cross-track": "Fig 6.29", "v": "Fig 6.30", "sonar": "Fig 6.31"},
     ),
-    "chapter-6-simulation-2": (
+    "turn-into-neighbour": (
         OBSTACLE_LAWS,
         {"trajectories": "Fig 6.32", "cross-track": "Fig 6.33", "v": "Fig 6.34", "sonar": "Fig 6.35"},
     ),
-    "chapter-6-simulation-3": (
+    "trap-u": (
         OBSTACLE_LAWS,
         {"trajectories": "Fig 6.36", "cross-track": "Fig 6.37", "v": "Fig 6.38", "sonar": "Fig 6.39"},
     ),
-    "chapter-6-experiment": (
+    "obstacles-on-outer-paths": (
         OBSTACLE_LAWS,
         {"trajectories": "Fig 6.40", "cross-track": "Fig 6.41", "v": "Fig 6.42", "w": "Fig 6.43"},
     ),
 }
-
-
-def avoidance_chapter(seed: int = 0, advance: Callable[[], None] | None = None) -> Chapter:
-    """Run the experiments, judge and describe them; ``advance`` is called avoidanceexperiments.STEPS times."""
-    return chapter_of(run_avoidance_experiments(seed, advance))
 
 
 def chapter_of(results: AvoidanceResults) -> Chapter:
@@ -95,7 +89,8 @@ def chapter_of(results: AvoidanceResults) -> Chapter:
 
 def _played(results: AvoidanceResults) -> list[tuple[str, str]]:
     """Test 2 under the thesis's rules; and the case studies, each under its own law."""
-    return [(TESTS[1], CRASH_LAWS[0]), *sorted(key for key in results.runs if key[0].startswith("chapter-6-case-"))]
+    cases = [key for key in results.runs if key[0] in CASES]
+    return [(TESTS[1], CRASH_LAWS[0]), *sorted(cases, key=lambda key: CASES.index(key[0]))]
 
 
 def _film(results: AvoidanceResults, scenario: str, law: str) -> Film:
@@ -142,13 +137,13 @@ def _crossings(results: AvoidanceResults) -> Grid:
         shares = [_share(n, figures["runs"]) for n in counts]
         rows.append((label(law), *shares, nearest, "–" if ratio is None else f"{ratio:.2f}"))
     return Grid(
-        f"The same {figures['runs']} random crossings of three robots each (robotics stress crossing). Waiting for "
-        f"ever: not all arrived within {FACTOR:g} times the nominal duration; a run may do both. Together: without "
+        f"The same {figures['runs']} random crossings of three robots each (robotics stress crossing). Deadlock: "
+        f"not all arrived within {FACTOR:g} times the nominal duration; a run may do both. Together: without "
         f"contact, within {TOGETHER:g} s.",
         (
             "controller",
             "robots touch",
-            "wait for ever",
+            "deadlock",
             "refused before the start",
             "arrive together",
             "least distance of centers [m]",
@@ -160,9 +155,9 @@ def _crossings(results: AvoidanceResults) -> Grid:
 
 def _courses(results: AvoidanceResults, found: dict[tuple[str, str], Merits]) -> Grid:
     rows = []
-    for scenario, law in results.runs:
-        if law not in OBSTACLE_LAWS:
-            continue
+    order = (*COURSES, *CASES)
+    driven = [key for key in results.runs if key[0] in order]
+    for scenario, law in sorted(driven, key=lambda key: (order.index(key[0]), key[1])):
         m = found[scenario, law]
         touch = " and ".join(name for name, is_so in (("obstacle", m.hit), ("robot", m.collided)) if is_so) or "no"
         left = ", ".join(map(str, m.left)) or "–"
@@ -183,7 +178,7 @@ def _courses(results: AvoidanceResults, found: dict[tuple[str, str], Merits]) ->
             "longest off the path [s]",
             "left behind",
         ),
-        sorted(rows),
+        rows,
     )
 
 
@@ -225,8 +220,10 @@ def _pictures(results: AvoidanceResults) -> list[Picture]:
 
 def _claims(results: AvoidanceResults, found: dict[tuple[str, str], Merits]) -> list[Claim]:
     return [
-        _crash_test(found, TESTS[0], "6.1.3.1, Figs 6.9-6.13", "Crash avoidance, test 1: two meetings"),
-        _crash_test(found, TESTS[1], "6.1.3.1, Figs 6.14-6.18", "Crash avoidance, test 2: three robots in one point"),
+        _crash_test(found, TESTS[0], "thesis 6.1.3.1, Figs 6.9-6.13", "Crash avoidance, test 1: two meetings"),
+        _crash_test(
+            found, TESTS[1], "thesis 6.1.3.1, Figs 6.14-6.18", "Crash avoidance, test 2: three robots in one point"
+        ),
         _any_crossing(results),
         _obstacles(found),
         _stops(found),
@@ -264,10 +261,10 @@ def _any_crossing(results: AvoidanceResults) -> Claim:
     ours = ", ".join(_share(planned[name], count) for name in ("collisions", "deadlocks", "refused"))
     return Claim(
         "The crash avoidance is accurate",
-        "6.1.2, 6.4",
+        "thesis 6.1.2, 6.4",
         "Stopping by priority and turning away lets robots on crossing paths avoid each other and arrive.",
-        f"{count} random crossings of three robots. As printed: robots touch in {touch}, wait for ever in {wait}: a "
-        f"robot that waits on another's path is run into. Right of way: {ours} touch, wait for ever, are refused "
+        f"{count} random crossings of three robots. As printed: robots touch in {touch}, deadlock in {wait}: a "
+        f"robot that waits on another's path is run into. Right of way: {ours} touch, deadlock, are refused "
         "before the start.",
         _graded(bad == 0, bad <= 0.1 * count),
     )
@@ -278,7 +275,7 @@ def _obstacles(found: dict[tuple[str, str], Merits]) -> Claim:
     literal, ours = ([found[course, law] for course in courses] for law in OBSTACLE_LAWS)
     return Claim(
         "Obstacles are avoided, coordination is kept",
-        "6.3.1 test 1, 6.3.2, Figs 6.28-6.31, 6.40-6.43",
+        "thesis 6.3.1 test 1, 6.3.2, Figs 6.28-6.31, 6.40-6.43",
         "The robots detect obstacles, drive around them and resume their paths; the group arrives together.",
         "Simulation 1 and the experiment. As printed: "
         + "; ".join(map(_course, literal))
@@ -294,7 +291,7 @@ def _stops(found: dict[tuple[str, str], Merits]) -> Claim:
     good = literal.safe and literal.together and literal.stood[1] >= 1
     return Claim(
         "Robot 2 stops while robot 1 passes an obstacle",
-        "6.3.1 test 2, Figs 6.32-6.35",
+        "thesis 6.3.1 test 2, Figs 6.32-6.35",
         "Robot 1 turns away from its obstacle into robot 2's way; robot 2 stops until robot 1 is past.",
         f"As printed: {_course(literal)}; robot 2 stands for {literal.stood[1]:.1f} s, least distance of centers "
         f"{literal.nearest:.2f} m. Keeping to one side: {_course(ours)}; robot 2 stands for {ours.stood[1]:.1f} s, "
@@ -308,7 +305,7 @@ def _stuck(found: dict[tuple[str, str], Merits]) -> Claim:
     left = literal.left == (1,) and not literal.arrived[0] and all(literal.arrived[1:]) and literal.spread <= 0.2 + 1e-9
     return Claim(
         "A stuck robot is left behind",
-        "6.2.3 case study 4, 6.3.1 test 3, Figs 6.36-6.39",
+        "thesis 6.2.3 case study 4, 6.3.1 test 3, Figs 6.36-6.39",
         "Robot 1 is stuck in a local minimum; after a delay the others go on without it and stay coordinated.",
         f"As printed: {_course(literal)}; left behind: {', '.join(map(str, literal.left)) or 'nobody'}. Following the "
         f"wall: {_course(ours)}; left behind: {', '.join(map(str, ours.left)) or 'nobody'}.",

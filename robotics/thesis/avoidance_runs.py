@@ -3,8 +3,10 @@
 All scenarios of a law are driven in one array pass, a run each, which is several times quicker than one by one.
 """
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 from robotics.experiments.stress.crossing_runs import run_ensemble
 from robotics.experiments.stress.crossings import crossing_ensemble
@@ -12,19 +14,18 @@ from robotics.experiments.stress.outcome import Outcome
 from robotics.experiments.together import run_together
 from robotics.laws.catalogue import make_controller
 from robotics.scenario.description import Scenario
-from robotics.scenario.reading import load_scenario, scenario_names
+from robotics.scenario.reading import load_scenario
 from robotics.simulation.run import Run
+from robotics.thesis.experiment import Experiment
 
-TESTS = ("chapter-6-test-1", "chapter-6-test-2")
+TESTS = ("two-meetings", "three-cross")  # 1 and 2 of 6.1.3
 CRASH_LAWS = ("crash-literal", "crash-yielding", "right-of-way")
-COURSES = ("chapter-6-simulation-1", "chapter-6-simulation-2", "chapter-6-simulation-3", "chapter-6-experiment")
+COURSES = ("obstacles-on-two-paths", "turn-into-neighbour", "trap-u", "obstacles-on-outer-paths")  # 6.3
+CASES = ("wait-for-one", "neighbour-stops", "turn-towards-each-other", "trap-u-middle")  # the case studies of 6.2.3
 OBSTACLE_LAWS = ("obstacles-literal", "obstacles")
 CROSSERS = ("crash-literal", "right-of-way")
 CROSSINGS = 24  # random ones
-FACTOR = 1.6  # times the nominal duration: who has not arrived by then counts as waiting for ever
-
-# How many times run_avoidance_experiments calls ``advance``
-STEPS = len(CRASH_LAWS) + len(OBSTACLE_LAWS) + len(CROSSERS)
+FACTOR = 1.6  # times the nominal duration: a run in which not all have arrived by then counts as a deadlock
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,28 +37,32 @@ class AvoidanceResults:
     crossings: dict[str, Outcome]  # by controller, the same random crossings for all
 
 
-def case_studies() -> list[str]:
-    """The scenarios of thesis 6.2.3 that come with the package."""
-    return [name for name in scenario_names("team") if name.startswith("chapter-6-case-")]
+def experiments(folder: str = "", seed: int = 0) -> list[Experiment]:
+    """What the chapter runs, with ``seed``; ``folder`` does not matter."""
+    return [
+        *(Experiment(("meetings", law), partial(_meetings, law, seed)) for law in CRASH_LAWS),
+        *(Experiment(("courses", law), partial(_courses, law, seed)) for law in OBSTACLE_LAWS),
+        *(Experiment(("crossings", law), partial(_crossings, law, seed)) for law in CROSSERS),
+    ]
 
 
-def run_avoidance_experiments(seed: int = 0, advance: Callable[[], None] | None = None) -> AvoidanceResults:
-    """Run them all with ``seed``; ``advance`` is called after every pass, STEPS times."""
-    step = advance or (lambda: None)
-    cases = case_studies()
-    scenarios = {name: load_scenario(name) for name in (*TESTS, *COURSES, *cases)}
-    runs: dict[tuple[str, str], Run] = {}
-    for law in CRASH_LAWS:
-        runs |= {(run.scenario, law): run for run in run_together([scenarios[n] for n in TESTS], law, seed)}
-        step()
-    for law in OBSTACLE_LAWS:
-        settings = [scenarios[name] for name in (*COURSES, *(c for c in cases if scenarios[c].controller == law))]
-        runs |= {(run.scenario, law): run for run in run_together(settings, law, seed)}
-        step()
+def avoidance_results(found: Mapping[tuple[Any, ...], Any]) -> AvoidanceResults:
+    """The results of :func:`experiments`, sorted."""
+    runs = {(run.scenario, law): run for (what, law), passed in found.items() if what != "crossings" for run in passed}
+    crossings = {law: outcome for (what, law), outcome in found.items() if what == "crossings"}
+    return AvoidanceResults({name: load_scenario(name) for name in dict.fromkeys(n for n, _ in runs)}, runs, crossings)
+
+
+def _meetings(law: str, seed: int) -> list[Run]:
+    return run_together([load_scenario(name) for name in TESTS], law, seed)
+
+
+def _courses(law: str, seed: int) -> list[Run]:
+    """All courses, and the case studies that this law is for."""
+    cases = [scenario for scenario in map(load_scenario, CASES) if scenario.controller == law]
+    return run_together([*map(load_scenario, COURSES), *cases], law, seed)
+
+
+def _crossings(law: str, seed: int) -> Outcome:
     seeds = range(seed, seed + CROSSINGS)
-    ensemble = crossing_ensemble(3, seeds, "A", factor=FACTOR)
-    crossings = {}
-    for law in CROSSERS:
-        crossings[law] = run_ensemble(ensemble, make_controller(law), seeds)
-        step()
-    return AvoidanceResults(scenarios, runs, crossings)
+    return run_ensemble(crossing_ensemble(3, seeds, "A", factor=FACTOR), make_controller(law), seeds)

@@ -4,16 +4,18 @@ Generates both data sets, learns four networks from each, drives the two experim
 from the well-posed set, with the analytic law and with the thesis's own systems, and judges the thesis's claims.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
+from itertools import product
 from pathlib import Path
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 import anfis
 from robotics.experiments.learning.formationdata import Recipe, Table, checking, conditional_mean_floor, formation_data
-from robotics.experiments.learning.formationlearning import Learnt, learn_networks, steps, write_networks
+from robotics.experiments.learning.formationlearning import Learnt, learn_network, write_networks
 from robotics.laws.catalogue import make_controller
 from robotics.laws.formation.leader_follower import OUTPUTS, load_networks
 from robotics.measures.formations import measure_formation
@@ -21,6 +23,7 @@ from robotics.report.chapter import Chapter, Claim, Grid, Picture, Verdict
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
+from robotics.thesis.experiment import Experiment
 
 EXPERIMENTS = ("formation-behind", "formation-ahead")
 # Specification (NETWORKS is the folder just learnt) and what it is called
@@ -34,34 +37,64 @@ VARIANTS = {
 THESIS_ERRORS = {"v_l": 7.997e-3, "w_l": 2.011e-3, "v_f": 8.287e-4, "w_f": 2.757e-3}
 
 
-# How many times formation_chapter calls ``advance`` if no training stops early
-STEPS = 2 * steps(60) + len(EXPERIMENTS) * len(VARIANTS)
+Kind = Literal["literal", "well-posed"]
+SETS: tuple[Kind, ...] = ("literal", "well-posed")  # of formation data
 
 
-def formation_chapter(folder: str | Path, seed: int = 0, advance: Callable[[], None] | None = None) -> Chapter:
-    """Learn, drive and judge; the trained networks go to ``folder``/networks. Raises OSError."""
-    step = advance or (lambda: None)
-    literal, posed = (Recipe(kind=kind, seed=seed) for kind in ("literal", "well-posed"))
-    options = anfis.Options(epochs=60)
-    learnt: dict[str, list[Learnt]] = {}
-    tables: dict[str, Table] = {}
-    checks: dict[str, Table] = {}
-    for recipe in (literal, posed):
-        table, held = formation_data(recipe), formation_data(checking(recipe))
-        # On the curve x, y and θ hang together: without a ridge, huge consequents tell formations apart by rounding.
-        own = replace(options, ridge=1e-9) if recipe.kind == "literal" else options
-        learnt[recipe.kind] = learn_networks(table.names, table.values, held.values, options=own, advance=step)
-        tables[recipe.kind], checks[recipe.kind] = table, held
-    # To look at: one run along the path, in the order of time.
-    checks["well-posed"] = formation_data(replace(checking(posed), coverage=0.0, jitter=0.0))
-    networks = write_networks(learnt["well-posed"], Path(folder) / "networks")
-    runs: dict[tuple[str, str], Run] = {}
-    for experiment in EXPERIMENTS:
-        for specification, title in VARIANTS.items():
-            law = make_controller(specification.replace("NETWORKS", str(networks)))
-            runs[experiment, title] = simulate(load_scenario(experiment), law, [seed], name=title)
-            step()
-    found = conditional_mean_floor(tables["literal"].values[:, 0], tables["literal"].values[:, 3:])
+class _Data(NamedTuple):
+    """A set of formation data."""
+
+    table: Table
+    check: Table  # what is learnt is checked with it
+    along: Table  # to look at: one run along the path, in the order of time
+
+
+def experiments(folder: str, seed: int = 0) -> list[Experiment]:
+    """What the chapter runs, with ``seed``: both sets are made, networks learnt from them, and all variants driven.
+
+    Networks learnt from the well-posed set go to ``folder``/networks, from where they drive. Running may raise OSError.
+    """
+    networks = Path(folder) / "networks"
+    return [
+        *(Experiment(("data", kind), partial(_data, kind, seed)) for kind in SETS),
+        *(Experiment(("learnt", *which), partial(_learnt, *which, seed, networks)) for which in product(SETS, OUTPUTS)),
+        *(
+            Experiment(("driven", experiment, title), partial(_driven, experiment, title, seed, networks))
+            for experiment, title in product(EXPERIMENTS, VARIANTS.values())
+        ),
+    ]
+
+
+@lru_cache(maxsize=2)
+def _data(kind: Kind, seed: int) -> _Data:
+    recipe = Recipe(kind=kind, seed=seed)
+    check = formation_data(checking(recipe))
+    along = check if kind == "literal" else formation_data(replace(checking(recipe), coverage=0.0, jitter=0.0))
+    return _Data(formation_data(recipe), check, along)
+
+
+def _learnt(kind: Kind, output: str, seed: int, networks: Path) -> Learnt:
+    data = _data(kind, seed)
+    # On the curve x, y and θ hang together: without a ridge, huge consequents tell formations apart by rounding.
+    options = anfis.Options(epochs=60, ridge=1e-9) if kind == "literal" else anfis.Options(epochs=60)
+    learnt = learn_network(output, data.table.names, data.table.values, data.check.values, options=options)
+    if kind == "well-posed":
+        write_networks([learnt], networks)
+    return learnt
+
+
+def _driven(experiment: str, title: str, seed: int, networks: Path) -> Run:
+    specification = next(law for law, name in VARIANTS.items() if name == title)
+    law = make_controller(specification.replace("NETWORKS", str(networks)))
+    return simulate(load_scenario(experiment), law, [seed], name=title)
+
+
+def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
+    """The chapter of experiments that were run."""
+    learnt: dict[str, list[Learnt]] = {kind: [results["learnt", kind, output] for output in OUTPUTS] for kind in SETS}
+    runs = {(key[1], key[2]): run for key, run in results.items() if key[0] == "driven"}
+    literal = results["data", "literal"].table.values
+    found = conditional_mean_floor(literal[:, 0], literal[:, 3:])
     floor = dict(zip(OUTPUTS, found.tolist(), strict=True))
     return Chapter(
         "formation",
@@ -80,7 +113,10 @@ def formation_chapter(folder: str | Path, seed: int = 0, advance: Callable[[], N
             _driving(runs),
         ],
         _antecedents_and_consequents(learnt["well-posed"]),
-        [*_learning_pictures(learnt, checks), *_driving_pictures(runs)],
+        [
+            *_learning_pictures(learnt, {kind: results["data", kind].along for kind in SETS}),
+            *_driving_pictures(runs),
+        ],
         _claims(learnt, runs, floor),
         folded="Parameters of the networks, ours and the thesis's",
     )
@@ -269,7 +305,7 @@ def _claims(learnt: dict[str, list[Learnt]], runs: dict[tuple[str, str], Run], f
     return [
         Claim(
             "Formation data from the leader's posture",
-            "5.2.1, Table 5.1",
+            "thesis 5.2.1, Table 5.1",
             "The leader's posture gives all that is needed; eight rules reach the errors of Table 5.1.",
             f"Literal set, 8 rules, 60 epochs, training RMSE: {listed}. The floor is the scatter of the targets at "
             "equal inputs (cells of 5 cm in x): no function that is smooth over a cell goes below it.",
@@ -277,7 +313,7 @@ def _claims(learnt: dict[str, list[Learnt]], runs: dict[tuple[str, str], Run], f
         ),
         Claim(
             "The networks drive leader and followers",
-            "5.2.3, Figs 5.16-5.19",
+            "thesis 5.2.3, Figs 5.16-5.19",
             "From 3 m behind and from 3 m ahead the robots align and go on together, the followers open loop.",
             "With the lead dx as an input and data off the path too: "
             + "; ".join(f"{e}, {t}: {_said(runs[e, t])}" for e in EXPERIMENTS for t in (titles[1], titles[0]))
@@ -286,7 +322,7 @@ def _claims(learnt: dict[str, list[Learnt]], runs: dict[tuple[str, str], Run], f
         ),
         Claim(
             "The thesis's trained systems",
-            "Tables 5.2-5.5",
+            "thesis Tables 5.2-5.5",
             "The printed systems are those that drove the experiments.",
             "Driven as printed (Table 5.2 repeats 5.3, so the leader's antecedents are lost): "
             + "; ".join(f"{e}: {_said(runs[e, titles[2]])}" for e in EXPERIMENTS)

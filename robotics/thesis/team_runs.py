@@ -1,7 +1,9 @@
 """The thesis's experiments with teams, run: chapters 3 and 4, 5.3 and 5.4, and how coordination scales."""
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -16,14 +18,15 @@ from robotics.scenario.random_team import random_team
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
+from robotics.thesis.experiment import Experiment
 
 # Scenario and controllers of every experiment; the first is the one that is drawn
 EXPERIMENTS: dict[str, tuple[str, ...]] = {
-    "chapter-3": ("graph-esm", "graph-esm:realisation=torque", "graph-esm-thesis", "graph-esm-literal"),
-    "chapter-4-circles": ("virtual-structure-measured", "virtual-structure-virtual", "virtual-structure-thesis"),
-    "chapter-4-crossing": ("virtual-structure-measured", "virtual-structure-virtual", "virtual-structure-thesis"),
-    "chapter-4-noise": ("virtual-structure-virtual", "virtual-structure-thesis"),
-    "chapter-4-faults": (
+    "ahead-and-behind": ("graph-esm", "graph-esm:realisation=torque", "graph-esm-thesis", "graph-esm-literal"),
+    "concentric-circles": ("virtual-structure-measured", "virtual-structure-virtual", "virtual-structure-thesis"),
+    "crossing-in-turn": ("virtual-structure-measured", "virtual-structure-virtual", "virtual-structure-thesis"),
+    "noisy-position": ("virtual-structure-virtual", "virtual-structure-thesis"),
+    "outage-10s": (
         "virtual-structure-virtual",
         "virtual-structure-thesis",
         "virtual-structure-measured",
@@ -31,9 +34,9 @@ EXPERIMENTS: dict[str, tuple[str, ...]] = {
         "virtual-structure:catch_up=1.5",
         "cooperation",
     ),
-    "chapter-4-faults-20": ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure"),
-    "chapter-5-test-1": ("cooperation", "cooperation-literal"),
-    "chapter-5-test-2": ("cooperation", "cooperation-literal"),
+    "outage-20s": ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure"),
+    "unequal-lengths": ("cooperation", "cooperation-literal"),
+    "start-off-paths": ("cooperation", "cooperation-literal"),
 }
 # Tables 5.7 and 5.8: the controllers, and whether each knows the reference's speed
 DUELS: dict[str, str] = {
@@ -44,7 +47,7 @@ DUELS: dict[str, str] = {
     "cooperation:look_ahead=0.05": "fuzzy, target the next sample",
     "cooperation": "fuzzy, target 0.4 s ahead",
 }
-TESTS = ("chapter-5-test-1", "chapter-5-test-2")
+TESTS = ("unequal-lengths", "start-off-paths")
 OUTAGES = (5.0, 10.0, 15.0, 20.0, 25.0)  # s
 RECOVERERS = ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure")
 RECOVERY_SEEDS = 20
@@ -63,42 +66,50 @@ class TeamResults:
     apart: dict[str, float]  # s: ∫ Σ |z_i − z_j| dt after robot 1 is held up, by controller
 
 
-# How many times run_team_experiments calls ``advance``
-STEPS = (
-    sum(map(len, EXPERIMENTS.values()))
-    + len(TESTS) * (len(DUELS) - 1)
-    + len(RECOVERERS)
-    + len(SIZES) * len(LOSSES)
-    + len(COUPLINGS)
-)
+def experiments(folder: str = "", seed: int = 0) -> list[Experiment]:
+    """What the chapter runs, with ``seed``; ``folder`` does not matter."""
+    driven = [(scenario, law) for scenario, laws in EXPERIMENTS.items() for law in laws]
+    driven += [(scenario, law) for scenario in TESTS for law in DUELS if (scenario, law) not in driven]
+    seeds = range(seed, seed + RECOVERY_SEEDS)
+    return [
+        *(Experiment(("driven", *pair), partial(_driven, *pair, seed)) for pair in driven),
+        *(Experiment(("held up", law), partial(_held_up, law, seed)) for law in COUPLINGS),
+        *(Experiment(("recovery", law), partial(recovery_curve, [law], OUTAGES, seeds)) for law in RECOVERERS),
+        *(Experiment(("scaling", n, loss), partial(_scaled, n, loss, seed)) for n in SIZES for loss in LOSSES),
+    ]
 
 
-def run_team_experiments(seed: int = 0, advance: Callable[[], None] | None = None) -> TeamResults:
-    """Run them all with ``seed``; ``advance`` is called after every one, STEPS times."""
-    step = advance or (lambda: None)
-    runs: dict[tuple[str, str], Run] = {}
-    wanted = [(scenario, law) for scenario, laws in EXPERIMENTS.items() for law in laws]
-    wanted += [(scenario, law) for scenario in TESTS for law in DUELS if (scenario, law) not in wanted]
-    for scenario, law in wanted:
-        runs[scenario, law] = simulate(load_scenario(scenario), make_controller(law), [seed], name=law, links=True)
-        step()
-    held = replace(load_scenario("chapter-3"), faults=HELD)
-    apart = {}
-    for law in COUPLINGS:
-        apart[law] = separation(simulate(held, make_controller(law), [seed], name=law), since=10.0)
-        step()
-    recoveries = recovery_curve(RECOVERERS, OUTAGES, range(seed, seed + RECOVERY_SEEDS), advance=step)
-    scaling = []
-    for robots in SIZES:
-        team = random_team(robots, seed)
-        for loss in LOSSES:
-            setting = replace(team, radio=replace(team.radio, loss=loss))
-            run = simulate(setting, make_controller(team.controller), [seed])
-            arrivals, gap = arrival_time(run), float(np.nanmax(progress_gap(run)))
-            late = float(arrivals.max() - setting.trajectory.ends.max())
-            scaling.append(Scaling(robots, loss, float(spread(arrivals)[0]), late, gap))
-            step()
-    return TeamResults(runs, recoveries, scaling, apart)
+def team_results(found: Mapping[tuple[Any, ...], Any]) -> TeamResults:
+    """The results of :func:`experiments`, sorted."""
+
+    def of(what: str) -> dict[tuple[Any, ...], Any]:
+        return {key[1:]: value for key, value in found.items() if key[0] == what}
+
+    return TeamResults(
+        {(scenario, law): run for (scenario, law), run in of("driven").items()},
+        [curve for curves in of("recovery").values() for curve in curves],
+        list(of("scaling").values()),
+        {law: apart for (law,), apart in of("held up").items()},
+    )
+
+
+def _driven(scenario: str, law: str, seed: int) -> Run:
+    return simulate(load_scenario(scenario), make_controller(law), [seed], name=law, links=True)
+
+
+def _held_up(law: str, seed: int) -> float:
+    """How far apart robots get when robot 1 is held up: :func:`separation` [s]."""
+    held = replace(load_scenario("ahead-and-behind"), faults=HELD)
+    return separation(simulate(held, make_controller(law), [seed], name=law), since=10.0)
+
+
+def _scaled(robots: int, loss: float, seed: int) -> Scaling:
+    team = random_team(robots, seed)
+    setting = replace(team, radio=replace(team.radio, loss=loss))
+    run = simulate(setting, make_controller(team.controller), [seed])
+    arrivals, gap = arrival_time(run), float(np.nanmax(progress_gap(run)))
+    late = float(arrivals.max() - setting.trajectory.ends.max())
+    return Scaling(robots, loss, float(spread(arrivals)[0]), late, gap)
 
 
 def separation(run: Run, since: float) -> float:

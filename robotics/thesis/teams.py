@@ -1,6 +1,6 @@
 """The report's chapter on teams: graph, virtual structure, fuzzy cooperation; thesis 3, 4, 5.3 and 5.4."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -22,35 +22,29 @@ from robotics.thesis.team_runs import (
     TeamResults,
     mean_errors,
     path_reached,
-    run_team_experiments,
 )
 
 # Tables 5.7 and 5.8, the columns "MSE" of robots 1 to 3 as printed; robot 3's .0056 is impossible (|x_err| = .2842)
 PRINTED = {
-    "chapter-5-test-1": {"nonlinear": (0.0891, 0.1345, 0.1589), "fuzzy": (0.0325, 0.0493, 0.0056)},
-    "chapter-5-test-2": {"nonlinear": (0.4981, 0.2309, 0.2962), "fuzzy": (0.6858, 0.2619, 0.8985)},
+    "unequal-lengths": {"nonlinear": (0.0891, 0.1345, 0.1589), "fuzzy": (0.0325, 0.0493, 0.0056)},
+    "start-off-paths": {"nonlinear": (0.4981, 0.2309, 0.2962), "fuzzy": (0.6858, 0.2619, 0.8985)},
 }
 FIGURES = {
-    "chapter-3": "Figs 3.5-3.7",
-    "chapter-4-circles": "Figs 4.4-4.7",
-    "chapter-4-crossing": "Figs 4.8-4.11",
-    "chapter-4-faults": "Figs 4.12-4.15",
-    "chapter-4-faults-20": "Figs 4.16, 4.17",
-    "chapter-5-test-1": "Figs 5.26-5.28",
-    "chapter-5-test-2": "Figs 5.29-5.31",
+    "ahead-and-behind": "Figs 3.5-3.7",
+    "concentric-circles": "Figs 4.4-4.7",
+    "crossing-in-turn": "Figs 4.8-4.11",
+    "outage-10s": "Figs 4.12-4.15",
+    "outage-20s": "Figs 4.16, 4.17",
+    "unequal-lengths": "Figs 5.26-5.28",
+    "start-off-paths": "Figs 5.29-5.31",
 }
 # Runs to play in the report
 FILMS = (
-    ("chapter-4-faults", "virtual-structure-virtual"),
-    ("chapter-4-faults", "virtual-structure"),
-    ("chapter-5-test-2", "cooperation"),
+    ("outage-10s", "virtual-structure-virtual"),
+    ("outage-10s", "virtual-structure"),
+    ("start-off-paths", "cooperation"),
 )
 TOGETHER = 0.3  # s: a spread of arrivals that counts as "together"
-
-
-def team_chapter(seed: int = 0, advance: Callable[[], None] | None = None) -> Chapter:
-    """Run the experiments, judge and describe them; ``advance`` is called teamexperiments.STEPS times."""
-    return chapter_of(run_team_experiments(seed, advance))
 
 
 def chapter_of(results: TeamResults) -> Chapter:
@@ -114,7 +108,7 @@ def _experiments(results: TeamResults) -> Grid:
 
 
 def _duel(results: TeamResults, test: str) -> Grid:
-    table = {"chapter-5-test-1": "5.7", "chapter-5-test-2": "5.8"}[test]
+    table = {"unequal-lengths": "5.7", "start-off-paths": "5.8"}[test]
     rows: list[tuple[str, ...]] = [
         ("thesis, nonlinear (printed)", "", "", "", _three(PRINTED[test]["nonlinear"]), ""),
         ("thesis, fuzzy (printed)", "", "", "", _three(PRINTED[test]["fuzzy"]), ""),
@@ -217,14 +211,14 @@ def _claims(results: TeamResults) -> list[Claim]:
 
 
 def _graph(results: TeamResults) -> Claim:
-    ours, literal = results.runs["chapter-3", "graph-esm"], results.runs["chapter-3", "graph-esm-literal"]
+    ours, literal = results.runs["ahead-and-behind", "graph-esm"], results.runs["ahead-and-behind", "graph-esm-literal"]
     apart = results.apart
     gain = 1 - apart["graph-esm-thesis"] / apart["graph-esm:coupling=0"]
     good = bool(np.isfinite(arrival_time(ours)).all() and spread(arrival_time(ours))[0] <= TOGETHER)
     fails = not np.isfinite(arrival_time(literal)).all()
     return Claim(
         "Sliding mode with a graph keeps the formation",
-        "3.1, 3.2.2, theorem 3.1",
+        "thesis 3.1, 3.2.2, theorem 3.1",
         "With the coupling of (3.5) all errors and all differences of errors go to 0.",
         f"As printed (K_ij = l_ij): {'diverges' if fails else 'arrives'}. With K_ij = a_ij on position errors it "
         f"arrives, but after robot 1 was held up for 5 s the differences of progress add up to only {100 * gain:.0f} % "
@@ -237,12 +231,12 @@ def _graph(results: TeamResults) -> Claim:
 
 def _equal_progress(results: TeamResults) -> Claim:
     law = "virtual-structure-thesis"
-    tests = ("chapter-4-circles", "chapter-4-crossing")
+    tests = ("concentric-circles", "crossing-in-turn")
     gaps = [float(np.nanmax(progress_gap(results.runs[t, law]))) for t in tests]
     spreads = [float(spread(arrival_time(results.runs[t, law]))[0]) for t in tests]
     return Claim(
         "Virtual structure keeps s_i equal",
-        "4.5, tests 1 and 2, Figs 4.7, 4.11",
+        "thesis 4.5, tests 1 and 2, Figs 4.7, 4.11",
         "On paths of different lengths the robots keep the same share of them and arrive together.",
         "Thesis gains, signs corrected: largest true s_i − s_j "
         + ", ".join(f"{gap:.4f}" for gap in gaps)
@@ -254,12 +248,12 @@ def _equal_progress(results: TeamResults) -> Claim:
 
 
 def _noise(results: TeamResults) -> Claim:
-    found = {law: results.runs["chapter-4-noise", law] for law in EXPERIMENTS["chapter-4-noise"]}
+    found = {law: results.runs["noisy-position", law] for law in EXPERIMENTS["noisy-position"]}
     worst = {law: float(np.nanmax(np.abs(cross_track_error(run)[0, 0]))) for law, run in found.items()}
     together = max(float(spread(arrival_time(run))[0]) for run in found.values())
     return Claim(
         "10 % noise on the position",
-        "4.5, test 3, Figs 4.12-4.15",
+        "thesis 4.5, test 3, Figs 4.12-4.15",
         "Noise of 10 % on robot 1's position for 30 s does not break coordination or tracking.",
         "Largest distance of robot 1 from its path: "
         + ", ".join(f"{label(law)} {1000 * value:.0f} mm" for law, value in worst.items())
@@ -279,7 +273,7 @@ def _outage(results: TeamResults) -> Claim:
     survives = [outage for outage in OUTAGES if tuned[outage] >= 0.85]
     return Claim(
         "Outages of up to 15 s are survived, longer ones not",
-        "4.5, Figs 4.15-4.17",
+        "thesis 4.5, Figs 4.15-4.17",
         "After a failure and a delay of up to 15 s the robots come back into formation; after 20 s they do not.",
         f"Random fault times. Gains 1, 1, 1: {_percent(thesis)} recover: {limit}. Gains 1, 10, 5: {_percent(tuned)}: "
         f"the limit is the gains', not the method's. With a watchdog and a waiting clock: {_percent(best)}.",
@@ -297,7 +291,7 @@ def _same_time(results: TeamResults) -> Claim:
     good, printed = max(ours.values()) <= TOGETHER, max(literal.values()) <= TOGETHER
     return Claim(
         "Fuzzy cooperation: all arrive at the same time",
-        "5.3.3, tests 1 and 2",
+        "thesis 5.3.3, tests 1 and 2",
         "Whatever their paths' lengths and their starts, the robots reach their goals at the same time.",
         "As printed (clock of (5.14) with Σ d_RP²): "
         + "; ".join(f"{t} {_arrived(value)}" for t, value in literal.items())
@@ -316,7 +310,7 @@ def _smaller_error(results: TeamResults) -> Claim:
     beats = [bool((a < b).all()) for a, b in ((late, without), (late, given), (fuzzy, given), (fuzzy, tuned))]
     return Claim(
         "In test 1 the fuzzy controller's error is smaller",
-        "5.4, Table 5.7",
+        "thesis 5.4, Table 5.7",
         "On the paths from the start, the fuzzy controller has the smaller mean error.",
         f"Mean error norms of robots 1-3: fuzzy to the next sample {_three(late)}, looking ahead {_three(fuzzy)}; "
         f"nonlinear K 1, 1, 1 without feed-forward {_three(without)}, with it {_three(given)}, K 1, 10, 5 with it "
@@ -340,7 +334,7 @@ def _faster(results: TeamResults) -> Claim:
 
     return Claim(
         "In test 2 the nonlinear controller is faster to the path",
-        "5.4, Table 5.8",
+        "thesis 5.4, Table 5.8",
         "From starts off the paths, the nonlinear controller reaches them sooner.",
         f"Within 5 cm of the path for good, robots 1-3: {said(nonlinear)}; {said(fuzzy)}.",
         "holds" if all(beats) else "holds in part" if any(beats) else "does not hold",

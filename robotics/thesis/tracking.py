@@ -1,31 +1,48 @@
-"""The thesis's claims about one robot (chapter 2), each put to the test on this simulator.
+"""The report's chapter on one robot: the tracking laws, and the thesis's claims about them; thesis 2 and 5.4.
 
 Verdicts are computed from the runs made here: change the plant and they change. The one that is a matter of theory
 says so.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from math import pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from robotics.laws.catalogue import make_controller
+from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
+from robotics.laws.catalogue import CATALOGUE, make_controller
 from robotics.laws.tracking.sliding_mode import attraction
 from robotics.measures.tracking import METRICS, cross_track_error, settling_time, tracking_error
 from robotics.paths.path import Sine
 from robotics.paths.trajectory import Timing
-from robotics.report.chapter import Claim, Verdict
+from robotics.report.chapter import Chapter, Claim, Grid, Picture, Verdict
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
+from robotics.thesis.experiment import Experiment
 
 MODES = ("csm", "assm", "qssm", "esm")
+REALISATIONS = ("torque", "velocity")
+NONLINEAR = ("lyapunov-thesis", "lyapunov")
+READINGS = ("fuzzy", "fuzzy:steering=heading", "fuzzy:steering=heading,lateral=path")  # of α
+RULES_11 = ("fuzzy-literal:look_ahead=0.4", "fuzzy")  # as printed, and repaired
+# Scenarios, driven without noise, and the laws that are tried on each
+IDEAL: dict[str, tuple[str, ...]] = {
+    "reference": (*MODES, "esm:k=0.5", "csm:k=0.5", "csm:k=0.3"),
+    "lyapunov-sine": (*NONLINEAR, "lyapunov-thesis:form=2.31", "lyapunov-thesis:signs=literal"),
+    "lyapunov-circle": (*NONLINEAR, "lyapunov-thesis:form=2.31", "lyapunov-thesis:signs=literal"),
+    "fuzzy-on-path": ("fuzzy", *NONLINEAR),
+    "fuzzy-off-path": (*READINGS, *NONLINEAR),
+}
 _PLACES = 100  # random starts for the fuzzy rule bases
+
+Results = Mapping[tuple[Any, ...], Any]
 
 
 class _Figures(NamedTuple):
@@ -47,22 +64,106 @@ class _Condition(NamedTuple):
 _SWEEP = [_Condition(*c) for c in product((0.5, 1.0), (0.2, 0.3, 0.4), (0.02, 0.03, 0.04), (0.0, 0.005))]
 
 
-def judge_claims(advance: Callable[[], None] | None = None) -> list[Claim]:
-    """Run what the claims need and judge them; ``advance`` is called after every simulated experiment."""
-    step = advance or (lambda: None)
-    claims = [
-        *_table_2_1(step),
-        *_chatter_mechanism(step),
-        _attraction_speed(),
-        *_lyapunov(step),
-        *_fuzzy(step),
-        _fuzzy_against_nonlinear(step),
+def experiments(folder: str = "", seed: int = 0) -> list[Experiment]:
+    """What the claims need. Their seeds are fixed: neither ``folder`` nor ``seed`` matters."""
+    return [
+        *(Experiment((name, law), partial(_run, name, law)) for name, laws in IDEAL.items() for law in laws),
+        *(Experiment(cell, partial(_swept, *cell)) for cell in product(REALISATIONS, _SWEEP, MODES)),
+        Experiment(("started on the sine",), _started_on_the_sine),
+        *(Experiment(("random places", law), partial(_run_from_places, law)) for law in RULES_11),
     ]
-    return claims
 
 
-# How many times judge_claims calls ``advance``: 2 realisations × 4 modes a cell, and what the other claims run
-EXPERIMENTS = 2 * len(MODES) * len(_SWEEP) + 4 + 5 + 9 + 7 + 6
+def chapter_of(results: Results) -> Chapter:
+    """The chapter of experiments that were run."""
+    return Chapter(
+        "tracking",
+        "One robot: the laws, and what is claimed of them (thesis 2, 5.4)",
+        (
+            "The scenarios above are the thesis's tests of one robot. What it calls “MSE” is the mean error norm, with "
+            "1 rad counted as 1 m; what it calls “Chatter” is the mean speed error. The control laws are shown here "
+            "independently of any run: the sliding modes with the gains named, the fuzzy controller with the rule "
+            "bases of its preset.",
+            "The gains are the thesis's or follow from one design rule. None were searched for on these scenarios.",
+        ),
+        [_origins()],
+        [],
+        _pictures(),
+        claims_of(results),
+    )
+
+
+def claims_of(results: Results) -> list[Claim]:
+    """The claims of chapter 2, and that of 5.4 about one robot, judged from the experiments' results."""
+    return [
+        *_table_2_1(results),
+        _chatter_mechanism(results),
+        _attraction_speed(),
+        *_lyapunov(results),
+        *_fuzzy(results),
+        _fuzzy_against_nonlinear(results),
+    ]
+
+
+def _origins() -> Grid:
+    rows = [(preset.title, name, preset.note) for name, preset in CATALOGUE.items() if preset.kind == "tracking"]
+    return Grid("Where the gains of the tracking laws come from.", ("controller", "name", "origin of its gains"), rows)
+
+
+def _pictures() -> list[Picture]:
+    return [
+        Picture(
+            "law-switching",
+            "The push K/Q(S) sign S of the sliding modes over S, with α = 3 s/m (thesis Fig 2.3). Left: the same K; "
+            "right: other K beside the conventional law with the thesis's K = 1. At equal K the exponential law "
+            "never pushes less than the conventional one.",
+            "Curves of the exponential reaching law for several K and μ₀, with steps for the conventional law.",
+            plot_switching,
+        ),
+        Picture(
+            "law-memberships",
+            "Membership functions of the distance to the target and of its bearing α (thesis Fig 2.19). The thesis's "
+            "figure is missing: the shapes are choices.",
+            "Five overlapping membership functions each of distance and of α.",
+            plot_tracking_memberships,
+        ),
+        Picture(
+            "law-velocities",
+            "Above: v over the distance and ω over α (thesis Fig 2.20). Below: what x_err does to them; where the "
+            "target lies behind (x_err < 0) rule 11 stops a robot that faces along its path.",
+            "Two curves of the fuzzy controller's speeds, and two contour pictures over x_err.",
+            plot_tracking_velocities,
+        ),
+        Picture(
+            "law-lateral",
+            "Membership functions of y_err and the turn λ over y_err (thesis Figs 2.23 and 2.24). The presets steer "
+            "by the bearing and do not use λ.",
+            "Five membership functions of y_err, and λ as a rising curve over y_err.",
+            plot_lateral,
+        ),
+    ]
+
+
+# Runs -------------------------------------------------------------------------------------------------------------
+
+
+def _run(name: str, law: str) -> Run:
+    return simulate(_ideal(name), make_controller(law), [0])
+
+
+def _swept(realisation: str, condition: _Condition, mode: str) -> _Figures:
+    law = make_controller(f"{mode}:realisation={realisation}")
+    return _figures(simulate(_condition_scenario(condition), law, range(1 if condition.noise == 0 else 2)))
+
+
+def _started_on_the_sine() -> Run:
+    scenario = _ideal("lyapunov-sine")
+    robot = replace(scenario.robots[0], start=(0.0, 0.0, pi / 4))
+    return simulate(replace(scenario, robots=(robot,)), make_controller("lyapunov-thesis"), [0])
+
+
+def _run_from_places(law: str) -> Run:
+    return simulate(_random_places(), make_controller(law), [0])
 
 
 def _ideal(name: str) -> Scenario:
@@ -77,6 +178,12 @@ def _figures(run: Run, after: float = 0.0) -> _Figures:
     return _Figures(float(np.mean(norm)), float(np.mean(np.abs(run["v_demand"] - run["v"])[..., late])))
 
 
+def _distance(run: Run) -> np.ndarray:
+    """From the reference (runs, robots, samples) [m]."""
+    e = tracking_error(run)
+    return np.hypot(e.x, e.y)
+
+
 def _condition_scenario(condition: _Condition) -> Scenario:
     member = load_scenario("reference").robots[0]
     path = Sine(amplitude=condition.amplitude, phase=pi / 2, x_end=condition.x_rate * 25.0 + 0.5)
@@ -85,6 +192,21 @@ def _condition_scenario(condition: _Condition) -> Scenario:
         sensing = Sensing(posture="pose", position_noise=condition.noise)
     member = replace(member, start=(0.0, condition.amplitude, 0.0), path=path, timing=Timing(x_rate=condition.x_rate))
     return Scenario(name="sweep", robots=(member,), duration=25.0, latency=condition.latency, sensing=sensing)
+
+
+def _random_places() -> Scenario:
+    """The S-curve, with ``_PLACES`` robots that do not see each other, started anywhere around its beginning."""
+    scenario = _ideal("fuzzy-on-path")
+    member = scenario.robots[0]
+    x, y, _ = member.start
+    random = np.random.default_rng(2010)
+    offsets = random.uniform(-1.5, 1.5, (_PLACES, 2))
+    headings = random.uniform(-pi, pi, _PLACES)
+    starts = [(x + dx, y + dy, h) for (dx, dy), h in zip(offsets.tolist(), headings.tolist(), strict=True)]
+    return replace(scenario, robots=tuple(replace(member, start=start) for start in starts))
+
+
+# Claims -----------------------------------------------------------------------------------------------------------
 
 
 def _best(figures: dict[str, _Figures]) -> tuple[bool, bool, bool, bool]:
@@ -103,25 +225,12 @@ def _verdict(share: float) -> Verdict:
     return "holds" if share >= 0.9 else "holds in part" if share >= 0.1 else "does not hold"
 
 
-def _table_2_1(step: Callable[[], None]) -> Iterator[Claim]:
-    scenario = _ideal("reference")
-    runs = {}
-    for mode in MODES:
-        runs[mode] = simulate(scenario, make_controller(mode), [0])
-        step()
-    figures = {mode: _figures(run) for mode, run in runs.items()}
-    later = {mode: _figures(run, after=6.0) for mode, run in runs.items()}
+def _table_2_1(results: Results) -> Iterator[Claim]:
+    figures = {mode: _figures(results["reference", mode]) for mode in MODES}
+    later = {mode: _figures(results["reference", mode], after=6.0) for mode in MODES}
     order, least, smaller_chatter = {}, {}, {}
-    for realisation in ("torque", "velocity"):
-        cells = []
-        for condition in _SWEEP:
-            cell = {}
-            sweep = _condition_scenario(condition)
-            for mode in MODES:
-                law = make_controller(f"{mode}:realisation={realisation}")
-                cell[mode] = _figures(simulate(sweep, law, range(1 if condition.noise == 0 else 2)))
-                step()
-            cells.append(cell)
+    for realisation in REALISATIONS:
+        cells = [{mode: results[realisation, condition, mode] for mode in MODES} for condition in _SWEEP]
         order[realisation] = np.mean([_best(cell) for cell in cells], axis=0)
         order[realisation] = np.append(order[realisation], np.mean([all(_best(cell)) for cell in cells]))
         least[realisation] = [min(cell, key=lambda m: cell[m].chatter) for cell in cells]
@@ -137,7 +246,7 @@ def _table_2_1(step: Callable[[], None]) -> Iterator[Claim]:
     shares = [order["torque"][4], order["velocity"][4]]
     yield Claim(
         "Table 2.1's order",
-        "2.1.3.2, Table 2.1",
+        "thesis 2.1.3.2, Table 2.1",
         "The exponential mode (ESM) has the smallest mean error norm and the least chatter, the conventional mode "
         "(CSM) the largest of both.",
         f"Reference configuration, mean error norm and mean speed error: {table}: the order "
@@ -148,7 +257,7 @@ def _table_2_1(step: Callable[[], None]) -> Iterator[Claim]:
     )
     yield Claim(
         "Less chatter than conventional",
-        "2.1.3.2; abstract",
+        "thesis 2.1.3.2; abstract",
         "The exponential mode chatters less than the conventional one.",
         f"Thesis gains (K = 0.2 against K = 1), {terms}: less mean speed error in "
         f"{100 * smaller_chatter['torque']:.0f} % (torque) and {100 * smaller_chatter['velocity']:.0f} % (velocity) of "
@@ -157,7 +266,7 @@ def _table_2_1(step: Callable[[], None]) -> Iterator[Claim]:
     )
     yield Claim(
         "Least chatter of all four",
-        "2.1.3.2, Table 2.1",
+        "thesis 2.1.3.2, Table 2.1",
         "The exponential mode chatters least of the four.",
         f"Same sweep: least in {percent['torque'][3]} with torques, in {percent['velocity'][3]} with velocity "
         f"commands, where {gentlest.upper()} most often chatters least.",
@@ -166,7 +275,7 @@ def _table_2_1(step: Callable[[], None]) -> Iterator[Claim]:
     leader = min(later, key=lambda m: later[m].norm)
     yield Claim(
         "Most precise of all four",
-        "2.1.3.2, Table 2.1",
+        "thesis 2.1.3.2, Table 2.1",
         "The exponential mode follows the path most precisely.",
         f"Smallest error norm in {percent['torque'][1]} (torque) and {percent['velocity'][1]} (velocity) of the "
         "sweep. In the reference configuration after the first 6 s: "
@@ -177,16 +286,12 @@ def _table_2_1(step: Callable[[], None]) -> Iterator[Claim]:
     )
 
 
-def _chatter_mechanism(step: Callable[[], None]) -> Iterator[Claim]:
-    scenario = _ideal("reference")
-    chatter = {}
-    for specification in ("esm", "csm", "esm:k=0.5", "csm:k=0.5", "csm:k=0.3"):
-        chatter[specification] = _figures(simulate(scenario, make_controller(specification), [0])).chatter
-        step()
+def _chatter_mechanism(results: Results) -> Claim:
+    chatter = {law: _figures(results["reference", law]).chatter for law in IDEAL["reference"]}
     gentler = chatter["esm:k=0.5"] < chatter["csm:k=0.5"]
-    yield Claim(
+    return Claim(
         "The exponential is what reduces chatter",
-        "2.1.2, after (2.24)",
+        "thesis 2.1.2, after (2.24)",
         "Near the surface K/Q(S) falls to K, and this reduces the chatter.",
         f"Reference configuration. At equal K = 0.5: ESM {chatter['esm:k=0.5']:.4f}, CSM "
         f"{chatter['csm:k=0.5']:.4f} m/s: at equal K the exponential mode is {'' if gentler else 'not '}gentler "
@@ -204,7 +309,7 @@ def _attraction_speed() -> Claim:
     same, thesis = 0.45 / 0.2, 0.45 / 1.0
     return Claim(
         "Faster attraction",
-        "2.1.2, after (2.24)",
+        "thesis 2.1.2, after (2.24)",
         "Far from the surface K/Q(S) grows to K/μ0, so the surface is reached faster.",
         f"Ideal reaching times from S = 0.45 m/s: ESM (K = 0.2) {esm:.2f} s; CSM with the same K {same:.2f} s, with "
         f"the K = 1 that the thesis compares it with {thesis:.2f} s.",
@@ -212,25 +317,18 @@ def _attraction_speed() -> Claim:
     )
 
 
-def _lyapunov(step: Callable[[], None]) -> Iterator[Claim]:
-    settle, literal = {}, {}
-    for name in ("lyapunov-sine", "lyapunov-circle"):
-        scenario = _ideal(name)
-        for specification in ("lyapunov-thesis", "lyapunov-thesis:form=2.31", "lyapunov"):
-            run = simulate(scenario, make_controller(specification), [0])
-            e = tracking_error(run)
-            settle[name, specification] = float(settling_time(run, np.hypot(e.x, e.y))[0, 0])
-            step()
-        run = simulate(scenario, make_controller("lyapunov-thesis:signs=literal"), [0])
-        e = tracking_error(run)
-        literal[name] = float(np.nanmax(np.hypot(e.x, e.y)))
-        step()
-    thesis = [settle[n, "lyapunov-thesis"] for n in ("lyapunov-sine", "lyapunov-circle")]
-    other = [settle[n, "lyapunov-thesis:form=2.31"] for n in ("lyapunov-sine", "lyapunov-circle")]
-    tuned = [settle[n, "lyapunov"] for n in ("lyapunov-sine", "lyapunov-circle")]
+def _lyapunov(results: Results) -> Iterator[Claim]:
+    courses = ("lyapunov-sine", "lyapunov-circle")
+
+    def settled(law: str) -> list[float]:
+        runs = [results[name, law] for name in courses]
+        return [float(settling_time(run, _distance(run))[0, 0]) for run in runs]
+
+    thesis, other, tuned = map(settled, ("lyapunov-thesis", "lyapunov-thesis:form=2.31", "lyapunov"))
+    literal = {name: float(np.nanmax(_distance(results[name, "lyapunov-thesis:signs=literal"]))) for name in courses}
     yield Claim(
         "Lyapunov tracking converges",
-        "2.2, Figs 2.9-2.14",
+        "thesis 2.2, Figs 2.9-2.14",
         "From off the path the errors reduce to zero with the gains 1, 1, 1.",
         f"Below 5 cm for good after {thesis[0]:.1f} s (sine from 1 m behind) and {thesis[1]:.1f} s (circle from 0.5 m "
         f"outside) in the form (2.32), {other[0]:.1f} and {other[1]:.1f} s in the form (2.31). With 1, 10, 5: "
@@ -239,22 +337,20 @@ def _lyapunov(step: Callable[[], None]) -> Iterator[Claim]:
     )
     yield Claim(
         "The law as printed",
-        "(2.28) with (2.30)-(2.32)",
+        "thesis (2.28) with (2.30)-(2.32)",
         "The errors are actual − desired.",
         f"With those signs the feedback is positive. Largest distance from the reference: "
         f"{literal['lyapunov-sine']:.1f} m (sine) and {literal['lyapunov-circle']:.1f} m (circle); a run is stopped "
         "at 10 m. Everything else here uses desired − actual (5.9).",
         "holds" if max(literal.values()) < 1.0 else "does not hold",
     )
-    robot = replace(_ideal("lyapunov-sine").robots[0], start=(0.0, 0.0, pi / 4))
-    run = simulate(replace(_ideal("lyapunov-sine"), robots=(robot,)), make_controller("lyapunov-thesis"), [0])
-    step()
+    run = results[("started on the sine",)]
     e = tracking_error(run)
     tail = run.time > 20.0
     rms = float(np.sqrt(np.mean(e.x[..., tail] ** 2 + e.y[..., tail] ** 2)))
     yield Claim(
         "“V' ≤ 0, so the system is stable”",
-        "2.2, after (2.34)",
+        "thesis 2.2, after (2.34)",
         "V' ≤ 0 proves stability of the tracking error.",
         "A matter of theory: y_err is absent from (2.34), so V' ≤ 0 proves stability, not convergence, which needs v_d "
         "bounded away from 0 (Barbalat); and ψ_err = π is an equilibrium too. Measured: on the full plant, wheel lag "
@@ -263,17 +359,17 @@ def _lyapunov(step: Callable[[], None]) -> Iterator[Claim]:
     )
 
 
-def _fuzzy(step: Callable[[], None]) -> Iterator[Claim]:
+def _fuzzy(results: Results) -> Iterator[Claim]:
     cross = {}
     for name in ("fuzzy-on-path", "fuzzy-off-path"):
-        run = simulate(_ideal(name), make_controller("fuzzy"), [0])
+        run = results[name, "fuzzy"]
         settled = float(METRICS["path_settling_time_s"].measure(run)[0, 0])
         error = cross_track_error(run)[0, 0]
-        cross[name] = settled, float(np.sqrt(np.mean(error[run.time >= max(settled, 4.0)] ** 2)))
-        step()
+        late = run.time >= (max(settled, 4.0) if np.isfinite(settled) else 4.0)
+        cross[name] = settled, float(np.sqrt(np.mean(error[late] ** 2)))
     yield Claim(
         "Fuzzy tracking on and off the path",
-        "2.3.4, Figs 2.25-2.32",
+        "thesis 2.3.4, Figs 2.25-2.32",
         "The robot travels along its trajectory with negligible errors, also when it starts off it.",
         f"On the path: {1000 * cross['fuzzy-on-path'][1]:.1f} mm RMS cross-track error. From [-1, -2, 0]: below 5 cm "
         f"after {cross['fuzzy-off-path'][0]:.1f} s, then {1000 * cross['fuzzy-off-path'][1]:.1f} mm RMS.",
@@ -282,31 +378,25 @@ def _fuzzy(step: Callable[[], None]) -> Iterator[Claim]:
         else "does not hold",
     )
     ends = {}
-    for specification in ("fuzzy", "fuzzy:steering=heading", "fuzzy:steering=heading,lateral=path"):
-        run = simulate(_ideal("fuzzy-off-path"), make_controller(specification), [0])
+    for law in READINGS:
+        run = results["fuzzy-off-path", law]
         late = (run.time > 15.0) & (run.time < 20.0)
-        ends[specification] = float(np.sqrt(np.mean(cross_track_error(run)[0, 0, late] ** 2)))
-        step()
+        ends[law] = float(np.sqrt(np.mean(cross_track_error(run)[0, 0, late] ** 2)))
     bearing, heading, helped = ends.values()
     yield Claim(
         "λ(y_err) is needed",
-        "2.3.2, (2.36), Fig 2.22",
+        "thesis 2.3.2, (2.36), Fig 2.22",
         "With α = 0 the robot would drive parallel to the path and never reach it, so λ(y_err) is added to α.",
         "RMS cross-track error from 15 to 20 s, started off the path: with α as the thesis defines it (bearing of the "
         f"target), without λ, {1000 * bearing:.1f} mm; with α as the path's heading {1000 * heading:.0f} mm without λ "
         f"and {1000 * helped:.1f} mm with it. The remedy belongs to the second reading of α.",
         "holds in part" if heading > 0.1 > helped and bearing < 0.1 else "holds" if bearing > 0.1 else "does not hold",
     )
-    reached = {}
-    for specification in ("fuzzy-literal:look_ahead=0.4", "fuzzy"):
-        run = simulate(_random_places(), make_controller(specification), [0])
-        e = tracking_error(run)
-        reached[specification] = int(np.isfinite(settling_time(run, np.hypot(e.x, e.y))).sum())
-        step()
-    literal, repaired = reached.values()
+    tried = [results["random places", law] for law in RULES_11]
+    literal, repaired = (int(np.isfinite(settling_time(run, _distance(run))).sum()) for run in tried)
     yield Claim(
         "Rule 11: stop while ahead",
-        "2.3.2, Table 5.6",
+        "thesis 2.3.2, Table 5.6",
         "A robot with its target behind it (x_err < 0) stops until the target has passed.",
         f"{_PLACES} random starts within 1.5 m, all headings: with rule 11 as printed {literal} come within 5 cm of "
         "their reference for good (a robot that faces away from it stands still); with rule 11 repaired (a robot that "
@@ -315,33 +405,15 @@ def _fuzzy(step: Callable[[], None]) -> Iterator[Claim]:
     )
 
 
-def _random_places() -> Scenario:
-    """The S-curve, with ``_PLACES`` robots that do not see each other, started anywhere around its beginning."""
-    scenario = _ideal("fuzzy-on-path")
-    member = scenario.robots[0]
-    x, y, _ = member.start
-    random = np.random.default_rng(2010)
-    offsets = random.uniform(-1.5, 1.5, (_PLACES, 2))
-    headings = random.uniform(-pi, pi, _PLACES)
-    starts = [(x + dx, y + dy, h) for (dx, dy), h in zip(offsets.tolist(), headings.tolist(), strict=True)]
-    return replace(scenario, robots=tuple(replace(member, start=start) for start in starts))
-
-
-def _fuzzy_against_nonlinear(step: Callable[[], None]) -> Claim:
-    laws = ("fuzzy", "lyapunov-thesis", "lyapunov")
-    norm, reach = {}, {}
-    for law in laws:
-        run = simulate(_ideal("fuzzy-on-path"), make_controller(law), [0])
-        norm[law] = _figures(run).norm
-        step()
-        run = simulate(_ideal("fuzzy-off-path"), make_controller(law), [0])
-        reach[law] = float(METRICS["path_settling_time_s"].measure(run)[0, 0])
-        step()
+def _fuzzy_against_nonlinear(results: Results) -> Claim:
+    laws = ("fuzzy", *NONLINEAR)
+    norm = {law: _figures(results["fuzzy-on-path", law]).norm for law in laws}
+    reach = {law: float(METRICS["path_settling_time_s"].measure(results["fuzzy-off-path", law])[0, 0]) for law in laws}
     smaller = norm["fuzzy"] < min(norm["lyapunov"], norm["lyapunov-thesis"])
     faster = max(reach["lyapunov"], reach["lyapunov-thesis"]) < reach["fuzzy"]
     return Claim(
         "Fuzzy against nonlinear",
-        "5.4, Tables 5.7 and 5.8 (there: three robots)",
+        "thesis 5.4, Tables 5.7 and 5.8 (there: three robots)",
         "On the path the fuzzy controller is more precise; from off the path the nonlinear one reaches it faster.",
         "One robot, mean error norm on the path: "
         + ", ".join(f"{law} {norm[law]:.4f}" for law in laws)

@@ -60,39 +60,49 @@ def learn_networks(
     ``advance`` is called after every setting of the search and every epoch: :func:`steps` times in all, unless
     training stops early. Raises FormationLearningError for a table without the columns.
     """
+    return [
+        learn_network(output, names, values, check, rules=rules, options=options, advance=advance) for output in OUTPUTS
+    ]
+
+
+def learn_network(
+    output: str,
+    names: Sequence[str],
+    values: np.ndarray,
+    check: np.ndarray | None = None,
+    *,
+    rules: int = 8,
+    options: anfis.Options | None = None,
+    advance: Callable[[], None] | None = None,
+) -> Learnt:
+    """Learn the network of one ``output``; otherwise as :func:`learn_networks`."""
     options = options or anfis.Options(epochs=60)
     columns = {name: k for k, name in enumerate(names)}
     inputs = [name for name in INPUTS if name in columns]
-    missing = [name for name in OUTPUTS if name not in columns]
-    if missing or not inputs:
+    if not inputs or not set(OUTPUTS) <= set(columns):
         raise FormationLearningError(
             f"formation data have inputs among {', '.join(INPUTS)} and the outputs {', '.join(OUTPUTS)}; "
             f"got the columns {', '.join(names)}"
         )
     step = advance or (lambda: None)
-    x = values[:, [columns[name] for name in inputs]]
-    units = [UNITS[name] for name in inputs]
-    result = []
-    for output in OUTPUTS:
-        y = values[:, columns[output]]
-        search = search_clusters(x, y, rules, input_names=inputs, output_names=[output], progress=lambda *_: step())
-        trial = nearest_trial(search, rules)
-        before = identify(
-            x,
-            y,
-            "subtractive",
-            radius=trial.radius,
-            options=trial.options,
-            input_names=inputs,
-            output_names=[output],
-            input_units=units,
-            output_units=[UNITS[output]],
-            name=output,
-        )
-        held = None if check is None else (check[:, [columns[n] for n in inputs]], check[:, columns[output]])
-        training = anfis.train(before, x, y, options, check=held, callback=lambda _: step())
-        result.append(Learnt(output, search, trial, before, training))
-    return result
+    x, y = values[:, [columns[name] for name in inputs]], values[:, columns[output]]
+    search = search_clusters(x, y, rules, input_names=inputs, output_names=[output], progress=lambda *_: step())
+    trial = nearest_trial(search, rules)
+    before = identify(
+        x,
+        y,
+        "subtractive",
+        radius=trial.radius,
+        options=trial.options,
+        input_names=inputs,
+        output_names=[output],
+        input_units=[UNITS[name] for name in inputs],
+        output_units=[UNITS[output]],
+        name=output,
+    )
+    held = None if check is None else (check[:, [columns[n] for n in inputs]], check[:, columns[output]])
+    training = anfis.train(before, x, y, options, check=held, callback=lambda _: step())
+    return Learnt(output, search, trial, before, training)
 
 
 def steps(epochs: int) -> int:

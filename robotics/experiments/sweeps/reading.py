@@ -17,6 +17,7 @@ from robotics.experiments.sweeps.plan import KEYS, METHODS, MOST_POINTS, Axis, S
 from robotics.laws.catalogue import make_controller
 from robotics.quantity import is_number
 from robotics.scenario.reading import load_scenario, scenario_names
+from robotics.scenario.renamed import current_name
 
 FIELDS = (
     "title",
@@ -144,6 +145,7 @@ def _scenario(source: _Source, table: dict[str, Any], folder: Path | None) -> tu
     if not isinstance(name, str) or not name:
         raise source.refuse(f"scenario must be a scenario's name or a .toml file's path; got {name!r}", "scenario")
     try:
+        name = current_name(name)
         if name in scenario_names():
             text = (resources.files("robotics") / "scenarios" / f"{name}.toml").read_text(encoding="utf-8")
             return name, tomllib.loads(text), load_scenario(name).controller
@@ -178,7 +180,7 @@ def _axes(source: _Source, table: dict[str, Any], section: str, method: str) -> 
     for name, value in _flat(given):
         try:
             if target == "scenario" and name == "kind":
-                raise ValueError("kind decides which figures of merit there are: make one sweep for each")
+                raise ValueError("kind decides which metrics there are: make one sweep for each")
             if isinstance(value, list):
                 axis = Axis(name, target, _levels(value, target))
             elif isinstance(value, dict):

@@ -96,7 +96,7 @@ def _run_pass(sweep: Sweep, part: Pass) -> "pa.Table":
         "robot": np.tile(np.arange(1, robots + 1), runs),
     }
     columns |= {a.name: _column(v, runs * robots) for a, v in zip(sweep.axes, part.values, strict=True)}
-    values = measure_all(run, scenario.kind)
+    values = measure_all(run)
     columns |= {name: np.ascontiguousarray(v, dtype=float).ravel() for name, v in values.items()}
     return pa.table(columns | {"diverged": run.diverged.ravel()})
 

@@ -297,7 +297,7 @@ ERRORS = """() => [...document.querySelectorAll(".shell-shown table td")].map((c
 
 
 def test_the_robot_follows_the_design(tab, server, folder):
-    """The figures of merit of the closed loop change with a vertex, and are back after undo."""
+    """The metrics of the closed loop change with a vertex, and are back after undo."""
     from importlib.resources import files
 
     text = (files("robotics") / "rulebases" / "tracking.fis").read_text(encoding="utf-8")

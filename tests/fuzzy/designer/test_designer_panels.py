@@ -331,7 +331,7 @@ def test_a_trial_fits_the_page(bench: ModulePage, traits: dict[str, Any], width:
 
 def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuzzy.Sugeno) -> None:
     page = bench.page
-    trial = Trial(scenario="chapter-4-crossing")
+    trial = Trial(scenario="crossing-in-turn")
     played = {
         "trial": traits["trial"]
         | {"scenario": trial.scenario, "law": "cooperation", "kind": "team", "rival": "virtual-structure"},

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -10,8 +11,9 @@ import time
 import numpy as np
 import pandas as pd
 import pytest
+import typer
 
-from robotics.commands.application import main
+from robotics.commands.application import app, main
 from robotics.commands.compare import split_controllers
 from robotics.experiments.comparison import DEFAULT_CONTROLLERS
 from robotics.measures.tracking import METRICS
@@ -189,10 +191,34 @@ def test_interrupted_comparison_keeps_its_rows(tmp_path):
     assert rows % 100 == 0
 
 
-def test_help_has_an_example(capsys):
-    for command in ("list", "run", "compare"):
-        assert main([command, "--help"]) == 0
-        assert "Example: robotics" in capsys.readouterr().out
+def leaves(command, words=()):
+    """The words of every command below ``command``, and the command."""
+    below = getattr(command, "commands", {})
+    if not below:
+        return [pytest.param(words, command, id=" ".join(words))]
+    return [leaf for name, one in below.items() for leaf in leaves(one, (*words, name))]
+
+
+@pytest.mark.parametrize(("words", "command"), leaves(typer.main.get_command(app)))
+def test_help_has_an_example_and_a_sentence_for_every_option(words, command, capsys):
+    assert main([*words, "--help"]) == 0
+    assert re.search(rf"Example:\s+robotics\s+{words[0]}\b", capsys.readouterr().out)
+    said = {parameter.name: getattr(parameter, "help", None) or "" for parameter in command.params}
+    for name, text in said.items():
+        assert len(text.split()) >= 3, name
+        assert text[0].isupper() or ":" in text or text.startswith("well-posed:"), text
+        assert not text.startswith(("Of ", "How many")), text
+
+
+def test_an_old_scenario_name_is_noted_once_on_stderr(tmp_path, capsys):
+    command = ["compare", "chapter-4-circles", "--controllers", "virtual-structure", "--seeds", "1", "--no-report"]
+    assert main([*command, "--out", str(tmp_path), "-q"]) == 0
+    note = capsys.readouterr().err
+    assert note == (
+        "warning: the scenario chapter-4-circles is now called concentric-circles; the old name goes in the next "
+        "release\n"
+    )
+    assert set(pd.read_csv(tmp_path / "results.csv")["scenario"]) == {"concentric-circles"}
 
 
 def test_splitting_controllers():

@@ -1,4 +1,4 @@
-"""``robotics stress crossing``, and ``robotics run`` of what it names, through the command line."""
+"""``robotics stress``, and ``robotics repeat`` of what it names, through the command line."""
 
 import json
 
@@ -39,7 +39,7 @@ def test_it_prints_what_happened_and_the_same_seed_prints_the_same_bytes(capsys)
 
 
 def test_the_number_of_processes_changes_nothing(capsys, monkeypatch):
-    monkeypatch.setattr("robotics.commands.stress.CHUNK", 6)
+    monkeypatch.setattr("robotics.experiments.stress.crossing_crew.CHUNK", 6)
     arguments = ("stress", "crossing", "--runs", "3", "--controller", "none", "--jobs")
     assert printed(capsys, *arguments, "1") == printed(capsys, *arguments, "2")
 
@@ -52,14 +52,15 @@ def test_the_number_of_processes_changes_nothing(capsys, monkeypatch):
         (["stress", "crossing", "--robots", "1"], "Invalid value for '--robots'"),
         (["stress", "crossing", "--loss", "1.5"], "Invalid value for '--loss'"),
         (["stress", "crossing", "--freeze", "-1"], "Invalid value for '--freeze'"),
-        (["run", "crossing", "--seeds", "2"], "one seed at a time"),
-        (["run", "crossing", "--class", "U"], "unknown class 'U'"),
-        (["run", "crossing", "--robots", "1"], "robots must be 2 or more, got 1"),
-        (["run", "obstacles", "--robots", "2"], "robots must be 1 or 3, got 2"),
-        (["run", "obstacles", "--freeze", "2"], "freeze belongs to a crossing"),
-        (["run", "crossing", "--moving", "1"], "belong to `obstacles`"),
-        (["run", "lyapunov-sine", "--robots", "3"], "belong to `robotics run crossing`"),
-        (["run", "crossing", "--class", "B", "--seed", "203"], "seed 203: right-of-way has no safe plan"),
+        (["repeat", "chess"], "'chess' is not one of"),
+        (["repeat", "crossing", "--class", "U"], "unknown class 'U'"),
+        (["repeat", "crossing", "--robots", "1"], "robots must be 2 or more, got 1"),
+        (["repeat", "obstacles", "--robots", "2"], "robots must be 1 or 3, got 2"),
+        (["repeat", "obstacles", "--freeze", "2"], "freeze belongs to a crossing"),
+        (["repeat", "crossing", "--moving", "1"], "belong to `obstacles`"),
+        (["run", "lyapunov-sine", "--robots", "3"], "No such option: --robots"),
+        (["run", "--seed", "4", "crossing"], "`robotics repeat crossing` repeats one run"),
+        (["repeat", "crossing", "--class", "B", "--seed", "203"], "seed 203: right-of-way has no safe plan"),
     ],
 )
 def test_what_cannot_be_is_said_in_a_sentence(capsys, arguments, said):
@@ -69,11 +70,11 @@ def test_what_cannot_be_is_said_in_a_sentence(capsys, arguments, said):
     assert "Traceback" not in err
 
 
-def test_run_repeats_the_crossing_of_a_seed_exactly(capsys, tmp_path, monkeypatch):
+def test_repeat_repeats_the_crossing_of_a_seed_exactly(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     options = ("crossing", "--robots", "3", "--class", "A", "--seed", "20", "--controller", "none")
     stress = json.loads(printed(capsys, "stress", *options, "--runs", "1"))
-    run = json.loads(printed(capsys, "run", *options, "--save", "it.npz", "--animate"))
+    run = json.loads(printed(capsys, "repeat", *options, "--save", "it.npz", "--animate"))
     shared = set(stress) & set(run["outcome"])
     assert {name: run["outcome"][name] for name in shared} == {name: stress[name] for name in shared}
     saved = load_run("it.npz")
@@ -91,12 +92,24 @@ def test_run_repeats_the_crossing_of_a_seed_exactly(capsys, tmp_path, monkeypatc
     "options",
     [("--seed", "2"), ("--seed", "1", "--robots", "3", "--loss", "0.2", "--latency", "0.3", "--moving", "1")],
 )
-def test_run_repeats_a_course_among_obstacles(capsys, monkeypatch, options):
+def test_repeat_repeats_a_course_among_obstacles(capsys, monkeypatch, options):
     monkeypatch.setattr(
         "robotics.experiments.stress.obstaclecourse.LONGEST", 0.5
     )  # half of the way is enough to compare
     stress = json.loads(printed(capsys, "stress", "obstacles", *options, "--runs", "1"))
-    run = json.loads(printed(capsys, "run", "obstacles", *options))
+    run = json.loads(printed(capsys, "repeat", "obstacles", *options))
     shared = set(stress) & set(run["outcome"])
     assert shared >= {"min_clearance_m", "min_distance_m", "contacts", "followed_wall"}
     assert {name: run["outcome"][name] for name in shared} == {name: stress[name] for name in shared}
+
+
+def test_run_crossing_still_repeats_and_says_its_new_name(capsys, monkeypatch):
+    monkeypatch.setattr("robotics.experiments.stress.obstaclecourse.LONGEST", 0.1)
+    assert main(["repeat", "obstacles", "--seed", "3", "-q"]) == 0
+    now = capsys.readouterr()
+    assert main(["run", "obstacles", "--seed", "3", "-q"]) == 0
+    then = capsys.readouterr()
+    assert then.out == now.out
+    assert now.err == ""
+    assert then.err.count("\n") == 1
+    assert "is now called `repeat obstacles`" in then.err

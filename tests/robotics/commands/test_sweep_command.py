@@ -74,7 +74,7 @@ import robotics.experiments.sweeps.reading, robotics.experiments.sweeps.running
 from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller
 law, scenario = make_controller("fuzzy"), robotics.scenario.reading.load_scenario(sys.argv[1])
-robotics.experiments.sweeps.running.measure_all(robotics.simulation.loop.simulate(scenario, law), "tracking")
+robotics.experiments.sweeps.running.measure_all(robotics.simulation.loop.simulate(scenario, law))
 for line in sys.stdin:
     arguments, out, err = json.loads(line)
     child = os.fork()

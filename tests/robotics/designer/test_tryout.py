@@ -17,7 +17,6 @@ from fuzzy.membership import Gaussian
 from fuzzy.system import Constant, Linear, Sugeno, Variable
 from robotics.designer.panel import Session, formation_data, panel
 from robotics.designer.tryout import (
-    SHOWN,
     Attempt,
     Trial,
     TryoutError,
@@ -36,11 +35,11 @@ from robotics.experiments.learning.formationdata import FILES, Recipe
 from robotics.experiments.learning.formationdata import formation_data as formation_table
 from robotics.laws.catalogue import make_controller
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from robotics.measures.registry import measure_all
+from robotics.measures.registry import measure_all, tried
 from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.simulation.loop import simulate
 
-TEAM = "chapter-4-crossing"
+TEAM = "crossing-in-turn"
 NEW = Path("no-such-folder/new.fis")  # a system that has not been saved yet
 
 
@@ -64,9 +63,9 @@ def test_the_package_s_rule_base_drives_as_the_package_s_law(tracking: Sugeno) -
     direct = simulate(load_scenario("table-2-1"), make_controller("fuzzy"), (3,))
     run = run_design(tracking, trial).run
     assert np.array_equal(run.samples, direct.samples)
-    measured = measure_all(direct, "tracking")
+    measured = measure_all(direct)
     data = design_data(tracking, trial)
-    assert data["metrics"] == {name: float(measured[name][0, 0]) for name in SHOWN["tracking"]}
+    assert data["metrics"] == {name: float(measured[name][0, 0]) for name in tried("tracking")}
     np.testing.assert_allclose(data["x"][0], direct["x"][0, 0], atol=5.1e-5)
     assert len(data["cross_track"][0]) == len(data["time"]) == len(direct.time)
 
@@ -91,7 +90,7 @@ def test_a_team_s_law_takes_the_system_where_it_holds_one(team: Attempt, slower:
     direct = simulate(load_scenario(TEAM), make_controller(f"cooperation:rule_base={file}"), links=True)
     assert law_name(Trial(scenario=TEAM)) == "cooperation"
     assert np.array_equal(team.run.samples, direct.samples)
-    measured = measure_all(direct, "team")
+    measured = measure_all(direct)
     metrics = shown(team, "team", "slower")["metrics"]
     assert metrics["min_distance_m"] == measured["min_distance_m"].min()
     assert metrics["arrival_time_s"] == measured["arrival_time_s"].mean()
@@ -207,8 +206,8 @@ def test_every_scenario_is_offered_or_says_why_not() -> None:
     assert {s["name"] for s in known["scenarios"] if s["why"]} == set(scenario_names("formation"))
     assert {name for name, _ in known["laws"]} >= {"cooperation", "obstacles", "crash-yielding"}
     assert not any(holds_tracking(make_controller(n)) for pairs in known["rivals"].values() for n, _ in pairs)
-    assert law_name(Trial(scenario="chapter-6-case-3")) == "obstacles"
-    assert law_name(Trial(scenario="chapter-6-case-3", law="cooperation")) == "cooperation"
+    assert law_name(Trial(scenario="turn-towards-each-other")) == "obstacles"
+    assert law_name(Trial(scenario="turn-towards-each-other", law="cooperation")) == "cooperation"
     json.dumps([known, course_data(Trial(scenario=TEAM))], allow_nan=False)
 
 

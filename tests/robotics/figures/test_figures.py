@@ -9,10 +9,11 @@ from matplotlib.figure import Figure
 from fuzzy.inference import infer
 from robotics.environment.world import Disc, World, compile_world
 from robotics.experiments.comparison import Comparison, compare, summarise
-from robotics.figures.controllers import HEADLINES, plot_comparison, plot_errors, plot_paths, plot_run, plot_velocities
+from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_run, plot_velocities
 from robotics.figures.drawing import POINTS, looks, only, seeds_as_text, thinned
 from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.measures.registry import headlines
 from robotics.measures.tracking import tracking_error
 from robotics.scenario.reading import parse_scenario
 from robotics.simulation.run import Run
@@ -173,22 +174,23 @@ def test_run_page_shows_every_seed_and_channel(runs: list[Run]) -> None:
 
 
 def test_comparison_shows_every_seed_mean_and_interval(comparison: Comparison) -> None:
-    figure = plot_comparison(comparison, metrics=HEADLINES)
-    assert len(figure.axes) == len(HEADLINES)
+    figure = plot_comparison(comparison)
+    shown = list(headlines("tracking"))
+    assert len(figure.axes) == len(shown)
     summary = summarise(comparison.table).set_index(["metric", "controller"])
-    for ax, metric in zip(figure.axes, HEADLINES, strict=True):
+    for ax, metric in zip(figure.axes, shown, strict=True):
         assert ax.get_xlabel().replace("\n", " ").count("[") == 1
         for row, name in enumerate(LAWS):
             group = comparison.table[comparison.table["controller"] == name].groupby("seed")[metric].mean()
             mean, low, high = summary.loc[(metric, name), ["mean", "low", "high"]]
             if np.isinf(mean):
-                assert "never settled: 3 of 3 ×" in {t.get_text() for t in ax.texts}
+                assert "never: 3 of 3 ×" in {t.get_text() for t in ax.texts}
                 continue
             assert any(np.array_equal(line.get_xdata(), group.to_numpy()) for line in ax.lines)
             assert any(list(line.get_xdata()) == [mean] and list(line.get_ydata()) == [row] for line in ax.lines)
             bars = [line for line in ax.lines if list(line.get_ydata()) == [row, row]]
             assert any(np.allclose(line.get_xdata(), [max(low, line.get_xdata()[0]), high]) for line in bars)
-    norm = figure.axes[HEADLINES.index("mean_error_norm")]
+    norm = figure.axes[shown.index("mean_error_norm")]
     assert norm.get_xscale() == "log"  # the diverging law is more than ten times worse
     assert "logarithmic" in norm.get_xlabel()
 

@@ -1,4 +1,4 @@
-"""Formation data against closed forms and the figures of the thesis; figures of merit against runs made by hand."""
+"""Formation data against closed forms and the figures of the thesis; metrics against runs made by hand."""
 
 import subprocess
 import sys

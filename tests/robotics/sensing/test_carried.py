@@ -139,7 +139,7 @@ def test_a_law_is_refused_where_a_robot_lacks_what_it_needs():
 
 def test_the_same_law_meets_other_sensors_than_before():
     """Blind for the first seconds, the robot drives up to the disc; its own noise is what the file says."""
-    course = load_scenario("chapter-6-simulation-1")
+    course = load_scenario("obstacles-on-two-paths")
     blind = {name: replace(sensor, failure_start=0.0) for name, sensor in SONAR.items()}
     law = make_controller("obstacles")
     seeing = simulate(replace(course, duration=20.0), law)

@@ -25,7 +25,7 @@ BROAD = Robot(length=0.5, width=0.45)
 @pytest.fixture(scope="module")
 def mixed():
     """A team of which one robot is larger and carries other sensors."""
-    scenario = load_scenario("chapter-6-simulation-1")
+    scenario = load_scenario("obstacles-on-two-paths")
     carried = {name: replace(sensor, range=1.5) for name, sensor in SONAR.items()} | {"rear": SONAR["left"]}
     large = replace(scenario.robots[1], robot=BROAD, sensors=carried)
     scenario = replace(scenario, robots=(scenario.robots[0], large, scenario.robots[2]), duration=1.5)
@@ -76,7 +76,7 @@ def test_clearances_are_those_of_the_true_robot(mixed):
     """One disc, 1 m beside the second robot's start: 1 m less half its width and the radius."""
     x, y, heading = (mixed[name][0, 1, 0] for name in ("x", "y", "heading"))
     disc = Disc(position=(float(x - np.sin(heading)), float(y + np.cos(heading))), radius=0.2)
-    beside = replace(load_scenario("chapter-6-simulation-1"), obstacles=(disc,)).setting.world.rest
+    beside = replace(load_scenario("obstacles-on-two-paths"), obstacles=(disc,)).setting.world.rest
     found = clearances(replace(mixed, obstacles=beside), 0)[1, 0]
     assert found == pytest.approx(1.0 - 0.45 / 2 - 0.2, abs=1e-9)
 
@@ -98,7 +98,7 @@ def test_a_recorded_channel_more_is_one_declaration(monkeypatch, tmp_path):
     clocks = channels.Record(axes=("sample", "run", "robot"), of=lambda state: state.memory.clock, dtype=np.float32)
     monkeypatch.setitem(channels.RECORDS, "clocks", clocks)
     assert recorder.RECORDS is runs.RECORDS is channels.RECORDS
-    scenario = replace(load_scenario("chapter-4-circles"), duration=1.0)
+    scenario = replace(load_scenario("concentric-circles"), duration=1.0)
     run = simulate(scenario, make_controller("virtual-structure"), (0, 1))
     clock = run.recorded["clocks"].values
     assert clock.shape == (21, 2, len(scenario.robots))

@@ -1,4 +1,4 @@
-"""The report's chapter on avoidance: its runs, figures of merit, pictures, verdicts, and its place in the report."""
+"""The report's chapter on avoidance: its runs, metrics, pictures, verdicts, and its place in the report."""
 
 import json
 from collections.abc import Callable, Iterator
@@ -21,6 +21,7 @@ from robotics.laws.modes import AVOID, LEFT_BEHIND
 from robotics.measures.clearance import clearances, merits, robot_gaps
 from robotics.measures.teams import nearest_distance
 from robotics.measures.tracking import cross_track_error
+from robotics.report.chapter import Chapter
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
@@ -30,15 +31,16 @@ from robotics.thesis import avoidance
 from robotics.thesis import avoidance_runs as avoidanceexperiments
 from robotics.thesis.avoidance import FIGURES, chapter_of
 from robotics.thesis.avoidance_runs import (
+    CASES,
     COURSES,
     CRASH_LAWS,
     OBSTACLE_LAWS,
-    STEPS,
     TESTS,
     AvoidanceResults,
-    run_avoidance_experiments,
+    avoidance_results,
+    experiments,
 )
-from robotics.thesis.chapters import Judgement
+from robotics.thesis.experiment import results_of
 
 
 @pytest.fixture(scope="module")
@@ -47,12 +49,13 @@ def results() -> AvoidanceResults:
     patch = pytest.MonkeyPatch()
     patch.setattr(avoidanceexperiments, "CROSSINGS", 5)
     patch.setattr(avoidanceexperiments, "FACTOR", 1.15)
-    patch.setattr(avoidanceexperiments, "case_studies", lambda: ["chapter-6-case-3"])
+    patch.setattr(avoidanceexperiments, "CASES", CASES[2:3])
     steps: list[int] = []
-    found = run_avoidance_experiments(0, lambda: steps.append(1))
+    wanted = experiments()
+    found = results_of(wanted, lambda: steps.append(1))
     patch.undo()
-    assert len(steps) == STEPS
-    return found
+    assert len(steps) == len(wanted) == len(found)
+    return avoidance_results(found)
 
 
 @pytest.fixture(scope="module")
@@ -82,11 +85,11 @@ def test_runs_of_a_pass_are_those_of_their_scenarios_alone() -> None:
 
 
 def test_scenarios_that_differ_in_more_are_not_driven_together() -> None:
-    with pytest.raises(ValueError, match="chapter-4-faults cannot be driven together with chapter-6-test-1"):
-        run_together([load_scenario(TESTS[0]), load_scenario("chapter-4-faults")], "cooperation", 0)
+    with pytest.raises(ValueError, match="outage-10s cannot be driven together with two-meetings"):
+        run_together([load_scenario(TESTS[0]), load_scenario("outage-10s")], "cooperation", 0)
 
 
-# Figures of merit -----------------------------------------------------------------------------------------------
+# Metrics -----------------------------------------------------------------------------------------------
 
 
 def test_distances_and_clearances_are_those_of_geometry(planned: Run, first: Scenario) -> None:
@@ -150,7 +153,7 @@ def test_the_chapter_judges_the_claims_from_its_runs(results: AvoidanceResults) 
     assert len(courses.rows) >= len(COURSES) * len(OBSTACLE_LAWS)
     for grid in chapter.tables:
         assert {len(row) for row in grid.rows} == {len(grid.head)}
-    assert any("case study" in film.caption for film in chapter.films)
+    assert any(results.scenarios[CASES[2]].title in film.caption for film in chapter.films)
 
 
 def test_another_outcome_gives_another_verdict(results: AvoidanceResults) -> None:
@@ -229,11 +232,10 @@ def test_compare_writes_the_chapter_into_the_report(
     results: AvoidanceResults, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     @contextmanager
-    def judging(begin: Begin, folder: Path, seed: int, draw: bool) -> Iterator[Callable[[], Judgement]]:
-        yield lambda: Judgement([], [chapter_of(results)])
+    def judging(begin: Begin, folder: Path, seed: int, draw: bool) -> Iterator[Callable[[], list[Chapter]]]:
+        yield lambda: [chapter_of(results)]
 
     monkeypatch.setattr("robotics.thesis.chapters.judging", judging)
-    monkeypatch.setattr("robotics.report.page._law_pictures", list)
     monkeypatch.setattr("robotics.report.page._pictures", lambda comparison, scenario: [])
     monkeypatch.setattr(avoidance, "FIGURES", {TESTS[0]: FIGURES[TESTS[0]]})
     out = tmp_path / "out"

@@ -11,7 +11,8 @@ from robotics.commands.application import main
 from robotics.experiments.scaling import Scaling
 from robotics.scenario.reading import load_scenario
 from robotics.thesis import team_runs as teamexperiments
-from robotics.thesis.team_runs import STEPS, mean_errors, run_team_experiments
+from robotics.thesis.experiment import results_of
+from robotics.thesis.team_runs import experiments, mean_errors, team_results
 from robotics.thesis.teams import PRINTED, chapter_of
 
 
@@ -22,10 +23,11 @@ def results():
     patch.setattr(teamexperiments, "RECOVERY_SEEDS", 3)
     patch.setattr(teamexperiments, "SIZES", (5, 10))
     steps = []
-    found = run_team_experiments(3, lambda: steps.append(1))
+    wanted = experiments(seed=3)
+    found = results_of(wanted, lambda: steps.append(1))
     patch.undo()
-    assert len(steps) == STEPS - len(teamexperiments.LOSSES)  # one size less
-    return found
+    assert len(steps) == len(wanted) == len(found)  # the bar ends at its end, and no key stands twice
+    return team_results(found)
 
 
 def test_the_chapter_judges_the_claims_from_its_runs(results):
@@ -44,8 +46,8 @@ def test_the_chapter_judges_the_claims_from_its_runs(results):
 def test_another_outcome_gives_another_verdict(results):
     """A verdict is not a sentence that stands there anyway."""
     swapped = dict(results.runs)
-    swapped["chapter-3", "graph-esm"] = swapped["chapter-3", "graph-esm-literal"]
-    swapped["chapter-4-circles", "virtual-structure-thesis"] = swapped["chapter-4-faults", "virtual-structure-thesis"]
+    swapped["ahead-and-behind", "graph-esm"] = swapped["ahead-and-behind", "graph-esm-literal"]
+    swapped["concentric-circles", "virtual-structure-thesis"] = swapped["outage-10s", "virtual-structure-thesis"]
     other = teamexperiments.TeamResults(swapped, results.recoveries, results.scaling, results.apart)
     verdicts = {claim.name: claim.verdict for claim in chapter_of(other).claims}
     assert verdicts["Sliding mode with a graph keeps the formation"] == "does not hold"
@@ -54,16 +56,16 @@ def test_another_outcome_gives_another_verdict(results):
 
 def test_the_nonlinear_column_of_table_5_7_is_a_lag(results):
     """x_err = L / (K_x T): 0.080, 0.116, 0.150 m in the thesis, and here without v_d in (2.30)."""
-    run = results.runs["chapter-5-test-1", "virtual-structure-virtual:feed_forward=none"]
-    lengths = np.array([path.length for path in load_scenario("chapter-5-test-1").trajectory.paths])
+    run = results.runs["unequal-lengths", "virtual-structure-virtual:feed_forward=none"]
+    lengths = np.array([path.length for path in load_scenario("unequal-lengths").trajectory.paths])
     np.testing.assert_allclose(mean_errors(run)[:, 0], lengths / 66, rtol=0.15)
-    with_it = results.runs["chapter-5-test-1", "virtual-structure-virtual"]
+    with_it = results.runs["unequal-lengths", "virtual-structure-virtual"]
     assert mean_errors(with_it)[:, 0].max() < 0.001
 
 
 def test_printed_figures_are_those_of_the_tables():
     folder = Path(__file__).parents[3] / "datasets" / "thesis"
-    for test, number in (("chapter-5-test-1", "5-7"), ("chapter-5-test-2", "5-8")):
+    for test, number in (("unequal-lengths", "5-7"), ("start-off-paths", "5-8")):
         with (folder / f"table-{number}.csv").open(encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
         for kind in ("nonlinear", "fuzzy"):
@@ -94,9 +96,9 @@ def test_a_random_team_from_the_command_line(tmp_path, capsys):
 def test_teams_are_compared_with_their_own_figures(tmp_path, capsys):
     out = tmp_path / "out"
     options = ["--controllers", "virtual-structure,cooperation", "--seeds", "2", "--out", str(out), "--no-report"]
-    assert main(["compare", "chapter-4-circles", *options, "--json", "-q"]) == 0
+    assert main(["compare", "concentric-circles", *options, "--json", "-q"]) == 0
     printed = json.loads(capsys.readouterr().out)
     metrics = {row["metric"] for row in printed["summary"]}
     assert {"arrival_spread_s", "max_progress_gap", "rms_cross_track_m"} <= metrics
-    assert main(["compare", "chapter-4-circles", "reference", "-q", "--out", str(out)]) == 2
+    assert main(["compare", "concentric-circles", "reference", "-q", "--out", str(out)]) == 2
     assert "scenarios of one kind" in capsys.readouterr().err

@@ -8,7 +8,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from robotics.commands.obstacles import obstacles
+from robotics.commands.stress_obstacles import obstacles
 from robotics.environment.collision import obstacle_contacts
 from robotics.experiments.stress import obstaclecourse
 from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, stress_obstacles

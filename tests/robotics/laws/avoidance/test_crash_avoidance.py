@@ -18,7 +18,7 @@ from robotics.simulation.loop import simulate
 
 @pytest.fixture(scope="module")
 def crossing():
-    return load_scenario("chapter-6-test-2")
+    return load_scenario("three-cross")
 
 
 def seen(crossing, poses, time=10.0):
@@ -95,9 +95,9 @@ def drive(name, controller, duration=56.0):
 @pytest.mark.parametrize(
     ("scenario", "controller", "least", "ratio"),
     [
-        ("chapter-6-test-1", "right-of-way", 0.40, 1.1),
-        ("chapter-6-test-2", "right-of-way", 0.45, 1.1),
-        ("chapter-6-test-2", "crash-yielding", 0.36, 1.25),
+        ("two-meetings", "right-of-way", 0.40, 1.1),
+        ("three-cross", "right-of-way", 0.45, 1.1),
+        ("three-cross", "crash-yielding", 0.36, 1.25),
     ],
 )
 def test_the_thesis_tests_end_without_contact_and_together(scenario, controller, least, ratio):
@@ -111,7 +111,7 @@ def test_the_thesis_tests_end_without_contact_and_together(scenario, controller,
 
 @pytest.mark.parametrize(("d_min", "duration"), [(0.6, 56.0), (0.8, 90.0)])
 def test_as_printed_the_second_test_collides_or_never_ends(d_min, duration):
-    _, contact, apart, _ = drive("chapter-6-test-2", f"crash-literal:d_min={d_min}", duration)
+    _, contact, apart, _ = drive("three-cross", f"crash-literal:d_min={d_min}", duration)
     assert contact or np.isinf(apart)
 
 

@@ -234,10 +234,10 @@ def test_who_has_left_far_enough_goes_on():
 
 
 # All scenarios of a law in one pass: each run is, to the last bit, that of its scenario alone (test_avoidance_chapter).
-SIMULATIONS = [f"chapter-6-{kind}" for kind in ("simulation-1", "simulation-2", "simulation-3", "experiment")]
+SIMULATIONS = ["obstacles-on-two-paths", "turn-into-neighbour", "trap-u", "obstacles-on-outer-paths"]
 COURSES = {
-    "obstacles": SIMULATIONS + [f"chapter-6-case-{n}" for n in (1, 2, 3, 4)],
-    "obstacles-literal": SIMULATIONS + [f"chapter-6-case-{n}" for n in (2, 4)],
+    "obstacles": [*SIMULATIONS, "wait-for-one", "neighbour-stops", "turn-towards-each-other", "trap-u-middle"],
+    "obstacles-literal": [*SIMULATIONS, "neighbour-stops", "trap-u-middle"],
 }
 LONGEST = {"obstacles": 100.0, "obstacles-literal": 52.0}  # s
 
@@ -245,7 +245,7 @@ LONGEST = {"obstacles": 100.0, "obstacles-literal": 52.0}  # s
 def crossed():
     """Case study 1 with a disc that crosses all three lanes, 0.2 m/s, in place of its obstacle."""
     disc = Disc(radius=0.2, path=Line(start=(3.3, -1.2), end=(3.3, 4.0)), timing=Timing(speed=0.2))
-    return replace(load_scenario("chapter-6-case-1"), name="crossed", obstacles=(disc,), duration=45.0)
+    return replace(load_scenario("wait-for-one"), name="crossed", obstacles=(disc,), duration=45.0)
 
 
 @cache
@@ -293,7 +293,7 @@ def duration(name):
     return load_scenario(name).trajectory.ends.max()
 
 
-@pytest.mark.parametrize("name", ["chapter-6-simulation-1", "chapter-6-experiment", "chapter-6-case-1"])
+@pytest.mark.parametrize("name", ["obstacles-on-two-paths", "obstacles-on-outer-paths", "wait-for-one"])
 def test_obstacles_on_the_way_are_passed_narrowly(name):
     """Rows S1 and E1: centre clearance ≥ 0.25 m, ≤ 0.6 m off the path, back in ≤ 9 s, arriving together."""
     run = ran(name, "obstacles")
@@ -306,7 +306,7 @@ def test_obstacles_on_the_way_are_passed_narrowly(name):
     assert (run.modes[-1] == TRACK).all()
 
 
-@pytest.mark.parametrize("name", ["chapter-6-simulation-1", "chapter-6-experiment"])
+@pytest.mark.parametrize("name", ["obstacles-on-two-paths", "obstacles-on-outer-paths"])
 def test_the_literal_scheme_passes_them_as_well(name):
     run = ran(name, "obstacles-literal")
     assert np.ptp(arrivals(run)) <= 0.2
@@ -314,7 +314,7 @@ def test_the_literal_scheme_passes_them_as_well(name):
     assert (off_path(run) > 0.1).sum(axis=1).max() * DT <= 9.0
 
 
-@pytest.mark.parametrize("name", ["chapter-6-simulation-2", "chapter-6-case-2"])
+@pytest.mark.parametrize("name", ["turn-into-neighbour", "neighbour-stops"])
 @pytest.mark.parametrize("law", ["obstacles", "obstacles-literal"])
 def test_the_lower_priority_stops_for_who_avoids(name, law):
     """Row S2: robot 2 stops ≥ 1 s, no two robots are nearer than 0.45 m, t ≤ 1.1 T."""
@@ -331,14 +331,14 @@ def test_the_lower_priority_stops_for_who_avoids(name, law):
 
 
 def test_who_avoids_towards_each_other_passes():
-    run = ran("chapter-6-case-3", "obstacles")
+    run = ran("turn-towards-each-other", "obstacles")
     assert np.ptp(arrivals(run)) <= 0.2
     assert clearance(run).min() > 0.05
     assert least_distance(run) > 0.31
     assert set(events_of(run)["robot"]) >= {1, 2}
 
 
-@pytest.mark.parametrize(("name", "stuck"), [("chapter-6-simulation-3", 0), ("chapter-6-case-4", 1)])
+@pytest.mark.parametrize(("name", "stuck"), [("trap-u", 0), ("trap-u-middle", 1)])
 def test_the_group_goes_on_without_a_stuck_robot(name, stuck):
     """Row S3, literal: out of the group after the time-out, and the others arrive together."""
     run = ran(name, "obstacles-literal")
@@ -354,7 +354,7 @@ def test_the_group_goes_on_without_a_stuck_robot(name, stuck):
     assert (run.modes[:, 0, others] & LEFT_BEHIND == 0).all()
 
 
-@pytest.mark.parametrize("name", ["chapter-6-simulation-3", "chapter-6-case-4"])
+@pytest.mark.parametrize("name", ["trap-u", "trap-u-middle"])
 def test_the_committed_scheme_escapes(name):
     """Row S3, smarter."""
     run = ran(name, "obstacles")
@@ -364,7 +364,7 @@ def test_the_committed_scheme_escapes(name):
 
 def test_a_robot_that_comes_free_is_taken_back():
     """Left behind after 2 s, and yet all arrive together: the group waits as soon as the robot tracks again."""
-    scenario = replace(load_scenario("chapter-6-simulation-3"), duration=75.0)
+    scenario = replace(load_scenario("trap-u"), duration=75.0)
     (run,) = run_together([scenario], "obstacles:patience=2", 3, 75.0)
     assert np.ptp(arrivals(run)) <= 0.5
     why = "; ".join(events_of(run)["why"])
@@ -401,7 +401,7 @@ def test_every_change_between_two_modes_has_a_reason():
 
 
 def test_a_run_keeps_its_modes_ranges_and_obstacles(tmp_path):
-    run = ran("chapter-6-simulation-2", "obstacles")
+    run = ran("turn-into-neighbour", "obstacles")
     run.save(tmp_path / "run.npz")
     again = load_run(tmp_path / "run.npz")
     assert again.modes.dtype == np.int8
@@ -414,7 +414,7 @@ def test_a_run_keeps_its_modes_ranges_and_obstacles(tmp_path):
 
 
 def test_a_law_without_modes_has_no_events():
-    scenario = replace(load_scenario("chapter-6-simulation-1"), obstacles=(), duration=1.0)
+    scenario = replace(load_scenario("obstacles-on-two-paths"), obstacles=(), duration=1.0)
     run = simulate(scenario, make_controller("cooperation"), (0,))
     assert run.modes is None
     assert run.obstacles is None
@@ -425,7 +425,7 @@ def test_a_law_without_modes_has_no_events():
 
 
 def test_without_obstacles_nothing_is_sensed_and_it_cooperates():
-    scenario = replace(load_scenario("chapter-6-simulation-1"), obstacles=(), duration=3.0)
+    scenario = replace(load_scenario("obstacles-on-two-paths"), obstacles=(), duration=3.0)
     assert scenario.setting.world is None
     a = simulate(scenario, make_controller("obstacles"), (0,))
     b = simulate(scenario, make_controller("cooperation"), (0,))
@@ -433,7 +433,7 @@ def test_without_obstacles_nothing_is_sensed_and_it_cooperates():
 
 
 def test_a_seed_gives_the_same_bits_alone_and_among_others():
-    scenario = replace(load_scenario("chapter-6-simulation-1"), duration=12.0)
+    scenario = replace(load_scenario("obstacles-on-two-paths"), duration=12.0)
     law = make_controller("obstacles")
     together = simulate(scenario, law, (3, 0, 9))
     alone = simulate(scenario, law, (9,))

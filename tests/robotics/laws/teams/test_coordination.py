@@ -46,10 +46,10 @@ def together_after(of, gap=0.01):
 
 def test_the_paths_have_the_thesis_lengths():
     lengths = {
-        "chapter-3": (10.41, 4.90, 10.41),
-        "chapter-4-faults": (5.41, 7.75, 9.83),
-        "chapter-5-test-1": (5.41, 7.75, 9.83),
-        "chapter-5-test-2": (7.76, 7.76, 7.76),
+        "ahead-and-behind": (10.41, 4.90, 10.41),
+        "outage-10s": (5.41, 7.75, 9.83),
+        "unequal-lengths": (5.41, 7.75, 9.83),
+        "start-off-paths": (7.76, 7.76, 7.76),
     }
     for name, expected in lengths.items():
         found = [path.length for path in load_scenario(name).trajectory.paths]
@@ -58,7 +58,7 @@ def test_the_paths_have_the_thesis_lengths():
 
 @pytest.mark.parametrize(("realisation", "by"), [("velocity", 6.0), ("torque", 8.0)])
 def test_graph_sliding_mode_brings_all_to_their_paths_and_together(realisation, by):
-    done = run("chapter-3", f"graph-esm:realisation={realisation}")
+    done = run("ahead-and-behind", f"graph-esm:realisation={realisation}")
     assert settled(done).max() <= by
     assert together_after(done) <= 5.0
     assert spread(end_time(done))[0] <= 0.6
@@ -66,7 +66,7 @@ def test_graph_sliding_mode_brings_all_to_their_paths_and_together(realisation, 
 
 
 def test_robot_1_waits_and_robot_3_is_fastest():
-    done = run("chapter-3")
+    done = run("ahead-and-behind")
     assert done["v"][0].min() >= -0.02  # only the wheels' friction at rest
     early = done["v"][0][:, (done.time > 0.1) & (done.time < 0.9)].mean(axis=1)
     assert early.argmin() == 0
@@ -76,7 +76,9 @@ def test_robot_1_waits_and_robot_3_is_fastest():
 
 @pytest.mark.parametrize(("gains", "within"), [("", 8.0), (":lam_p=0", 5.0)])
 def test_a_robot_held_up_for_5_s_comes_back(gains, within):
-    done = run("chapter-3", "graph-esm" + gains, faults=(Fault(robot=1, kind="failure", start=15.0, duration=5.0),))
+    done = run(
+        "ahead-and-behind", "graph-esm" + gains, faults=(Fault(robot=1, kind="failure", start=15.0, duration=5.0),)
+    )
     assert settled(done).max() <= 20.0 + within
 
 
@@ -84,7 +86,7 @@ def test_cross_coupling_keeps_the_team_together_and_the_printed_coupling_does_no
     """∫|z_i − z_j| dt while robot 1 is held up, against no coupling: at most 3/4 with ours, no gain as printed."""
 
     def apart(controller):
-        done = run("chapter-3", controller, faults=(Fault(robot=1, kind="stall", start=15.0, duration=5.0),))
+        done = run("ahead-and-behind", controller, faults=(Fault(robot=1, kind="stall", start=15.0, duration=5.0),))
         z = true_progress(done)[0][:, done.time >= 10.0]
         return sum(np.abs(z[i] - z[j]).sum() * 0.05 for i in range(3) for j in range(i))
 
@@ -95,12 +97,12 @@ def test_cross_coupling_keeps_the_team_together_and_the_printed_coupling_does_no
 
 def test_the_literal_coupling_diverges():
     """Errata A31: K_ij = l_ij is anti-coupling, unstable for a μ_max > λ_d: a = 1 (3 > 2), and not a = 0.3 (0.9)."""
-    assert not np.isfinite(arrival_time(run("chapter-3", "graph-esm-literal"))).any()
-    assert settled(run("chapter-3", "graph-esm-literal:coupling=0.3")).max() <= 8.0
+    assert not np.isfinite(arrival_time(run("ahead-and-behind", "graph-esm-literal"))).any()
+    assert settled(run("ahead-and-behind", "graph-esm-literal:coupling=0.3")).max() <= 8.0
 
 
 def test_without_a_connected_graph_the_law_refuses():
-    setting = load_scenario("chapter-3")
+    setting = load_scenario("ahead-and-behind")
     loose = replace(setting, radio=Radio(graph="edges", edges=((1, 2), (2, 1))))
     with pytest.raises(ControllerError, match="not connected"):
         run(loose, "graph-esm")
@@ -112,7 +114,7 @@ def test_without_a_connected_graph_the_law_refuses():
 
 
 @pytest.mark.parametrize("variant", ["virtual", "measured", "waiting"])
-@pytest.mark.parametrize("scenario", ["chapter-4-circles", "chapter-4-crossing"])
+@pytest.mark.parametrize("scenario", ["concentric-circles", "crossing-in-turn"])
 def test_virtual_structure_keeps_the_progress_equal(scenario, variant):
     done = run(scenario, f"virtual-structure:variant={variant}")
     assert progress_gap(done).max() <= 0.005
@@ -122,27 +124,27 @@ def test_virtual_structure_keeps_the_progress_equal(scenario, variant):
 
 
 def test_thesis_gains_hold_on_the_circles_too():
-    done = run("chapter-4-circles", "virtual-structure-thesis")
+    done = run("concentric-circles", "virtual-structure-thesis")
     assert progress_gap(done).max() <= 0.005
     assert np.sqrt((cross_track_error(done)[0] ** 2).mean(axis=-1)).max() <= 3e-3
 
 
 def test_noise_on_robot_1():
     """10 % of the position, afresh every period, for 30 s."""
-    done = run("chapter-4-noise", "virtual-structure-virtual", seeds=range(5))
+    done = run("noisy-position", "virtual-structure-virtual", seeds=range(5))
     cross = np.abs(cross_track_error(done))
     assert np.sqrt((cross**2).mean(axis=-1)).max() <= 0.015
     worst = cross.max(axis=(1, 2))
     assert np.count_nonzero(worst <= 0.030) >= 4
     assert worst.max() <= 0.035
-    filtered = run("chapter-4-faults", "virtual-structure-measured", seeds=range(5), faults=())
+    filtered = run("outage-10s", "virtual-structure-measured", seeds=range(5), faults=())
     assert np.sqrt((cross_track_error(filtered) ** 2).mean(axis=-1)).max() <= 0.015
 
 
 @pytest.mark.parametrize("law", ["virtual-structure-virtual", "virtual-structure-measured"])
 def test_the_test_with_noise_failure_and_delay(law):
     """Fig 4.12: back on the path within 6 s, there on time, at the end within 2 cm."""
-    done = run("chapter-4-faults", law)
+    done = run("outage-10s", law)
     cross = np.abs(cross_track_error(done)[0])
     off = np.flatnonzero(cross.max(axis=0) > 0.1)
     assert done.time[off.max()] <= 40.0 + 6.0
@@ -186,7 +188,7 @@ def test_a_waiting_leader_and_a_watchdog_never_lose_it(curve):
 
 
 def test_catching_up_saves_time_and_all_still_arrive_together():
-    slow, fast = (run("chapter-4-faults", f"virtual-structure:catch_up={c}") for c in (1.0, 1.5))
+    slow, fast = (run("outage-10s", f"virtual-structure:catch_up={c}") for c in (1.0, 1.5))
     assert arrival_time(fast)[0].max() <= arrival_time(slow)[0].max() - 5.0
     for done in (slow, fast):
         assert progress_gap(done).max() <= 0.06
@@ -195,7 +197,9 @@ def test_catching_up_saves_time_and_all_still_arrive_together():
 
 def test_the_literal_coupling_of_4_10_diverges():
     """Errata A38: with l_ij for ι_ij a start one robot ahead drives the parameters apart."""
-    ahead = replace(load_scenario("chapter-4-circles"), faults=(Fault(robot=2, kind="stall", start=5.0, duration=3.0),))
+    ahead = replace(
+        load_scenario("concentric-circles"), faults=(Fault(robot=2, kind="stall", start=5.0, duration=3.0),)
+    )
     literal = "virtual-structure:variant=measured,coupling=literal"
     assert progress_gap(run(ahead, "virtual-structure:variant=measured"))[0, -1] <= 0.01
     assert (
@@ -206,7 +210,7 @@ def test_the_literal_coupling_of_4_10_diverges():
 
 def test_the_gain_condition_of_theorem_4_1_is_checked_with_lambda_min():
     """Errata A40: star of three, γ = 0.5: κ > 0.667 for b = 1, 1, 1; λ_max = 4 would ask for 0.167."""
-    setting = load_scenario("chapter-4-circles").setting
+    setting = load_scenario("concentric-circles").setting
     law = make_controller("virtual-structure-virtual:kappa=0.66")
     with pytest.raises(ControllerError, match=r"0\.6667 with λ_min = 1"):
         law.init(setting, 1)
@@ -219,7 +223,7 @@ def test_the_gain_condition_of_theorem_4_1_is_checked_with_lambda_min():
 
 
 def test_fuzzy_cooperation_on_paths_of_three_lengths():
-    done = run("chapter-5-test-1")
+    done = run("unequal-lengths")
     assert spread(arrival_time(done))[0] <= 0.15
     assert np.abs(cross_track_error(done)).max() <= 0.02
     e = tracking_error(done)
@@ -227,17 +231,17 @@ def test_fuzzy_cooperation_on_paths_of_three_lengths():
 
 
 def test_fuzzy_cooperation_from_off_the_paths():
-    done = run("chapter-5-test-2")
+    done = run("start-off-paths")
     assert spread(arrival_time(done))[0] <= 0.15
     assert settling_time(done, cross_track_error(done)).max() <= 4.0
 
 
 def test_the_literal_clock_never_starts():
     """Errata: Σ d_RP² counts robots ahead too; they wait for a clock that waits for them."""
-    done = run("chapter-5-test-2", "cooperation-literal")
+    done = run("start-off-paths", "cooperation-literal")
     assert not np.isfinite(arrival_time(done)).any()
     assert np.nanmax(true_progress(done)[0, 0]) < 0.3
-    assert spread(arrival_time(run("chapter-5-test-1", "cooperation-literal")))[0] <= 0.15
+    assert spread(arrival_time(run("unequal-lengths", "cooperation-literal")))[0] <= 0.15
 
 
 # Any team --------------------------------------------------------------------------------------------------------
@@ -276,7 +280,7 @@ def test_every_team_controller_refuses_a_scenario_that_is_none(name):
 
 def test_every_team_scenario_arrives_with_its_own_controller():
     for name in scenario_names("team"):
-        if name.startswith("chapter-6"):  # among obstacles not all arrive: tested beside their laws
+        if load_scenario(name).obstacles:  # among them not all arrive: tested beside their laws
             continue
         done = run(name)
         assert not done.diverged.any(), name

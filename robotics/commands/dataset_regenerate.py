@@ -1,0 +1,40 @@
+"""The command ``robotics dataset regenerate``: everything in ``datasets/`` that is computed."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fuzzy.shell.terminal import print_json
+from robotics.commands.shared import Json
+
+
+def regenerate(
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="The folder datasets to fill.")] = Path("datasets"),
+    json: Json = False,
+) -> None:
+    """Make all computed files of datasets/ again, byte for byte: formation data, and the thesis's systems as .fis.
+
+    The systems are made from the tables in FOLDER/thesis, which are transcribed and stay as they are; without them
+    only the formation data are made. Example: robotics dataset regenerate --out datasets
+    """
+    from fuzzy.files.fisfile import write_fis
+    from robotics.experiments.learning.formationdata import FILES, formation_data, write_data
+    from robotics.thesis.printed_systems import NETWORKS, thesis_system
+
+    out.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, recipe in FILES.items():
+        table = formation_data(recipe)
+        write_data(out / name, table.names, table.values)
+        written.append(out / name)
+    thesis = out / "thesis"
+    if thesis.is_dir():
+        for number in NETWORKS:
+            fis = thesis_system(number, thesis)
+            write_fis(fis, thesis / f"{fis.name}.fis")
+            written.append(thesis / f"{fis.name}.fis")
+    if json:
+        print_json({"files": [str(path) for path in written]})
+    else:
+        print(*written, sep="\n")

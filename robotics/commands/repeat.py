@@ -1,0 +1,66 @@
+"""The command ``robotics repeat``: one run of a stress test again."""
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from fuzzy.shell.progress import progress_bar
+from robotics.commands.shared import Events, Json, Player, Plot, Quiet, Save, Table, print_run
+
+
+class Stress(StrEnum):
+    """The stress tests."""
+
+    crossing = "crossing"
+    obstacles = "obstacles"
+
+
+def repeat(
+    stress: Annotated[Stress, typer.Argument(help="The stress test of which a run is repeated.", show_default=False)],
+    seed: Annotated[int, typer.Option(min=0, help="The run's seed.")] = 0,
+    robots: Annotated[
+        int | None, typer.Option(min=1, max=200, help="Number of robots. Default: crossing: 3, obstacles: 1.")
+    ] = None,
+    kind: Annotated[
+        str | None,
+        typer.Option("--class", help="Class of the run. crossing: A or B, obstacles: A, B or U. Default: A"),
+    ] = None,
+    controller: Annotated[
+        str | None,
+        typer.Option(
+            "--controller", "-c", help="Controller, as for the stress test. Default: right-of-way, or obstacles."
+        ),
+    ] = None,
+    loss: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share of the messages that are lost.")] = 0.0,
+    latency: Annotated[float, typer.Option(min=0.0, max=10.0, help="Latency of the messages, s.")] = 0.0,
+    freeze: Annotated[
+        float, typer.Option(min=0.0, max=600.0, help="Seconds for which one robot is held up (crossing only).")
+    ] = 0.0,
+    moving: Annotated[
+        int, typer.Option(min=0, max=10, help="Number of discs that cross the lanes (obstacles only).")
+    ] = 0,
+    plot: Plot = None,
+    save: Save = None,
+    table: Table = None,
+    events: Events = None,
+    player: Player = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Repeat one run of a stress test by its seed, to look at it: the same to the last bit, with the same options.
+
+    Example: robotics repeat crossing --seed 4 --animate
+    """
+    from robotics.experiments.stress.single import ALIASES, STRESSES, single_run
+    from robotics.laws.catalogue import make_controller
+    from robotics.playback.runfiles import RunFiles
+
+    name = controller or STRESSES[stress]
+    law = make_controller(ALIASES[stress].get(name, name))
+    files = RunFiles(save=save, table=table, events=events, plot=plot, player=player)
+    disturbance = {"loss": loss, "latency": latency, "freeze": freeze}
+    ages = save is not None or player
+    with progress_bar(quiet) as begin:
+        run, outcome = single_run(stress.value, law, seed, robots, kind, disturbance, name, ages, begin, moving=moving)
+    print_run(run, files.write(run), json, outcome.summary())

@@ -1,0 +1,59 @@
+"""The command ``robotics stress crossing``: thousands of random crossings, and what went wrong in which."""
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from fuzzy.shell.progress import progress_bar
+from robotics.commands.shared import Json, Quiet, print_outcome
+
+
+class Ends(StrEnum):
+    """Where the paths of a crossing may end."""
+
+    A = "A"
+    B = "B"
+
+
+def crossing(
+    runs: Annotated[int, typer.Option(min=1, max=1_000_000, help="Number of random crossings.")] = 1000,
+    robots: Annotated[int, typer.Option(min=2, max=200, help="Number of robots in each.")] = 3,
+    ends: Annotated[
+        Ends, typer.Option("--class", help="A: ends clear of the other paths; B: ends only apart from each other.")
+    ] = Ends.A,
+    controller: Annotated[
+        str,
+        typer.Option(
+            help="Controller: right-of-way, literal, lag-clock, yielding, none, or one that `robotics list` names."
+        ),
+    ] = "right-of-way",
+    loss: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share of the messages that are lost.")] = 0.0,
+    latency: Annotated[float, typer.Option(min=0.0, max=10.0, help="Latency of the messages, s.")] = 0.0,
+    freeze: Annotated[float, typer.Option(min=0.0, max=600.0, help="Seconds for which one robot is held up.")] = 0.0,
+    seed: Annotated[int, typer.Option(min=0, help="The first crossing's seed.")] = 0,
+    jobs: Annotated[
+        int | None,
+        typer.Option(min=1, max=1000, help="Number of processes. Default: one for each core, if it pays."),
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Simulate random crossings of paths, and count who arrives, who never does, and who touches.
+
+    The plant is the full one and postures are noisy. A crossing depends on its seed alone, so that `robotics repeat
+    crossing --seed N` with the same options repeats, draws and saves one that failed. The number of processes changes
+    no number.
+    Example: robotics stress crossing --robots 3 --runs 2000 --json
+    """
+    from robotics.experiments.stress.crossing_crew import stress_crossings
+    from robotics.experiments.stress.outcome import Disturbance
+    from robotics.experiments.stress.single import ALIASES
+    from robotics.laws.catalogue import make_controller
+
+    law = make_controller(ALIASES["crossing"].get(controller, controller))
+    wrong = Disturbance(loss=loss, latency=latency, freeze=freeze)
+    with progress_bar(quiet) as begin:
+        outcome = stress_crossings(law, robots, range(seed, seed + runs), ends.value, wrong, jobs=jobs, begin=begin)
+    about = {"controller": controller, "class": ends.value, "robots": robots, "first_seed": seed}
+    print_outcome(about | outcome.summary(), json)

@@ -1,0 +1,64 @@
+"""The command ``robotics stress obstacles``: thousands of random courses among unknown obstacles."""
+
+from enum import StrEnum
+from typing import Annotated, Any
+
+import typer
+
+from fuzzy.shell.progress import progress_bar
+from robotics.commands.shared import Json, Quiet, print_outcome
+
+
+class Field(StrEnum):
+    """What stands on the course."""
+
+    A = "A"
+    B = "B"
+    U = "U"
+
+
+class Team(StrEnum):
+    """How many robots are on it."""
+
+    one = "1"
+    three = "3"
+
+
+def obstacles(
+    runs: Annotated[int, typer.Option(min=1, max=1_000_000, help="Number of random courses.")] = 1000,
+    field: Annotated[
+        Field, typer.Option("--class", help="A: gaps of 0.7 m; B: obstacles may overlap; U: a trap.")
+    ] = Field.A,
+    robots: Annotated[Team, typer.Option(help="Number of robots, on lanes side by side.")] = Team.one,
+    controller: Annotated[
+        str, typer.Option(help="Controller: committed, literal, or one that `robotics list` names.")
+    ] = "committed",
+    seed: Annotated[int, typer.Option(min=0, help="The first course's seed.")] = 0,
+    loss: Annotated[float, typer.Option(min=0, max=0.95, help="Share of the messages that are lost.")] = 0.0,
+    latency: Annotated[float, typer.Option(min=0, max=10, help="Latency of the messages, s.")] = 0.0,
+    moving: Annotated[
+        int, typer.Option(min=0, max=10, help="Number of discs that cross the lanes, at 0.2 m/s at most.")
+    ] = 0,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Simulate random courses among obstacles that the robots only sense: who arrives, and who touches what.
+
+    The plant is the full one, sonars and postures are noisy. A course depends on its seed alone, so that `robotics
+    repeat obstacles --seed N` with the same options repeats one.
+    Example: robotics stress obstacles --runs 200 --class U --json
+    """
+    from robotics.experiments.stress.obstaclecourse import stress_obstacles
+    from robotics.experiments.stress.outcome import Disturbance
+    from robotics.experiments.stress.single import ALIASES
+    from robotics.laws.catalogue import make_controller
+
+    law = make_controller(ALIASES["obstacles"].get(controller, controller))
+    count = int(robots.value)
+    wrong = Disturbance(loss=loss, latency=latency)
+    with progress_bar(quiet) as begin:
+        outcome = stress_obstacles(
+            law, range(seed, seed + runs), field.value, count, begin, disturbance=wrong, moving=moving
+        )
+    about: dict[str, Any] = {"controller": controller, "class": field.value, "robots": count, "first_seed": seed}
+    print_outcome(about | {"loss": loss, "latency_s": latency, "moving": moving} | outcome.summary(), json)

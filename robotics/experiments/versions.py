@@ -1,0 +1,10 @@
+"""The versions that a result depends on."""
+
+import sys
+from importlib.metadata import version
+
+
+def versions() -> dict[str, str]:
+    """The packages on whose versions numbers and pictures depend, and Python's, by name."""
+    names = ("fuzzyfleet", "numpy", "numba", "scipy", "pandas", "matplotlib")
+    return {name: version(name) for name in names} | {"python": ".".join(map(str, sys.version_info[:3]))}

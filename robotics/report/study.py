@@ -1,0 +1,101 @@
+"""A whole comparison in a folder: its tables, the chapters that somebody adds, and the report."""
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from fuzzy.files.atomic import replacing
+from fuzzy.files.table import write_frame
+from fuzzy.shell.progress import Begin
+from robotics.experiments.comparison import Comparison, check_comparison, compare, summarise
+from robotics.experiments.versions import versions
+from robotics.laws.catalogue import gains_of, make_controller
+from robotics.report.chapter import Chapter, Claim
+from robotics.report.page import draw_sections, figure_count, write_report
+from robotics.scenario.description import Scenario
+
+# Makes chapters beside the comparison: of what begins a progress bar, the folder, the first seed and whether pictures
+# are wanted. Entered, it gives a function that waits for the chapters; leaving it stops the work.
+MakeChapters = Callable[[Begin, Path, int, bool], AbstractContextManager[Callable[[], list[Chapter]]]]
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """What a study came to."""
+
+    comparison: Comparison
+    summary: pd.DataFrame  # of :func:`robotics.experiments.comparison.summarise`
+    claims: list[Claim]
+    shown: Path  # what to open: the report, or the table of results
+    files: list[str]  # everything in the folder, relative to it
+
+
+def write_study(
+    folder: Path,
+    scenarios: Sequence[Scenario],
+    specifications: Sequence[str],
+    seeds: Sequence[int],
+    *,
+    begin: Begin,
+    chapters: MakeChapters | None = None,
+    report: bool = True,
+    command: str | None = None,
+    kept: Callable[[int], None] = lambda rows: None,
+) -> Study:
+    """Compare the controllers of ``specifications`` on ``scenarios``, and write all that comes of it into ``folder``.
+
+    Written are configuration.json, results.csv (one row a seed and robot; ``kept`` is called with how many there are
+    after every scenario and controller), summary.csv, claims.csv if ``chapters`` are made, and with ``report`` also
+    report.html and figures/. ``command`` is the command line that the report names. Raises ComparisonError,
+    ControllerError and OSError.
+    """
+    check_comparison(scenarios, specifications)
+    folder.mkdir(parents=True, exist_ok=True)
+    _write_configuration(folder, scenarios, specifications, seeds)
+
+    def keep(rows: pd.DataFrame) -> None:
+        write_frame(rows, folder / "results.csv")
+        kept(len(rows))
+
+    # Matrices here are small: with more threads they wait for each other, and last digits depend on the machine.
+    with (
+        threadpool_limits(1, "blas"),
+        (chapters or _no_chapters)(begin, folder, seeds[0], report) as wait,
+    ):
+        advance = begin("simulating", sum(s.ticks + 1 for s in scenarios) * len(specifications))
+        comparison = compare(scenarios, specifications, seeds, advance=advance, finished=keep)
+        summary = summarise(comparison.table)
+        write_frame(summary, folder / "summary.csv")
+        sections = draw_sections(comparison, begin("drawing", figure_count(comparison))) if report else []
+        made = wait()
+    claims = [claim for chapter in made for claim in chapter.claims]
+    if chapters is not None:
+        write_frame(pd.DataFrame([vars(claim) for claim in claims]), folder / "claims.csv")
+    shown = folder / "results.csv"
+    if report:
+        shown = write_report(comparison, [], folder, chapters=made, command=command, sections=sections)
+    files = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+    return Study(comparison, summary, claims, shown, files)
+
+
+@contextmanager
+def _no_chapters(begin: Begin, folder: Path, seed: int, draw: bool) -> Iterator[Callable[[], list[Chapter]]]:
+    yield list
+
+
+def _write_configuration(
+    folder: Path, scenarios: Sequence[Scenario], specifications: Sequence[str], seeds: Sequence[int]
+) -> None:
+    configuration = {
+        "scenarios": [scenario.name for scenario in scenarios],
+        "controllers": {law: gains_of(make_controller(law)) for law in specifications},
+        "seeds": list(seeds),
+        "versions": versions(),
+    }
+    with replacing(folder / "configuration.json") as temporary:
+        temporary.write_text(json.dumps(configuration, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

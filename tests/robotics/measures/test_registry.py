@@ -1,0 +1,55 @@
+"""Where each metric is measured and shown: one table."""
+
+import pytest
+
+from robotics.measures.registry import ALL_METRICS, headlines, metrics_of, tried
+from robotics.measures.tracking import KINDS
+
+SHORT = {
+    "tracking": [
+        "error norm",
+        "speed error",
+        "RMS cross-track",
+        "settling",
+        "effort",
+        "torque variation",
+    ],
+    "team": ["arrival", "arrival spread", "largest s_i − s_j", "least distance", "RMS cross-track"],
+    "formation": ["alignment", "spread at the end", "largest lateral"],
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_short_table_has_its_metrics_with_their_short_titles(kind):
+    assert [metric.short for metric in headlines(kind).values()] == SHORT[kind]
+
+
+def test_try_it_shows_arrivals_first_of_a_team_and_nothing_of_a_formation():
+    assert list(tried("team")) == [
+        "arrival_time_s",
+        "arrival_spread_s",
+        "max_progress_gap",
+        "min_distance_m",
+        "rms_cross_track_m",
+        "torque_variation_nmps",
+    ]
+    assert len(tried("tracking")) == 8
+    assert tried("formation") == {}
+
+
+def test_an_entry_says_all_and_nothing_that_cannot_be():
+    for name, metric in ALL_METRICS.items():
+        assert metric.kinds, name
+        assert set(metric.kinds) <= set(KINDS), name
+        assert set(metric.headline) <= set(metric.kinds), name
+        assert set(metric.tried) <= set(metric.kinds), name
+        assert bool(metric.short) == bool(metric.headline), name
+        assert metric.title, name
+        assert metric.unit, name
+
+
+def test_kinds_share_what_every_robot_has():
+    common = set.intersection(*(set(metrics_of(kind)) for kind in KINDS))
+    assert set(metrics_of("tracking")) == common
+    assert len(common) == 14
+    assert {name for kind in KINDS for name in metrics_of(kind)} == set(ALL_METRICS)
