@@ -41,7 +41,14 @@ def driven(kind, robots, runs):
     return stress_obstacles(COMMITTED, range(100, 100 + runs), kind, robots)
 
 
-@pytest.mark.parametrize(("kind", "robots", "runs"), [("A", 1, 12), ("B", 1, 8), ("U", 1, 6), ("A", 3, 4)])
+@pytest.mark.parametrize(
+    ("kind", "robots", "runs"),
+    [
+        *[("A", 1, 12), ("B", 1, 8), ("U", 1, 6), ("A", 3, 4)],
+        *[pytest.param("A", 1, 1000, marks=pytest.mark.long), pytest.param("B", 1, 500, marks=pytest.mark.long)],
+        *[pytest.param("U", 1, 400, marks=pytest.mark.long), pytest.param("A", 3, 60, marks=pytest.mark.long)],
+    ],
+)
 def test_committed_robots_arrive_and_nothing_touches(kind, robots, runs):
     outcome = driven(kind, robots, runs)
     assert outcome.succeeded.all()

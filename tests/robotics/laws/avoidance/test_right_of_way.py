@@ -32,7 +32,12 @@ def test_nobody_touches_and_all_arrive_together_and_in_time(undisturbed):
 
 @pytest.mark.parametrize(
     ("robots", "runs", "disturbance"),
-    [(3, 40, Disturbance(freeze=8.0, loss=0.2, latency=0.3)), (10, 3, Disturbance())],
+    [
+        (3, 40, Disturbance(freeze=8.0, loss=0.2, latency=0.3)),
+        (10, 3, Disturbance()),
+        pytest.param(3, 1000, Disturbance(freeze=8.0, loss=0.2, latency=0.3), marks=pytest.mark.long),
+        pytest.param(10, 60, Disturbance(), marks=pytest.mark.long),
+    ],
 )
 def test_nobody_touches_and_nobody_waits_for_ever(robots, runs, disturbance):
     found = stress_crossing(RightOfWay(), robots, range(1000, 1000 + runs), "A", disturbance).summary()
