@@ -42,10 +42,8 @@ class PathTable:
         All are (..., robots). A path that crosses or closes itself is thus followed along the branch one is on.
         """
         shape = np.shape(x)
-        flat = [
-            np.ascontiguousarray(np.broadcast_to(a, shape), dtype=float).reshape(-1, self.lengths.size)
-            for a in (x, y, around, reach)
-        ]
+        alike = (a if np.shape(a) == shape else np.broadcast_to(a, shape) for a in (x, y, around, reach))
+        flat = [np.ascontiguousarray(a, dtype=float).reshape(-1, self.lengths.size) for a in alike]
         return _nearest_of_all(self.table, self.first, self.cells, self.lengths.ravel(), *flat).reshape(shape)
 
 

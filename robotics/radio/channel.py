@@ -45,7 +45,8 @@ class Heard:
 
     def __getitem__(self, name: str) -> np.ndarray:
         """The value ``name`` as it was sent (runs, receivers, senders)."""
-        return np.asarray(self.values[self.fields.index(name)])
+        value: np.ndarray = self.values[self.fields.index(name)]
+        return value
 
     def now(self, name: str, *, by: str) -> np.ndarray:
         """The value ``name`` as it is by now (runs, receivers, senders), if it changes at the rate that ``by`` says.
@@ -143,7 +144,9 @@ class Channel:
         if radio.jitter > 0:
             arrives = (k + self._periods(radio.latency + radio.jitter * next(draws))).astype(np.int32)
         arrives = np.where(passes, arrives, np.int32(-1))
-        said = np.stack([np.asarray(message[name], dtype=float) for name in self.fields])
+        said = np.empty((len(self.fields), *bad.shape[:2]))
+        for row, name in zip(said, self.fields, strict=True):
+            row[...] = message[name]
         first, last = (k + int(self._periods(late)) for late in (radio.latency, radio.latency + radio.jitter))
         return air._replace(flying=(*air.flying, _Flight(k, first, last, said, arrives)), bad=bad)
 

@@ -72,6 +72,7 @@ class PostureSensors:
     relative: np.ndarray  # 1: standard deviation of x and y as a share of each
     since: np.ndarray  # s: noise from then on
     until: np.ndarray  # s: and no longer
+    always: bool  # all noise acts from the start to the end
     gain: np.ndarray  # of the filter; 1: none
     draws: Iterator[np.ndarray] | None  # normal numbers (3, runs, robots), period by period
     relative_draws: Iterator[np.ndarray] | None
@@ -110,6 +111,7 @@ class PostureSensors:
             relative,
             np.array([s.noise_start for s in sensing]),
             until,
+            all(s.noise_start == 0 and s.noise_end is None for s in sensing),
             gain,
             _normal(generators, periods, len(sensing)) if noise.any() else None,
             _normal(own, periods, len(sensing)) if own else None,
@@ -139,9 +141,8 @@ class PostureSensors:
             share = next(self.relative_draws)[:2, :, self.scaled] * (self.relative * self._active(now))[self.scaled]
             measured[:2, :, self.scaled] *= 1 + share
         if self.draws is not None and now < self.noise_ends:
-            measured[:, :, self.noisy] += (
-                next(self.draws)[:, :, self.noisy] * (self.noise * self._active(now))[:, None, self.noisy]
-            )
+            noise = self.noise if self.always else self.noise * self._active(now)
+            measured[:, :, self.noisy] += next(self.draws)[:, :, self.noisy] * noise[:, None, self.noisy]
         if self.filtered is not None and estimate is not None:
             forward, turn = v[:, self.filtered] * dt, w[:, self.filtered] * dt
             predicted = estimate[:, :, self.filtered]

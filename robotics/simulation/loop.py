@@ -124,6 +124,7 @@ class Simulation:
             held_for=0.0,
             stopped=np.full(shape, -1),
             lost=np.zeros(shape, dtype=bool),
+            all_drive=True,
             pending=(rest,) * (self.late[0] + 2),
         )
 
@@ -134,21 +135,21 @@ class Simulation:
         counts, velocities = wheel_odometry(self.plant.parameters, lanes, state.counts, period)
         v, w = velocities.reshape(2, *truth.shape[1:])
         posture = self.postures.measure(state.time, truth, state.posture, v, w, period)
-        state = state._replace(counts=counts, v=v, w=w, posture=posture, reference=self._reference(state.k, state.time))
+        state = state.then(counts=counts, v=v, w=w, posture=posture, reference=self._reference(state.k, state.time))
         if self.sensors is None or self.setting.world is None:
             return state
         pose, here = truth[: p.HEADING + 1], self.setting.world.at(state.time)
         ranges, echoes = self.sensors.sense(state.echoes, state.k, pose, self.sizes, here)
-        return state._replace(ranges=ranges, echoes=echoes)
+        return state.then(ranges=ranges, echoes=echoes)
 
     def hear(self, state: State) -> State:
         """Who is at fault, and what the radio brings."""
         if self.faults is not None:
-            state = state._replace(condition=self.faults.at(state.time))
+            state = state.then(condition=self.faults.at(state.time))
         if self.channel is None or state.air is None:
             return state
         heard, air = self.channel.hear(state.air, state.k, state.condition)
-        return state._replace(heard=heard, air=air)
+        return state.then(heard=heard, air=air)
 
     def decide(self, state: State) -> State:
         """What the law commands."""
@@ -159,7 +160,7 @@ class Simulation:
             state.time, x, y, heading, state.v, state.w, state.reference, references, state.heard, state.ranges
         )
         command, memory = self.law.control(seen, state.memory, self.setting.period)
-        return state._replace(command=command, memory=memory, target=command.target or state.reference)
+        return state.then(command=command, memory=memory, target=command.target or state.reference)
 
     def obey(self, state: State) -> State:
         """What becomes of the command: a robot at fault holds its last order or stands; who is lost is noticed."""
@@ -168,38 +169,43 @@ class Simulation:
         wish[0], wish[1] = command.first, command.second
         offset = (state.truth[p.X] - target.x) ** 2 + (state.truth[p.Y] - target.y) ** 2
         finite = np.isfinite(wish)
-        lost = ~(finite[0] & finite[1] & (offset < self.setting.divergence**2)) & (state.stopped < 0)
+        lost = ~(finite[0] & finite[1] & (offset < self.setting.divergence**2))
+        if not state.all_drive:
+            lost &= state.stopped < 0
         if condition is None:
-            return state._replace(order=wish, lost=lost, held_for=0.0)
+            return state.then(order=wish, lost=lost, held_for=0.0)
         # Without a new command a robot holds its last, until its watchdog stops it.
         held_for = np.where(condition.held, state.held_for + self.setting.period, 0.0)
         wish = np.where(condition.held, state.order, wish)
         wish = np.where(condition.failed | (held_for > self.law.watchdog + 1e-9), 0.0, wish)
-        return state._replace(order=wish, lost=lost, held_for=held_for)
+        return state.then(order=wish, lost=lost, held_for=held_for)
 
     def say(self, state: State) -> State:
         """What the robots broadcast."""
         if self.channel is None or state.air is None or state.command.message is None:
             return state
         x, y = state.truth[p.X], state.truth[p.Y]
-        return state._replace(air=self.channel.send(state.air, state.k, state.command.message, x, y, state.condition))
+        return state.then(air=self.channel.send(state.air, state.k, state.command.message, x, y, state.condition))
 
     def move(self, state: State) -> State:
         """The next period: lost robots are stopped, and the plant has moved for one period."""
-        order, stopped = state.order, np.where(state.lost, state.k, state.stopped)
-        if (stopped >= 0).any():
+        order, stopped = state.order, state.stopped
+        all_drive = state.all_drive and np.count_nonzero(state.lost) == 0
+        if not all_drive:
+            stopped = np.where(state.lost, state.k, stopped)
             order = np.where(stopped >= 0, 0.0, order)
         periods, steps = self.late
         pending = (order.reshape(2, -1), *state.pending[:-1])
         lanes = state.truth.reshape(len(state.truth), -1)
         moved = self.plant.advance(lanes, pending[periods + 1], pending[periods], steps, self.law.level)
         k = state.k + 1
-        return state._replace(
+        return state.then(
             k=k,
             time=k * self.setting.period,
             truth=moved.reshape(state.truth.shape),
             order=order,
             stopped=stopped,
+            all_drive=all_drive,
             pending=pending,
         )
 

@@ -1,5 +1,8 @@
 """What is kept of a simulation as it goes on, and the runs made of it."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from robotics.environment.world import Geometry
@@ -22,21 +25,22 @@ class Recorder:
         self.limits = p.velocity_limits(setting.robots)
         self.count = self.limited = 0  # samples kept; those whose demands have been brought within the limits
         left_out = {"team": setting.kind != "team", "links": not links}
-        self.arrays: dict[str, np.ndarray] = {}
         self.records = {name: record for name, record in RECORDS.items() if not left_out.get(name)}
-        self.stopped = np.full((runs, len(setting.robots)), -1)
+        self.parts = {name: _parts(record) for name, record in self.records.items()}
+        self.last: State | None = None
+        self.arrays: dict[str, np.ndarray] = {
+            name: np.zeros((self.length, len(units_of(record.scalars)), runs, len(setting.robots)))
+            for name, record in self.records.items()
+            if record.scalars
+        }
 
     def keep(self, state: State) -> None:
         """Keep one period; they come in their order."""
-        gone = self.stopped >= 0
-        some = bool(gone.any())
         for name, record in self.records.items():
             if record.scalars:
-                row = self._row(name, record, state.k, (len(units_of(record.scalars)), *gone.shape))
-                first = 0
-                for part in record.scalars:
-                    row[first : first + len(part.units)] = part.of(state)
-                    first += len(part.units)
+                row = self.arrays[name][state.k]
+                for where, of in self.parts[name]:
+                    row[where] = of(state)
             else:
                 assert record.of is not None
                 found = record.of(state)
@@ -44,22 +48,25 @@ class Recorder:
                     continue
                 row = self._row(name, record, state.k, found.shape)
                 row[...] = found
-            if some and record.stopped is not None:
-                row[..., gone] = record.stopped
-        self.stopped = np.where(state.lost, state.k, state.stopped)
+            if not state.all_drive and record.stopped is not None:
+                row[..., state.stopped >= 0] = record.stopped
+        self.last = state
         self.count = state.k + 1
 
     def _row(self, name: str, record: Record, k: int, shape: tuple[int, ...]) -> np.ndarray:
         """Where one period of a record goes; all before the first that has it is 0."""
         if name not in self.arrays:
             self.arrays[name] = np.zeros((self.length, *shape), dtype=record.dtype)
-        return self.arrays[name][k]
+        row: np.ndarray = self.arrays[name][k]
+        return row
 
     def run(self, setting: Setting, level: str, seeds: tuple[int, ...], name: str, which: slice = slice(None)) -> Run:
         """The run of ``setting`` with the law called ``name``; ``which`` of the runs of the pass are its seeds.
 
         It ends with the setting, or before, if no more was kept.
         """
+        assert self.last is not None  # something was kept
+        stopped = np.where(self.last.lost, self.last.k, self.last.stopped)[which]
         end = min(setting.ticks + 1, self.count)
         times = setting.times[:end]
         new = self.arrays["samples"][self.limited : self.count]
@@ -78,9 +85,20 @@ class Recorder:
             recorded,
             np.stack(sampled(setting.references, times)),
             tuple(path.table[:2] for path in setting.references.joined.paths),
-            np.where(self.stopped[which] < end, self.stopped[which], -1),
+            np.where(stopped < end, stopped, -1),
             _obstacles(setting, times),
         )
+
+
+def _parts(record: Record) -> list[tuple[slice | int, Callable[[State], Any]]]:
+    """Where the scalars of a record go in a row, and what gives them."""
+    parts: list[tuple[slice | int, Callable[[State], Any]]] = []
+    first = 0
+    for part in record.scalars:
+        last = first + len(part.units)
+        parts.append((slice(first, last) if last > first + 1 else first, part.of))
+        first = last
+    return parts
 
 
 def _obstacles(setting: Setting, times: np.ndarray) -> Geometry | None:

@@ -63,7 +63,7 @@ def ready(simulated, *steps):
 def test_sense_measures_and_looks_up_the_reference_and_moves_nothing():
     simulated = simulation(obstacles=(Disc(position=(0.0, 1.5), radius=0.2),))
     before = simulated.start()
-    before = before._replace(k=10, time=0.5, truth=before.truth + 0.0)
+    before = before.then(k=10, time=0.5, truth=before.truth + 0.0)
     before.truth[p.X] = 0.3
     after = simulated.sense(before)
     np.testing.assert_array_equal(after.posture, [[[0.3, 0.3]], [[0.0, 1.0]], [[0.0, 0.0]]])
@@ -82,9 +82,9 @@ def test_hear_brings_what_was_said_a_period_ago_and_who_is_at_fault():
     assert state.condition is None
     assert np.isnan(state.heard["x"]).all()
     state = simulated.say(simulated.decide(state))
-    heard = simulated.hear(state._replace(k=1, time=0.05, condition=None))
+    heard = simulated.hear(state.then(k=1, time=0.05, condition=None))
     assert heard.condition.failed.tolist() == [[False, True]]
-    free = simulated.hear(state._replace(k=1, time=0.04))  # before the fault
+    free = simulated.hear(state.then(k=1, time=0.04))  # before the fault
     assert free.heard["x"][0].tolist()[0][1] == free.posture[0, 0, 1]
     assert np.isnan(heard.heard["x"][0, 0, 1])  # nobody hears a robot that failed
 
@@ -102,7 +102,7 @@ def test_decide_asks_the_law_and_aims_at_the_reference():
 def test_obey_lets_a_fault_hold_or_stop_its_robot_only(kind, order):
     simulated = simulation(faults=(Fault(robot=2, kind=kind, start=0.0, duration=0.5),))
     state = ready(simulated, "sense", "hear", "decide")
-    state = simulated.obey(state._replace(order=np.full((2, 1, 2), 0.07)))
+    state = simulated.obey(state.then(order=np.full((2, 1, 2), 0.07)))
     assert state.order[0].tolist() == [[0.2, order]]
     assert not state.lost.any()
 
@@ -112,7 +112,7 @@ def test_obey_stops_by_the_watchdog_a_robot_without_commands():
     state = ready(simulated, "sense", "hear", "decide")
     orders = []
     for _ in range(4):
-        state = simulated.obey(state._replace(order=np.full((2, 1, 2), 0.07)))
+        state = simulated.obey(state.then(order=np.full((2, 1, 2), 0.07)))
         orders.append(float(state.order[0, 0, 0]))
     assert orders == [0.07, 0.07, 0.0, 0.0]  # it holds for 0.1 s
 
@@ -132,13 +132,13 @@ def test_say_puts_a_message_on_its_way_once():
     simulated = simulation(radio=Radio(period=0.1))
     state = ready(simulated, "sense", "hear", "decide", "obey")
     assert len(simulated.say(state).air.flying) == 1
-    assert simulated.say(state._replace(k=1)).air.flying == ()  # it speaks every other period
+    assert simulated.say(state.then(k=1)).air.flying == ()  # it speaks every other period
 
 
 def test_move_advances_the_plant_by_the_orders_and_keeps_the_lost_at_rest():
     simulated = simulation()
     state = ready(simulated, "sense", "hear", "decide", "obey")
-    state = state._replace(lost=np.array([[False, True]]))
+    state = state.then(lost=np.array([[False, True]]))
     after = simulated.move(state)
     assert (after.k, after.time) == (1, 0.05)
     # A kinematic robot drives the exact arc: 0.2 m/s and 0.5 rad/s for 0.05 s
