@@ -6,9 +6,10 @@ NODE := node_modules/.bin
 BROWSER := '{anfis,fuzzy,robotics}/**/*.{js,css}' eslint.config.js
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-# JavaScript and CSS are checked where there is Node.js: nothing else needs it.
-browser = @if command -v npm > /dev/null; then $(MAKE) --no-print-directory $(1); \
-	else echo "JavaScript and CSS are skipped, because npm is not installed."; fi
+# JavaScript and CSS are checked where there is a Node.js that eslint runs on: nothing else needs it.
+NEW_ENOUGH := const [a, b] = process.versions.node.split(".").map(Number); process.exit(a > 20 || (a === 20 && b > 18) ? 0 : 1)
+browser = @if command -v npm > /dev/null && node -e '$(NEW_ENOUGH)'; then $(MAKE) --no-print-directory $(1); \
+	else echo "JavaScript and CSS are skipped, because Node.js 20.19 or newer with npm is not installed."; fi
 
 .DEFAULT_GOAL := help
 .PHONY: help venv demo design test check-all lint lint-browser format format-browser bench clean

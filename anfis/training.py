@@ -18,8 +18,7 @@ import torch
 from anfis.checkpoint import dump, fingerprint_of, restore, save
 from anfis.consequents import groups
 from anfis.data import DataError, DataWarning, Samples, samples
-from anfis.methods.catalogue import make_method
-from anfis.methods.method import Method, Problem
+from anfis.methods.method import Method, Problem, make_method
 from anfis.methods.options import Options, TrainingError
 from anfis.network import Network, Point
 from anfis.premises import premises

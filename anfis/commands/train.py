@@ -133,7 +133,7 @@ def _check_files(out: Path, history: Path | None, plot: Path | None, checkpoint:
 
 def _say_unread(options: "Options") -> None:
     """Warn of options that are not the default and that the method does not read."""
-    from anfis.methods.catalogue import make_method
+    from anfis.methods.method import make_method
 
     others = {name for method in METHODS for name in make_method(method).reads}
     for name in sorted(others - set(make_method(options.method).reads)):

@@ -1,10 +1,6 @@
 """The methods of learning by name. Nothing heavy is imported here, so that lists and ``--help`` are quick."""
 
-from importlib import import_module
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    from anfis.methods.method import Method
+from typing import NamedTuple
 
 
 class Listed(NamedTuple):
@@ -20,10 +16,3 @@ METHODS: dict[str, Listed] = {
     "least-squares": Listed("least squares only", "anfis.methods.least_squares:LeastSquares"),
     "second-order": Listed("Levenberg–Marquardt", "anfis.methods.second_order:SecondOrder"),
 }
-
-
-def make_method(name: str) -> "Method":
-    """The method called ``name``, one of METHODS (KeyError otherwise)."""
-    module, _, kind = METHODS[name].home.partition(":")
-    method: Method = getattr(import_module(module), kind)()
-    return method

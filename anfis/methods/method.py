@@ -1,9 +1,11 @@
 """What a method of learning is. A new one is a module beside this one and a line in METHODS (``catalogue.py``)."""
 
 from dataclasses import dataclass
+from importlib import import_module
 from typing import ClassVar, Protocol
 
 from anfis.data import Samples
+from anfis.methods.catalogue import METHODS
 from anfis.methods.options import Options
 from anfis.network import Network, Point
 from anfis.state import State
@@ -42,3 +44,10 @@ class Method(Protocol):
     def advance(self, problem: Problem, state: State) -> State | None:
         """The state of the next epoch: ``point``, ``epoch + 1`` and what else changed; None where no step helps."""
         ...
+
+
+def make_method(name: str) -> Method:
+    """The method called ``name``, one of METHODS (KeyError otherwise)."""
+    module, _, kind = METHODS[name].home.partition(":")
+    method: Method = getattr(import_module(module), kind)()
+    return method

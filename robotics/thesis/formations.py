@@ -76,7 +76,7 @@ def _data(kind: Kind, seed: int) -> _Data:
 def _learnt(kind: Kind, output: str, seed: int, networks: Path) -> Learnt:
     data = _data(kind, seed)
     # On the curve x, y and θ hang together: without a ridge, huge consequents tell formations apart by rounding.
-    options = anfis.Options(epochs=60, ridge=1e-9) if kind == "literal" else anfis.Options(epochs=60)
+    options = anfis.Options(epochs=60, ridge=1e-10) if kind == "literal" else anfis.Options(epochs=60)
     learnt = learn_network(output, data.table.names, data.table.values, data.check.values, options=options)
     if kind == "well-posed":
         write_networks([learnt], networks)
