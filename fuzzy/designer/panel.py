@@ -1,6 +1,7 @@
 """What the designer offers to the panels beside the rule base, and how it finds them.
 
-``fuzzy`` knows no other package: a panel is an entry point of the group "fuzzyfleet.designer".
+``fuzzy`` knows no other package: an entry point of the group "fuzzyfleet.designer" names a :class:`Panel`, or the class
+or function that makes one.
 """
 
 import asyncio
@@ -143,8 +144,7 @@ def find_panels() -> tuple[list[Panel], list[str]]:
     for point in sorted(metadata.entry_points(group=GROUP), key=lambda point: point.name):
         try:
             found = point.load()
-            panel = found() if callable(found) and not hasattr(found, "build") else found
-            panels.append(panel)
+            panels.append(found() if callable(found) else found)
         except (ImportError, AttributeError) as error:
             sentences.append(f"the panel {point.name!r} cannot be used: {error}")
     return sorted(panels, key=lambda panel: (panel.order, panel.title)), sentences

@@ -5,6 +5,7 @@ around it, so that those out of reach cost one comparison. The table of several 
 is padded to the largest of them; one world may be shared by all runs.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import cos, hypot, pi, sin
@@ -43,9 +44,17 @@ def _check_points(name: str, points: tuple[Point, ...], least: int) -> None:
 # Descriptions ----------------------------------------------------------------------------------------------------
 
 
+class Piece(NamedTuple):
+    """A body of an obstacle, in the obstacle's own frame: a disc, a polygon, or a piece of a wall."""
+
+    points: list[Point]  # m; of a disc its center, of a polygon its corners counter-clockwise, of a wall two ends
+    closed: bool = False  # do the points enclose a solid?
+    radius: float = 0.0  # m, of a disc
+
+
 @dataclass(frozen=True, kw_only=True)
-class Obstacle:
-    """Where an obstacle is; what it is say :class:`Disc`, :class:`Polygon` and :class:`Wall`.
+class Obstacle(ABC):
+    """Where an obstacle is; what it is say the classes of OBSTACLES, each by its :meth:`pieces`.
 
     Its own frame stands at ``position``, turned by ``heading``. With a ``path`` and its ``timing`` it moves, and rests
     at the path's end: position and heading then count from the point on the path, "along" it as seen from its tangent,
@@ -67,12 +76,20 @@ class Obstacle:
         if self.orientation not in ("along", "fixed"):
             raise _refuse("orientation", f"must be 'along' or 'fixed', got {self.orientation!r}")
 
+    @abstractmethod
+    def pieces(self) -> list[Piece]:
+        """The bodies that it is made of: contacts, sensors and pictures know no more of it."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Disc(Obstacle):
     """A solid disc, its center at the position."""
 
     radius: float = quantity(0.25, "m", above=0, most=1000)
+
+    def pieces(self) -> list[Piece]:
+        """See :meth:`Obstacle.pieces`."""
+        return [Piece([(0.0, 0.0)], radius=self.radius)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,6 +115,12 @@ class Polygon(Obstacle):
                 if _cross(a, b, *sides[other]):
                     raise _refuse("corners", f"make sides that cross or touch: sides {k + 1} and {other + 1}")
 
+    def pieces(self) -> list[Piece]:
+        """See :meth:`Obstacle.pieces`."""
+        corners = list(self.corners)
+        area = sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, corners[1:] + corners[:1], strict=True))
+        return [Piece(corners if area > 0 else corners[::-1], closed=True)]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Wall(Obstacle):
@@ -111,6 +134,10 @@ class Wall(Obstacle):
         for k, (a, b) in enumerate(zip(self.points, self.points[1:], strict=False)):
             if a == b:
                 raise _refuse("points", f"{k + 1} and {k + 2} are the same, {a}")
+
+    def pieces(self) -> list[Piece]:
+        """See :meth:`Obstacle.pieces`."""
+        return [Piece([a, b]) for a, b in zip(self.points, self.points[1:], strict=False)]
 
 
 OBSTACLES: dict[str, type[Obstacle]] = {"disc": Disc, "polygon": Polygon, "wall": Wall}
@@ -254,7 +281,7 @@ def _listed(world: World, moving: list[tuple[int, Obstacle]]) -> _Listed:
         if obstacle.path is not None:
             frame = len(moving)
             moving.append((i, obstacle))
-        for points, closed, radius in _pieces(obstacle):
+        for points, closed, radius in obstacle.pieces():
             placed = [_moved(p, obstacle) if frame < 0 else p for p in points]
             ends = zip(placed, placed[1:] + placed[:1] * closed, strict=False)
             first = len(row.segments)
@@ -275,19 +302,6 @@ def _motion(i: int, obstacle: Obstacle) -> Trajectory:
         return compile_trajectory((path,), (obstacle.timing,))
     except PathError as error:
         raise error.about("obstacles", i, about) from None
-
-
-def _pieces(obstacle: Obstacle) -> list[tuple[list[Point], bool, float]]:
-    """The bodies of an obstacle, in its own frame: points, whether they enclose a solid, and a disc's radius."""
-    if isinstance(obstacle, Disc):
-        return [([(0.0, 0.0)], False, obstacle.radius)]
-    if isinstance(obstacle, Polygon):
-        corners = list(obstacle.corners)
-        area = sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, corners[1:] + corners[:1], strict=True))
-        return [(corners if area > 0 else corners[::-1], True, 0.0)]
-    if isinstance(obstacle, Wall):
-        return [([a, b], False, 0.0) for a, b in zip(obstacle.points, obstacle.points[1:], strict=False)]
-    raise WorldError(f"an obstacle must be one of {', '.join(c.__name__ for c in OBSTACLES.values())}")
 
 
 def _moved(p: Point, obstacle: Obstacle) -> Point:

@@ -10,7 +10,6 @@ from fuzzy.figures.drawing import COLORS
 from robotics.environment.world import outlines
 from robotics.figures.drawing import draw_obstacles, rectangles
 from robotics.simulation.run import Run
-from robotics.vehicle.robot import Robot
 
 MOMENTS = 8  # at which robots, and obstacles that move, are drawn
 STANDS = 0.05  # m/s
@@ -34,10 +33,7 @@ def draw_world(ax: Axes, run: Run, last: int) -> None:
 
 
 def draw_bodies(ax: Axes, run: Run, place: int, last: int) -> None:
-    """The robots of the run at ``place``, each with its colour, at MOMENTS samples up to ``last``.
-
-    They have the standard size: a run does not say theirs.
-    """
+    """The robots of the run at ``place``, each with its colour, at MOMENTS samples up to ``last``."""
     seen = moments(last)
     for i in range(run.samples.shape[3]):
         draw_body(ax, run, place, i, seen[np.isfinite(run["x"][place, i, seen])], facecolors="white", zorder=3)
@@ -46,8 +42,9 @@ def draw_bodies(ax: Axes, run: Run, place: int, last: int) -> None:
 def draw_body(ax: Axes, run: Run, place: int, robot: int, samples: np.ndarray, **style: Any) -> None:
     """One robot at ``samples``."""
     x, y, heading = (run[name][place, robot, samples] for name in ("x", "y", "heading"))
+    body = run.about.robots[robot]
     look: dict[str, Any] = {"edgecolors": COLORS[robot % len(COLORS)], "linewidths": 0.6} | style
-    ax.add_collection(PolyCollection(list(rectangles(x, y, heading, Robot().length, Robot().width)), **look))
+    ax.add_collection(PolyCollection(list(rectangles(x, y, heading, body.length, body.width)), **look))
 
 
 def moments(last: int) -> np.ndarray:

@@ -1,5 +1,8 @@
 """Every metric in one table, and which of them belong to a kind of scenario, to a short table, to the designer."""
 
+from collections import ChainMap
+from collections.abc import Mapping
+
 import numpy as np
 
 from robotics.measures.formations import FORMATION_METRICS
@@ -7,7 +10,8 @@ from robotics.measures.teams import TEAM_METRICS
 from robotics.measures.tracking import METRICS, Metric
 from robotics.simulation.run import Run
 
-ALL_METRICS: dict[str, Metric] = METRICS | FORMATION_METRICS | TEAM_METRICS
+# A view of the three tables, METRICS first, in which an entry that is added to one of them is found too.
+ALL_METRICS: Mapping[str, Metric] = ChainMap(TEAM_METRICS, FORMATION_METRICS, METRICS)
 
 
 def metrics_of(kind: str) -> dict[str, Metric]:

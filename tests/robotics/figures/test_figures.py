@@ -17,6 +17,7 @@ from robotics.measures.registry import headlines
 from robotics.measures.tracking import tracking_error
 from robotics.scenario.reading import parse_scenario
 from robotics.simulation.run import Run
+from robotics.vehicle.robot import Robot
 
 TWO_ROBOTS = """
 duration = 6.0
@@ -255,13 +256,14 @@ def test_wrong_requests_are_refused(comparison: Comparison, runs: list[Run]) -> 
     assert only(runs[0], None).seeds == (3,)
 
 
-def test_obstacles_and_one_robot_are_drawn_in_true_size(runs: list[Run]) -> None:
+def test_obstacles_and_robots_are_drawn_in_true_size(runs: list[Run]) -> None:
     world = compile_world(World(obstacles=(Disc(position=(1.0, 0.7), radius=0.2),)))
-    top = plot_run(replace(only(runs[0], None), obstacles=world.rest)).axes[0]
+    about = replace(runs[0].about, robots=(Robot(), Robot(length=0.5, width=0.3)))
+    top = plot_run(replace(only(runs[0], None), about=about, obstacles=world.rest)).axes[0]
     disc, body = (
         [p.vertices for c in top.collections if c.get_zorder() == zorder for p in c.get_paths()] for zorder in (1.5, 3)
     )
     np.testing.assert_allclose(disc[0].mean(axis=0), (1.0, 0.7), atol=0.02)
     assert len(body) == 8 * runs[0].samples.shape[3]
-    for corners in body:
-        np.testing.assert_allclose(np.linalg.norm(np.diff(corners[:4], axis=0), axis=1), [0.23, 0.20, 0.23])
+    for corners, sides in zip(body, [[0.23, 0.20, 0.23]] * 8 + [[0.5, 0.3, 0.5]] * 8, strict=True):
+        np.testing.assert_allclose(np.linalg.norm(np.diff(corners[:4], axis=0), axis=1), sides)
