@@ -5,7 +5,7 @@ import sys
 
 from fuzzy.designer.document import Document, DocumentError
 from fuzzy.designer.folder import LARGEST_FILE, MOST_RULES, Folder, FolderError
-from fuzzy.designer.workers import Workers
+from fuzzy.designer.workers import DesignerWorkers
 
 AUTOSAVE = 0.25  # s between two autosaves of a document while it is being dragged
 
@@ -15,7 +15,7 @@ class OpenDocuments:
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
-        self.workers = Workers()
+        self.workers = DesignerWorkers()
         self._documents: list[Document] = []
         self._tabs: dict[int, int] = {}  # how many look at a document, by its id
         self._waiting: set[int] = set()  # documents that were autosaved just now

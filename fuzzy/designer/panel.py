@@ -12,7 +12,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from fuzzy.designer.workers import Workers
+from fuzzy.designer.workers import DesignerWorkers
 from fuzzy.errors import InputError
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class Workbench:
     def __init__(
         self,
         document: "Document",
-        workers: Workers,
+        workers: DesignerWorkers,
         module_url: Callable[[Path], str],
         say: Callable[[str, bool], None],
     ) -> None:

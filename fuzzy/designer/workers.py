@@ -18,7 +18,7 @@ class WorkError(RuntimeError):
     """A bug in what a worker did, or the end of its process."""
 
 
-class Workers:
+class DesignerWorkers:
     """Two processes, started when they are first needed; they end with this process, however that ends."""
 
     def __init__(self, count: int = 2) -> None:

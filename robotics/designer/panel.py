@@ -1,7 +1,7 @@
 """The designer's panel "Try it": the rule base in hand drives a robot, and drives it anew at every edit.
 
-The page sees what :class:`Session` hands to the module ``static/tryout.js``. Runs are made in the background, one at
-a time: while one is made, only the latest wish waits. And the data that the panel "Train" can generate.
+The page sees what :class:`TryoutSession` hands to the module ``static/tryout.js``. Runs are made in the background,
+one at a time: while one is made, only the latest wish waits. The module also generates data for the panel "Train".
 """
 
 import asyncio
@@ -29,20 +29,20 @@ class TryItPanel:
 
     def build(self, bench: Any) -> None:
         """Put the panel on the page of ``bench``, a fuzzy.designer.panel.Workbench."""
-        Session(bench)
+        TryoutSession(bench)
 
 
 panel = TryItPanel()
 
 
-class Session:
+class TryoutSession:
     """One page's trials: what was chosen, what is known, and what is still to be run."""
 
     def __init__(self, bench: Any) -> None:
-        from robotics.designer.tryout import Trial
+        from robotics.designer.tryout import TryoutTrial
 
         self.bench = bench
-        self.trial = Trial()
+        self.trial = TryoutTrial()
         self.rival = "lyapunov"
         self.before, self.label = self._opened()
         self.known: dict[tuple[Any, ...], dict[str, Any]] = {}  # runs of rivals

@@ -42,7 +42,7 @@ class TryoutError(InputError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trial:
+class TryoutTrial:
     """On what the system is tried."""
 
     scenario: str = "fuzzy-off-path"
@@ -101,7 +101,7 @@ def choices() -> dict[str, Any]:
     }
 
 
-def law_name(trial: Trial) -> str:
+def law_name(trial: TryoutTrial) -> str:
     """The law of the catalogue whose tracking rule base is replaced."""
     scenario = _scenario(trial.scenario)
     if scenario.kind != "team":
@@ -172,7 +172,7 @@ def _parts(law: Any) -> dict[str, Any]:
 # The runs -------------------------------------------------------------------------------------------------------
 
 
-def run_design(fis: Sugeno, trial: Trial) -> Attempt:
+def run_design(fis: Sugeno, trial: TryoutTrial) -> Attempt:
     """``fis`` in the closed loop, one run with the trial's seed.
 
     Raises TryoutError for a system that does not fit, and an InputError for one that refuses an input on the way.
@@ -182,13 +182,13 @@ def run_design(fis: Sugeno, trial: Trial) -> Attempt:
     return _run(driven_by(_law(name + gains), fis), trial, fis.name)
 
 
-def run_rival(specification: str, trial: Trial) -> Attempt:
+def run_rival(specification: str, trial: TryoutTrial) -> Attempt:
     """A law of the catalogue on the same scenario with the same seed. Raises an InputError if it cannot drive it."""
     preset_of(specification)
     return _run(_law(specification), trial, specification)
 
 
-def _run(law: Law[Any], trial: Trial, name: str) -> Attempt:
+def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
     scenario = _scenario(trial.scenario)
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
@@ -205,7 +205,7 @@ def _run(law: Law[Any], trial: Trial, name: str) -> Attempt:
 # What is shown --------------------------------------------------------------------------------------------------
 
 
-def course_data(trial: Trial) -> dict[str, Any]:
+def course_data(trial: TryoutTrial) -> dict[str, Any]:
     """What all runs of a trial share, in JSON's types: the paths to follow, the starts, the metrics' names."""
     scenario = _scenario(trial.scenario)
     return {
@@ -223,12 +223,12 @@ def course_data(trial: Trial) -> dict[str, Any]:
     }
 
 
-def design_data(fis: Sugeno, trial: Trial) -> dict[str, Any]:
+def design_data(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
     """:func:`run_design`, as the panel's module takes it."""
     return shown(run_design(fis, trial), trial.kind, fis.name)
 
 
-def rival_data(specification: str, trial: Trial) -> dict[str, Any]:
+def rival_data(specification: str, trial: TryoutTrial) -> dict[str, Any]:
     """:func:`run_rival`, as the panel's module takes it."""
     return shown(run_rival(specification, trial), trial.kind, preset_of(specification).title)
 

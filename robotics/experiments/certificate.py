@@ -344,7 +344,7 @@ def error_rates(law: Lyapunov, e: np.ndarray, v_r: np.ndarray, w_r: np.ndarray) 
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Trial:
+class CertificateTrial:
     """Trajectories of the nonlinear error dynamics from the region's boundary, under references that keep changing."""
 
     time: np.ndarray  # (steps + 1,) s
@@ -369,7 +369,7 @@ class Trial:
 
 def try_out(
     certificate: Certificate, starts: int = 1000, steps: int = 100, step: float = 0.01, hold: int = 5, seed: int = 0
-) -> Trial:
+) -> CertificateTrial:
     """``starts`` trajectories of ``steps`` steps of ``step`` s each (Runge-Kutta, order 4), from V = 1.
 
     v_r and ω_r jump every ``hold`` steps anywhere in their ranges, in a third of the cases to an end of them.
@@ -385,7 +385,7 @@ def try_out(
         e = _advanced(model.law, e, v_r, w_r, step)
         errors.append(e)
     path = np.stack(errors)
-    return Trial(time=step * np.arange(steps + 1), errors=path, levels=certificate.level(path))
+    return CertificateTrial(time=step * np.arange(steps + 1), errors=path, levels=certificate.level(path))
 
 
 def _advanced(law: Lyapunov, e: np.ndarray, v_r: np.ndarray, w_r: np.ndarray, h: float) -> np.ndarray:

@@ -15,10 +15,11 @@ from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.figures.drawing import MODE_COLORS, MODE_LINES, TARGET, draw_line, last_known, mark_stop, strided
-from robotics.figures.world import draw_bodies, draw_body, draw_world, last_move
+from robotics.figures.world import draw_bodies, draw_body, draw_world
 from robotics.laws.catalogue import kept_distance, law_title
 from robotics.laws.modes import LEFT_BEHIND, MODES, STOPPED
 from robotics.measures.clearance import clearances, robot_gaps
+from robotics.measures.standing import last_move
 from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT
 from robotics.simulation.run import Run

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, number, style
-from robotics.experiments.certificate import Certificate, Trial, try_out
+from robotics.experiments.certificate import Certificate, CertificateTrial, try_out
 from robotics.vehicle.robot import Robot
 
 _NAMES = ("x_err [m]", "y_err [m]", "ψ_err [rad]")
@@ -48,7 +48,9 @@ def plot_certificate(
         return figure
 
 
-def _draw_region(ax: Axes, certificate: Certificate, trial: Trial, share: float, pair: tuple[int, int]) -> None:
+def _draw_region(
+    ax: Axes, certificate: Certificate, trial: CertificateTrial, share: float, pair: tuple[int, int]
+) -> None:
     """The ellipsoid's shadow on a plane of two errors, and the trajectories'."""
     i, j = pair
     for n in range(trial.errors.shape[1]):
@@ -64,7 +66,7 @@ def _draw_region(ax: Axes, certificate: Certificate, trial: Trial, share: float,
     ax.set_ylabel(_NAMES[j])
 
 
-def _draw_decay(ax: Axes, certificate: Certificate, trial: Trial) -> None:
+def _draw_decay(ax: Axes, certificate: Certificate, trial: CertificateTrial) -> None:
     root = np.sqrt(trial.levels)
     ax.semilogy(trial.time, root, **_TRAJECTORY)
     bound = np.exp(-certificate.decay * trial.time)

@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, style
 from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, page_title, strided
 from robotics.figures.team import plot_team
-from robotics.figures.world import draw_bodies, draw_world, last_move
+from robotics.figures.world import draw_bodies, draw_world
+from robotics.measures.standing import last_move
 from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.simulation.run import Run
 

@@ -16,7 +16,8 @@ from matplotlib.figure import Figure
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, page_title, strided
 from robotics.figures.faults import FEW, WORDS, shade_faults
-from robotics.figures.world import draw_bodies, draw_world, last_move
+from robotics.figures.world import draw_bodies, draw_world
+from robotics.measures.standing import last_move
 from robotics.measures.tracking import tracking_error
 from robotics.simulation.run import Run
 from robotics.simulation.spans import FaultSpan, fault_spans, seed_place

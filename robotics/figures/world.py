@@ -13,13 +13,6 @@ from robotics.simulation.run import Run
 from robotics.vehicle.robot import Robot
 
 MOMENTS = 8  # at which robots, and obstacles that move, are drawn
-STANDS = 0.05  # m/s
-
-
-def last_move(run: Run, place: int) -> int:
-    """The last sample at which a robot of the run at ``place`` moves; the run's last, if none ever does."""
-    moving = (np.abs(np.nan_to_num(run["v"][place])) > STANDS).any(axis=0)
-    return int(np.flatnonzero(moving)[-1]) if moving.any() else len(run.time) - 1
 
 
 def draw_world(ax: Axes, run: Run, last: int) -> None:

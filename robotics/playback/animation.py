@@ -31,7 +31,7 @@ class AnimationError(InputError):
     """A moving picture that cannot be made. The message says which option and what is accepted."""
 
 
-class Timing(NamedTuple):
+class FrameTiming(NamedTuple):
     """When the frames are."""
 
     times: np.ndarray  # (frames,) s of the run
@@ -83,7 +83,7 @@ def frame_times(
     end: float | None = None,
     fps: float | None = None,
     speed: float | None = None,
-) -> Timing:
+) -> FrameTiming:
     """When the frames of a .mp4 or .gif from ``start`` to ``end`` [s] are, the last of them at ``end``.
 
     By default ``fps`` is 20 (.gif: 10) and ``speed`` the least of 1, 2, 5, 10, ... that makes it last at most 25 s.
@@ -100,7 +100,7 @@ def frame_times(
     if speed is None:
         speed = next((s for s in _SPEEDS if (until - begin) / s <= _LASTS), _SPEEDS[-1])
     count = ceil((until - begin) * rate / speed - 1e-9) + 1
-    return Timing(np.minimum(begin + np.arange(count) * speed / rate, until), rate, float(speed))
+    return FrameTiming(np.minimum(begin + np.arange(count) * speed / rate, until), rate, float(speed))
 
 
 def write_animation(
@@ -151,7 +151,7 @@ def write_animation(
     return Written(frames, timing.fps, timing.speed, frames / timing.fps, scene.enlarged)
 
 
-def _samples(run: Run, timing: Timing) -> np.ndarray:
+def _samples(run: Run, timing: FrameTiming) -> np.ndarray:
     """The times of the run's own samples from the first to the last frame, at most some thousands."""
     begin, until = timing.times[0], timing.times[-1]
     inside = run.time[(run.time > begin) & (run.time < until)]

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from fuzzy.errors import InputError
 from fuzzy.files.table import write_frame
+from robotics.playback.player import write_player
+from robotics.simulation.mode_changes import mode_change_table
 from robotics.simulation.run import Run
 
 MOST_AGES = 100_000_000  # of messages that a run holds: 400 MB
@@ -52,9 +54,7 @@ class RunFiles:
         if self.table is not None:
             write_frame(run.frame(), self.table)
         if self.events is not None:
-            from robotics.simulation.mode_changes import events_of
-
-            write_frame(events_of(run), self.events)
+            write_frame(mode_change_table(run), self.events)
         if self.plot is not None:
             from fuzzy.figures.drawing import save_figure
             from robotics.figures.run import plot_run
@@ -62,8 +62,6 @@ class RunFiles:
             save_figure(plot_run(run), self.plot)
         if not self.player:
             return None
-        from robotics.playback.player import write_player
-
         page = Path(f"{run.scenario}-seed-{run.seeds[0]}.html")
         write_player(run, page)
         return page

@@ -29,12 +29,13 @@ from robotics.figures.drawing import (
 )
 from robotics.figures.faults import FEW, HATCHES, WORDS, shade_faults
 from robotics.laws.modes import MODES, STOPPED
+from robotics.measures.standing import stands_still
 from robotics.playback.replay import Replay
 from robotics.simulation.spans import KINDS
 from robotics.vehicle.robot import Robot
 
 _MANY_LINKS = 400  # from here on only stale messages are drawn
-_STANDS = 0.005  # m/s and, tenfold, rad/s
+_STANDS = 0.005, 0.05  # m/s and rad/s: a robot that is slower is drawn hollow
 _LEFT, _RIGHT, _TITLE, _CHART, _GAP, _NOTE = 0.55, 0.15, 0.3, 1.25, 0.5, 0.4  # inches
 _OUTLINE = [patheffects.withStroke(linewidth=2.5, foreground="white")]
 
@@ -191,7 +192,7 @@ def show_frame(scene: Scene, time: float) -> None:
     few, x, y, heading = len(film.x) <= FEW, now.x, now.y, now.heading
     kinds = [film.kind_at(i, time) for i in range(len(x))]
     stopped = film.stops <= time
-    still = (np.abs(now.v) < _STANDS) & (np.abs(now.w) < 10 * _STANDS)
+    still = stands_still(now.v, _STANDS[0]) & stands_still(now.w, _STANDS[1])
     hollow = still | stopped | np.array([bool(kind) for kind in kinds])
     colors = np.array([COLORS[i % len(COLORS)] for i in range(len(x))])
     long, across = scene.size

@@ -29,7 +29,7 @@ TIMED_OUT = "timed out: the group goes on without it"
 REJOINED = "rejoined: the group waits for it again"
 
 
-class Event(NamedTuple):
+class ModeChange(NamedTuple):
     """One change of a robot's mode."""
 
     time: float  # s
@@ -40,11 +40,11 @@ class Event(NamedTuple):
     why: str
 
 
-def mode_events(times: np.ndarray, modes: np.ndarray) -> list[Event]:
+def mode_changes_in(times: np.ndarray, modes: np.ndarray) -> list[ModeChange]:
     """The changes in ``modes`` (samples, runs, robots) of codes, at ``times`` (samples,) [s]; in the order of time."""
     changed = np.argwhere(modes[1:] != modes[:-1])
     return [
-        Event(float(times[k + 1]), int(r), int(i), MODES[before], MODES[after], reason(before, after))
+        ModeChange(float(times[k + 1]), int(r), int(i), MODES[before], MODES[after], reason(before, after))
         for k, r, i in changed.tolist()
         for before, after in [(int(modes[k, r, i]), int(modes[k + 1, r, i]))]
     ]
@@ -62,13 +62,13 @@ def reason(before: int, after: int) -> str:
     return "; ".join(reasons)
 
 
-def events_of(run: Run) -> "pd.DataFrame":
+def mode_change_table(run: Run) -> "pd.DataFrame":
     """The hand-overs of ``run``, a row each: seed, time [s], robot (from 1), from, to, why.
 
     By seed, then time. A law without modes has none.
     """
     import pandas as pd
 
-    listed = [] if run.modes is None else sorted(mode_events(run.time, run.modes), key=lambda e: e.run)
+    listed = [] if run.modes is None else sorted(mode_changes_in(run.time, run.modes), key=lambda e: e.run)
     rows = [(run.seeds[e.run], round(e.time, 9), e.robot + 1, e.before, e.after, e.why) for e in listed]
     return pd.DataFrame(rows, columns=["seed", "time", "robot", "from", "to", "why"])

@@ -10,7 +10,7 @@ from typing import Any
 
 from robotics.experiments.stress.crossing_runs import run_ensemble
 from robotics.experiments.stress.crossings import crossing_ensemble
-from robotics.experiments.stress.outcome import Outcome
+from robotics.experiments.stress.outcome import StressOutcome
 from robotics.experiments.together import run_together
 from robotics.laws.catalogue import make_controller
 from robotics.scenario.description import Scenario
@@ -34,7 +34,7 @@ class AvoidanceResults:
 
     scenarios: dict[str, Scenario]  # by name
     runs: dict[tuple[str, str], Run]  # by scenario and controller
-    crossings: dict[str, Outcome]  # by controller, the same random crossings for all
+    crossings: dict[str, StressOutcome]  # by controller, the same random crossings for all
 
 
 def experiments(folder: str = "", seed: int = 0) -> list[Experiment]:
@@ -63,6 +63,6 @@ def _courses(law: str, seed: int) -> list[Run]:
     return run_together([*map(load_scenario, COURSES), *cases], law, seed)
 
 
-def _crossings(law: str, seed: int) -> Outcome:
+def _crossings(law: str, seed: int) -> StressOutcome:
     seeds = range(seed, seed + CROSSINGS)
     return run_ensemble(crossing_ensemble(3, seeds, "A", factor=FACTOR), make_controller(law), seeds)

@@ -14,8 +14,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 import anfis
+from anfis.plot import plot_fit, plot_premises, plot_training
+from fuzzy.figures.search import plot_rules_error
+from fuzzy.figures.structure import plot_structure
 from robotics.experiments.learning.formationdata import Recipe, Table, checking, conditional_mean_floor, formation_data
 from robotics.experiments.learning.formationlearning import Learnt, learn_network, write_networks
+from robotics.figures.run import plot_run
 from robotics.laws.catalogue import make_controller
 from robotics.laws.formation.leader_follower import OUTPUTS, load_networks
 from robotics.measures.formations import measure_formation
@@ -216,10 +220,6 @@ def _driving(runs: dict[tuple[str, str], Run]) -> Grid:
 
 
 def _learning_pictures(learnt: dict[str, list[Learnt]], checks: dict[str, Table]) -> list[Picture]:
-    from anfis.plot import plot_premises, plot_training
-    from fuzzy.figures.search import plot_rules_error
-    from fuzzy.figures.structure import plot_structure
-
     posed = learnt["well-posed"]
     first = posed[0]
     pictures = [
@@ -259,8 +259,6 @@ def _learning_pictures(learnt: dict[str, list[Learnt]], checks: dict[str, Table]
 
 def _fit(kind: str, network: Learnt, stage: str, figure: str, check: Table) -> Picture:
     """Output against data that were not learnt from: the formation that starts with the leader at x = −1 m."""
-    from anfis.plot import plot_fit
-
     fis = network.before if stage == "clustering" else network.after
     columns = [check.names.index(v.name) for v in fis.inputs]
     x, y = check.values[:, columns], check.values[:, check.names.index(network.output)]
@@ -274,8 +272,6 @@ def _fit(kind: str, network: Learnt, stage: str, figure: str, check: Table) -> P
 
 
 def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
-    from robotics.figures.run import plot_run
-
     pictures = []
     figures = {"formation-behind": "Figs 5.16, 5.17", "formation-ahead": "Figs 5.18, 5.19"}
     titles = list(VARIANTS.values())

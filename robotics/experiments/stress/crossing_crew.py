@@ -7,7 +7,7 @@ from typing import Any
 from fuzzy.shell.progress import Begin
 from robotics.experiments.executors import processes
 from robotics.experiments.stress.crossing_runs import UNDISTURBED, stress_crossing
-from robotics.experiments.stress.outcome import Disturbance, Outcome, joined
+from robotics.experiments.stress.outcome import Disturbance, StressOutcome, joined
 from robotics.laws.law import Controller
 
 CHUNK, MOST = 600, 20_000  # robots, and pairs of them, that are simulated in one pass
@@ -22,7 +22,7 @@ def stress_crossings(
     *,
     jobs: int | None = None,
     begin: Begin,
-) -> Outcome:
+) -> StressOutcome:
     """What :func:`robotics.experiments.stress.crossing_runs.stress_crossing` gives, computed in chunks of ``seeds``.
 
     ``jobs`` is the number of processes, by default as many as there are cores; it does not change the outcome.

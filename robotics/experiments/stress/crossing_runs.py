@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from robotics.environment.collision import footprints, robot_contacts
+from robotics.environment.collision import footprints
 from robotics.experiments.stress.crossings import crossing_ensemble
-from robotics.experiments.stress.outcome import HELD, LIMIT, Disturbance, Outcome
+from robotics.experiments.stress.outcome import HELD, LIMIT, Disturbance, StressOutcome
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import at_goal
+from robotics.measures.clearance import robots_touch
 from robotics.radio.description import Radio
 from robotics.radio.faults import Fault, Faults
 from robotics.random_streams import FAULT_STREAM
@@ -27,7 +28,7 @@ def stress_crossing(
     kind: Any = "A",
     disturbance: Disturbance = UNDISTURBED,
     begin: Callable[[str, int], Callable[[], None]] | None = None,
-) -> Outcome:
+) -> StressOutcome:
     """``controller`` on a random crossing for every seed; ``begin`` starts the bars of a progress display."""
     start = begin or (lambda text, total: lambda: None)
     ensemble, faults = disturbed_crossing(robots, seeds, kind, disturbance, start("drawing crossings", len(seeds)))
@@ -68,7 +69,7 @@ def run_ensemble(
     faults: Faults | None = None,
     advance: Callable[[], None] | None = None,
     extra: float = 0.0,
-) -> Outcome:
+) -> StressOutcome:
     """Drive until all have arrived in every run, or the time is up: 4 nominal durations and ``extra`` [s].
 
     After that nothing of a run counts, so that it does not matter which runs are beside it.
@@ -91,7 +92,7 @@ def run_ensemble(
         gaps = np.hypot(x[:, pairs[0]] - x[:, pairs[1]], y[:, pairs[0]] - y[:, pairs[1]]).min(axis=1)
         nearest = np.where(goes_on, np.minimum(nearest, gaps), nearest)
         if (gaps < 2 * sizes[2].max()).any():
-            collided |= goes_on & (robot_contacts(x, y, heading, sizes) >= 0).any(axis=1)
+            collided |= goes_on & robots_touch(x, y, heading, sizes)
         there = at_goal(x, y, ends, paths.lengths)
         arrivals = np.where(there & np.isinf(arrivals) & goes_on[:, None], state.time, arrivals)
         goes_on = ~(np.isfinite(arrivals).all(axis=1) | refused) & (state.time < limit)
@@ -99,4 +100,4 @@ def run_ensemble(
             advance()
         if not goes_on.any():
             break
-    return Outcome(tuple(seeds), durations, arrivals, collided, refused, nearest)
+    return StressOutcome(tuple(seeds), durations, arrivals, collided, refused, nearest)

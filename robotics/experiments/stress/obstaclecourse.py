@@ -11,14 +11,15 @@ from typing import Any, Literal
 
 import numpy as np
 
-from robotics.environment.collision import footprints, obstacle_clearance, robot_contacts
+from robotics.environment.collision import footprints, obstacle_clearance
 from robotics.environment.obstaclefields import GAP, random_field, random_trap
 from robotics.environment.world import Disc, World, WorldError, compile_worlds
-from robotics.experiments.stress.outcome import Disturbance, Outcome
+from robotics.experiments.stress.outcome import Disturbance, StressOutcome
 from robotics.laws.law import Law
 from robotics.laws.modes import FOLLOW
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import at_goal, together
+from robotics.measures.clearance import robots_touch, touching
 from robotics.paths.joined import join_tables, table_length
 from robotics.paths.path import Line, Path, Quintic, X, Y
 from robotics.paths.quintic_table import quintic_table
@@ -110,7 +111,7 @@ def _crossing_disc(rng: np.random.Generator, lane: Path, nominal: float) -> Disc
 
 
 @dataclass(frozen=True, eq=False)
-class ObstacleOutcome(Outcome):
+class ObstacleOutcome(StressOutcome):
     """Also what the obstacles did; ``collided`` says only if two robots touched."""
 
     hit: np.ndarray  # (runs,) bool: a robot touched an obstacle
@@ -186,16 +187,17 @@ def run_course(
             gaps = np.hypot(x[:, pairs[0]] - x[:, pairs[1]], y[:, pairs[0]] - y[:, pairs[1]]).min(axis=1)
             nearest = np.minimum(nearest, gaps)
             if (gaps < 2 * sizes[2].max()).any():
-                collided |= (robot_contacts(x, y, heading, sizes) >= 0).any(axis=1)
+                collided |= robots_touch(x, y, heading, sizes)
         free = obstacle_clearance(x, y, heading, sizes, geometry)
-        if ((free <= 0).any(axis=1) & ~hit).any() and state.k > 0:
+        touched = touching(free)
+        if (touched.any(axis=1) & ~hit).any() and state.k > 0:
             # Whose motion was it? The robot's, had the obstacle stayed where it was.
             alone = obstacle_clearance(x, y, heading, sizes, place)
-            nearer = (alone <= 0) | (before - alone > APPROACH * ensemble.period)
-            caused |= ~hit & ((free <= 0) & nearer).any(axis=1)
+            nearer = touching(alone) | (before - alone > APPROACH * ensemble.period)
+            caused |= ~hit & (touched & nearer).any(axis=1)
         before, place = free, geometry
         clearance = np.minimum(clearance, free.min(axis=1))
-        hit |= (free <= 0).any(axis=1)
+        hit |= touched.any(axis=1)
         if state.command.mode is not None:
             trapped |= (state.command.mode & 3 == FOLLOW).any(axis=1)
         there = at_goal(x, y, ends, paths.lengths)

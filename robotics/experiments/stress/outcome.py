@@ -18,7 +18,7 @@ _SHOWN = 50  # seeds of failures that are named
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class StressOutcome:
     """What became of every run; arrays are (runs,) unless they say otherwise."""
 
     seeds: tuple[int, ...]
@@ -74,10 +74,10 @@ class Outcome:
         }
 
 
-def joined(outcomes: Sequence[Outcome]) -> Outcome:
+def joined(outcomes: Sequence[StressOutcome]) -> StressOutcome:
     """The outcomes of all runs, in their order, as one."""
-    arrays = [name for name in Outcome.__dataclass_fields__ if name != "seeds"]
-    return Outcome(
+    arrays = [name for name in StressOutcome.__dataclass_fields__ if name != "seeds"]
+    return StressOutcome(
         tuple(seed for part in outcomes for seed in part.seeds),
         *(np.concatenate([getattr(part, name) for part in outcomes]) for name in arrays),
     )

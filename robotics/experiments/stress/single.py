@@ -10,7 +10,7 @@ import numpy as np
 from fuzzy.naming import expected
 from robotics.experiments.stress.crossing_runs import disturbed_crossing, run_ensemble
 from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, run_course
-from robotics.experiments.stress.outcome import HELD, Disturbance, Outcome
+from robotics.experiments.stress.outcome import HELD, Disturbance, StressOutcome
 from robotics.laws.law import ControllerError, Law
 from robotics.radio.description import Radio
 from robotics.radio.faults import Faults
@@ -43,7 +43,7 @@ def single_run(
     begin: Callable[[str, int], Callable[[], None]] | None = None,
     *,
     moving: int = 0,
-) -> tuple[Run, Outcome]:
+) -> tuple[Run, StressOutcome]:
     """The run that ``robotics stress`` makes of ``seed``, and its outcome.
 
     ``robots``, ``kind``, ``disturbance`` (fields of :class:`robotics.experiments.stress.outcome.Disturbance`) and

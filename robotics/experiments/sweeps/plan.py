@@ -100,7 +100,7 @@ class Chunk:
 
 
 @dataclass(frozen=True)
-class Plan:
+class SweepPlan:
     """A sweep with its points; ``points[i]`` holds a value for each axis."""
 
     sweep: Sweep
@@ -128,15 +128,15 @@ class Plan:
         return Chunk(number, tuple(passes))
 
 
-def plan_sweep(sweep: Sweep) -> Plan:
+def plan_sweep(sweep: Sweep) -> SweepPlan:
     """The plan: the design's points in order. Raises SweepError where there are too many of them."""
     count = prod(len(axis.levels) for axis in sweep.axes) if sweep.method == "grid" else sweep.samples
     if count > MOST_POINTS:
         raise SweepError(f"{sweep.file}: the design has {count} points; at most {MOST_POINTS} are accepted")
     if sweep.method == "grid":
-        return Plan(sweep, tuple(product(*(axis.levels for axis in sweep.axes))))
+        return SweepPlan(sweep, tuple(product(*(axis.levels for axis in sweep.axes))))
     columns = [axis.at(u) for axis, u in zip(sweep.axes, unit_design(sweep).T, strict=True)]
-    return Plan(sweep, tuple(zip(*columns, strict=True)))
+    return SweepPlan(sweep, tuple(zip(*columns, strict=True)))
 
 
 def unit_design(sweep: Sweep) -> np.ndarray:
@@ -202,7 +202,7 @@ def described(sweep: Sweep, point: int, values: Sequence[Any]) -> str:
     return f"point {point}" + (f" ({shown})" if shown else "")
 
 
-def check_plan(plan: Plan, advance: Callable[[], None] | None = None) -> None:
+def check_plan(plan: SweepPlan, advance: Callable[[], None] | None = None) -> None:
     """Build every point's scenario and controllers: SweepError with the file, line and point where one is refused."""
     sweep = plan.sweep
 
@@ -248,7 +248,7 @@ def versions() -> dict[str, str]:
     return {name: version(name) for name in ("fuzzyfleet", "numba", "numpy", "pyarrow", "scipy")}
 
 
-def identity(plan: Plan) -> dict[str, Any]:
+def identity(plan: SweepPlan) -> dict[str, Any]:
     """What the results depend on, in JSON's types: the sweep, the scenario, files that controllers read, versions."""
     sweep = plan.sweep
     return {

@@ -23,9 +23,9 @@ from robotics.experiments.executors import InProcess, Workers
 from robotics.experiments.sweeps.plan import (
     Chunk,
     Pass,
-    Plan,
     Sweep,
     SweepError,
+    SweepPlan,
     check_plan,
     controller_at,
     described,
@@ -47,7 +47,7 @@ LOST = "the connection to the cluster is lost; the same command goes on from the
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SweepOutcome:
     """What a finished sweep left in its folder."""
 
     results: Path
@@ -119,14 +119,14 @@ def _place(sweep: Sweep, part: Pass) -> str:
 
 
 def run_sweep(
-    plan: Plan,
+    plan: SweepPlan,
     folder: Path,
     workers: Workers | None = None,
     *,
     fresh: bool = False,
     begin: Begin | None = None,
     resumed: Callable[[int, int], None] | None = None,
-) -> Outcome:
+) -> SweepOutcome:
     """Do what is left of a sweep and write ``folder/results.parquet``, in the plan's order, whole or not at all.
 
     ``workers`` run the chunks; by default this process does. ``fresh`` throws away what the folder holds of a sweep.
@@ -149,17 +149,17 @@ def run_sweep(
             if advance is not None:
                 advance()
         rows, diverged = _gather(plan, folder, key)
-    return Outcome(folder / RESULTS, rows, plan.runs, diverged, plan.chunks, len(todo))
+    return SweepOutcome(folder / RESULTS, rows, plan.runs, diverged, plan.chunks, len(todo))
 
 
-def landed_chunks(plan: Plan, folder: Path) -> int:
+def landed_chunks(plan: SweepPlan, folder: Path) -> int:
     """How many chunks of the sweep ``folder`` holds."""
     key = digest(identity(plan))
     return sum(_landed(_file(folder, number), key) for number in range(1, plan.chunks + 1))
 
 
 def _computed(
-    plan: Plan, todo: list[int], workers: Workers, expected: dict[str, str]
+    plan: SweepPlan, todo: list[int], workers: Workers, expected: dict[str, str]
 ) -> "Iterator[tuple[int, pa.Table]]":
     """Chunks as they get done; no more of them are handed out at a time than ``workers`` say."""
     waiting = iter(todo)
@@ -224,7 +224,7 @@ def _clear(folder: Path) -> None:
         file.unlink()
 
 
-def _open_plan(plan: Plan, folder: Path, about: dict[str, Any], begin: Begin | None) -> None:
+def _open_plan(plan: SweepPlan, folder: Path, about: dict[str, Any], begin: Begin | None) -> None:
     """Check and write the plan, or see that the folder's is the same."""
     (folder / CHUNKS).mkdir(exist_ok=True)
     for place, name in ((folder, ".plan-*"), (folder, ".results-*"), (folder / CHUNKS, ".chunk-*")):
@@ -285,7 +285,7 @@ def _write(table: "pa.Table", path: Path, key: str) -> None:
         pq.write_table(table.replace_schema_metadata({"sweep": key}), temporary)
 
 
-def _gather(plan: Plan, folder: Path, key: str) -> tuple[int, int]:
+def _gather(plan: SweepPlan, folder: Path, key: str) -> tuple[int, int]:
     """All chunks in one file, in the plan's order; how many rows there are, and how many of stopped robots."""
     import pyarrow as pa
     import pyarrow.parquet as pq
