@@ -39,104 +39,31 @@ if TYPE_CHECKING:
     from robotics.vehicle.robot import Robot, RobotError
 
 _MODULES = {
-    "robotics.experiments.comparison": (
-        "Comparison",
-        "compare",
-        "summarise",
-    ),
-    "robotics.experiments.recovery": (
-        "Recovery",
-        "recovery_curve",
-    ),
-    "robotics.laws.catalogue": (
-        "CATALOGUE",
-        "make_controller",
-    ),
-    "robotics.laws.law": (
-        "Command",
-        "Controller",
-        "ControllerError",
-        "Observation",
-    ),
-    "robotics.measures.formations": (
-        "FORMATION_METRICS",
-        "measure_formation",
-    ),
-    "robotics.measures.registry": (
-        "measure_all",
-        "metrics_of",
-    ),
-    "robotics.measures.teams": (
-        "TEAM_METRICS",
-        "measure_team",
-        "nearest_distance",
-    ),
+    "robotics.experiments.comparison": ("Comparison", "compare", "summarise"),
+    "robotics.experiments.recovery": ("Recovery", "recovery_curve"),
+    "robotics.laws.catalogue": ("CATALOGUE", "make_controller"),
+    "robotics.laws.law": ("Command", "Controller", "ControllerError", "Observation"),
+    "robotics.measures.formations": ("FORMATION_METRICS", "measure_formation"),
+    "robotics.measures.registry": ("measure_all", "metrics_of"),
+    "robotics.measures.teams": ("TEAM_METRICS", "measure_team", "nearest_distance"),
     "robotics.measures.arrival": ("arrival_time",),
-    "robotics.measures.progress": (
-        "progress_gap",
-        "true_progress",
-    ),
-    "robotics.measures.tracking": (
-        "METRICS",
-        "cross_track_error",
-        "measure",
-        "tracking_error",
-    ),
-    "robotics.paths.path": (
-        "Circle",
-        "Line",
-        "Path",
-        "PathError",
-        "Quintic",
-        "Sine",
-        "Waypoints",
-        "compile_path",
-    ),
-    "robotics.paths.trajectory": (
-        "Timing",
-        "Trajectory",
-    ),
+    "robotics.measures.progress": ("progress_gap", "true_progress"),
+    "robotics.measures.tracking": ("METRICS", "cross_track_error", "measure", "tracking_error"),
+    "robotics.paths.path": ("Circle", "Line", "Path", "PathError", "Quintic", "Sine", "Waypoints", "compile_path"),
+    "robotics.paths.trajectory": ("Timing", "Trajectory"),
     "robotics.playback.notebook": ("player",),
     "robotics.radio.channel": ("Heard",),
-    "robotics.radio.description": (
-        "Radio",
-        "RadioError",
-    ),
+    "robotics.radio.description": ("Radio", "RadioError"),
     "robotics.radio.faults": ("Fault",),
-    "robotics.radio.graph": (
-        "adjacency",
-        "laplacian",
-    ),
-    "robotics.scenario.description": (
-        "Member",
-        "Scenario",
-        "ScenarioError",
-    ),
+    "robotics.radio.graph": ("adjacency", "laplacian"),
+    "robotics.scenario.description": ("Member", "Scenario", "ScenarioError"),
     "robotics.scenario.formations": ("formation_scenario",),
-    "robotics.scenario.random_team": (
-        "TeamError",
-        "random_team",
-        "team_toml",
-    ),
-    "robotics.scenario.reading": (
-        "load_scenario",
-        "parse_scenario",
-        "scenario_names",
-    ),
+    "robotics.scenario.random_team": ("TeamError", "random_team", "team_toml"),
+    "robotics.scenario.reading": ("load_scenario", "parse_scenario", "scenario_names"),
     "robotics.sensing.posture": ("Sensing",),
-    "robotics.simulation.loop": (
-        "SimulationError",
-        "simulate",
-    ),
-    "robotics.simulation.run": (
-        "Run",
-        "RunError",
-        "load_run",
-    ),
-    "robotics.vehicle.robot": (
-        "Robot",
-        "RobotError",
-    ),
+    "robotics.simulation.loop": ("SimulationError", "simulate"),
+    "robotics.simulation.run": ("Run", "RunError", "load_run"),
+    "robotics.vehicle.robot": ("Robot", "RobotError"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
