@@ -1,4 +1,4 @@
-"""The open documents of a folder, whoever looks at them."""
+"""The open documents of a folder, shared by all browser tabs."""
 
 import asyncio
 import sys
@@ -11,7 +11,7 @@ AUTOSAVE = 0.25  # s between two autosaves of a document while it is being dragg
 
 
 class OpenDocuments:
-    """The documents of a folder that are open. All browser tabs with one file look at one document."""
+    """The documents of a folder that are open; all browser tabs with one file share one document."""
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
@@ -39,11 +39,11 @@ class OpenDocuments:
         return document
 
     def arrive(self, document: Document) -> None:
-        """A browser tab looks at the document."""
+        """Note that a browser tab looks at the document."""
         self._tabs[id(document)] = self._tabs.get(id(document), 0) + 1
 
     def leave(self, document: Document) -> None:
-        """A browser tab no longer looks at the document."""
+        """Note that a browser tab no longer looks at the document."""
         self._tabs[id(document)] -= 1
 
     def save(self, document: Document, name: str | None = None, overwrite: bool = False) -> None:

@@ -21,10 +21,17 @@ _BOUND: dict[str, Any] = {"color": "0.45", "linestyle": ":", "linewidth": 1.0}
 def plot_certificate(
     certificate: Certificate, robot: Robot | None = None, starts: int = 40, duration: float = 20.0, seed: int = 0
 ) -> Figure:
-    """The region over (x, y) and (y, ψ), and √V over time against the certified bound.
+    """Draw the certified region over (x, y) and (y, ψ), and √V over time against the certified bound.
 
-    ``starts`` trajectories of ``duration`` s begin anywhere on the region's boundary; the reference's v_r and ω_r jump
-    about in their ranges every second. Dashed: where no command of ``robot`` saturates (default: the EtsRo).
+    The trajectories begin anywhere on the region's boundary; the reference's v_r and ω_r jump about in their ranges
+    every second. A dashed line encloses where no command saturates.
+
+    Args:
+        certificate: The certificate.
+        robot: The robot whose limits count, by default the EtsRo.
+        starts: Number of trajectories.
+        duration: Length of the trajectories [s].
+        seed: Seed of the starts and of the jumps.
     """
     trial = try_out(certificate, starts=starts, steps=max(1, round(duration / 0.01)), hold=100, seed=seed)
     share = certificate.unsaturated(robot or Robot())

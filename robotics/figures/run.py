@@ -17,7 +17,7 @@ _MOST = 40  # seeds drawn
 
 
 def plot_run(run: Run) -> Figure:
-    """The page for ``robotics run --plot``: path, errors, speeds, commands.
+    """Draw the page of ``robotics run --plot``: path, errors, speeds, commands.
 
     The first seed is drawn boldly, up to 39 more faintly behind it; each robot has its colour. A cross marks where a
     robot was stopped. Among obstacles robots are drawn in true size too. A team has a page of its own:

@@ -10,13 +10,12 @@ from fuzzy.figures.drawing import COLORS
 from robotics.environment.world import outlines
 from robotics.figures.drawing import draw_obstacles, rectangles
 from robotics.simulation.run import Run
-from robotics.vehicle.robot import Robot
 
-MOMENTS = 8  # at which robots, and obstacles that move, are drawn
+MOMENTS = 8  # number of samples at which robots, and obstacles that move, are drawn
 
 
 def draw_world(ax: Axes, run: Run, last: int) -> None:
-    """The obstacles of ``run``, if it has any; those that move at MOMENTS samples up to ``last``."""
+    """Draw the obstacles of ``run``, if it has any; those that move are drawn at MOMENTS samples up to ``last``."""
     if run.obstacles is None:
         return
     if len(run.obstacles.counts) == 1:
@@ -27,9 +26,13 @@ def draw_world(ax: Axes, run: Run, last: int) -> None:
 
 
 def draw_bodies(ax: Axes, run: Run, place: int, last: int) -> None:
-    """The robots of the run at ``place``, each with its colour, at MOMENTS samples up to ``last``.
+    """Draw the robots in their true size and their colours, at MOMENTS samples.
 
-    They have the standard size: a run does not say theirs.
+    Args:
+        ax: The axes of a top view.
+        run: The run.
+        place: The place of the seed in the run.
+        last: The last sample that is drawn.
     """
     seen = moments(last)
     for i in range(run.samples.shape[3]):
@@ -37,12 +40,22 @@ def draw_bodies(ax: Axes, run: Run, place: int, last: int) -> None:
 
 
 def draw_body(ax: Axes, run: Run, place: int, robot: int, samples: np.ndarray, **style: Any) -> None:
-    """One robot at ``samples``."""
+    """Draw one robot in its true size at some samples.
+
+    Args:
+        ax: The axes of a top view.
+        run: The run.
+        place: The place of the seed in the run.
+        robot: The robot, from 0.
+        samples: The samples (n,) at which it is drawn.
+        style: Options of the collection that is drawn.
+    """
     x, y, heading = (run[name][place, robot, samples] for name in ("x", "y", "heading"))
     look: dict[str, Any] = {"edgecolors": COLORS[robot % len(COLORS)], "linewidths": 0.6} | style
-    ax.add_collection(PolyCollection(list(rectangles(x, y, heading, Robot().length, Robot().width)), **look))
+    size = run.about.robots[robot]
+    ax.add_collection(PolyCollection(list(rectangles(x, y, heading, size.length, size.width)), **look))
 
 
 def moments(last: int) -> np.ndarray:
-    """The samples at which what moves is drawn."""
+    """The samples at which moving bodies are drawn: MOMENTS of them, evenly up to ``last``."""
     return np.linspace(0, last, MOMENTS).round().astype(int)

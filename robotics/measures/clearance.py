@@ -28,13 +28,16 @@ def robots_touch(x: np.ndarray, y: np.ndarray, heading: np.ndarray, sizes: np.nd
 
 
 def robot_gaps(run: Run, place: int) -> dict[tuple[int, int], np.ndarray]:
-    """(6.1) for every pair of robots: the distance between their centers (samples,) [m], of the seed at that place."""
+    """The distance (6.1) [m] between the centers of every two robots (samples,), of the run's seed at ``place``."""
     x, y = run["x"][place], run["y"][place]
     return {(i, j): np.hypot(x[i] - x[j], y[i] - y[j]) for i, j in combinations(range(len(x)), 2)}
 
 
 def clearances(run: Run, place: int) -> np.ndarray:
-    """The distance [m] of each robot's rectangle from the nearest obstacle (robots, samples); infinite without any."""
+    """The distance [m] of each robot's rectangle from the nearest obstacle (robots, samples); infinite without any.
+
+    ``place`` is that of the seed in the run.
+    """
     x, y, heading = (run[name][place].T for name in ("x", "y", "heading"))
     if run.obstacles is None:
         return np.full(x.T.shape, np.inf)

@@ -1,4 +1,4 @@
-"""The files of a run: the run itself, its samples, its changes of mode, a picture, a page that plays it."""
+"""The files of a run: the run itself, its samples, its changes of mode, a picture, and a page that plays it."""
 
 import warnings
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ MOST_AGES = 100_000_000  # of messages that a run holds: 400 MB
 
 
 class RunFileError(InputError):
-    """A name from which the kind of file cannot be told. The message says what it must end in."""
+    """A file name from which the kind of file cannot be told. The message says what it must end in."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunFiles:
-    """Where a run goes; None: not written. Raises an InputError for a name with another ending than its kind has."""
+    """The files into which a run goes; None: not written. Raises an InputError for a name with a wrong ending."""
 
     save: Path | None = None  # .npz, without loss
     table: Path | None = None  # .csv, every sample
@@ -37,9 +37,14 @@ class RunFiles:
                 raise RunFileError(f"{path}: the file's name must end in {suffix}")
 
     def need_ages(self, runs: int, robots: int, ticks: int) -> bool:
-        """Shall such a run keep how old each message is? A saved run and a page show it; too many numbers are left out.
+        """Whether such a run shall keep the age of each message, as a saved run and a page show it.
 
-        Warns where they are left out.
+        Warns where the ages are left out because they are too many numbers.
+
+        Args:
+            runs: Number of seeds.
+            robots: Number of robots.
+            ticks: Number of periods.
         """
         wanted = self.save is not None or self.player
         if wanted and runs * robots**2 * ticks > MOST_AGES:
@@ -48,7 +53,7 @@ class RunFiles:
         return wanted
 
     def write(self, run: Run) -> Path | None:
-        """Write ``run`` to all of them; the page that plays it comes back, if there is one. Raises OSError."""
+        """Write ``run`` to all of the files; return the page that plays it, if there is one. Raises OSError."""
         if self.save is not None:
             run.save(self.save)
         if self.table is not None:

@@ -1,4 +1,4 @@
-"""What each robot was about, and when that changed: the table of modes and hand-overs of a run."""
+"""Changes of the robots' modes: when each robot changed between which modes, and why."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,7 +10,7 @@ from robotics.simulation.run import Run
 if TYPE_CHECKING:
     import pandas as pd
 
-# Why one of the first four follows another, (before, after); the longer stories are in robotics.coordination
+# Why one of the first four modes follows another, (before, after); robotics.laws.avoidance tells it at length
 _REASONS = {
     (TRACK, AVOID): "an obstacle is near",
     (TRACK, FOLLOW): "an obstacle is near",
@@ -51,7 +51,7 @@ def mode_changes_in(times: np.ndarray, modes: np.ndarray) -> list[ModeChange]:
 
 
 def reason(before: int, after: int) -> str:
-    """Why a robot went from one mode to another, codes of MODES; of two reasons both."""
+    """The reason why a robot went from one mode to another (codes of MODES), or both of two reasons."""
     if after == STOPPED:
         return "its command was not finite, or it was lost"
     reasons = []
@@ -63,9 +63,9 @@ def reason(before: int, after: int) -> str:
 
 
 def mode_change_table(run: Run) -> "pd.DataFrame":
-    """The hand-overs of ``run``, a row each: seed, time [s], robot (from 1), from, to, why.
+    """The changes of mode in ``run``, a row each: seed, time [s], robot (from 1), from, to, why.
 
-    By seed, then time. A law without modes has none.
+    The rows are ordered by seed, then time. A law without modes has none.
     """
     import pandas as pd
 

@@ -1,4 +1,4 @@
-"""The report's chapter on avoidance: robots that would meet, and obstacles that nobody knows; thesis 6."""
+"""The report's chapter on avoidance: robots that would meet, and obstacles that are not known before; thesis 6."""
 
 from functools import partial
 
@@ -22,7 +22,7 @@ from robotics.thesis.avoidance_runs import (
 )
 
 ARRIVE_WITHIN = 0.2 + 1e-9  # s: arrivals that count as together here, which is stricter than ARRIVAL_SPREAD
-# Scenario, the laws drawn, what is said of it, and the thesis's figures of the rows
+# By scenario: the laws that are drawn, and the thesis's figure of each row
 FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     "two-meetings": (
         ("crash-literal", "right-of-way"),
@@ -66,7 +66,7 @@ FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
 
 
 def chapter_of(results: AvoidanceResults) -> Chapter:
-    """The chapter of experiments that were run."""
+    """Write the chapter from the results of its experiments."""
     nominal = {name: float(scenario.trajectory.ends[0]) for name, scenario in results.scenarios.items()}
     found = {key: avoidance_metrics(run, nominal[key[0]]) for key, run in results.runs.items()}
     return Chapter(
@@ -91,7 +91,7 @@ def chapter_of(results: AvoidanceResults) -> Chapter:
 
 
 def _played(results: AvoidanceResults) -> list[tuple[str, str]]:
-    """Test 2 under the thesis's rules; and the case studies, each under its own law."""
+    """The runs to play: test 2 under the thesis's rules, and the case studies, each under its own law."""
     cases = [key for key in results.runs if key[0] in CASES]
     return [(TESTS[1], CRASH_LAWS[0]), *sorted(cases, key=lambda key: CASES.index(key[0]))]
 
@@ -186,7 +186,7 @@ def _courses(results: AvoidanceResults, found: dict[tuple[str, str], AvoidanceMe
 
 
 def _arrival(m: AvoidanceMetrics) -> tuple[str, str, str]:
-    """Who arrived, with what spread, and when in nominal durations."""
+    """The number of robots that arrived, their spread [s], and the last arrival in nominal durations."""
     ratio = f"{m.ratio:.2f}" if np.isfinite(m.ratio) else "never"
     return f"{sum(m.arrived)} of {len(m.arrived)}", _seconds(m.spread), ratio
 

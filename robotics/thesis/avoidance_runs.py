@@ -1,4 +1,4 @@
-"""The thesis's experiments on avoidance, run: chapter 6, each scenario under the thesis's rules and under better ones.
+"""The runs of the chapter on avoidance, thesis 6: each scenario under the thesis's rules and under better ones.
 
 All scenarios of a law are driven in one array pass, a run each, which is several times quicker than one by one.
 """
@@ -18,19 +18,19 @@ from robotics.scenario.reading import load_scenario
 from robotics.simulation.run import Run
 from robotics.thesis.experiment import Experiment
 
-TESTS = ("two-meetings", "three-cross")  # 1 and 2 of 6.1.3
+TESTS = ("two-meetings", "three-cross")  # tests 1 and 2 of 6.1.3
 CRASH_LAWS = ("crash-literal", "crash-yielding", "right-of-way")
 COURSES = ("obstacles-on-two-paths", "turn-into-neighbour", "trap-u", "obstacles-on-outer-paths")  # 6.3
 CASES = ("wait-for-one", "neighbour-stops", "turn-towards-each-other", "trap-u-middle")  # the case studies of 6.2.3
 OBSTACLE_LAWS = ("obstacles-literal", "obstacles")
 CROSSERS = ("crash-literal", "right-of-way")
-CROSSINGS = 24  # random ones
+CROSSINGS = 24  # number of random crossings
 FACTOR = 1.6  # times the nominal duration: a run in which not all have arrived by then counts as a deadlock
 
 
 @dataclass(frozen=True, eq=False)
 class AvoidanceResults:
-    """Everything that was run."""
+    """The runs of the chapter on avoidance."""
 
     scenarios: dict[str, Scenario]  # by name
     runs: dict[tuple[str, str], Run]  # by scenario and controller
@@ -38,7 +38,7 @@ class AvoidanceResults:
 
 
 def experiments(folder: str = "", seed: int = 0) -> list[Experiment]:
-    """What the chapter runs, with ``seed``; ``folder`` does not matter."""
+    """The experiments of the chapter on avoidance, with ``seed``; ``folder`` does not matter."""
     return [
         *(Experiment(("meetings", law), partial(_meetings, law, seed)) for law in CRASH_LAWS),
         *(Experiment(("courses", law), partial(_courses, law, seed)) for law in OBSTACLE_LAWS),
@@ -47,7 +47,7 @@ def experiments(folder: str = "", seed: int = 0) -> list[Experiment]:
 
 
 def avoidance_results(found: Mapping[tuple[Any, ...], Any]) -> AvoidanceResults:
-    """The results of :func:`experiments`, sorted."""
+    """The results of :func:`experiments`, sorted by what they are."""
     runs = {(run.scenario, law): run for (what, law), passed in found.items() if what != "crossings" for run in passed}
     crossings = {law: outcome for (what, law), outcome in found.items() if what == "crossings"}
     return AvoidanceResults({name: load_scenario(name) for name in dict.fromkeys(n for n, _ in runs)}, runs, crossings)

@@ -50,7 +50,7 @@ ARRIVE_WITHIN = 0.3  # s: arrivals that count as together here, which is stricte
 
 
 def chapter_of(results: TeamResults) -> Chapter:
-    """The chapter of experiments that were run."""
+    """Write the chapter from the results of its experiments."""
     return Chapter(
         "teams",
         "Teams: arriving together over a radio (thesis 3, 4, 5.3, 5.4)",

@@ -1,8 +1,7 @@
 """Running a sweep: chunks through any ``concurrent.futures.Executor``, into one Parquet file each, then one table.
 
-The process that plans is the only one that writes; a chunk's file appears whole or not at all and carries the
-sweep's digest. Killed at any moment and begun again, a sweep computes what has no file yet: the chunks that were in
-flight and those behind them.
+Only the process that plans writes; a chunk's file appears whole or not at all and carries the sweep's digest. A sweep
+that was killed at any moment and is begun again computes the chunks that have no file yet.
 """
 
 import json
@@ -62,9 +61,14 @@ class SweepOutcome:
 
 
 def run_chunk(sweep: Sweep, chunk: Chunk, expected: dict[str, str]) -> "pa.Table":
-    """Simulate and measure a chunk: a table with one row a run and robot. This is what a worker does.
+    """Simulate and measure a chunk, as a worker does, into a table with one row for each run and robot.
 
-    ``expected`` are the versions that the sweep was planned with. Raises SweepError, naming point and seeds.
+    Args:
+        sweep: The sweep.
+        chunk: The chunk.
+        expected: The versions with which the sweep was planned.
+
+    Raises SweepError, naming point and seeds, where a run fails, and where the versions differ.
     """
     import pyarrow as pa
 
@@ -129,9 +133,15 @@ def run_sweep(
 ) -> SweepOutcome:
     """Do what is left of a sweep and write ``folder/results.parquet``, in the plan's order, whole or not at all.
 
-    ``workers`` run the chunks; by default this process does. ``fresh`` throws away what the folder holds of a sweep.
-    ``resumed`` is told how many chunks of how many are already there. Raises SweepError where the folder holds another
-    sweep, a point is refused or a run fails; what was written stays.
+    Args:
+        plan: The plan.
+        folder: The folder of the results.
+        workers: What runs the chunks, by default this process.
+        fresh: Whether to discard what the folder holds of a sweep.
+        begin: Starts a bar of a progress display, by its text and total.
+        resumed: Called with how many chunks are already there, and of how many.
+
+    Raises SweepError where the folder holds another sweep, a point is refused or a run fails; what was written stays.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with _alone(folder):
@@ -153,7 +163,7 @@ def run_sweep(
 
 
 def landed_chunks(plan: SweepPlan, folder: Path) -> int:
-    """How many chunks of the sweep ``folder`` holds."""
+    """The number of chunks of the sweep that ``folder`` holds."""
     key = digest(identity(plan))
     return sum(_landed(_file(folder, number), key) for number in range(1, plan.chunks + 1))
 
