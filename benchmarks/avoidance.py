@@ -36,7 +36,7 @@ import numpy as np
 from benchmarks.reporting import heading, machine
 from robotics.experiments.stress.crossing_runs import run_ensemble
 from robotics.experiments.stress.crossings import APART, AREA, ASPECT, SPEED
-from robotics.experiments.stress.outcome import Outcome
+from robotics.experiments.stress.outcome import StressOutcome
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
@@ -243,7 +243,7 @@ def entered(entrant: Entrant, case: str, robots: int, seeds: Sequence[int]) -> d
     }
 
 
-def figures(outcome: Outcome, straight: np.ndarray) -> dict[str, Any]:
+def figures(outcome: StressOutcome, straight: np.ndarray) -> dict[str, Any]:
     """What counts of ``outcome``; ``straight`` (runs,) [s] is how long the longest straight line takes."""
     ratio = outcome.arrivals.max(axis=1) / straight
     good = outcome.arrived & ~outcome.collided & (ratio <= 4.0)

@@ -75,30 +75,21 @@ if TYPE_CHECKING:
     )
     from fuzzy.figures.search import plot_rules_error
 
-_ON_FIRST_USE = {
-    **dict.fromkeys(("CompiledSugeno", "compile_sugeno"), "fuzzy.compiled.sugeno"),
-    **dict.fromkeys(
-        (
-            "gensurf",
-            "plot_memberships",
-            "plot_rules",
-            "plot_structure",
-            "plot_surface",
-            "plotfis",
-            "plotmf",
-            "ruleview",
-            "save_figure",
-        ),
-        "fuzzy.figures.plot",
+_MODULES = {
+    "fuzzy.compiled.sugeno": ("CompiledSugeno", "compile_sugeno"),
+    "fuzzy.designer.notebook": ("editor",),
+    "fuzzy.figures.plot": (
+        *("gensurf", "plot_memberships", "plot_rules", "plot_structure", "plot_surface"),
+        *("plotfis", "plotmf", "ruleview", "save_figure"),
     ),
-    "editor": "fuzzy.designer.notebook",
-    "plot_rules_error": "fuzzy.figures.search",
+    "fuzzy.figures.search": ("plot_rules_error",),
 }
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:
-    if name in _ON_FIRST_USE:
-        return getattr(import_module(_ON_FIRST_USE[name]), name)
+    if name in _HOME:
+        return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module 'fuzzy' has no attribute {name!r}")
 
 

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from robotics.experiments.comparison import Comparison, compare, summarise
     from robotics.experiments.recovery import Recovery, recovery_curve
     from robotics.laws.catalogue import CATALOGUE, make_controller
-    from robotics.laws.law import Command, Controller, ControllerError, Observation
+    from robotics.laws.law import Command, Controller, ControllerError, Law, Observation
+    from robotics.laws.setting import Setting
     from robotics.measures.arrival import arrival_time
     from robotics.measures.formations import FORMATION_METRICS, measure_formation
     from robotics.measures.progress import progress_gap, true_progress
@@ -33,110 +34,40 @@ if TYPE_CHECKING:
     from robotics.scenario.formations import formation_scenario
     from robotics.scenario.random_team import TeamError, random_team, team_toml
     from robotics.scenario.reading import load_scenario, parse_scenario, scenario_names
-    from robotics.sensing.posture import Sensing
+    from robotics.sensing.posture import Sensing, SensingError
+    from robotics.sensing.sonar import RangeSensor
     from robotics.simulation.loop import SimulationError, simulate
     from robotics.simulation.run import Run, RunError, load_run
     from robotics.vehicle.robot import Robot, RobotError
 
 _MODULES = {
-    "robotics.experiments.comparison": (
-        "Comparison",
-        "compare",
-        "summarise",
-    ),
-    "robotics.experiments.recovery": (
-        "Recovery",
-        "recovery_curve",
-    ),
-    "robotics.laws.catalogue": (
-        "CATALOGUE",
-        "make_controller",
-    ),
-    "robotics.laws.law": (
-        "Command",
-        "Controller",
-        "ControllerError",
-        "Observation",
-    ),
-    "robotics.measures.formations": (
-        "FORMATION_METRICS",
-        "measure_formation",
-    ),
-    "robotics.measures.registry": (
-        "measure_all",
-        "metrics_of",
-    ),
-    "robotics.measures.teams": (
-        "TEAM_METRICS",
-        "measure_team",
-        "nearest_distance",
-    ),
+    "robotics.experiments.comparison": ("Comparison", "compare", "summarise"),
+    "robotics.experiments.recovery": ("Recovery", "recovery_curve"),
+    "robotics.laws.catalogue": ("CATALOGUE", "make_controller"),
+    "robotics.laws.law": ("Command", "Controller", "ControllerError", "Law", "Observation"),
+    "robotics.laws.setting": ("Setting",),
+    "robotics.measures.formations": ("FORMATION_METRICS", "measure_formation"),
+    "robotics.measures.registry": ("measure_all", "metrics_of"),
+    "robotics.measures.teams": ("TEAM_METRICS", "measure_team", "nearest_distance"),
     "robotics.measures.arrival": ("arrival_time",),
-    "robotics.measures.progress": (
-        "progress_gap",
-        "true_progress",
-    ),
-    "robotics.measures.tracking": (
-        "METRICS",
-        "cross_track_error",
-        "measure",
-        "tracking_error",
-    ),
-    "robotics.paths.path": (
-        "Circle",
-        "Line",
-        "Path",
-        "PathError",
-        "Quintic",
-        "Sine",
-        "Waypoints",
-        "compile_path",
-    ),
-    "robotics.paths.trajectory": (
-        "Timing",
-        "Trajectory",
-    ),
+    "robotics.measures.progress": ("progress_gap", "true_progress"),
+    "robotics.measures.tracking": ("METRICS", "cross_track_error", "measure", "tracking_error"),
+    "robotics.paths.path": ("Circle", "Line", "Path", "PathError", "Quintic", "Sine", "Waypoints", "compile_path"),
+    "robotics.paths.trajectory": ("Timing", "Trajectory"),
     "robotics.playback.notebook": ("player",),
     "robotics.radio.channel": ("Heard",),
-    "robotics.radio.description": (
-        "Radio",
-        "RadioError",
-    ),
+    "robotics.radio.description": ("Radio", "RadioError"),
     "robotics.radio.faults": ("Fault",),
-    "robotics.radio.graph": (
-        "adjacency",
-        "laplacian",
-    ),
-    "robotics.scenario.description": (
-        "Member",
-        "Scenario",
-        "ScenarioError",
-    ),
+    "robotics.radio.graph": ("adjacency", "laplacian"),
+    "robotics.scenario.description": ("Member", "Scenario", "ScenarioError"),
     "robotics.scenario.formations": ("formation_scenario",),
-    "robotics.scenario.random_team": (
-        "TeamError",
-        "random_team",
-        "team_toml",
-    ),
-    "robotics.scenario.reading": (
-        "load_scenario",
-        "parse_scenario",
-        "scenario_names",
-    ),
-    "robotics.sensing.posture": ("Sensing",),
-    "robotics.simulation.loop": (
-        "SimulationError",
-        "simulate",
-    ),
-    "robotics.simulation.run": (
-        "Run",
-        "RunError",
-        "load_run",
-    ),
-    "robotics.vehicle.robot": (
-        "Robot",
-        "RobotError",
-    ),
+    "robotics.scenario.random_team": ("TeamError", "random_team", "team_toml"),
+    "robotics.scenario.reading": ("load_scenario", "parse_scenario", "scenario_names"),
+    "robotics.sensing.posture": ("Sensing", "SensingError"),
+    "robotics.sensing.sonar": ("RangeSensor",),
+    "robotics.simulation.loop": ("SimulationError", "simulate"),
+    "robotics.simulation.run": ("Run", "RunError", "load_run"),
+    "robotics.vehicle.robot": ("Robot", "RobotError"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 

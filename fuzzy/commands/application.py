@@ -36,7 +36,7 @@ At = Annotated[
 
 
 class PlotKind(StrEnum):
-    """What ``fuzzy plot`` draws."""
+    """The pictures that ``fuzzy plot`` draws."""
 
     memberships = "memberships"
     rules = "rules"
@@ -44,7 +44,7 @@ class PlotKind(StrEnum):
 
 
 class SurfaceKind(StrEnum):
-    """How ``fuzzy surface`` draws."""
+    """The ways in which ``fuzzy surface`` draws."""
 
     contour = "contour"
     solid = "3d"
@@ -90,7 +90,7 @@ def show(file: FisFile, json: Json = False) -> None:
 
 @app.command()
 def rules(file: FisFile, json: Json = False) -> None:
-    """Print the rules as sentences, one a line.
+    """Print the rules as sentences, one on each line.
 
     Example: fuzzy rules tipper.fis
     """
@@ -186,7 +186,7 @@ def explain(
     values: Annotated[list[str], typer.Argument(metavar="INPUT=VALUE...", help="Every input's value.")],
     json: Json = False,
 ) -> None:
-    """Say why the system answers what it answers at one point.
+    """Explain why the system answers what it answers at one point.
 
     Example: fuzzy explain tipper.fis service=3 food=8
     """

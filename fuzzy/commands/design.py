@@ -9,7 +9,7 @@ from fuzzy.errors import InputError
 
 
 class DesignError(InputError):
-    """The designer cannot start as it was told to."""
+    """A designer that cannot start as it was told to."""
 
 
 def design(

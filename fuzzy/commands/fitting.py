@@ -29,7 +29,7 @@ Plot = Annotated[
     Path | None, typer.Option(metavar="PICTURE", help="Draw the search: error against rules, .png, .pdf or .svg.")
 ]
 Order = Annotated[int, typer.Option(min=0, max=1, help="Consequents: 1 linear, 0 constant.")]
-Ridge = Annotated[float, typer.Option(min=0, help="Times the square of the consequents, added to the mean error.")]
+Ridge = Annotated[float, typer.Option(min=0, help="Weight of the squared consequents beside the mean error.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 
 
@@ -74,7 +74,7 @@ def identify(
     clusters: Annotated[
         int | None, typer.Option(min=1, help="Number of clusters (fcm). [default: as subtractive finds]")
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Of the random start (fcm). [default: 0]")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the random start (fcm). [default: 0]")] = None,
     order: Order = 1,
     ridge: Ridge = 0.0,
     fit: Annotated[bool, typer.Option("--fit/--no-fit", help="Fit the consequents, or leave them 0.")] = True,
@@ -83,8 +83,8 @@ def identify(
 ) -> None:
     """Make a system from samples: antecedents by a grid or by clusters, consequents by least squares.
 
-    With --rules the settings of subtractive clustering are searched for the best system with so many rules, as
-    `fuzzy search` does. A header "speed [m/s]" names the column speed.
+    With --rules the settings of subtractive clustering are searched for the best system with that number of rules,
+    as `fuzzy search` does. A header "speed [m/s]" names the column speed.
 
     Example: fuzzy identify samples.csv --inputs x,y --outputs v --method subtractive --radius 0.5 -o net.fis
     """

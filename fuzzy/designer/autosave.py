@@ -1,4 +1,4 @@
-"""Unsaved work beside its file: FOLDER/.fuzzy-design/NAME.json, whole or not at all, so that a crash loses nothing."""
+"""Unsaved work beside its file, FOLDER/.fuzzy-design/NAME.json, written whole or not at all: a crash loses nothing."""
 
 import json
 import math
@@ -22,7 +22,7 @@ _FORMAT = 1
 
 @dataclass(frozen=True)
 class Unsaved:
-    """Work that was not saved, as it was found."""
+    """Work that was found unsaved."""
 
     path: Path  # the .json file
     design: Design
@@ -32,14 +32,19 @@ class Unsaved:
 
 
 def place_for(file: Path) -> Path:
-    """Where the unsaved work of ``file`` stands."""
+    """The path of the unsaved work of ``file``."""
     return file.parent / FOLDER / f"{file.name}.json"
 
 
 def write(file: Path, design: Design, base: str | None) -> Path:
-    """Write ``design`` as the unsaved work of ``file``; give the path. OSError where that cannot be.
+    """Write a design as the unsaved work of a file, and return the path that was written. Raises OSError.
 
     Where a designer in another process has its own unsaved work, this one's stands beside it under another name.
+
+    Args:
+        file: The .fis file.
+        design: The design.
+        base: The digest of the file from which the design goes on; None where there was no file.
     """
     target = place_for(file)
     if _in_other_hands(target):

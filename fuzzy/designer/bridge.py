@@ -35,7 +35,7 @@ class Bridge(Element, component="static/bridge.js"):
         self.on("traits", self._receive_traits)
 
     def update(self, **traits: Any) -> None:
-        """Give the model new values; those that it has already are not sent again."""
+        """Give the model new values; those that it already has are not sent again."""
         if not traits:
             super().update()
             return
@@ -46,7 +46,7 @@ class Bridge(Element, component="static/bridge.js"):
             self._call("receive", _object(news))
 
     def send(self, content: Any) -> None:
-        """A message to the module, which hears it with ``model.on("msg:custom", ...)``."""
+        """Send a message to the module, which hears it with ``model.on("msg:custom", ...)``."""
         if not self.is_deleted:
             self._call("receiveMessage", _text(content))
 

@@ -1,4 +1,4 @@
-"""A system under design: its rules as lines of a table, of which some may be switched off or misspelt."""
+"""A system under design: its rules are the lines of a table, of which some may be switched off or misspelt."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Problem:
-    """What is wrong with a sentence: ``text[start:end]`` is the word at fault (empty where one is missing)."""
+    """A mistake in a sentence: ``text[start:end]`` is the word at fault (empty where one is missing)."""
 
     message: str
     start: int  # in characters (code points), from 0
@@ -39,7 +39,7 @@ class RuleLine:
 
 @dataclass(frozen=True)
 class Design:
-    """A system with its rules as lines, and the point at which one looks. Made by :func:`design_of`.
+    """A system with its rules as lines, and the point that is looked at. Made by :func:`design_of`.
 
     ``system.rules`` are the lines' rules, enabled or not, in the lines' order.
     """
@@ -51,7 +51,7 @@ class Design:
 
     @cached_property
     def in_force(self) -> Sugeno:
-        """The system with the enabled rules only: what is shown and tried."""
+        """The system with the enabled rules only, which is shown and tried."""
         if all(line.enabled for line in self.lines):
             return self.system
         return replace(self.system, rules=tuple(line.rule for line in self.lines if line.enabled))
@@ -65,11 +65,11 @@ class Design:
         return replace(self.system, rules=tuple(rules))
 
     def line(self, key: int) -> RuleLine:
-        """The line with that key; FuzzySystemError where there is none."""
+        """The line with that key. Raises FuzzySystemError where there is none."""
         return self.lines[self.place(key)]
 
     def place(self, key: int) -> int:
-        """Where the line with that key stands, from 0; FuzzySystemError where there is none."""
+        """The place, from 0, of the line with that key. Raises FuzzySystemError where there is none."""
         for place, line in enumerate(self.lines):
             if line.key == key:
                 return place
@@ -77,7 +77,7 @@ class Design:
 
 
 def design_of(fis: Sugeno, first_key: int = 0) -> Design:
-    """``fis`` as a design, looked at in the middle of its inputs.
+    """Make a design from ``fis``, looked at in the middle of its inputs.
 
     A rule of the weight 0 does nothing: it becomes a disabled rule of the weight 1. Parameters that are arrays
     (torch tensors in training, say) become numbers. The lines' keys count from ``first_key``.
@@ -124,10 +124,16 @@ def with_disabled(new: Design, old: Design) -> Design:
 def with_variables(
     design: Design, inputs: Sequence[Variable], outputs: Sequence[Variable], rules: Sequence[Rule | None] | None = None
 ) -> Design:
-    """``design`` with other variables, and with ``rules`` in the place of its lines' rules (None: the line goes).
+    """A design with other variables. The point keeps the values of the inputs that stay, by name.
 
-    Sentences with a problem are read again, because the names that they want may exist now. The point keeps the
-    values of the inputs that stay (by name), and those of a renamed input where their number stays.
+    Sentences with a problem are read again, because the names that they want may exist now. If only names change, the
+    point also keeps the values of renamed inputs.
+
+    Args:
+        design: The design.
+        inputs: The inputs.
+        outputs: The outputs.
+        rules: The rules that take the place of the lines' rules (None: the line goes); by default they stay.
     """
     kept = [line.rule for line in design.lines] if rules is None else list(rules)
     pairs = [(line, rule) for line, rule in zip(design.lines, kept, strict=True) if rule is not None]
@@ -142,9 +148,10 @@ def with_variables(
 
 
 def point_in(system: Sugeno, before: Design) -> tuple[float, ...]:
-    """The point of ``before`` for ``system``: by name, by place where the inputs are as many, else the middle.
+    """The point of ``before`` moved to ``system``.
 
-    A value stays as it is while its universe does, and is moved to the edge of one that is another.
+    A value is that of the input of the same name, or of the same place where the inputs are as many, else the middle of
+    the universe. It stays as it is while its universe does, and is moved to the edge of one that is another.
     """
     inputs = before.system.inputs
     places = {v.name: i for i, v in enumerate(inputs)}
@@ -159,7 +166,13 @@ def point_in(system: Sugeno, before: Design) -> tuple[float, ...]:
 
 
 def read(system: Sugeno, line: RuleLine, text: str) -> RuleLine:
-    """``line`` with the sentence ``text``: its rule where it is one, else the old rule and what is wrong with it."""
+    """A line with another sentence: its rule where it is one, else the old rule and the problem.
+
+    Args:
+        system: The system, whose variables and terms the sentence names.
+        line: The line.
+        text: The sentence.
+    """
     try:
         rule = sentence(system, text)
     except RuleError as error:
@@ -168,7 +181,7 @@ def read(system: Sugeno, line: RuleLine, text: str) -> RuleLine:
 
 
 def sentence(system: Sugeno, text: str) -> Rule:
-    """The rule that ``text`` says; RuleError where it says none, or one that a .fis file cannot hold."""
+    """The rule that ``text`` states. Raises RuleError where it states none, or one that a .fis file cannot hold."""
     rule = parse_rule(
         text, {v.name: tuple(v.terms) for v in system.inputs}, {v.name: tuple(v.terms) for v in system.outputs}
     )
@@ -182,7 +195,7 @@ POWERS = "a hedge's power must be one of 0.1, 0.2, ... 9.9: a .fis file has no r
 
 
 def holds_power(power: float) -> bool:
-    """Can a .fis file hold a hedge of this power? Tenths below 10, as Octave writes them."""
+    """Whether a .fis file can hold a hedge of this power: tenths below 10, as Octave writes them."""
     tenths = round(10 * power) if 0 < power < 10 else 0
     return 1 <= tenths <= 99 and tenths / 10 == power
 
@@ -190,6 +203,6 @@ def holds_power(power: float) -> bool:
 def file_text(design: Design) -> str:
     """The text of the .fis file; a disabled rule has the weight 0 there.
 
-    Raises FisFileError where the format cannot hold the system, which no edit leads to.
+    Raises FisFileError where the format cannot hold the system; no edit leads to that.
     """
     return format_fis(design.written)

@@ -37,9 +37,10 @@ class _Entry(NamedTuple):
 
 
 def confined(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> Path:
-    """``path`` (relative to ``folder``, or absolute) with its links followed; a .fis file inside ``folder``.
+    """The absolute path of a .fis file inside a folder, with its links followed.
 
-    Raises DocumentError for a path that leads out of the folder or is no .fis file's.
+    ``path`` is relative to ``folder``, or absolute. Raises DocumentError for a path that leads out of the folder or
+    is no .fis file's.
     """
     try:
         root = Path(folder).resolve()
@@ -59,7 +60,7 @@ def confined(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> Pa
 
 
 def new_system(name: str) -> Sugeno:
-    """What a new file begins with: one input, one output, a rule for each term."""
+    """The system with which a new file begins: one input, one output, a rule for each term."""
     rules = [f"if input1 is {term} then output1 is {term}" for term in ("low", "medium", "high")]
     return Sugeno([new_variable("input", "input1")], [new_variable("output", "output1")], rules, name=name)
 
@@ -137,7 +138,7 @@ class Document:
 
     @property
     def saved(self) -> bool:
-        """Does the file hold the design (as far as this document knows)?"""
+        """Whether the file holds the design, as far as this document knows."""
         return self._digest is not None and self.text() == self._saved_text
 
     def text(self) -> str:
@@ -147,10 +148,10 @@ class Document:
     # Edits and history ----------------------------------------------------------------------------------------
 
     def apply(self, message: Mapping[str, Any]) -> None:
-        """One message: an edit, a look at another point (no edit), or ``{"do": "undo"}``, ``{"do": "redo"}``.
+        """Apply one message: an edit, a look at another point, ``{"do": "undo"}`` or ``{"do": "redo"}``.
 
-        An edit with the same ``gesture`` (not null) as the one before it continues that: both are undone together.
-        Raises InputError, with a sentence, for what is none; the design is then as it was.
+        An edit with the same ``gesture`` (not null) as the one before continues it: both are undone together.
+        Raises InputError, with a sentence, for any other message; the design is then as it was.
         """
         if isinstance(message, Mapping) and "edit" not in message and "do" in message:
             self._do(message["do"])
@@ -216,10 +217,13 @@ class Document:
         self._tell()
 
     def replace(self, fis: Sugeno, what: str, keep_disabled: bool = False) -> None:
-        """A whole new system (uploaded, trained) as one edit of the name ``what``.
+        """Put a whole new system (uploaded, trained) in the place of the design, as one edit.
 
-        With ``keep_disabled`` the disabled rules stay, disabled, as far as ``fis`` has their variables and terms: for
-        a system that was learnt from the enabled ones.
+        Args:
+            fis: The system.
+            what: The name of the edit.
+            keep_disabled: Whether the disabled rules stay, disabled, as far as ``fis`` has their variables and
+                terms: for a system that was learnt from the enabled ones.
 
         Raises FisFileError where no .fis file can hold it.
         """
@@ -230,12 +234,12 @@ class Document:
         self._record(replace(new, point=point_in(new.system, self.design)), what)
 
     def compare(self, fis: Sugeno | None) -> None:
-        """Show ``fis`` beside the design, or nothing."""
+        """Show ``fis`` beside the design; None shows nothing."""
         self.compared = fis
         self._tell()
 
     def listen(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call ``callback()`` after every change; what is returned ends that."""
+        """Call ``callback()`` after every change, until the function that is returned is called."""
         self._listeners.append(callback)
 
         def unlisten() -> None:

@@ -16,14 +16,14 @@ __all__ = ["EDITS", "EditError", "Edited", "apply", "edited"]
 
 
 class Edited(NamedTuple):
-    """What an edit leads to."""
+    """The design that an edit leads to, and the edit's name."""
 
     design: Design
     name: str  # for the history, in a few words: "move near", "remove near, from 2 rules"
 
 
 def apply(design: Design, message: Mapping[str, Any]) -> Design:
-    """The design after ``message``, an edit ``{"edit": ..., ...}`` or ``{"look": "point", "point": [...]}``.
+    """The design after a message: an edit ``{"edit": ..., ...}`` or ``{"look": "point", "point": [...]}``.
 
     Raises EditError or another InputError, with a sentence, for a message that is none, names what is not there, or
     asks for what makes no system; never anything else.
@@ -32,7 +32,7 @@ def apply(design: Design, message: Mapping[str, Any]) -> Design:
 
 
 def edited(design: Design, message: Mapping[str, Any]) -> Edited:
-    """As :func:`apply`, with the edit's name."""
+    """The design after a message, as :func:`apply` gives it, with the edit's name."""
     if not isinstance(message, Mapping):
         raise EditError(f"a message is a mapping with 'edit' or 'look', got {type(message).__name__}")
     if "edit" not in message and message.get("look") == "point":

@@ -1,6 +1,6 @@
 """Several ES modules as the text of one, for notebooks, which load a single text.
 
-It is done here and not in a build step. What modules may write for that is checked: anything else raises an error.
+This replaces a build step. The forms of import and export that modules may use are checked; any other raises an error.
 """
 
 import re
@@ -21,7 +21,7 @@ _LEFT = re.compile(r"^\s*(?:import|export)\b(?!\s*\().*$|\bimport\s*\(.*$", re.M
 
 
 def composed(entry: Path, rest: str = "export default entry.default;") -> str:
-    """The module in the file ``entry`` with all that it imports, as the text of one module.
+    """The text of one module that holds the module in the file ``entry`` and all that it imports.
 
     Each file becomes a function that gives its exports, after those that it imports. ``rest`` ends the text; there
     ``entry`` is the object of the entry's exports. Raises ModuleError for a form of import or export that is not

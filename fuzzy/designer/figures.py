@@ -14,7 +14,7 @@ FORMATS = ("svg", "pdf", "png")
 
 
 def check_figure(kind: object, ending: object) -> tuple[str, str]:
-    """The kind of figure and its format, if they are known. Raises InputError."""
+    """The kind of figure and its format, if both are known. Raises InputError for others."""
     if kind not in FIGURES:
         raise InputError(expected(str(kind)[:40], FIGURES, "figure"))
     if ending not in FORMATS:
@@ -25,10 +25,17 @@ def check_figure(kind: object, ending: object) -> tuple[str, str]:
 def figure_bytes(
     fis: Sugeno, kind: str, ending: str, point: Sequence[float], inputs: Sequence[int], output: int
 ) -> bytes:
-    """The picture of ``kind`` (:data:`FIGURES`) as a file of the format ``ending`` (:data:`FORMATS`).
+    """Draw a picture of a system as the bytes of a file.
 
-    ``point`` (inputs,) is where the rules are shown and what the surface holds its other inputs at; ``inputs`` and
-    ``output`` are the surface's axes, by number. Raises FuzzySystemError where there is nothing to draw.
+    Args:
+        fis: The system.
+        kind: The picture, one of :data:`FIGURES`.
+        ending: The format, one of :data:`FORMATS`.
+        point: The point (inputs,) at which rules are shown and a surface holds its other inputs.
+        inputs: The inputs of the surface's axes, by number.
+        output: The surface's output, by number.
+
+    Raises FuzzySystemError where there is nothing to draw.
     """
     from fuzzy.figures.plot import plot_memberships, plot_rules, plot_structure, plot_surface, save_figure
 

@@ -21,7 +21,7 @@ _POLICY = (
 
 
 class Guard:
-    """An ASGI application that passes on to ``app`` what comes from the designer's own pages; 403 for all else."""
+    """An ASGI application that passes on to ``app`` what comes from the designer's own pages, and answers 403 else."""
 
     def __init__(self, app: App, port: int) -> None:
         self.app = app
@@ -54,7 +54,7 @@ class Guard:
         await self.app(scope, receive, send_guarded)
 
     def admits(self, headers: Iterable[tuple[bytes, bytes]], socket: bool = False) -> bool:
-        """Do the headers, names in lower case, belong to a request by one of the designer's pages?
+        """Whether headers, with names in lower case, belong to a request by one of the designer's pages.
 
         A browser states the Origin of every web socket, so that one without is refused.
         """

@@ -1,4 +1,4 @@
-"""What arrives from a page: a mapping that may hold anything, read field by field."""
+"""Messages from a page: mappings that may hold anything, read field by field."""
 
 import unicodedata
 from collections.abc import Collection, Mapping
@@ -7,11 +7,11 @@ from typing import Any
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 
-LARGEST = 1e100  # of a number in an edit: squares of differences stay finite
+LARGEST = 1e100  # the largest number in an edit: squares of differences stay finite
 
 
 class EditError(InputError):
-    """A message that is no edit of this design. The message says what was wrong and what is accepted."""
+    """A message that is no edit of this design. The message says what is wrong and what is accepted."""
 
 
 class Message:
@@ -33,7 +33,7 @@ class Message:
         )
 
     def has(self, field: str) -> bool:
-        """Is the field there, and not null?"""
+        """Whether the field is there and not null."""
         return self.content.get(field) is not None
 
     def text(self, field: str, longest: int = 5000) -> str:

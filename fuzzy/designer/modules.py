@@ -1,4 +1,4 @@
-"""Where pages find the ES modules and style sheets of installed packages."""
+"""The places where pages find the ES modules and style sheets of installed packages."""
 
 from pathlib import Path
 from urllib.parse import quote
@@ -12,7 +12,7 @@ class Modules:
         self.url(Path(__file__))
 
     def url(self, file: Path) -> str:
-        """Where pages find a file of an installed package: /modules/PACKAGE/PATH IN THE PACKAGE."""
+        """The address of a file of an installed package: /modules/PACKAGE/PATH IN THE PACKAGE."""
         file = file.resolve()
         root = file.parent
         # Folders of modules need not be packages themselves: the topmost package counts.
@@ -22,7 +22,7 @@ class Modules:
         return f"/modules/{quote(root.name)}/{quote(file.relative_to(root).as_posix())}"
 
     def file(self, package: str, path: str) -> Path | None:
-        """The file for such an address; None where no page may have it."""
+        """The file at such an address; None where no page may have it."""
         root = self._roots.get(package)
         if root is None or "\0" in path:
             return None

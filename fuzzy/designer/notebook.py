@@ -19,7 +19,7 @@ _SOON = 0.004  # s that edits in hand may take to arrive before they are shown t
 
 
 class NotebookSession:
-    """A design with its history, what one looks at, and the traits that show it; there is no file."""
+    """A design with its history, the point that is looked at, and the traits that show it; there is no file."""
 
     def __init__(self, fis: Sugeno) -> None:
         self.design = design_of(fis)
@@ -34,7 +34,7 @@ class NotebookSession:
         self._revision = 0
 
     def hear(self, content: Any) -> None:
-        """One message of a module. What is wrong with it becomes the trait ``problem``; nothing is raised."""
+        """Do what a module's message asks; an error becomes the trait ``problem`` and is not raised."""
         try:
             self._take(content if isinstance(content, Mapping) else {})
             self._problem = None
@@ -106,10 +106,10 @@ def _or_none(view: Any, *args: Any) -> Any:
 
 
 def editor(fis: Sugeno) -> Any:
-    """The designer of ``fis`` as a widget for Jupyter, marimo and other notebooks that show anywidgets.
+    """Make the designer of ``fis`` as a widget for Jupyter, marimo and other notebooks that show anywidgets.
 
-    The widget's ``fis`` is the system as edited so far. ``fis`` itself stays as it is. Raises ModuleError without
-    the extra ``notebook``.
+    The widget's ``fis`` is the system as edited so far; the argument stays as it is. Raises ModuleError without the
+    extra ``notebook``.
     """
     anywidget, traitlets = widget_library()
     folder = Path(__file__).parent / "static"

@@ -1,21 +1,21 @@
-"""The open documents of a folder, whoever looks at them."""
+"""The open documents of a folder, shared by all browser tabs."""
 
 import asyncio
 import sys
 
 from fuzzy.designer.document import Document, DocumentError
 from fuzzy.designer.folder import LARGEST_FILE, MOST_RULES, Folder, FolderError
-from fuzzy.designer.workers import Workers
+from fuzzy.designer.workers import DesignerWorkers
 
 AUTOSAVE = 0.25  # s between two autosaves of a document while it is being dragged
 
 
 class OpenDocuments:
-    """The documents of a folder that are open. All browser tabs with one file look at one document."""
+    """The documents of a folder that are open; all browser tabs with one file share one document."""
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
-        self.workers = Workers()
+        self.workers = DesignerWorkers()
         self._documents: list[Document] = []
         self._tabs: dict[int, int] = {}  # how many look at a document, by its id
         self._waiting: set[int] = set()  # documents that were autosaved just now
@@ -39,11 +39,11 @@ class OpenDocuments:
         return document
 
     def arrive(self, document: Document) -> None:
-        """A browser tab looks at the document."""
+        """Note that a browser tab looks at the document."""
         self._tabs[id(document)] = self._tabs.get(id(document), 0) + 1
 
     def leave(self, document: Document) -> None:
-        """A browser tab no longer looks at the document."""
+        """Note that a browser tab no longer looks at the document."""
         self._tabs[id(document)] -= 1
 
     def save(self, document: Document, name: str | None = None, overwrite: bool = False) -> None:

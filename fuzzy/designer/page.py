@@ -29,7 +29,13 @@ _STATIC = Path(str(resources.files("fuzzy") / "designer" / "static"))
 
 
 async def build_page(opened: OpenDocuments, modules: Modules, name: str) -> None:
-    """Fill the page of a new browser tab with the designer of the file ``name``, or with what is wrong with it."""
+    """Fill the page of a new browser tab with the designer of a file, or with what is wrong with the file.
+
+    Args:
+        opened: The open documents.
+        modules: The modules that pages may load.
+        name: The file's name in the folder.
+    """
     ui.add_head_html(f"<style>{stylesheet()}</style>")
     for sheet in ("designer.css", "page.css"):
         ui.add_head_html(f'<link rel="stylesheet" href="{modules.url(_STATIC / sheet)}">')

@@ -1,4 +1,4 @@
-"""What the designer offers to the panels beside the rule base, and how it finds them.
+"""The interface between the designer and the panels beside the rule base, and how panels are found.
 
 ``fuzzy`` knows no other package: an entry point of the group "fuzzyfleet.designer" names a :class:`Panel`, or the class
 or function that makes one.
@@ -13,7 +13,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from fuzzy.designer.workers import Workers
+from fuzzy.designer.workers import DesignerWorkers
 from fuzzy.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,11 +28,11 @@ class Panel(Protocol):
 
     @property
     def title(self) -> str:
-        """What the tab says."""
+        """The text of the tab."""
 
     @property
     def order(self) -> int:
-        """Tabs with lower numbers stand further left."""
+        """The place of the tab: tabs with lower numbers stand further left."""
 
     def build(self, bench: "Workbench") -> None:
         """Put the panel on the page, once a browser tab, when it is first looked at."""
@@ -40,7 +40,7 @@ class Panel(Protocol):
 
 @dataclass
 class Place:
-    """A part of the page that is shown or hidden; what depends on the design rests while it is hidden."""
+    """A part of the page that is shown or hidden; callbacks that depend on the design rest while it is hidden."""
 
     shown: bool = True
     missed: bool = False  # a change while it was hidden
@@ -52,7 +52,7 @@ class Workbench:
     def __init__(
         self,
         document: "Document",
-        workers: Workers,
+        workers: DesignerWorkers,
         module_url: Callable[[Path], str],
         say: Callable[[str, bool], None],
     ) -> None:
@@ -82,9 +82,9 @@ class Workbench:
         self._close_callbacks.append(callback)
 
     async def background(self, function: Callable[..., Any], *args: Any) -> Any:
-        """``function(*args)`` in a worker process; both must be picklable.
+        """Run ``function(*args)`` in a worker process; both must be picklable.
 
-        Raises InputError where the function did, :class:`fuzzy.designer.workers.WorkError` for anything else.
+        Raises InputError where the function did, :class:`fuzzy.designer.workers.WorkError` for any other failure.
         """
         return await self._workers.run(function, *args)
 
@@ -97,7 +97,7 @@ class Workbench:
 
     @contextmanager
     def building(self, place: Place) -> Iterator[None]:
-        """What is built now stands in ``place``."""
+        """Note that what is built in the ``with`` block stands in ``place``."""
         before, self._here = self._here, place
         try:
             yield
@@ -105,7 +105,7 @@ class Workbench:
             self._here = before
 
     async def changed(self, place: Place | None = None) -> None:
-        """The document changed: tell all that is shown, or all in ``place``."""
+        """Tell all that is shown, or all in ``place``, that the document changed."""
         waiting = []
         for where, callback in list(self._change_callbacks):
             if self.closed or (place is not None and where is not place):
@@ -121,7 +121,7 @@ class Workbench:
                 raise outcome
 
     async def close(self) -> None:
-        """The tab is gone."""
+        """Note that the tab is gone, and call what waits for that."""
         if not self.closed:
             self.closed = True
             for callback in self._close_callbacks:

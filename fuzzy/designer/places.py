@@ -23,7 +23,7 @@ class Place(NamedTuple):
 
 
 def found(design: Design, message: Message) -> Place:
-    """The variable that the message names; "kind" says which where an input and an output share the name."""
+    """The place of the variable that a message names; its "kind" decides where two share the name."""
     kinds = (message.one_of("kind", ("input", "output"), "kind"),) if message.has("kind") else ("input", "output")
     name = message.text("variable")
     for kind in kinds:
@@ -34,17 +34,24 @@ def found(design: Design, message: Message) -> Place:
 
 
 def term_of(message: Message, variable: Variable) -> str:
-    """The name of the term that the message names."""
+    """The name of the term of ``variable`` that a message names."""
     return message.one_of("term", tuple(variable.terms), f"term of {variable.name!r}")
 
 
 def variables_of(design: Design, kind: str) -> tuple[Variable, ...]:
-    """The variables of a kind, "input" or "output"."""
+    """The variables of a ``kind``, "input" or "output"."""
     return tuple(design.system.inputs if kind == "input" else design.system.outputs)
 
 
 def put(design: Design, place: Place, variable: Variable, rules: Sequence[Rule | None] | None = None) -> Design:
-    """``design`` with ``variable`` at the place."""
+    """A design with ``variable`` at ``place``.
+
+    Args:
+        design: The design.
+        place: The place.
+        variable: The variable.
+        rules: The rules that take the place of the lines' rules (None: the line goes); by default they stay.
+    """
     variables = list(variables_of(design, place.kind))
     variables[place.at] = variable
     if place.kind == "input":
@@ -58,7 +65,13 @@ def with_terms(variable: Variable, terms: Sequence[tuple[str, Any]]) -> Variable
 
 
 def with_term(variable: Variable, label: str, term: Any) -> Variable:
-    """The variable with ``term`` in the place of the one that is named ``label``."""
+    """A variable with another term in the place of one.
+
+    Args:
+        variable: The variable.
+        label: The name of the term that is replaced.
+        term: The new term, which keeps the name.
+    """
     return with_terms(variable, [(name, term if name == label else old) for name, old in variable.terms.items()])
 
 
@@ -74,7 +87,13 @@ def consequent(kind: str, parameters: Sequence[float], inputs: int, label: str) 
 
 
 def without(design: Design, place: Place, gone: Callable[[str], bool]) -> tuple[list[Rule | None], str]:
-    """The rules without the clauses about the terms that are gone, None where none is left; what to say of it."""
+    """The rules without the clauses about terms that go, None where nothing is left; and a note on what went.
+
+    Args:
+        design: The design.
+        place: The variable.
+        gone: Says of a term's name whether the term goes.
+    """
     rules: list[Rule | None] = []
     changed = removed = 0
     for rule in (line.rule for line in design.lines):
@@ -98,7 +117,14 @@ def _count(rules: int) -> str:
 
 
 def renamed(design: Design, place: Place, name: str, terms: dict[str, str]) -> list[Rule | None]:
-    """The rules with another name for the variable and for some of its terms."""
+    """The rules with another name for a variable and for some of its terms.
+
+    Args:
+        design: The design.
+        place: The variable.
+        name: Its new name.
+        terms: The new names of terms, by the old ones.
+    """
     old = place.variable.name
     rules: list[Rule | None] = []
     for rule in (line.rule for line in design.lines):
@@ -116,20 +142,38 @@ def renamed(design: Design, place: Place, name: str, terms: dict[str, str]) -> l
 
 
 def new_name(name: str, taken: Collection[str], what: str) -> str:
-    """``name``, unless it is taken."""
+    """A name that is not yet taken. Raises EditError for one that is.
+
+    Args:
+        name: The name.
+        taken: The names that are taken.
+        what: What has the name, for the message.
+    """
     if name in taken:
         raise EditError(f"there is already a {what} named {name!r}")
     return name
 
 
 def numbered(stem: str, number: int, taken: Collection[str]) -> str:
-    """The first of ``stem`` with a number, from ``number`` on, that is not taken."""
+    """The first name of a ``stem`` with a number that is not taken.
+
+    Args:
+        stem: The beginning of the name.
+        number: The first number to try.
+        taken: The names that are taken.
+    """
     while f"{stem}{number}" in taken:
         number += 1
     return f"{stem}{number}"
 
 
 def room(present: int, most: int, what: str) -> None:
-    """Raise EditError where there are so many already."""
+    """Raise EditError where there is no room for another.
+
+    Args:
+        present: The number that is there.
+        most: The largest number.
+        what: What is counted, in the plural, for the message.
+    """
     if present >= most:
         raise EditError(f"there are {present} {what} already, the most that the designer shows")

@@ -12,7 +12,7 @@ from fuzzy.designer.message import EditError, Message
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Sugeno
 
-MOST_RULES = 1000  # more than that is for data, not for a table to look at
+MOST_RULES = 1000  # more rules are for data, not for a table to look at
 
 
 def _line(design: Design, message: Message) -> tuple[int, RuleLine]:

@@ -49,16 +49,22 @@ class UploadSizeError(FolderError):
 
 
 class ServerError(InputError):
-    """The server cannot start as it was told to."""
+    """A server that cannot start as it was told to."""
 
 
 def serve(
     folder: Folder, name: str, port: int | None = None, browser: bool = True, said: Callable[[str], None] = print
 ) -> None:
-    """Serve the designer until it is interrupted; ``name`` is the file of the folder that the first page shows.
+    """Serve the designer until it is interrupted.
 
-    ``said`` gets the address when the server listens. Raises ServerError where it cannot listen, and what opening
-    the file raises.
+    Args:
+        folder: The folder that is served.
+        name: The file of the folder that the first page shows.
+        port: The port, by default 8080 or the next free one.
+        browser: Whether the page is opened in the browser.
+        said: Called with the address when the server listens.
+
+    Raises ServerError where it cannot listen, and what opening the file raises.
     """
     opened = OpenDocuments(folder)
     opened.document(name)  # what is wrong with the file is said here, before anything starts

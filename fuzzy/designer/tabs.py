@@ -1,4 +1,4 @@
-"""Groups of tabs on the page; what a tab shows is built when one first looks at it."""
+"""Groups of tabs on the page; the content of a tab is built when it is first looked at."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ _KEYS = """(event) => {
 
 @dataclass
 class Tab:
-    """A title and what builds the tab's content, once."""
+    """A title, and the function that builds the tab's content, once."""
 
     title: str
     build: Callable[[], Any]
@@ -28,7 +28,13 @@ class Tab:
 
 
 def tab_group(label: str, tabs: Sequence[Tab], bench: Workbench) -> None:
-    """Tabs, the first of which is shown: pointer, arrow keys, Home and End choose another."""
+    """Build a group of tabs, of which the first is shown; pointer, arrow keys, Home and End choose another.
+
+    Args:
+        label: The name of the group.
+        tabs: The tabs.
+        bench: The workbench of the page.
+    """
     with ui.element("section").classes("shell-group").props(f'aria-label="{label}"'):
         with ui.element("div").classes("shell-tabs").props(f'role="tablist" aria-label="{label}"'):
             buttons = [TextElement(tag="button", text=tab.title).props('type="button" role="tab"') for tab in tabs]

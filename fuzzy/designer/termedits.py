@@ -27,7 +27,7 @@ from fuzzy.membership import Triangle
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction, membership_function
 from fuzzy.system import Constant, Linear, Variable
 
-MOST_TERMS = 200  # of a variable
+MOST_TERMS = 200  # the largest number of terms of a variable
 
 
 def move_term(design: Design, message: Message) -> tuple[Design, str]:

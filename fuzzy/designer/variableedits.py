@@ -21,7 +21,7 @@ from fuzzy.membership import Triangle
 from fuzzy.membershipfunction import MembershipFunction
 from fuzzy.system import Constant, Linear, Terms, Variable
 
-MOST_VARIABLES = 50  # inputs, or outputs
+MOST_VARIABLES = 50  # the largest number of inputs, and of outputs
 
 
 def add_variable(design: Design, message: Message) -> tuple[Design, str]:

@@ -1,4 +1,4 @@
-"""What is shown of a design, in JSON's types: numbers, texts, lists and mappings; a number that is none is None."""
+"""What is shown of a design, in JSON's types: numbers, texts, lists and mappings; None is a number that is missing."""
 
 import math
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ POINTS = 41  # of a surface along each axis
 
 
 def functions_data() -> dict[str, Any]:
-    """The trait ``functions``: what there is to know of each membership function beside its formula, by MATLAB's name.
+    """The trait ``functions``: the facts about each membership function other than its formula, by MATLAB's name.
 
     ``title`` is the function in words. ``words`` and ``roles`` say what each parameter is, ``vertices`` which of them
     (by place) stand from left to right.
@@ -57,9 +57,15 @@ def design_data(
     undo: str | None = None,
     redo: str | None = None,
 ) -> dict[str, Any]:
-    """The trait ``design``: variables, choices and rules.
+    """The trait ``design``: variables, choices and rules. A problem's ``start`` and ``end`` count UTF-16 units.
 
-    A problem's ``start`` and ``end`` count UTF-16 units, as JavaScript does.
+    Args:
+        design: The design.
+        revision: A number that grows with every change.
+        file: The file's name.
+        saved: Whether the file holds the design.
+        undo: The name of the edit that can be undone.
+        redo: The name of the edit that can be made again.
     """
     system = design.system
     return {
@@ -168,11 +174,18 @@ def surface_data(
     point: Sequence[float] | None = None,
     points: int = POINTS,
 ) -> dict[str, Any]:
-    """The trait ``surface``: output number ``output`` over one or two inputs, the others held at the point.
+    """The trait ``surface``: an output over one or two inputs, the others held at a point.
 
     ``z`` (points, points) has the second input along its first axis; where ``fired`` is false no rule fires and ``z``
     is what the system says there, or None. ``low`` and ``high`` are the least and greatest ``z`` where a rule fires,
     or the output's universe if none does anywhere.
+
+    Args:
+        design: The design, or a system.
+        inputs: The inputs of the axes, by number; the first two by default.
+        output: The output, by number.
+        point: The point (inputs,), by default the design's.
+        points: The number of points along each axis.
 
     Raises FuzzySystemError for inputs and outputs that do not exist.
     """
@@ -204,7 +217,15 @@ def surface_data(
 def compared_data(
     fis: Sugeno, name: str, inputs: Sequence[int] | None = None, output: int = 0, point: Sequence[float] | None = None
 ) -> dict[str, Any]:
-    """The trait ``compared``: another system's variables, and its surface where it has the same axes (else None)."""
+    """The trait ``compared``: another system's variables, and its surface where it has the same axes (else None).
+
+    Args:
+        fis: The other system.
+        name: Its name on the page.
+        inputs: The inputs of the surface's axes, by number.
+        output: The surface's output, by number.
+        point: The point (inputs,) at which the other inputs are held.
+    """
     try:
         other = surface_data(fis, inputs, output, point)
     except FuzzySystemError:

@@ -15,18 +15,18 @@ from fuzzy.errors import InputError
 
 
 class WorkError(RuntimeError):
-    """A bug in what a worker did, or the end of its process."""
+    """A bug in the function that a worker ran, or the end of its process."""
 
 
-class Workers:
-    """Two processes, started when they are first needed; they end with this process, however that ends."""
+class DesignerWorkers:
+    """Worker processes, started when they are first needed; they end with this process, however it ends."""
 
     def __init__(self, count: int = 2) -> None:
         self._count = count
         self._pool: ProcessPoolExecutor | None = None
 
     async def run(self, function: Callable[..., Any], *args: Any) -> Any:
-        """``function(*args)``, both picklable. Raises InputError where the function did, WorkError for all else."""
+        """Run ``function(*args)``, both picklable. Raises InputError where the function did, else WorkError."""
         if self._pool is None:
             # Fresh interpreters: a copy of this one would hold its sockets and locks.
             context = multiprocessing.get_context("spawn")
@@ -47,7 +47,7 @@ class Workers:
         return value
 
     def close(self) -> None:
-        """End the processes, whatever they do."""
+        """End the processes, whatever they are doing."""
         if self._pool is not None:
             processes = list((self._pool._processes or {}).values())
             for process in processes:

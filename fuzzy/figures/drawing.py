@@ -1,4 +1,4 @@
-"""What every picture shares: the style, sizes, names as text, and files written whole."""
+"""Shared parts of all pictures: the style, sizes, names as text, and files written whole."""
 
 from contextlib import AbstractContextManager
 from functools import lru_cache
@@ -24,13 +24,19 @@ FORMATS = ("png", "pdf", "svg")
 
 
 def style() -> AbstractContextManager[None]:
-    """The project's matplotlib style, for a ``with`` block; nothing changes outside it."""
+    """The project's matplotlib style, for a ``with`` block; nothing changes outside the block."""
     lines = cycler(color=COLORS, linestyle=LINES)
     return matplotlib.style.context([STYLE, {"axes.prop_cycle": lines}])
 
 
 def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
-    """A figure of that size in inches that belongs to nobody but the caller: pyplot does not know it."""
+    """Make a figure that pyplot does not know, so that it goes with its last user.
+
+    Args:
+        width: The width in inches.
+        height: The height in inches.
+        constrained: Whether matplotlib's constrained layout arranges it.
+    """
     return Figure(figsize=(width, height), layout="constrained" if constrained else None)
 
 
@@ -42,7 +48,7 @@ def figure_of(axes: Axes) -> Figure:
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Write a picture, the format by the suffix (png, pdf, svg); the file appears whole or not at all.
+    """Write a picture, whole or not at all, in the format of the suffix (png, pdf, svg).
 
     Raises FuzzySystemError for another suffix, OSError where the file cannot be written.
     """
@@ -65,14 +71,20 @@ def _font() -> FontProperties:
 
 
 def text_width(text: str, size: float) -> float:
-    """The width of a line of text in inches; ``size`` in points."""
+    """The width of a line of text in inches; ``size`` is in points."""
     font = _font().copy()
     font.set_size(size)
     return text_to_path.get_text_width_height_descent(text, font, ismath=False)[0] / 72
 
 
 def shortened(text: str, width: float, size: float) -> str:
-    """``text``, or as much of it with an ellipsis as is ``width`` inches wide at ``size`` points."""
+    """A text, or its beginning with an ellipsis if the text is too wide.
+
+    Args:
+        text: The text.
+        width: The width in inches that it may have.
+        size: The size of its letters in points.
+    """
     if text_width(text, size) <= width:
         return text
     while text and text_width(text + "…", size) > width:
@@ -81,7 +93,7 @@ def shortened(text: str, width: float, size: float) -> str:
 
 
 def number(value: float) -> str:
-    """A number as a label shows it: four significant digits, with a minus sign."""
+    """A number as labels show it: four significant digits, with a true minus sign."""
     return f"{value + 0.0:.4g}".replace("-", "−")
 
 

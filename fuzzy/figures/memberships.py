@@ -1,4 +1,4 @@
-"""Drawing the terms of variables: membership functions of inputs, consequents of outputs."""
+"""Pictures of the terms of variables: membership functions of inputs, consequents of outputs."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -14,10 +14,10 @@ from fuzzy.figures.palette import COLORS
 from fuzzy.insight.universe import consequent_range, place_of, universe_grid
 from fuzzy.system import FuzzySystemError, Linear, Sugeno, Variable
 
-_SIZE = 7.0  # of the labels, in points
+_SIZE = 7.0  # the size of the labels, in points
 _LINE = 0.135  # the height of a line of labels, in inches
 _PANEL = 2.6  # the width of a panel's axes, about, in inches
-_ROWS = 3  # of labels above the curves, at most; beyond that a legend is easier to read
+_ROWS = 3  # rows of labels above the curves, at most; beyond that a legend is easier to read
 
 
 class _Label(NamedTuple):
@@ -29,9 +29,13 @@ class _Label(NamedTuple):
 def plot_memberships(fis: Sugeno, variable: str | int | None = None, ax: Axes | None = None) -> Figure:
     """Draw the terms of one variable, or of all inputs and outputs, one panel each.
 
-    ``variable`` is a name, or a place among the inputs followed by the outputs. Each input term's degree of
-    membership is a curve with its name on it. Constants of an output are stems; a linear consequent is a bar from
-    its lowest to its highest value over the inputs' universes. ``ax`` takes a single variable.
+    Each input term's degree of membership is a curve with its name on it. Constants of an output are stems; a linear
+    consequent is a bar from its lowest to its highest value over the inputs' universes.
+
+    Args:
+        fis: The system.
+        variable: A variable by its name, or by its place among the inputs followed by the outputs; None draws all.
+        ax: The axes to draw on, for a single variable.
 
     Raises FuzzySystemError for a variable that does not exist, or ``ax`` without a variable.
     """

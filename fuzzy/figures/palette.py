@@ -10,7 +10,7 @@ class Shade(NamedTuple):
     dark: str
 
 
-# Okabe-Ito, by contrast on white; yellow (1.3 : 1) is no line colour. Every line has its own dashes besides.
+# Okabe-Ito, by contrast on white; yellow (1.3 : 1) is no line colour. Every line also has its own dashes.
 SERIES = (
     Shade("#0072b2", "#4c9fe0"),
     Shade("#d55e00", "#f07f33"),
@@ -24,7 +24,7 @@ SERIES = (
 STRONG = {3: "#b04a82", 4: "#1f86c4", 5: "#b87900"}
 ROLES = {
     "ink": Shade("#1b1f24", "#e6e8eb"),  # text
-    "quiet": Shade("#57606a", "#a3abb5"),  # text of less weight, axes
+    "quiet": Shade("#57606a", "#a3abb5"),  # secondary text, axes
     "faint": Shade("#8c959f", "#6b7580"),  # what cannot be used now, frames of the header
     "paper": Shade("#ffffff", "#15181c"),  # the background
     "band": Shade("#f3f5f7", "#1f242a"),  # the background of headings and of what is pointed at

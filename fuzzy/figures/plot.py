@@ -45,10 +45,20 @@ def plot_surface(
     kind: Literal["contour", "3d", "both"] = "contour",
     ax: Any = None,
 ) -> Figure:
-    """Draw :func:`surface`: a contour picture, a 3-D surface or both; a curve over a single input.
+    """Draw :func:`surface`: a contour picture, a 3-D surface or both; over a single input a curve.
 
-    Where no rule fires it is hatched (left out of the 3-D surface). ``ax`` is the axes to draw on, 3-D axes for
-    "3d"; "both" makes its own. Raises FuzzySystemError as :func:`surface` does.
+    A hatched area is one where no rule fires (the 3-D surface leaves it out).
+
+    Args:
+        fis: The system.
+        inputs: One or two inputs for the axes, by name or place; the first two by default.
+        output: The output, by name or place.
+        fixed: The values of the other inputs, by name or place; the middle of the universe where none is given.
+        points: The number of points along each axis.
+        kind: "contour", "3d" or "both".
+        ax: The axes to draw on, 3-D axes for "3d"; "both" makes its own.
+
+    Raises FuzzySystemError as :func:`surface` does.
     """
     if kind not in ("contour", "3d", "both"):
         raise FuzzySystemError(f"kind must be 'contour', '3d' or 'both', got {kind!r}")

@@ -1,4 +1,4 @@
-"""The rule viewer: what every rule does at one point."""
+"""The rule viewer: a picture of what every rule does at one point."""
 
 import warnings
 from collections.abc import Sequence
@@ -23,12 +23,16 @@ _SMALL = 6.5  # text in the rows, in points
 
 
 def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False) -> Figure:
-    """Draw the rule viewer at ``x`` (inputs,): a row for each rule, a column for each input and output.
+    """Draw the rule viewer: a row for each rule, a column for each input and output.
 
     In an input's column the clause's degree of membership (with its "not" and hedges) is filled up to the degree
     at the input's value, the vertical line. A bar shows the rule's firing strength, a stem its proposal for each
-    output: as high as the rule's share in the result, which stands in the last row. ``only_fired`` leaves out
-    rules with less than 0.1 % of the result.
+    output: as high as the rule's share in the result, which stands in the last row.
+
+    Args:
+        fis: The system.
+        x: The point (inputs,), each in the unit of its variable.
+        only_fired: Whether rules with below 0.1 % of the result are left out.
 
     Raises FuzzySystemError for a point of the wrong shape, or a system without rules.
     """

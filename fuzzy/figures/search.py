@@ -14,10 +14,10 @@ from fuzzy.fitting.search import SearchResult
 
 
 def plot_rules_error(results: SearchResult | Mapping[str, SearchResult], ax: Axes | None = None) -> Figure:
-    """Draw every setting of a search as a dot, the best for each number of rules as a line, the wanted one as a ring.
+    """Draw a search: every setting as a dot, the best for each number of rules as a line, the wanted one as a ring.
 
     Several searches (by name) share the axes; their outputs must have the same unit. The error is the root mean square
-    error of the training data in the output's unit, with several outputs in one search as a share of their ranges.
+    error of the training data in the output's unit; with several outputs in one search it is a share of their ranges.
     Raises IdentificationError for units that differ and where no setting was fitted.
     """
     if isinstance(results, SearchResult):

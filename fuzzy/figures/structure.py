@@ -12,11 +12,11 @@ from fuzzy.figures.drawing import new_figure, number, shortened, style, text_wid
 from fuzzy.figures.palette import COLORS
 from fuzzy.system import Sugeno
 
-_SIZE = 7.0  # of the names, in points
+_SIZE = 7.0  # the size of the names, in points
 _ROW = 0.24  # the height of a row, in inches
 _BOX = 0.17  # the height of a box
-_WIDEST = 1.3  # a box, in inches; longer names are shortened
-_FEW = 12  # rules, up to which each has its own node of the third layer, as in the paper
+_WIDEST = 1.3  # the width of the widest box, in inches; longer names are shortened
+_FEW = 12  # up to this number of rules each has its own node of the third layer, as in the paper
 
 
 @dataclass(frozen=True)

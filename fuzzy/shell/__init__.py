@@ -1,1 +1,1 @@
-"""What every command line shares: exit codes, messages, the progress bar."""
+"""Shared parts of the command lines: exit codes, messages, the progress bar."""

@@ -6,22 +6,22 @@ from typing import Protocol
 
 
 class Advance(Protocol):
-    """Advances a task by one step; what is said of it from now on, if anything new."""
+    """A function that advances a task by one step, and may change its description."""
 
     def __call__(self, description: str | None = None) -> None: ...  # noqa: D102
 
 
 class Begin(Protocol):
-    """Begins a task of ``total`` steps: what comes back advances it by one."""
+    """A function that begins a task of ``total`` steps and returns what advances it by one step."""
 
     def __call__(self, description: str, total: int) -> Advance: ...  # noqa: D102
 
 
 @contextmanager
 def progress_bar(quiet: bool, width: int = 32) -> Iterator[Begin]:
-    """A progress bar on stderr: gives a function that begins a task and returns what advances it by one.
+    """A progress bar on stderr, for a ``with`` block: gives a function that begins a task.
 
-    ``width`` is that of the descriptions, in characters.
+    That function returns what advances the task by one step. ``width`` is that of the descriptions, in characters.
     """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn

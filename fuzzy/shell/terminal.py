@@ -17,7 +17,7 @@ _ClickError: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c._
 
 
 def application(purpose: str) -> typer.Typer:
-    """A command line to add commands to, as all of ours are: plain help, -h as well as --help, no completion."""
+    """A command line without commands, as all of ours begin: plain help, -h as well as --help, no completion."""
     return typer.Typer(
         help=purpose,
         add_completion=False,
@@ -33,11 +33,17 @@ def run(
     prog_name: str = "",
     arguments: Sequence[str] | None = None,
 ) -> int:
-    """Run ``app`` with ``arguments`` (those of the process by default) and return the exit code.
+    """Run a command line and return the exit code.
 
-    0 is success, 1 what a command says with ``raise typer.Exit(1)``, 2 an error of usage, one of the expected
-    ``errors`` or an OSError (one message on stderr), 130 an interrupt, 141 a reader that went away. A UserWarning
-    becomes one line on stderr, once. Any other exception is a bug and passes through.
+    The code is 0 for success, 1 for what a command says with ``raise typer.Exit(1)``, 2 for an error of usage, one of
+    the expected ``errors`` or an OSError (one message on stderr), 130 for an interrupt, 141 for a reader that left.
+    A UserWarning becomes one line on stderr, once. Any other exception is a bug and passes through.
+
+    Args:
+        app: The command line.
+        errors: The exceptions that are expected.
+        prog_name: The name in messages, by default that of the process.
+        arguments: The arguments, by default those of the process.
     """
     for stream in (sys.stdout, sys.stderr):
         # A terminal that cannot show a character gets an escape, not an exception.

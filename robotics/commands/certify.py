@@ -110,7 +110,7 @@ def rate(value: float) -> str:
 
 
 def turning(model: "SectorModel") -> str:
-    """The law's ω as a formula."""
+    """The law's formula for ω."""
     law = model.law
     if law.form == "2.31":
         return f"ω = ω_r + v_r {law.ky:g} y + {law.kpsi:g} sin ψ"
@@ -119,7 +119,7 @@ def turning(model: "SectorModel") -> str:
 
 
 def certified(found: "Certificate") -> list[str]:
-    """What the certificate says, in sentences."""
+    """The sentences that say what the certificate certifies."""
     model = found.model
     return [
         f"In continuous time, every tracking error that starts in the region stays in it and shrinks, as √(e'Pe), at "
@@ -132,7 +132,7 @@ def certified(found: "Certificate") -> list[str]:
 
 
 def not_certified(found: "Certificate") -> list[str]:
-    """What the certificate does not say, in sentences."""
+    """The sentences that say what the certificate does not certify."""
     from robotics.vehicle.robot import Robot
 
     model, share = found.model, found.unsaturated(Robot())

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Suite(StrEnum):
-    """What ``robotics compare`` runs without names."""
+    """The scenarios that ``robotics compare`` runs when none are named."""
 
     thesis = "thesis"
     tracking = "tracking"
@@ -110,7 +110,7 @@ def compare(
 
 
 def split_controllers(text: str) -> list[str]:
-    """The specifications in a comma-separated list; a part with "=" alone is one more gain of the one before.
+    """The specifications in a comma-separated list; a part such as "k=0.3" is one more gain of the one before.
 
     >>> split_controllers("fuzzy,csm:k=0.3,realisation=velocity,esm")
     ['fuzzy', 'csm:k=0.3,realisation=velocity', 'esm']

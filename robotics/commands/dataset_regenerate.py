@@ -1,4 +1,4 @@
-"""The command ``robotics dataset regenerate``: everything in ``datasets/`` that is computed."""
+"""The command ``robotics dataset regenerate``: all computed files of ``datasets/``."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""The command ``robotics repeat``: one run of a stress test again."""
+"""The command ``robotics repeat``: one run of a stress test, made again."""
 
 from enum import StrEnum
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""What several commands share: options, and how numbers and divergences are printed."""
+"""Shared parts of the commands: options, and how numbers and divergences are printed."""
 
 import sys
 from collections.abc import Mapping
@@ -30,9 +30,13 @@ Player = Annotated[
 
 
 def print_run(run: "Run", page: Path | None, json: bool, outcome: Mapping[str, Any] | None = None) -> None:
-    """Print the metrics of a run, and say which robots were stopped.
+    """Print the metrics of a run, and exit with 2 if robots were stopped.
 
-    ``page`` plays it, ``outcome`` is what a stress test says of it.
+    Args:
+        run: The run.
+        page: The file of a page that plays the run, if there is one.
+        json: Whether one JSON object is printed instead of text.
+        outcome: What a stress test says of the run.
     """
     from robotics.measures.registry import measure_all
 
@@ -78,7 +82,7 @@ def _print_metrics(values: Mapping[str, Any], seeds: int) -> None:
 
 
 def print_outcome(figures: Mapping[str, Any], json: bool) -> None:
-    """Print what a stress test came to: a line a number, and the seeds of the runs that failed."""
+    """Print the outcome of a stress test: a line for each number, and the seeds of the runs that failed."""
     if json:
         print_json(figures)
         return
@@ -91,7 +95,7 @@ def print_outcome(figures: Mapping[str, Any], json: bool) -> None:
 
 
 def report_divergences(lines: list[str]) -> None:
-    """Say on stderr which robots were stopped, if any, and exit with 2."""
+    """Print on stderr which robots were stopped, if any were, and exit with 2."""
     if lines:
         more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
         print(f"robotics: {lines[0]}{more}; what it did until then is kept", file=sys.stderr)

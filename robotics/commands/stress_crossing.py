@@ -10,7 +10,7 @@ from robotics.commands.shared import Json, Quiet, print_outcome
 
 
 class Ends(StrEnum):
-    """Where the paths of a crossing may end."""
+    """The class of a crossing: where its paths may end."""
 
     A = "A"
     B = "B"

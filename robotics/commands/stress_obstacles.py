@@ -10,7 +10,7 @@ from robotics.commands.shared import Json, Quiet, print_outcome
 
 
 class Field(StrEnum):
-    """What stands on the course."""
+    """The class of a course: what stands on it."""
 
     A = "A"
     B = "B"
@@ -18,7 +18,7 @@ class Field(StrEnum):
 
 
 class Team(StrEnum):
-    """How many robots are on it."""
+    """The number of robots on a course."""
 
     one = "1"
     three = "3"

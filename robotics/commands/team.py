@@ -1,4 +1,4 @@
-"""The command line ``robotics team``: a random team of any size, as a scenario to run and to change."""
+"""The command ``robotics team``: a random team of any size, written as a scenario."""
 
 from pathlib import Path
 from typing import Annotated

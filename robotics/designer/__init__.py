@@ -1,1 +1,1 @@
-"""What the designer shows of robots."""
+"""The designer's panels about robots."""

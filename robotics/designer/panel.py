@@ -1,7 +1,7 @@
-"""The designer's panel "Try it": the rule base in hand drives a robot, and drives it anew at every edit.
+"""The designer's panel "Try it": the rule base that is edited drives a robot, anew after every edit.
 
-The page sees what :class:`Session` hands to the module ``static/tryout.js``. Runs are made in the background, one at
-a time: while one is made, only the latest wish waits. And the data that the panel "Train" can generate.
+The page shows what :class:`TryoutSession` hands to the module ``static/tryout.js``. Runs are made in the background,
+one at a time: while one is made, only the latest wish waits. The module also generates data for the panel "Train".
 """
 
 import asyncio
@@ -17,32 +17,32 @@ from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 
-_ORDER = ("course", "tried", "choices", "before", "rival")  # what one looks at first is made first
+_ORDER = ("course", "tried", "choices", "before", "rival")  # the first things to look at are made first
 MODULE = Path(__file__).parent / "static" / "tryout.js"
 
 
 class TryItPanel:
-    """The panel, as the designer finds it."""
+    """The panel "Try it", as the designer finds it."""
 
     title = "Try it"
     order = 50
 
     def build(self, bench: Any) -> None:
         """Put the panel on the page of ``bench``, a fuzzy.designer.panel.Workbench."""
-        Session(bench)
+        TryoutSession(bench)
 
 
 panel = TryItPanel()
 
 
-class Session:
-    """One page's trials: what was chosen, what is known, and what is still to be run."""
+class TryoutSession:
+    """The trials of one page: the choices, the runs that are known, and those that are still to be made."""
 
     def __init__(self, bench: Any) -> None:
-        from robotics.designer.tryout import Trial
+        from robotics.designer.tryout import TryoutTrial
 
         self.bench = bench
-        self.trial = Trial()
+        self.trial = TryoutTrial()
         self.rival = "lyapunov"
         self.before, self.label = self._opened()
         self.known: dict[tuple[Any, ...], dict[str, Any]] = {}  # runs of rivals
@@ -67,7 +67,7 @@ class Session:
     # Messages
 
     def heard(self, message: Any) -> None:
-        """Do what the page asks; what is wrong with it becomes a sentence on the page."""
+        """Do what the page asks; an error becomes a sentence on the page."""
         try:
             wish = message.get("do") if isinstance(message, dict) else None
             if wish == "see":
@@ -111,7 +111,7 @@ class Session:
             self.task = asyncio.get_running_loop().create_task(self._run())
 
     async def _run(self) -> None:
-        """Run what is wanted, what one looks at first, until nothing is; an edit meanwhile makes it wanted again."""
+        """Run what is wanted in the order of _ORDER, until nothing is left; an edit meanwhile makes it wanted again."""
         self.widget.update(busy=True)
         try:
             while self.seen and self.wanted:
@@ -163,7 +163,7 @@ class Session:
     # What the page sees
 
     def _opened(self) -> tuple[Sugeno, str]:
-        """What to compare with until one says otherwise: the file's system, which the present one may be far from."""
+        """The system to compare with until another is chosen: the file's, from which the present one may differ."""
         try:
             return read_fis(self.bench.document.path), "in the file"
         except InputError:  # a new system, or a file that has been spoilt meanwhile
@@ -195,7 +195,7 @@ def _problem(sentence: str) -> InputError:
 
 
 def formation_data() -> Sequence[Any]:
-    """The formation data of thesis 5.2.1, each an anfis.designer.task.Generator; an entry point of that panel."""
+    """The formation data of thesis 5.2.1 as anfis.designer.task.Generator; an entry point of the panel "Train"."""
     from anfis.designer.task import Generator
 
     return [

@@ -1,7 +1,7 @@
-"""A rule base under design, tried on a robot: what the designer's panel "Try it" shows, without the page.
+"""A rule base that is tried on a robot: what the designer's panel "Try it" shows, without the page.
 
 The system takes the place of the tracking rule base in :class:`robotics.laws.tracking.fuzzy_tracking.FuzzyTracking`, or
-in a team's law that is built on it; all else is the scenario's and the law's own. The numbers are those of
+in a team's law that is built on it; all else belongs to the scenario and the law. The numbers are those of
 :func:`robotics.simulation.loop.simulate` and :func:`robotics.measures.registry.measure_all`, to the last bit; only the
 curves that are drawn are rounded, to a tenth of a millimetre.
 """
@@ -30,7 +30,7 @@ from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
-_POINTS = 600  # of a path that is drawn, at most
+_POINTS = 600  # points of a path that is drawn, at most
 _NEEDS = (
     "A tracking law gives a rule base any of distance [m], alpha [rad], x_err [m] and heading_err [rad], by these "
     "names, and takes two outputs, the speed v [m/s] and the turn rate w [rad/s], in this order"
@@ -38,12 +38,12 @@ _NEEDS = (
 
 
 class TryoutError(InputError):
-    """A system that cannot drive a robot, or a choice that there is not. The message says what is needed."""
+    """A system that cannot drive a robot, or a choice that does not exist. The message says what is needed."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trial:
-    """On what the system is tried."""
+class TryoutTrial:
+    """The conditions under which a system is tried."""
 
     scenario: str = "fuzzy-off-path"
     law: str = (
@@ -66,12 +66,12 @@ class Trial:
 
     @property
     def kind(self) -> str:
-        """That of the scenario: "tracking" or "team"."""
+        """The kind of the scenario: "tracking" or "team"."""
         return _scenario(self.scenario).kind
 
 
 class Attempt(NamedTuple):
-    """A run and what is to be said about it."""
+    """A run, and the notes on it."""
 
     run: Run
     notes: tuple[str, ...]  # sentences: inputs that left their universes, robots that were stopped
@@ -81,14 +81,14 @@ class Attempt(NamedTuple):
 
 
 def why_not(scenario: Scenario) -> str:
-    """Why a tracking rule base cannot drive this scenario; empty if it can."""
+    """The reason why a tracking rule base cannot drive this scenario; empty if it can."""
     if scenario.kind == "formation":
         return "a formation is driven by networks that see the leader's posture, not by a tracking rule base"
     return ""
 
 
 def choices() -> dict[str, Any]:
-    """Scenarios, teams' laws and rivals that the panel offers, in JSON's types."""
+    """The scenarios, teams' laws and rivals that the panel offers, in JSON's types."""
     found = [(name, _scenario(name)) for name in scenario_names()]
     rivals: dict[str, list[list[str]]] = {"tracking": [], "team": []}
     for name, preset in presets().items():
@@ -101,8 +101,8 @@ def choices() -> dict[str, Any]:
     }
 
 
-def law_name(trial: Trial) -> str:
-    """The law of the catalogue whose tracking rule base is replaced."""
+def law_name(trial: TryoutTrial) -> str:
+    """The name of the law whose tracking rule base is replaced."""
     scenario = _scenario(trial.scenario)
     if scenario.kind != "team":
         return "fuzzy"
@@ -115,7 +115,7 @@ def _team_laws() -> tuple[str, ...]:
     return tuple(name for name, preset in presets().items() if preset.kind == "team" and holds_tracking(_law(name)))
 
 
-# The package's own scenarios and laws do not change while one designs, and reading one takes longer than a drag may.
+# The package's own scenarios and laws do not change during design, and reading one takes longer than a drag may.
 @cache
 def _scenario(name: str) -> Scenario:
     return load_scenario(name)
@@ -147,12 +147,12 @@ def check_fits(fis: Sugeno) -> None:
 
 
 def holds_tracking(law: Any) -> bool:
-    """Is there a tracking rule base in this law?"""
+    """Whether a law holds a tracking rule base."""
     return isinstance(law, FuzzyTracking) or any(holds_tracking(part) for part in _parts(law).values())
 
 
 def driven_by(law: Any, fis: Sugeno) -> Any:
-    """``law`` with ``fis`` in the place of its tracking rule base; its other rule bases stay. Raises TryoutError."""
+    """The same law with ``fis`` as its tracking rule base; its other rule bases stay. Raises TryoutError."""
     check_fits(fis)
     changed: dict[str, Any] = {name: driven_by(p, fis) for name, p in _parts(law).items() if holds_tracking(p)}
     if isinstance(law, FuzzyTracking):
@@ -172,8 +172,8 @@ def _parts(law: Any) -> dict[str, Any]:
 # The runs -------------------------------------------------------------------------------------------------------
 
 
-def run_design(fis: Sugeno, trial: Trial) -> Attempt:
-    """``fis`` in the closed loop, one run with the trial's seed.
+def run_design(fis: Sugeno, trial: TryoutTrial) -> Attempt:
+    """Run ``fis`` in the closed loop, once, with the trial's seed.
 
     Raises TryoutError for a system that does not fit, and an InputError for one that refuses an input on the way.
     """
@@ -182,13 +182,13 @@ def run_design(fis: Sugeno, trial: Trial) -> Attempt:
     return _run(driven_by(_law(name + gains), fis), trial, fis.name)
 
 
-def run_rival(specification: str, trial: Trial) -> Attempt:
-    """A law of the catalogue on the same scenario with the same seed. Raises an InputError if it cannot drive it."""
+def run_rival(specification: str, trial: TryoutTrial) -> Attempt:
+    """Run a law of the catalogue on the trial's scenario with its seed. Raises an InputError if it cannot drive it."""
     preset_of(specification)
     return _run(_law(specification), trial, specification)
 
 
-def _run(law: Law[Any], trial: Trial, name: str) -> Attempt:
+def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
     scenario = _scenario(trial.scenario)
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
@@ -205,7 +205,7 @@ def _run(law: Law[Any], trial: Trial, name: str) -> Attempt:
 # What is shown --------------------------------------------------------------------------------------------------
 
 
-def course_data(trial: Trial) -> dict[str, Any]:
+def course_data(trial: TryoutTrial) -> dict[str, Any]:
     """What all runs of a trial share, in JSON's types: the paths to follow, the starts, the metrics' names."""
     scenario = _scenario(trial.scenario)
     return {
@@ -223,22 +223,26 @@ def course_data(trial: Trial) -> dict[str, Any]:
     }
 
 
-def design_data(fis: Sugeno, trial: Trial) -> dict[str, Any]:
-    """:func:`run_design`, as the panel's module takes it."""
+def design_data(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
+    """The run of ``fis`` (:func:`run_design`), as the panel's module takes it."""
     return shown(run_design(fis, trial), trial.kind, fis.name)
 
 
-def rival_data(specification: str, trial: Trial) -> dict[str, Any]:
-    """:func:`run_rival`, as the panel's module takes it."""
+def rival_data(specification: str, trial: TryoutTrial) -> dict[str, Any]:
+    """The run of a law of the catalogue (:func:`run_rival`), as the panel's module takes it."""
     return shown(run_rival(specification, trial), trial.kind, preset_of(specification).title)
 
 
 def shown(attempt: Attempt, kind: str, label: str) -> dict[str, Any]:
     """What the panel shows of a run, in JSON's types; not-a-number is null, infinite is "never".
 
-    A single robot's: label, notes, metrics, and for each robot x, y [m] and cross_track [m] over time [s]. A team's
-    has the player's data in place of the curves. A metric is the mean over the robots (the least, where larger is
-    better).
+    For a single robot these are label, notes, metrics, and x, y [m] and cross_track [m] over time [s]; for a team the
+    player's data take the place of the curves. A metric is the mean over the robots (the least, if larger is better).
+
+    Args:
+        attempt: The run.
+        kind: The kind of the scenario, which chooses the metrics.
+        label: The name of the run on the page.
     """
     run = attempt.run
     measured = measure_all(run)

@@ -37,7 +37,7 @@ SHARE = 0.99  # of the greatest decay rate is asked by default: the last percent
 
 
 class CertificateError(InputError):
-    """A question that has no certificate, or cannot be asked. The message says what would help."""
+    """A question that has no certificate or cannot be asked. The message says what would help."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +66,15 @@ class SectorModel:
             raise CertificateError("law: signs must be 'corrected'; with the literal ones the error grows")
 
     def matrix(self, v: Any, ay: Any, apsi: Any, s: Any, w: Any) -> np.ndarray:
-        """A (..., 3, 3) of premises that broadcast together: v_r [m/s], a_y [m/s], a_ψ [m/s or 1], s, ω [rad/s]."""
+        """The matrices A (..., 3, 3) at given premises, arrays that broadcast together.
+
+        Args:
+            v: The reference's speed v_r [m/s].
+            ay: The factor a_y [m/s].
+            apsi: The factor a_ψ, in m/s or, in the form (2.31), 1.
+            s: The sector sin ψ / ψ.
+            w: The turn rate ω [rad/s].
+        """
         v, ay, apsi, s, w = np.broadcast_arrays(*(np.asarray(p, dtype=float) for p in (v, ay, apsi, s, w)))
         a = np.zeros((*v.shape, 3, 3))
         a[..., 0, 0] = -self.law.kx
@@ -77,7 +85,7 @@ class SectorModel:
         return a
 
     def speeds(self) -> list[tuple[float, float, float]]:
-        """The corners of (v_r, a_y, a_ψ): their convex hull holds every value these take together."""
+        """The corners of (v_r, a_y, a_ψ), whose convex hull holds all values that these take together."""
         low, high = self.speed_low, self.speed_high
         if self.law.form == "2.31":
             return [(v, v, 1.0) for v in dict.fromkeys((low, high))]
@@ -90,19 +98,22 @@ class SectorModel:
         return float(np.sin(self.heading) / self.heading), 1.0
 
     def vertices(self) -> np.ndarray:
-        """A at the corners of the premises (corners, 3, 3): 8, or 12 where the law catches up."""
+        """The matrices A at the corners of the premises (corners, 3, 3): 8, or 12 where the law catches up."""
         corners = [(*p, s, w) for p in self.speeds() for s in self.sectors() for w in (-self.turn, self.turn)]
         return self.matrix(*np.array(corners).T)
 
     def feedback(self) -> np.ndarray:
-        """Rows k (corners, 3) [rad/s per m, m, rad]: ω − ω_r lies in the convex hull of the numbers k e."""
+        """The rows k (corners, 3) [rad/s per m, m, rad] whose products k e enclose ω − ω_r by their convex hull."""
         rows = [
             (0, ay * self.law.ky, apsi * self.law.kpsi * s) for _, ay, apsi in self.speeds() for s in self.sectors()
         ]
         return np.array(rows)
 
     def grid(self, points: int) -> np.ndarray:
-        """A on a dense grid of the premises themselves, ``points`` for each (points³ or, with catch_up, ⁴; 3, 3)."""
+        """The matrices A (n, 3, 3) on a dense grid of the premises, with ``points`` values of each premise.
+
+        There are three premises, four where the law catches up: n is ``points``³ or ``points``⁴.
+        """
         share = np.linspace(0, 1, points)
         v = self.speed_low + (self.speed_high - self.speed_low) * share
         heading, w = self.heading * share, self.turn * (2 * share - 1)
@@ -117,7 +128,7 @@ class SectorModel:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Certificate:
-    """V = e'Pe <= 1 is a region that no trajectory leaves; in it V falls as e^(−2 decay t) or faster."""
+    """A region e'Pe <= 1 that no trajectory leaves, in which V = e'Pe falls as e^(−2 decay t) or faster."""
 
     model: SectorModel
     P: np.ndarray  # (3, 3), symmetric, > 0
@@ -126,17 +137,17 @@ class Certificate:
 
     @property
     def half_widths(self) -> np.ndarray:
-        """How far the region reaches from 0 (3,): x [m], y [m], ψ [rad]."""
+        """The distances from 0 to which the region reaches (3,): x [m], y [m], ψ [rad]."""
         return np.sqrt(np.diag(np.linalg.inv(self.P)))
 
     @property
     def worst_eigenvalue(self) -> float:
-        """The greatest eigenvalue of A'P + PA over the corners [1/s, P as it stands]; < 0."""
+        """The greatest eigenvalue [1/s] of A'P + PA over the corners, < 0."""
         return worst_eigenvalue(self.model.vertices(), self.P)
 
     @property
     def largest_turn(self) -> float:
-        """A bound of the commanded |ω| [rad/s] in the region: what of ``turn`` is used."""
+        """A bound of the commanded |ω| [rad/s] in the region; it uses up to all of ``turn``."""
         return self.model.reference_turn + float(_reach(self.P, self.model.feedback()).max())
 
     @property
@@ -145,18 +156,18 @@ class Certificate:
         return self.model.speed_high + self.model.law.kx * float(self.half_widths[0])
 
     def level(self, e: np.ndarray) -> np.ndarray:
-        """V = e'Pe (...) of errors e (..., 3)."""
+        """The values V = e'Pe (...) of errors ``e`` (..., 3)."""
         return np.einsum("...i,ij,...j->...", e, self.P, e)
 
     def boundary(self, directions: np.ndarray) -> np.ndarray:
-        """The errors (..., 3) with V = 1 that the directions (..., 3) other than 0 are mapped to."""
+        """The errors (..., 3) with V = 1 to which directions (..., 3) other than 0 are mapped."""
         unit = directions / np.linalg.norm(directions, axis=-1, keepdims=True)
         return unit @ np.linalg.cholesky(np.linalg.inv(self.P)).T
 
     def unsaturated(self, robot: Robot) -> float:
         """The share of the half-widths within which no command meets a limit of ``robot``, in [0, 1].
 
-        The smaller ellipsoid V <= share² is left by no trajectory either, so in it saturation plays no part.
+        No trajectory leaves the smaller ellipsoid V <= share² either, so saturation plays no part in it.
         """
         law, model = self.model.law, self.model
         k = self.model.feedback()
@@ -174,9 +185,13 @@ class Certificate:
 
 
 def certify(model: SectorModel, decay: float | None = None) -> Certificate:
-    """The certificate with the largest region that has this decay rate [1/s]; None: 99 % of the greatest one.
+    """Find the certificate with the largest region for a decay rate.
 
     The solver proposes; the rate and the region of what it proposes are then computed from P alone.
+
+    Args:
+        model: The law, and the ranges of the premises.
+        decay: The decay rate [1/s] that is asked for; None: 99 % of the greatest one.
 
     Raises CertificateError where no common P exists or none has this rate, and without the extra ``certify``.
     """
@@ -207,12 +222,12 @@ def certify(model: SectorModel, decay: float | None = None) -> Certificate:
 
 
 def worst_eigenvalue(a: np.ndarray, p: np.ndarray) -> float:
-    """The greatest eigenvalue of A'P + PA over matrices A (n, 3, 3)."""
+    """The greatest eigenvalue of A'P + PA over the matrices ``a`` (n, 3, 3)."""
     return float(np.linalg.eigvalsh(_lyapunov(a, p))[:, -1].max())
 
 
 def decay_rate(a: np.ndarray, p: np.ndarray) -> float:
-    """The greatest α with A'P + PA + 2αP <= 0 for all matrices A (n, 3, 3) [1/s]; P > 0."""
+    """The greatest α [1/s] with A'P + PA + 2αP <= 0 for all matrices ``a`` (n, 3, 3), and ``p`` > 0."""
     inverse = np.linalg.inv(np.linalg.cholesky(p))
     return -float(np.linalg.eigvalsh(inverse @ _lyapunov(a, p) @ inverse.T)[:, -1].max()) / 2
 
@@ -330,9 +345,15 @@ def _largest(model: SectorModel, vertices: np.ndarray, alpha: float) -> np.ndarr
 
 
 def error_rates(law: Lyapunov, e: np.ndarray, v_r: np.ndarray, w_r: np.ndarray) -> np.ndarray:
-    """e' (n, 3) of the errors e (n, 3) = (x [m], y [m], ψ [rad]) under the commands of ``law``.
+    """The rates of change e' (n, 3) of tracking errors under the commands of a law.
 
     x' = v_r cos ψ − v + y ω, y' = v_r sin ψ − x ω, ψ' = ω_r − ω   (2.29) with the errors of (5.9).
+
+    Args:
+        law: The law.
+        e: The errors (n, 3): x [m], y [m], ψ [rad].
+        v_r: The reference's speeds (n,) [m/s].
+        w_r: The reference's turn rates (n,) [rad/s].
     """
     x, y, psi = e.T
     zero = np.zeros_like(x)
@@ -344,7 +365,7 @@ def error_rates(law: Lyapunov, e: np.ndarray, v_r: np.ndarray, w_r: np.ndarray) 
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Trial:
+class CertificateTrial:
     """Trajectories of the nonlinear error dynamics from the region's boundary, under references that keep changing."""
 
     time: np.ndarray  # (steps + 1,) s
@@ -353,12 +374,12 @@ class Trial:
 
     @property
     def steps(self) -> int:
-        """How many steps were made, all trajectories together."""
+        """The number of steps that were made, of all trajectories together."""
         return self.levels[1:].size
 
     @property
     def increases(self) -> int:
-        """In how many of them V did not fall."""
+        """The number of steps in which V did not fall."""
         return int(np.count_nonzero(~(self.levels[1:] < self.levels[:-1])))
 
     @property
@@ -369,10 +390,18 @@ class Trial:
 
 def try_out(
     certificate: Certificate, starts: int = 1000, steps: int = 100, step: float = 0.01, hold: int = 5, seed: int = 0
-) -> Trial:
-    """``starts`` trajectories of ``steps`` steps of ``step`` s each (Runge-Kutta, order 4), from V = 1.
+) -> CertificateTrial:
+    """Simulate trajectories of the nonlinear error dynamics from V = 1 (Runge-Kutta, order 4).
 
-    v_r and ω_r jump every ``hold`` steps anywhere in their ranges, in a third of the cases to an end of them.
+    v_r and ω_r jump to random places in their ranges, in a third of the cases to an end of them.
+
+    Args:
+        certificate: The certificate to try out.
+        starts: Number of trajectories; they begin anywhere on the region's boundary.
+        steps: Number of steps of each.
+        step: Length of a step [s].
+        hold: Number of steps between two jumps of v_r and ω_r.
+        seed: Seed of the starts and of the jumps.
     """
     model, rng = certificate.model, np.random.default_rng(seed)
     e = certificate.boundary(rng.standard_normal((starts, 3)))
@@ -385,7 +414,7 @@ def try_out(
         e = _advanced(model.law, e, v_r, w_r, step)
         errors.append(e)
     path = np.stack(errors)
-    return Trial(time=step * np.arange(steps + 1), errors=path, levels=certificate.level(path))
+    return CertificateTrial(time=step * np.arange(steps + 1), errors=path, levels=certificate.level(path))
 
 
 def _advanced(law: Lyapunov, e: np.ndarray, v_r: np.ndarray, w_r: np.ndarray, h: float) -> np.ndarray:

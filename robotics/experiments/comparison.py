@@ -1,4 +1,4 @@
-"""The comparison: scenarios × controllers × seeds, measured into one table with one row a seed and robot."""
+"""The comparison: scenarios × controllers × seeds, measured into one table with a row for each seed and robot."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class ComparisonError(InputError):
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """What was compared, and what came out."""
+    """What was compared, and the table that came out."""
 
     scenarios: tuple[Scenario, ...]
     controllers: dict[str, Law[Any]]  # by specification, such as "csm" or "csm:k=0.3"
@@ -53,9 +53,15 @@ def compare(
 ) -> Comparison:
     """Run every controller on every scenario with the same seeds: same plant, sensors, noise and limits.
 
-    ``advance`` is called after every simulated period; ``finished`` gets the table so far after every scenario and
-    controller, so that nothing done is lost if a long comparison is interrupted. Raises ComparisonError and
-    ControllerError before anything is run.
+    Args:
+        scenarios: Scenarios of one kind.
+        specifications: Controllers, such as "csm" or "csm:k=0.3".
+        seeds: The seeds; each gives one run of each controller on each scenario.
+        advance: Called after every simulated period.
+        finished: Called with the table so far after every scenario and controller, so that an interrupted comparison
+            loses nothing that is done.
+
+    Raises ComparisonError and ControllerError, as :func:`check_comparison` does, before anything is run.
     """
     check_comparison(scenarios, specifications)
     laws = {specification: make_controller(specification) for specification in specifications}
@@ -88,7 +94,7 @@ def check_comparison(scenarios: Sequence[Scenario], specifications: Sequence[str
 
 
 def rows_of(run: Run) -> pd.DataFrame:
-    """A run's rows of the table."""
+    """The rows of the table that belong to ``run``."""
     runs, robots = run.stopped.shape
     columns: dict[str, Any] = {
         "scenario": run.scenario,
@@ -101,10 +107,10 @@ def rows_of(run: Run) -> pd.DataFrame:
 
 
 def summarise(table: pd.DataFrame) -> pd.DataFrame:
-    """Mean and 95 % confidence interval of every metric over the seeds, one row a scenario, controller and metric.
+    """The mean and 95 % confidence interval of every metric, one row for each scenario, controller and metric.
 
-    The interval is Student's, mean ± t s/√n: it says how well n seeds fix the mean, not how far runs scatter. A
-    metric that is infinite in any run (never settled, never arrived) has the mean inf and no interval.
+    The interval is Student's over the seeds, mean ± t s/√n: it says how well n seeds fix the mean, not how far runs
+    scatter. A metric that is infinite in any run (never settled, never arrived) has the mean inf and no interval.
     """
     from scipy.stats import t
 
@@ -124,7 +130,7 @@ def summarise(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def terms(comparison: Comparison) -> pd.DataFrame:
-    """On what terms each controller entered: command level and gains."""
+    """The command level and the gains with which each controller entered, one row a controller."""
     rows = []
     for specification, law in comparison.controllers.items():
         gains = {k: v for k, v in gains_of(law).items() if k != "mode"}

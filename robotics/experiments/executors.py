@@ -20,7 +20,7 @@ from fuzzy.errors import InputError
 
 # What the numerical libraries read when they are loaded: each worker has one core
 THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-AHEAD = 2  # pieces a worker: the next one lies ready where one gets done
+AHEAD = 2  # pieces of work for each worker: the next lies ready when one is done
 CONNECT = 10  # s to reach a scheduler, and to see a first worker
 
 
@@ -30,18 +30,18 @@ class ExecutorError(InputError):
 
 @dataclass(frozen=True)
 class Workers:
-    """An executor, and how it is used."""
+    """An executor, and how it is to be used."""
 
     executor: Executor
     in_flight: int = 1  # how many pieces of work it is given at a time
-    alive: Callable[[], bool] = lambda: True  # asked while waiting: will what is in flight ever be answered?
+    alive: Callable[[], bool] = lambda: True  # asked while waiting: can what is in flight still be answered?
 
 
 class InProcess(Executor):
-    """Does what it is given at once, in this process."""
+    """An executor that does what it is given at once, in this process."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        """A future that is done already."""
+        """Do the work now; the future that comes back is done."""
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -52,7 +52,7 @@ class InProcess(Executor):
 
 @contextmanager
 def processes(count: int, preload: Sequence[str] = ()) -> Iterator[Workers]:
-    """So many processes of this machine, one thread each. They end with this one, even if it is killed.
+    """Start ``count`` processes of this machine, one thread each; they end with this one, even if it is killed.
 
     The modules ``preload`` are imported once for all of them, where the system can.
     """
@@ -76,7 +76,7 @@ def processes(count: int, preload: Sequence[str] = ()) -> Iterator[Workers]:
 
 
 class _Processes(ProcessPoolExecutor):
-    """Its processes are begun with Ctrl-C blocked: that is this process's to answer."""
+    """A pool whose processes are started with Ctrl-C blocked, because this process answers it."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
         if not hasattr(signal, "pthread_sigmask"):
@@ -116,10 +116,10 @@ def _environment(values: dict[str, str]) -> Iterator[None]:
 
 @contextmanager
 def dask(address: str) -> Iterator[Workers]:
-    """The Dask cluster at ``address``, such as tcp://127.0.0.1:8786.
+    """Connect to the Dask cluster at ``address``, such as tcp://127.0.0.1:8786.
 
-    The packages, and files that controllers read, must be there too. Raises ExecutorError where no scheduler
-    answers, it has no workers or ``distributed`` (the extra ``cluster``) is not installed.
+    The packages, and the files that controllers read, must be there too. Raises ExecutorError where no scheduler
+    answers, it has no workers, or ``distributed`` (the extra ``cluster``) is not installed.
     """
     try:
         from distributed import Client

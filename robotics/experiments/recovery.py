@@ -21,15 +21,15 @@ from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
-PROGRESS_GAP = 0.05  # of the path
-ON_PATH = 0.1  # m
-LATEST = 0.97  # of the foremost robot's way
+PROGRESS_GAP = 0.05  # of the path: robots that are nearer to each other are in formation
+ON_PATH = 0.1  # m: a robot that is nearer to its path is on it
+LATEST = 0.97  # of the foremost robot's path: a recovery after that does not count
 FIRST, LAST = 5.0, 35.0  # s: when a fault may begin
 
 
 @dataclass(frozen=True)
 class Recovery:
-    """Outcome of one controller and outage; arrays are (runs,)."""
+    """The recovery of the runs with one controller and outage; arrays are (runs,)."""
 
     controller: str
     outage: float  # s
@@ -40,14 +40,17 @@ class Recovery:
 
     @property
     def share(self) -> float:
-        """Of the runs that recover."""
+        """The share of the runs that recover."""
         return float(self.recovered.mean())
 
 
 def outages_of(scenario: Scenario, lengths: np.ndarray, seeds: Sequence[int]) -> Faults:
-    """A failure of robot 2 and a delay of robot 3 at random times, ``lengths`` (runs,) [s] long in each run.
+    """A failure of robot 2 and a delay of robot 3 at random times; a seed's times are the same for every length.
 
-    A seed's times are the same for every length.
+    Args:
+        scenario: The scenario of the team.
+        lengths: How long both last in each run (runs,) [s].
+        seeds: The seeds of the runs.
     """
     kinds: tuple[tuple[int, Literal["failure", "delay"]], ...] = ((2, "failure"), (3, "delay"))
     faults = tuple(Fault(robot=i, kind=kind, start=FIRST, start_until=LAST) for i, kind in kinds)
@@ -56,7 +59,7 @@ def outages_of(scenario: Scenario, lengths: np.ndarray, seeds: Sequence[int]) ->
 
 
 def recovery(run: Run, fault_ends: np.ndarray) -> Recovery:
-    """What came out of ``run``, whose last faults end at ``fault_ends`` (runs,) [s]."""
+    """Judge the recovery in ``run``, whose last faults end at ``fault_ends`` (runs,) [s]."""
     gap, cross = progress_gap(run), np.abs(cross_track_error(run)).max(axis=1)
     progress = true_progress(run).max(axis=1)
     good = (gap < PROGRESS_GAP) & (cross < ON_PATH)
@@ -77,9 +80,14 @@ def recovery_curve(
     scenario: str = "outage-10s",
     advance: Callable[[], None] | None = None,
 ) -> list[Recovery]:
-    """Every controller with every outage [s], in one pass each; the same fault times for all of the same seed.
+    """Judge the recovery of every controller after every outage; a seed has the same fault times in all of them.
 
-    ``advance`` is called after every controller.
+    Args:
+        controllers: Specifications of the controllers.
+        outages: The lengths of the faults [s].
+        seeds: The seeds of the runs with each controller and outage.
+        scenario: The name of the team's scenario.
+        advance: Called after every controller.
     """
     base = load_scenario(scenario)
     # The noise of the third test is judged by itself; here it would hide what the fault does.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Scaling:
-    """One team of a size on a radio that loses a share of its messages."""
+    """The coordination of one team, of one size, on a radio that loses a share of its messages."""
 
     robots: int
     loss: float

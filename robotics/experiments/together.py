@@ -1,4 +1,4 @@
-"""Several scenarios of one world side by side in one array pass."""
+"""Several scenarios of one world, driven side by side in one array pass."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,18 +14,22 @@ from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.vehicle import plant as p
 
-_LONGEST = 70.0  # s of a run that are driven
+_LONGEST = 70.0  # s: a run is driven no longer
 _GOAL = 0.1  # m: how near its goal a robot has reached it
 _REST = 5.0  # s that are driven after all have reached their goals
 
 
 def run_together(settings: Sequence[Scenario], controller: str, seed: int, longest: float = _LONGEST) -> list[Run]:
-    """``controller`` on each of ``settings`` with ``seed``, in one pass: the runs of simulate(), up to ``longest`` [s],
-    or until all have reached their goals in all of them.
+    """Drive several scenarios in one pass; each run is, to the last bit, that of its scenario alone.
 
-    The scenarios differ in paths, starts, durations and obstacles only; each run is, to the last bit, that of its
-    scenario alone. Raises ControllerError, and ValueError for
-    scenarios that differ in more.
+    Args:
+        settings: Scenarios that differ in paths, starts, durations and obstacles only.
+        controller: The specification of the controller that drives all of them.
+        seed: The seed of every run.
+        longest: The time [s] after which the runs end, unless all robots of all runs have reached their goals before.
+
+    Raises ControllerError for a controller that does not exist or refuses a scenario, ValueError for scenarios that
+    differ in more.
     """
     first = settings[0]
     for other in settings:

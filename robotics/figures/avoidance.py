@@ -2,7 +2,7 @@
 
 Tests of crash avoidance have the thesis's Figs 6.9-6.18: trajectories and where two came nearest, distances d_ij,
 errors and speeds. Runs among obstacles have Figs 6.28-6.43: trajectories, errors, speeds, and what the sonars of
-robot 1 saw; beside them its true clearance, and what each robot was about.
+robot 1 saw, with its true clearance and each robot's mode.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,15 +15,15 @@ from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.figures.drawing import MODE_COLORS, MODE_LINES, TARGET, draw_line, last_known, mark_stop, strided
-from robotics.figures.world import draw_bodies, draw_body, draw_world, last_move
+from robotics.figures.world import draw_bodies, draw_body, draw_world
 from robotics.laws.catalogue import kept_distance, law_title
 from robotics.laws.modes import LEFT_BEHIND, MODES, STOPPED
 from robotics.measures.clearance import clearances, robot_gaps
+from robotics.measures.standing import last_move
 from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
-from robotics.vehicle.robot import Robot
 
 CRASH_ROWS = ("trajectories", "distances", "cross-track", "heading", "v", "w", "progress")
 OBSTACLE_ROWS = ("trajectories", "cross-track", "sonar", "v", "w", "distances", "modes")
@@ -33,7 +33,7 @@ _LEFT, _RIGHT, _GAP, _ROW, _TOP, _BETWEEN = 0.6, 0.1, 0.24, 0.82, 0.6, 0.2  # in
 
 
 class _View(NamedTuple):
-    """A run, and what of it is drawn."""
+    """A run, and which part of it is drawn."""
 
     run: Run
     place: int  # of the seed
@@ -46,13 +46,19 @@ def plot_avoidance(
     figures: Mapping[str, str] | None = None,
     rows: Sequence[str] | None = None,
 ) -> Figure:
-    """The page of one seed (the first by default) of ``runs``: some laws, at most three, on one scenario.
+    """Draw one to three laws on one scenario, side by side.
 
-    ``figures`` names the thesis's figure of a row, such as {"distances": "Fig 6.11"}; ``rows`` chooses those that are
-    drawn, by default CRASH_ROWS, among obstacles OBSTACLE_ROWS; what no run has is left out. The distances have a line
-    at what the law keeps: d_min, or the clearance of its plan. Robots are drawn in true size at equal times, and
-    filled where two of them came nearest. Raises ReplayError for a seed that was not run, ValueError for no run, or
-    runs of several scenarios.
+    The distances have a line at what the law keeps: d_min, or the clearance of its plan. Robots are drawn in true size
+    at equal times, and filled where two of them came nearest.
+
+    Args:
+        runs: One to three runs on one scenario.
+        seed: The seed that is drawn, by default the first.
+        figures: The thesis's figure of a row, such as {"distances": "Fig 6.11"}.
+        rows: The rows that are drawn, by default CRASH_ROWS, among obstacles OBSTACLE_ROWS; rows that no run has are
+            left out.
+
+    Raises ReplayError for a seed that was not run, ValueError for no run, or runs of several scenarios.
     """
     if not 1 <= len(runs) <= 3 or len({run.scenario for run in runs}) > 1:
         raise ValueError("a page about avoidance needs one to three runs on one scenario")
@@ -96,7 +102,7 @@ def plot_avoidance(
 
 
 def _last_move(run: Run, place: int) -> float:
-    """The time [s] up to which there is something to see."""
+    """The time [s] until which a run is drawn."""
     return float(min(run.time[last_move(run, place)] + _AFTER, run.time[-1]))
 
 
@@ -152,7 +158,7 @@ def _trajectories(ax: Axes, view: _View) -> None:
 
 
 def _nearest(view: _View) -> tuple[int, int, int] | None:
-    """Which two robots came nearest, and at which sample."""
+    """The two robots that came nearest, and the sample at which they did."""
     gaps = robot_gaps(view.run, view.place)
     least = {pair: np.where(np.isfinite(gap), gap, np.inf)[: view.end] for pair, gap in gaps.items()}
     if not least:
@@ -164,7 +170,7 @@ def _nearest(view: _View) -> tuple[int, int, int] | None:
 def _distances(ax: Axes, view: _View) -> None:
     for n, ((i, j), gap) in enumerate(robot_gaps(view.run, view.place).items(), start=3):
         draw_line(ax, view.run.time[: view.end], gap[: view.end], **_look(n), label=f"$d_{{{i + 1}{j + 1}}}$")
-    touching = Robot().width
+    touching = min(robot.width for robot in view.run.about.robots)
     ax.axhspan(0.0, touching, color="0.85", linewidth=0)
     kept = kept_distance(view.run.controller)
     if kept is not None:

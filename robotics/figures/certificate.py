@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, number, style
-from robotics.experiments.certificate import Certificate, Trial, try_out
+from robotics.experiments.certificate import Certificate, CertificateTrial, try_out
 from robotics.vehicle.robot import Robot
 
 _NAMES = ("x_err [m]", "y_err [m]", "ψ_err [rad]")
@@ -21,10 +21,17 @@ _BOUND: dict[str, Any] = {"color": "0.45", "linestyle": ":", "linewidth": 1.0}
 def plot_certificate(
     certificate: Certificate, robot: Robot | None = None, starts: int = 40, duration: float = 20.0, seed: int = 0
 ) -> Figure:
-    """The region over (x, y) and (y, ψ), and √V over time against the certified bound.
+    """Draw the certified region over (x, y) and (y, ψ), and √V over time against the certified bound.
 
-    ``starts`` trajectories of ``duration`` s begin anywhere on the region's boundary; the reference's v_r and ω_r jump
-    about in their ranges every second. Dashed: where no command of ``robot`` saturates (default: the EtsRo).
+    The trajectories begin anywhere on the region's boundary; the reference's v_r and ω_r jump about in their ranges
+    every second. A dashed line encloses where no command saturates.
+
+    Args:
+        certificate: The certificate.
+        robot: The robot whose limits count, by default the EtsRo.
+        starts: Number of trajectories.
+        duration: Length of the trajectories [s].
+        seed: Seed of the starts and of the jumps.
     """
     trial = try_out(certificate, starts=starts, steps=max(1, round(duration / 0.01)), hold=100, seed=seed)
     share = certificate.unsaturated(robot or Robot())
@@ -48,7 +55,9 @@ def plot_certificate(
         return figure
 
 
-def _draw_region(ax: Axes, certificate: Certificate, trial: Trial, share: float, pair: tuple[int, int]) -> None:
+def _draw_region(
+    ax: Axes, certificate: Certificate, trial: CertificateTrial, share: float, pair: tuple[int, int]
+) -> None:
     """The ellipsoid's shadow on a plane of two errors, and the trajectories'."""
     i, j = pair
     for n in range(trial.errors.shape[1]):
@@ -64,7 +73,7 @@ def _draw_region(ax: Axes, certificate: Certificate, trial: Trial, share: float,
     ax.set_ylabel(_NAMES[j])
 
 
-def _draw_decay(ax: Axes, certificate: Certificate, trial: Trial) -> None:
+def _draw_decay(ax: Axes, certificate: Certificate, trial: CertificateTrial) -> None:
     root = np.sqrt(trial.levels)
     ax.semilogy(trial.time, root, **_TRAJECTORY)
     bound = np.exp(-certificate.decay * trial.time)

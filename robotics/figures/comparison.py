@@ -23,11 +23,16 @@ def plot_comparison(
     metrics: Sequence[str] | None = None,
     looks: Mapping[str, Look] | None = None,
 ) -> Figure:
-    """One panel a metric, one row a controller: a dot a seed, a black bar for the mean and its 95 % interval.
+    """Draw a panel for each metric, in it a row for each controller: seeds as dots, mean and 95 % interval as a bar.
 
-    ``scenario`` is the name of one that was compared, by default the first; ``metrics`` are names, by default those of
-    :func:`robotics.measures.registry.headlines` for the scenario's kind. An axis is logarithmic where its values
-    span more than a decade. How many runs never settled or arrived is written at the right edge.
+    An axis is logarithmic where its values span more than a decade. The number of runs that never settled or arrived is
+    written at the right edge.
+
+    Args:
+        comparison: The comparison.
+        scenario: The name of the scenario that is drawn, by default the first.
+        metrics: The names of the metrics, by default those of :func:`robotics.measures.registry.headlines`.
+        looks: How each controller is drawn, by its specification.
     """
     scenario = comparison.scenarios[0].name if scenario is None else scenario
     table = comparison.table[comparison.table["scenario"] == scenario]

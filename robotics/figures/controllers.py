@@ -1,7 +1,7 @@
 """Pictures of runs: paths, errors and speeds of several controllers on one scenario.
 
-Every function returns a matplotlib figure in the project's style; a controller looks the same in all of them. Of
-each run one seed is drawn, the first unless another is asked for. These are the thesis's Figs 2.6-2.14 and 2.25-2.32.
+Every function returns a matplotlib figure in the project's style; a controller looks the same in all of them. One seed
+of each run is drawn, by default the first. These are the thesis's Figs 2.6-2.14 and 2.25-2.32.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,10 +24,15 @@ __all__ = ["looks", "plot_comparison", "plot_errors", "plot_paths", "plot_run", 
 
 
 def plot_paths(runs: Sequence[Run], seed: int | None = None, looks: Mapping[str, Look] | None = None) -> Figure:
-    """The reference and the driven paths, seen from above; beside it, magnified, where they lie furthest apart.
+    """Draw the reference and the driven paths from above, and magnified where they lie furthest apart.
 
-    That place is looked for in the second half of the run, while the reference moves: it shows how accurately the
-    controllers track once they have reached the path. ``runs`` are those of several controllers on one scenario.
+    That place is searched for in the second half of the run, while the reference moves: it shows how accurately the
+    controllers track once they have reached the path.
+
+    Args:
+        runs: The runs of several controllers on one scenario.
+        seed: The seed that is drawn, by default the first.
+        looks: How each controller is drawn, by its specification.
     """
     chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in _some(runs)]
     with style():
@@ -102,7 +107,7 @@ def _mark_starts(ax: Axes, run: Run) -> None:
 
 
 def _furthest(runs: Sequence[Run]) -> tuple[float, float, float, float] | None:
-    """Where paths lie furthest from their reference in the second half: x, y, distance [m], time [s]."""
+    """The place where paths lie furthest from their reference in the second half: x, y, distance [m], time [s]."""
     best: tuple[float, float, float, float] | None = None
     for run in runs:
         moving = run.target("v") > 1e-6
@@ -146,9 +151,15 @@ def _draw_detail(
 def plot_errors(
     runs: Sequence[Run], seed: int | None = None, robot: int = 0, looks: Mapping[str, Look] | None = None
 ) -> Figure:
-    """The errors x, y and heading of (5.9) over time, of the true posture; ``robot`` is counted from 0.
+    """Draw the errors of (5.9) in x, y and heading over time, those of the true posture.
 
     Where the first half of the run dwarfs the second, the second is drawn once more beside it, magnified.
+
+    Args:
+        runs: The runs of several controllers on one scenario.
+        seed: The seed that is drawn, by default the first.
+        robot: The robot that is drawn, from 0.
+        looks: How each controller is drawn, by its specification.
     """
     chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in _some(runs)]
     time = drawn[0].time
@@ -163,7 +174,7 @@ def plot_errors(
             for column, ax in enumerate(grid[row]):
                 shown = late if column else np.full(len(time), True)
                 scale, prefix = _milli(errors[:, row][:, shown])
-                # Under the others, whatever moves most.
+                # The line that moves most is drawn under the others.
                 depths = np.argsort(np.argsort(-np.nansum(np.abs(np.diff(errors[:, row])), axis=-1)))
                 for run, error, depth in zip(drawn, errors[:, row], depths, strict=True):
                     look = chosen[run.controller]
@@ -198,7 +209,7 @@ def _finite(values: np.ndarray) -> list[np.ndarray]:
 
 
 def _milli(values: np.ndarray) -> tuple[float, str]:
-    """The factor and the prefix with which values read best."""
+    """The factor and the SI prefix with which the values are easiest to read."""
     known = np.abs(values[np.isfinite(values)])
     return (1000.0, "m") if known.size and known.max() < 0.1 else (1.0, "")
 
@@ -210,9 +221,14 @@ def plot_velocities(
     machine: Robot | None = None,
     looks: Mapping[str, Look] | None = None,
 ) -> Figure:
-    """The linear and the angular speed over time, one row a controller, so that one's chatter hides no other.
+    """Draw the linear and the angular speed over time, one row for each controller.
 
-    ``machine`` draws the limits of that robot, where a speed comes within a fifth of them.
+    Args:
+        runs: The runs of several controllers on one scenario.
+        seed: The seed that is drawn, by default the first.
+        robot: The robot that is drawn, from 0.
+        machine: A robot whose limits are drawn where a speed comes within a fifth of them.
+        looks: How each controller is drawn, by its specification.
     """
     chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in _some(runs)]
     v_limit, w_limit = _limits(machine)
@@ -243,7 +259,7 @@ def plot_velocities(
 
 
 def _limits(machine: Robot | None) -> tuple[float | None, float | None]:
-    """The highest |v| [m/s] at ω = 0 and |ω| [rad/s] at v = 0: of the command, or of the wheels if those end sooner."""
+    """The highest |v| [m/s] at ω = 0 and |ω| [rad/s] at v = 0 that both the command and the wheels allow."""
     if machine is None:
         return None, None
     wheels = machine.wheel_speed_limit
@@ -260,7 +276,7 @@ def _draw_speed(ax: Axes, run: Run, robot: int, channel: str, look: Look) -> Non
 
 
 def _place_rows(figure: Figure, rows: int) -> None:
-    """Fixed margins: the layout engine takes long over so many panels, which all look alike."""
+    """Set fixed margins: the layout engine would take long over that many panels, which all look alike."""
     width, height = figure.get_size_inches()
     panel = (height - 0.62) / rows
     figure.subplots_adjust(

@@ -1,4 +1,4 @@
-"""What every picture of a run shares: a look for each controller, lines thinned to what pixels show, seeds as text."""
+"""Shared parts of the pictures of runs: a look for each controller, thinned lines, seeds as text."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -13,18 +13,18 @@ from robotics.laws.catalogue import law_title
 from robotics.simulation.run import Run
 
 TARGET = {"color": "0.45", "linestyle": (0, (4, 2)), "linewidth": 1.0}  # how every reference is drawn
-POINTS = 2000  # of a line, at most about: a double column printed at 300 dpi is that wide
+POINTS = 2000  # points of a line, at most about: a double column printed at 300 dpi is that wide
 OBSTACLE: dict[str, Any] = {"facecolor": "0.82", "edgecolor": "0.3", "linewidth": 0.8}
 # How the modes of robotics.laws.modes look, by code & 3: colours that no robot of a team of three has, and lines
 MODE_COLORS = ("0.7", COLORS[5], COLORS[3], COLORS[4])
 MODE_LINES: tuple[Any, ...] = ("-", "-", (0, (4, 1.5)), (0, (1, 1)))
 _MARKERS = "os^DvPX*"
-# A preset's place among the colours; the palest, orange, stays for what users add.
+# The place of each preset among the colours; the palest, orange, is left for the controllers that users add.
 _PLACES = {"fuzzy": 0, "lyapunov": 1, "csm": 2, "assm": 3, "qssm": 4, "esm": 6}
 
 
 class Look(NamedTuple):
-    """How a controller is drawn: in the same way in every figure."""
+    """The look of a controller, the same in every figure."""
 
     color: str
     line: Any  # a matplotlib line style
@@ -32,7 +32,7 @@ class Look(NamedTuple):
 
 
 def looks(specifications: Iterable[str]) -> dict[str, Look]:
-    """A look for every controller. The six presets always have their own; others take what is left, then begin anew."""
+    """A look for every controller: each of the six presets has its own, others take the remaining ones in turn."""
     wanted = list(dict.fromkeys(specifications))
     places = {name: _PLACES[name] for name in wanted if name in _PLACES}
     free = iter([n for n in range(len(COLORS)) if n not in places.values()] + list(range(len(COLORS), 1000)))
@@ -50,12 +50,12 @@ def _look(n: int) -> Look:
 
 
 def looks_of(specifications: Iterable[str], given: Mapping[str, Look] | None) -> Mapping[str, Look]:
-    """The looks given, or those of the controllers."""
+    """The looks that are ``given``, or those of :func:`looks` for the controllers."""
     return looks(specifications) if given is None else given
 
 
 def only(run: Run, seed: int | None) -> Run:
-    """The run of that one seed; None: of the first. Raises ValueError for a seed that was not run."""
+    """The run of that one seed, by default the first. Raises ValueError for a seed that was not run."""
     seed = run.seeds[0] if seed is None else seed
     if seed not in run.seeds:
         raise ValueError(f"seed {seed} is not among those of the run: {seeds_as_text(run.seeds)}")
@@ -63,7 +63,7 @@ def only(run: Run, seed: int | None) -> Run:
 
 
 def seeds_as_text(seeds: Sequence[int]) -> str:
-    """Seeds in few words: "0–19, 42"."""
+    """The seeds as a short text, such as "0–19, 42"."""
     parts: list[list[int]] = []
     for seed in seeds:
         if parts and seed == parts[-1][-1] + 1:
@@ -74,7 +74,7 @@ def seeds_as_text(seeds: Sequence[int]) -> str:
 
 
 def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A line (n,) over time that looks the same with fewer points: the least and greatest of every stretch are kept."""
+    """A line (n,) over time that looks the same with fewer points: each stretch keeps its least and greatest value."""
     n = len(time)
     if n <= POINTS:
         return time, values
@@ -91,7 +91,7 @@ def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def strided(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A curve in the plane, (n,) each, with fewer points, both ends kept."""
+    """A curve in the plane, ``x`` and ``y`` (n,) each, with fewer points; both ends are kept."""
     step = max(1, len(x) // POINTS)
     if step == 1:
         return x, y
@@ -100,23 +100,43 @@ def strided(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def draw_line(ax: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -> Line2D:
-    """One channel (n,) over time."""
+    """Draw one channel over time, thinned.
+
+    Args:
+        ax: The axes.
+        time: The times (n,) [s].
+        values: The channel (n,).
+        style: Options of ``ax.plot``.
+    """
     return ax.plot(*thinned(time, values), **style)[0]
 
 
 def mark_stop(ax: Axes, x: float, y: float, color: Any) -> None:
-    """A cross: here the robot was stopped."""
+    """Draw a cross where a robot was stopped.
+
+    Args:
+        ax: The axes.
+        x: The place, in the axes' unit.
+        y: Likewise.
+        color: The robot's colour.
+    """
     ax.plot([x], [y], marker="X", color=color, markersize=7, markeredgecolor="white", linestyle="none", zorder=4)
 
 
 def last_known(values: np.ndarray) -> int:
-    """The place of the last finite sample of (n,), or -1."""
+    """The place of the last finite sample of ``values`` (n,), or -1."""
     known = np.flatnonzero(np.isfinite(values))
     return int(known[-1]) if known.size else -1
 
 
 def draw_obstacles(ax: Axes, lines: Iterable[np.ndarray], **style: Any) -> None:
-    """Obstacles in a top view, from the outlines of :func:`robotics.environment.world.outlines`; walls are lines."""
+    """Draw obstacles in a top view; walls are lines.
+
+    Args:
+        ax: The axes.
+        lines: The outlines, as :func:`robotics.environment.world.outlines` gives them.
+        style: Options of the collections that are drawn.
+    """
     look: dict[str, Any] = OBSTACLE | {"zorder": 1.5} | style
     closed, walls = split_outlines(lines)
     ax.add_collection(PolyCollection(closed, **look))
@@ -124,7 +144,7 @@ def draw_obstacles(ax: Axes, lines: Iterable[np.ndarray], **style: Any) -> None:
 
 
 def split_outlines(lines: Iterable[np.ndarray]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """The outlines that come back to their first point, which enclose a solid, and the walls."""
+    """The outlines that return to their first point, which enclose a solid; and the others, which are walls."""
     listed = list(lines)
     closed = [len(points) > 2 and bool(np.allclose(points[0], points[-1])) for points in listed]
     return (
@@ -134,20 +154,35 @@ def split_outlines(lines: Iterable[np.ndarray]) -> tuple[list[np.ndarray], list[
 
 
 def rectangles(x: np.ndarray, y: np.ndarray, heading: np.ndarray, length: float, width: float) -> np.ndarray:
-    """The corners (n, 4, 2) [m] of robots at the poses (n,)."""
+    """The corners (n, 4, 2) [m] of robots in a top view.
+
+    Args:
+        x: The robots' centers (n,) [m].
+        y: Likewise.
+        heading: The robots' headings (n,) [rad].
+        length: The length of each robot [m].
+        width: The width of each robot [m].
+    """
     body = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * (length, width)
     return placed(body, x, y, heading)
 
 
 def placed(shape: np.ndarray, x: np.ndarray, y: np.ndarray, heading: np.ndarray) -> np.ndarray:
-    """``shape`` (points, 2) turned and moved to every pose (n,): (n, points, 2)."""
+    """A shape turned and moved to every pose (n, points, 2).
+
+    Args:
+        shape: The shape (points, 2).
+        x: The places (n,), in the unit of the shape.
+        y: Likewise.
+        heading: The headings (n,) [rad].
+    """
     cos, sin = np.cos(heading), np.sin(heading)
     turn = np.stack([np.stack([cos, -sin], axis=-1), np.stack([sin, cos], axis=-1)], axis=-2)
     return np.asarray(np.einsum("rij,pj->rpi", turn, shape) + np.stack([x, y], axis=-1)[:, None])
 
 
 def page_title(run: Run, order: Sequence[int]) -> str:
-    """Which law drove where, and in ``order`` which seeds (their places) are drawn, the first boldly."""
+    """The title of a page: law, scenario and the seeds at the places ``order``, of which the first is drawn boldly."""
     seeds = f"seed {run.seeds[order[0]]}"
     if len(order) > 1:
         seeds += f"; faint: seeds {seeds_as_text([run.seeds[r] for r in order[1:]])}"

@@ -13,7 +13,15 @@ HATCHES = {"failure": "xxxx", "delay": "////", "silence": "----", "stall": "||||
 
 
 def shade_faults(ax: Axes, faults: Any, start: float, end: float, named: bool = True) -> None:
-    """Grey, hatched by kind, while a robot is at fault from ``start`` to ``end`` [s]; its number and fault in words."""
+    """Shade the time during which robots are at fault, hatched by kind.
+
+    Args:
+        ax: The axes, with time along x.
+        faults: The spans of the faults, as :func:`robotics.simulation.spans.fault_spans` gives them.
+        start: The time [s] at which the axis begins.
+        end: The time [s] at which it ends.
+        named: Whether the robots' numbers and faults are written in words.
+    """
     taken: list[tuple[float, int]] = []
     shown = [f for f in faults if f.start < end and f.end > start]
     wide = float(figure_of(ax).get_figwidth() * ax.get_position().width)  # inches

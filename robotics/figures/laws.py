@@ -1,6 +1,6 @@
-"""Pictures of the control laws: the reaching law's push, and the fuzzy rule bases.
+"""Pictures of the control laws themselves: the reaching law's push, and the fuzzy rule bases.
 
-They show the laws themselves, not what came of them: the thesis's Figs 2.3, 2.19, 2.20, 2.23 and 2.24.
+These are the thesis's Figs 2.3, 2.19, 2.20, 2.23 and 2.24.
 """
 
 from collections.abc import Sequence
@@ -20,9 +20,12 @@ SETTINGS = (((0.2, 1.0), (0.2, 0.5), (0.2, 0.2), (0.2, 0.1)), ((0.4, 0.1), (0.2,
 def plot_switching(
     settings: Sequence[Sequence[tuple[float, float]]] = SETTINGS, alpha: float = 3.0, reach: float = 2.0
 ) -> Figure:
-    """The push K/Q(S) sign S of (2.22) over S, one panel a group of (K, μ0); μ0 = 1 is the conventional law.
+    """Draw the push K/Q(S) sign S of (2.22) over S, thesis Fig 2.3.
 
-    ``reach`` is the largest |S| [m/s]. Thesis Fig 2.3.
+    Args:
+        settings: The pairs (K [m/s²], μ0) of each panel; μ0 = 1 is the conventional law.
+        alpha: The factor α [s/m] in the exponent of Q(S).
+        reach: The largest |S| [m/s].
     """
     # Both sides of 0 are on the grid, so that the jump is drawn upright.
     half = np.concatenate([[1e-9], np.linspace(0, reach, 201)[1:]])
@@ -47,7 +50,7 @@ def plot_switching(
 
 
 def plot_tracking_memberships(rule_base: str = "tracking") -> Figure:
-    """The membership functions of distance and α. Thesis Fig 2.19."""
+    """Draw the membership functions of distance and α, thesis Fig 2.19."""
     fis = load_rule_base(rule_base)
     with style():
         figure = new_figure(DOUBLE, 2.0)
@@ -60,7 +63,7 @@ def plot_tracking_memberships(rule_base: str = "tracking") -> Figure:
 
 
 def plot_tracking_velocities(rule_base: str = "tracking") -> Figure:
-    """v over the distance and ω over α with the target ahead; below, both over x_err: rule 11. Thesis Fig 2.20."""
+    """Draw v over the distance and ω over α with the target ahead; below, both over x_err. Thesis Fig 2.20."""
     fis = load_rule_base(rule_base)
     ahead = {"x_err": 0.1, "alpha": 0.0, "distance": 0.15, "heading_err": 0.0}
     ahead = {name: value for name, value in ahead.items() if name in {v.name for v in fis.inputs}}
@@ -91,7 +94,7 @@ def _held(fixed: dict[str, float]) -> str:
 
 
 def plot_lateral(rule_base: str = "lateral") -> Figure:
-    """The membership functions of y_err, and the turn λ over y_err. Thesis Figs 2.23 and 2.24."""
+    """Draw the membership functions of y_err, and the turn λ over y_err, thesis Figs 2.23 and 2.24."""
     fis = load_rule_base(rule_base)
     with style():
         figure = new_figure(DOUBLE, 2.0)

@@ -13,7 +13,7 @@ _MARKERS = "os^Dv"
 
 
 def plot_recovery(recoveries: Sequence[Recovery]) -> Figure:
-    """The share of runs that recover, and the largest distance from the path, over the length of the outage."""
+    """Draw the share of runs that recover, and the largest distance from the path, over the outage's length."""
     names = list(dict.fromkeys(r.controller for r in recoveries))
     with style():
         figure = new_figure(DOUBLE, 2.6)
@@ -37,7 +37,7 @@ def plot_recovery(recoveries: Sequence[Recovery]) -> Figure:
 
 
 def plot_scaling(scaling: Sequence[Scaling]) -> Figure:
-    """Spread of the arrivals and their delay over the number of robots, a line for every share of lost messages."""
+    """Draw spread and delay of the arrivals over the number of robots, a line for each share of lost messages."""
     losses = sorted({s.loss for s in scaling})
     with style():
         figure = new_figure(DOUBLE, 2.6)

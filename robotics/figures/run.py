@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, style
 from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, page_title, strided
 from robotics.figures.team import plot_team
-from robotics.figures.world import draw_bodies, draw_world, last_move
+from robotics.figures.world import draw_bodies, draw_world
+from robotics.measures.standing import last_move
 from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.simulation.run import Run
 
@@ -16,7 +17,7 @@ _MOST = 40  # seeds drawn
 
 
 def plot_run(run: Run) -> Figure:
-    """The page for ``robotics run --plot``: path, errors, speeds, commands.
+    """Draw the page of ``robotics run --plot``: path, errors, speeds, commands.
 
     The first seed is drawn boldly, up to 39 more faintly behind it; each robot has its colour. A cross marks where a
     robot was stopped. Among obstacles robots are drawn in true size too. A team has a page of its own:

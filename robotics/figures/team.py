@@ -16,21 +16,22 @@ from matplotlib.figure import Figure
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, page_title, strided
 from robotics.figures.faults import FEW, WORDS, shade_faults
-from robotics.figures.world import draw_bodies, draw_world, last_move
+from robotics.figures.world import draw_bodies, draw_world
+from robotics.measures.standing import last_move
 from robotics.measures.tracking import tracking_error
 from robotics.simulation.run import Run
 from robotics.simulation.spans import FaultSpan, fault_spans, seed_place
 
-_PAIRS = 4  # robots whose pairs all get a line; of more, each is compared with the median
+_PAIRS = 4  # robots: in a larger team each is compared with the median instead of with every other
 _FAINT = 0.25  # opacity of the other seeds
 _MOST = 40  # seeds drawn
 _NAMED = 6  # faults that are named in the picture
 
-LEAST = 1e-3  # what the axis of the differences of progress shows at least, to either side
+LEAST = 1e-3  # the axis of the differences of progress reaches at least as far to either side
 
 
 def plot_team(run: Run, seed: int | None = None) -> Figure:
-    """The page for a team: trajectories, errors against the law's own target, speeds, progress, and its differences.
+    """Draw the page of a team: trajectories, errors against the law's own target, speeds, progress, its differences.
 
     ``seed`` (the first by default) is drawn boldly, up to 39 others faintly behind it. More than 8 robots are thin
     lines over a band from the 5th to the 95th percentile with their median, of that seed alone. Faults are shaded,
@@ -81,7 +82,7 @@ def plot_team(run: Run, seed: int | None = None) -> Figure:
 
 
 def _height(run: Run) -> float:
-    """How high the top view is, in inches: as its width asks for, within what a page has."""
+    """The height of the top view in inches: the paths' own proportions, within what a page has."""
     points = np.concatenate(run.paths, axis=1)
     width, height = points.max(axis=1) - points.min(axis=1)
     return float(np.clip(6.3 * height / max(width, 1e-9), 1.8, 4.0))
@@ -142,7 +143,7 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Iterable[FaultS
 
 
 def _draw_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int]) -> None:
-    """One channel (runs, robots, samples) over time: a line a robot, and of many robots a band and their median."""
+    """Draw one channel (runs, robots, samples) over time: a line for each robot, a band and a median for many."""
     rows, first = values[order[0]], order[0]
     if rows.shape[0] > FEW:
         _draw_many(ax, run.time, rows)
@@ -157,7 +158,7 @@ def _draw_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int]) -> N
 
 
 def _draw_many(ax: Axes, time: np.ndarray, rows: np.ndarray) -> None:
-    """Thin lines (robots, samples), where most of them are, and their median."""
+    """Draw thin lines (robots, samples), the band in which most of them are, and their median."""
     for i, row in enumerate(rows):
         faint = max(0.15, min(0.5, 20 / len(rows)))
         draw_line(ax, time, row, color=_color(i), linestyle="-", linewidth=0.3, alpha=faint, zorder=1.5)
@@ -171,7 +172,7 @@ def _draw_many(ax: Axes, time: np.ndarray, rows: np.ndarray) -> None:
 
 
 def _draw_differences(ax: Axes, run: Run, progress: np.ndarray, order: list[int]) -> None:
-    """s_i − s_j of every pair of few robots, or s_i less the median of the team."""
+    """Draw s_i − s_j of every pair of few robots, or s_i minus the median of the team."""
     robots, first = progress.shape[1], order[0]
     ax.axhline(0.0, **TARGET)  # type: ignore[arg-type]
     if robots <= _PAIRS:

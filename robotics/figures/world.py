@@ -11,18 +11,11 @@ from robotics.environment.world import outlines
 from robotics.figures.drawing import draw_obstacles, rectangles
 from robotics.simulation.run import Run
 
-MOMENTS = 8  # at which robots, and obstacles that move, are drawn
-STANDS = 0.05  # m/s
-
-
-def last_move(run: Run, place: int) -> int:
-    """The last sample at which a robot of the run at ``place`` moves; the run's last, if none ever does."""
-    moving = (np.abs(np.nan_to_num(run["v"][place])) > STANDS).any(axis=0)
-    return int(np.flatnonzero(moving)[-1]) if moving.any() else len(run.time) - 1
+MOMENTS = 8  # number of samples at which robots, and obstacles that move, are drawn
 
 
 def draw_world(ax: Axes, run: Run, last: int) -> None:
-    """The obstacles of ``run``, if it has any; those that move at MOMENTS samples up to ``last``."""
+    """Draw the obstacles of ``run``, if it has any; those that move are drawn at MOMENTS samples up to ``last``."""
     if run.obstacles is None:
         return
     if len(run.obstacles.counts) == 1:
@@ -33,14 +26,30 @@ def draw_world(ax: Axes, run: Run, last: int) -> None:
 
 
 def draw_bodies(ax: Axes, run: Run, place: int, last: int) -> None:
-    """The robots of the run at ``place``, each with its colour, at MOMENTS samples up to ``last``."""
+    """Draw the robots in their true size and their colours, at MOMENTS samples.
+
+    Args:
+        ax: The axes of a top view.
+        run: The run.
+        place: The place of the seed in the run.
+        last: The last sample that is drawn.
+    """
     seen = moments(last)
     for i in range(run.samples.shape[3]):
         draw_body(ax, run, place, i, seen[np.isfinite(run["x"][place, i, seen])], facecolors="white", zorder=3)
 
 
 def draw_body(ax: Axes, run: Run, place: int, robot: int, samples: np.ndarray, **style: Any) -> None:
-    """One robot at ``samples``."""
+    """Draw one robot in its true size at some samples.
+
+    Args:
+        ax: The axes of a top view.
+        run: The run.
+        place: The place of the seed in the run.
+        robot: The robot, from 0.
+        samples: The samples (n,) at which it is drawn.
+        style: Options of the collection that is drawn.
+    """
     x, y, heading = (run[name][place, robot, samples] for name in ("x", "y", "heading"))
     body = run.about.robots[robot]
     look: dict[str, Any] = {"edgecolors": COLORS[robot % len(COLORS)], "linewidths": 0.6} | style
@@ -48,5 +57,5 @@ def draw_body(ax: Axes, run: Run, place: int, robot: int, samples: np.ndarray, *
 
 
 def moments(last: int) -> np.ndarray:
-    """The samples at which what moves is drawn."""
+    """The samples at which moving bodies are drawn: MOMENTS of them, evenly up to ``last``."""
     return np.linspace(0, last, MOMENTS).round().astype(int)

@@ -17,34 +17,41 @@ ARRIVAL_SPREAD = 1.0  # s: between the first and the last arrival of robots that
 
 
 def arrival_time(run: Run) -> np.ndarray:
-    """(runs, robots) s: when 99.5 % of the path are behind the robot and it is within 10 cm of it; infinite: never."""
+    """The time [s] of each robot's arrival (runs, robots); infinite if it never arrives.
+
+    A robot has arrived when 99.5 % of its path are behind it and it is within 10 cm of the path.
+    """
     return _first(run, (true_progress(run) >= ARRIVAL_PROGRESS) & (np.abs(cross_track_error(run)) < ARRIVAL_OFFSET))
 
 
 def end_time(run: Run) -> np.ndarray:
-    """(runs, robots) s: when the robot comes within 5 cm of the end of its path; infinite if it never does."""
+    """The time [s] (runs, robots) at which the robot comes within 5 cm of the end of its path; infinite: never."""
     ends = np.array([nodes[:, -1] for nodes in run.paths])
     gap = np.hypot(run["x"] - ends[:, :1], run["y"] - ends[:, 1:])
     return _first(run, (gap < END_DISTANCE) & (true_progress(run) > 0.5))  # a closed path ends where it begins
 
 
 def at_goal(x: np.ndarray, y: np.ndarray, goals: Any, lengths: np.ndarray) -> np.ndarray:
-    """Whether each robot is at the end of its path, in a run that goes on (runs, robots) bool.
+    """Whether each robot of a run that is still going on is at the end of its path (runs, robots) bool.
 
-    ``x``, ``y`` [m] are (runs, robots), ``goals`` has the ends as x and y [m], ``lengths`` are those of the paths [m].
+    Args:
+        x: The robots' centers (runs, robots) [m].
+        y: Likewise.
+        goals: The ends of the paths, as ``x`` and ``y`` (runs, robots) [m].
+        lengths: The lengths of the paths (runs, robots) [m].
     """
     near = np.hypot(x - goals.x, y - goals.y) < np.maximum(GOAL_SHARE * lengths, GOAL_LEAST)
     return np.asarray(near)
 
 
 def spread(times: np.ndarray) -> np.ndarray:
-    """(runs,) s: between the first and the last of ``times`` (runs, robots); infinite if one never arrives."""
+    """The time [s] (runs,) between the first and the last of ``times`` (runs, robots); infinite if one is."""
     last, first = times.max(axis=1), times.min(axis=1)
     return np.where(np.isfinite(last), last - np.where(np.isfinite(first), first, 0.0), np.inf)
 
 
 def together(times: np.ndarray, within: float = ARRIVAL_SPREAD) -> np.ndarray:
-    """Whether all robots of a run arrive ``within`` so many seconds (runs,), by their ``times`` (runs, robots) [s]."""
+    """Whether the arrivals ``times`` (runs, robots) [s] of a run lie ``within`` that many seconds (runs,) bool."""
     return np.asarray(spread(times) <= within)
 
 

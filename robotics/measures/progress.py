@@ -1,4 +1,4 @@
-"""Where robots truly are on their paths."""
+"""Progress: where robots truly are on their paths."""
 
 import numpy as np
 
@@ -10,10 +10,10 @@ START = 0.25  # of the path: where the first place is looked for
 
 
 def true_progress(run: Run) -> np.ndarray:
-    """Where each robot truly is on its path, from 0 to 1, (runs, robots, samples): the nearest point, followed.
+    """The share of its path that each robot truly has behind it, 0 to 1, (runs, robots, samples).
 
-    The place is looked for within half a metre of the one before, so that crossing or closed paths are followed along
-    their branch. Not-a-number once a robot is stopped.
+    It is that of the path's nearest point, which is searched for within half a metre of the one before, so that
+    crossing or closed paths are followed along their branch. It is not-a-number once a robot is stopped.
     """
     result = np.empty(run["x"].shape)
     for i, nodes in enumerate(run.paths):
@@ -63,6 +63,6 @@ def _follow(nodes, x, y, window, first):  # type: ignore[no-untyped-def]
 
 
 def progress_gap(run: Run) -> np.ndarray:
-    """(runs, samples): the foremost robot's progress less the rearmost's, by where they truly are."""
+    """The foremost robot's true progress minus the rearmost's (runs, samples), shares of the paths."""
     progress = true_progress(run)
     return np.asarray(progress.max(axis=1) - progress.min(axis=1))

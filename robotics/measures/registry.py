@@ -1,4 +1,4 @@
-"""Every metric in one table, and which of them belong to a kind of scenario, to a short table, to the designer."""
+"""The table of all metrics, and which of them are shown for a kind of scenario."""
 
 from collections import ChainMap
 from collections.abc import Mapping
@@ -15,24 +15,24 @@ ALL_METRICS: Mapping[str, Metric] = ChainMap(TEAM_METRICS, FORMATION_METRICS, ME
 
 
 def metrics_of(kind: str) -> dict[str, Metric]:
-    """The metrics of a scenario of that kind ("tracking", "formation" or "team"), by name."""
+    """The metrics of scenarios of a ``kind`` ("tracking", "formation" or "team"), by name."""
     return {name: metric for name, metric in ALL_METRICS.items() if kind in metric.kinds}
 
 
 def headlines(kind: str) -> dict[str, Metric]:
-    """The few metrics that a short table or picture shows of that kind, by name: those of no other kind come first."""
+    """The few metrics that short tables and pictures show of a ``kind``, by name; those of no other kind come first."""
     found = [item for item in metrics_of(kind).items() if kind in item[1].headline]
     return dict(sorted(found, key=lambda item: len(item[1].kinds)))
 
 
 def tried(kind: str) -> dict[str, Metric]:
-    """The metrics that the designer's panel "Try it" shows of that kind, by name, in the same order."""
+    """The metrics that the designer's panel "Try it" shows of a ``kind``, by name, ordered as :func:`headlines`."""
     found = [item for item in metrics_of(kind).items() if kind in item[1].tried]
     return dict(sorted(found, key=lambda item: len(item[1].kinds)))
 
 
 def measure_all(run: Run) -> dict[str, np.ndarray]:
-    """Every metric of a run of a scenario of that kind, each (runs, robots).
+    """Measure every metric that belongs to the kind of the run's scenario, each (runs, robots).
 
     A run's numbers do not depend, to the last bit, on which runs are beside it.
     """

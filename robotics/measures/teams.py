@@ -1,17 +1,15 @@
 """Metrics of teams, whose robots shall arrive together."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from robotics.measures.arrival import arrival_time, end_time, spread
 from robotics.measures.progress import progress_gap
-from robotics.measures.tracking import Metric
+from robotics.measures.tracking import Metric, same_for_all
 from robotics.simulation.run import Run
 
 
 def nearest_distance(run: Run) -> np.ndarray:
-    """(runs, robots) m: the smallest distance between a robot's center and another's."""
+    """The smallest distance [m] between a robot's center and any other robot's (runs, robots)."""
     x, y = run["x"], run["y"]
     result = np.full(x.shape[:2], np.inf)
     for i in range(x.shape[1] - 1):
@@ -20,11 +18,6 @@ def nearest_distance(run: Run) -> np.ndarray:
         result[:, i] = np.minimum(result[:, i], gap.min(axis=1))
         result[:, i + 1 :] = np.minimum(result[:, i + 1 :], gap)
     return result
-
-
-def _same_for_all(measure: Callable[[Run], np.ndarray]) -> Callable[[Run], np.ndarray]:
-    """A figure of the whole team (runs,) as one a robot (runs, robots)."""
-    return lambda run: np.repeat(measure(run)[:, None], run.stopped.shape[1], axis=1)
 
 
 _TEAM = ("team",)
@@ -39,7 +32,7 @@ TEAM_METRICS: dict[str, Metric] = {
         tried=_TEAM,
     ),
     "arrival_spread_s": Metric(
-        _same_for_all(lambda r: spread(arrival_time(r))),
+        same_for_all(lambda r: spread(arrival_time(r))),
         "s",
         "spread of the arrivals",
         kinds=_TEAM,
@@ -48,10 +41,10 @@ TEAM_METRICS: dict[str, Metric] = {
         tried=_TEAM,
     ),
     "end_spread_s": Metric(
-        _same_for_all(lambda r: spread(end_time(r))), "s", "spread of coming within 5 cm of the end", kinds=_TEAM
+        same_for_all(lambda r: spread(end_time(r))), "s", "spread of coming within 5 cm of the end", kinds=_TEAM
     ),
     "max_progress_gap": Metric(
-        _same_for_all(lambda r: np.nanmax(progress_gap(r), axis=1)),
+        same_for_all(lambda r: np.nanmax(progress_gap(r), axis=1)),
         "1",
         "largest s_i − s_j, by the true places",
         kinds=_TEAM,
@@ -60,7 +53,7 @@ TEAM_METRICS: dict[str, Metric] = {
         tried=_TEAM,
     ),
     "mean_progress_gap": Metric(
-        _same_for_all(lambda r: np.nanmean(progress_gap(r), axis=1)), "1", "mean s_i − s_j", kinds=_TEAM
+        same_for_all(lambda r: np.nanmean(progress_gap(r), axis=1)), "1", "mean s_i − s_j", kinds=_TEAM
     ),
     "min_distance_m": Metric(
         nearest_distance,
@@ -76,5 +69,5 @@ TEAM_METRICS: dict[str, Metric] = {
 
 
 def measure_team(run: Run) -> dict[str, np.ndarray]:
-    """Every team metric of a run, each (runs, robots)."""
+    """Measure every team metric of a run, each (runs, robots)."""
     return {name: metric.measure(run) for name, metric in TEAM_METRICS.items()}

@@ -1,4 +1,4 @@
-"""Metrics: functions from a run to one number a seed and robot, all (runs, robots).
+"""Metrics: functions from a run to one number for each seed and robot, all (runs, robots).
 
 The errors are those of the true posture against the reference at the same time, in the robot's frame (5.9);
 the controller saw only the measured posture. A robot that was stopped is measured up to then.
@@ -14,33 +14,31 @@ from robotics.paths.posture import PostureError, posture_error
 from robotics.paths.trajectory import Reference
 from robotics.simulation.run import Run
 
-SETTLED = 0.05  # m
-
-
+SETTLED = 0.05  # m: a robot that stays nearer has settled
 KINDS = ("tracking", "formation", "team")  # of scenarios
 
 
 class Metric(NamedTuple):
     """One number that is measured of a run, and where it is shown.
 
-    An entry in METRICS here, in FORMATION_METRICS or in TEAM_METRICS is all that a metric needs: tables of results,
-    reports, pictures and the designer read from it what they show.
+    An entry in METRICS, FORMATION_METRICS or TEAM_METRICS is all that a metric needs: tables of results, reports,
+    pictures and the designer read from it what they show.
     """
 
     measure: Callable[[Run], np.ndarray]  # of a run: (runs, robots)
     unit: str
     title: str
     kinds: tuple[str, ...] = KINDS  # of scenarios in which it is measured
-    headline: tuple[str, ...] = ()  # of those, in which it is among the few of a comparison's short table and picture
-    short: str = ""  # its title there
-    tried: tuple[str, ...] = ()  # of those, in which the designer's panel "Try it" shows it
-    larger: bool = False  # is better; otherwise smaller is
+    headline: tuple[str, ...] = ()  # kinds in which a comparison's short table and picture show it
+    short: str = ""  # its title in those
+    tried: tuple[str, ...] = ()  # kinds in which the designer's panel "Try it" shows it
+    larger: bool = False  # whether larger values are better
 
 
 def tracking_error(run: Run) -> PostureError:
     """The posture error (5.9) of every sample; each field is (runs, robots, samples).
 
-    The target is the scenario's reference, or in a team's run where the law wanted the robot to be.
+    The target is the scenario's reference, or in a team's run the place where the law wanted the robot to be.
     """
     if run.team is not None:
         place = Reference(run["x_target"], run["y_target"], run["heading_target"], *([np.zeros(1)] * 3))
@@ -50,7 +48,7 @@ def tracking_error(run: Run) -> PostureError:
 
 
 def cross_track_error(run: Run) -> np.ndarray:
-    """Signed distance to the nearest point of the path [m], > 0 to its left: (runs, robots, samples)."""
+    """The signed distance [m] to the nearest point of the path, > 0 on its left side (runs, robots, samples)."""
     from scipy.spatial import cKDTree
 
     result = np.full(run["x"].shape, np.nan)
@@ -89,17 +87,25 @@ def _last(values: np.ndarray) -> np.ndarray:
 
 
 def _rate(run: Run, total: np.ndarray) -> np.ndarray:
-    """A total per second of the time that the robot was in play."""
+    """A total divided by the seconds in which the robot was in play."""
     seconds = np.isfinite(run["x"]).sum(-1) - 1
     return total / np.maximum(seconds * (run.time[1] - run.time[0]), np.finfo(float).tiny)
 
 
 def settling_time(run: Run, distance: np.ndarray) -> np.ndarray:
-    """The time [s] from which ``distance`` (runs, robots, samples) [m] stays below 5 cm; infinite if it never does."""
+    """The time [s] (runs, robots) from which a distance stays below 5 cm; infinite if it never does.
+
+    ``distance`` (runs, robots, samples) is in m, and may be signed.
+    """
     outside = ~(np.abs(distance) < SETTLED)
     samples = outside.shape[-1]
     first = np.where(outside.any(-1), samples - np.argmax(outside[..., ::-1], axis=-1), 0)
     return np.where(first < samples, run.time[np.minimum(first, samples - 1)], np.inf)
+
+
+def same_for_all(measure: Callable[[Run], np.ndarray]) -> Callable[[Run], np.ndarray]:
+    """A measure of a whole group (runs,) as one that gives the same number to each robot (runs, robots)."""
+    return lambda run: np.repeat(measure(run)[:, None], run.stopped.shape[1], axis=1)
 
 
 def _variation(run: Run, channel: str) -> np.ndarray:
@@ -193,5 +199,5 @@ METRICS: dict[str, Metric] = {
 
 
 def measure(run: Run) -> dict[str, np.ndarray]:
-    """Every metric of a run, each (runs, robots)."""
+    """Measure every metric of METRICS of a run, each (runs, robots)."""
     return {name: metric.measure(run) for name, metric in METRICS.items()}

@@ -1,4 +1,4 @@
-"""Moving pictures of a run: .gif by Pillow, .mp4 by ffmpeg, .html as a player that needs nothing else."""
+"""Moving pictures of a run as files: .gif by Pillow, .mp4 by ffmpeg; a .html is the player's."""
 
 import shutil
 import subprocess
@@ -22,17 +22,17 @@ FORMATS = ("mp4", "gif", "html")
 FPS = {"mp4": 20.0, "gif": 10.0}  # frames a second, if nothing else is asked for
 DPI = 120
 _SPEEDS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
-_LASTS = 25.0  # s: the default speed makes it last no longer
-_MOST_SAMPLES = 4000  # of the trails and the chart
-_MOST_PIXELS = 1.5e9  # of all frames of a .gif, which are in memory at the same time
+_LASTS = 25.0  # s: with the default speed a picture lasts no longer
+_MOST_SAMPLES = 4000  # samples of the trails and the chart, at most
+_MOST_PIXELS = 1.5e9  # pixels of all frames of a .gif, which are in memory at the same time
 
 
 class AnimationError(InputError):
-    """A moving picture that cannot be made. The message says which option and what is accepted."""
+    """A moving picture that cannot be made. The message says which option is wrong and what is accepted."""
 
 
-class Timing(NamedTuple):
-    """When the frames are."""
+class FrameTiming(NamedTuple):
+    """The times of the frames of a moving picture."""
 
     times: np.ndarray  # (frames,) s of the run
     fps: float  # frames a second of the picture
@@ -40,7 +40,7 @@ class Timing(NamedTuple):
 
 
 class Written(NamedTuple):
-    """What was written."""
+    """What :func:`write_animation` wrote."""
 
     frames: int
     fps: float
@@ -63,7 +63,7 @@ def check_animation(path: str | Path) -> str:
 
 
 def ffmpeg() -> str | None:
-    """Where ffmpeg is: the machine's own, or that of the optional package imageio-ffmpeg; None if there is none."""
+    """The path of ffmpeg, the machine's own or that of the optional package imageio-ffmpeg; None if there is none."""
     own = shutil.which("ffmpeg")
     if own is not None:
         return own
@@ -83,12 +83,19 @@ def frame_times(
     end: float | None = None,
     fps: float | None = None,
     speed: float | None = None,
-) -> Timing:
-    """When the frames of a .mp4 or .gif from ``start`` to ``end`` [s] are, the last of them at ``end``.
+) -> FrameTiming:
+    """The times of the frames of a .mp4 or .gif, the last of them at ``end``.
 
-    By default ``fps`` is 20 (.gif: 10) and ``speed`` the least of 1, 2, 5, 10, ... that makes it last at most 25 s.
-    A .gif counts hundredths of a second: its ``fps`` becomes the nearest that it can keep. Raises AnimationError,
-    ReplayError.
+    Args:
+        run: The run.
+        suffix: "mp4" or "gif".
+        start: The time [s] at which the picture begins, by default that of the run.
+        end: The time [s] at which it ends, by default that of the run.
+        fps: Frames a second, by default 20 (.gif: 10). A .gif counts hundredths of a second: its ``fps`` becomes the
+            nearest that it can keep.
+        speed: Times real time, by default the least of 1, 2, 5, 10, ... with which it lasts at most 25 s.
+
+    Raises AnimationError, ReplayError.
     """
     begin, until = span(run, start, end)
     for name, value, most in (("fps", fps, 100 if suffix == "mp4" else 50), ("speed", speed, 1e4)):
@@ -100,7 +107,7 @@ def frame_times(
     if speed is None:
         speed = next((s for s in _SPEEDS if (until - begin) / s <= _LASTS), _SPEEDS[-1])
     count = ceil((until - begin) * rate / speed - 1e-9) + 1
-    return Timing(np.minimum(begin + np.arange(count) * speed / rate, until), rate, float(speed))
+    return FrameTiming(np.minimum(begin + np.arange(count) * speed / rate, until), rate, float(speed))
 
 
 def write_animation(
@@ -116,11 +123,21 @@ def write_animation(
     stale: float | None = None,
     progress: Callable[[int], Callable[[], None]] | None = None,
 ) -> Written:
-    """Write ``seed`` (the first by default) of ``run`` as a .mp4 or .gif, whole or not at all.
+    """Write one seed of a run as a .mp4 or .gif, whole or not at all.
 
-    ``start``, ``end``, ``fps``, ``speed``: :func:`frame_times`; ``stale``: :func:`robotics.playback.replay.replay`.
-    ``progress`` is told how many frames there are, and gives what is called after each. Raises AnimationError,
-    ReplayError, OSError.
+    Args:
+        run: The run.
+        path: The file, whose name ends in .mp4 or .gif.
+        seed: The seed that is shown, by default the first.
+        start: The time [s] at which the picture begins, by default that of the run.
+        end: The time [s] at which it ends, by default that of the run.
+        fps: Frames a second, see :func:`frame_times`.
+        speed: Times real time, see :func:`frame_times`.
+        dpi: Pixels per inch, 20 to 600.
+        stale: The age [s] from which a message is stale, see :func:`robotics.playback.replay.replay`.
+        progress: Called with the number of frames; what it returns is called after each frame.
+
+    Raises AnimationError, ReplayError, OSError.
     """
     suffix = check_animation(path)
     if suffix == "html":
@@ -151,7 +168,7 @@ def write_animation(
     return Written(frames, timing.fps, timing.speed, frames / timing.fps, scene.enlarged)
 
 
-def _samples(run: Run, timing: Timing) -> np.ndarray:
+def _samples(run: Run, timing: FrameTiming) -> np.ndarray:
     """The times of the run's own samples from the first to the last frame, at most some thousands."""
     begin, until = timing.times[0], timing.times[-1]
     inside = run.time[(run.time > begin) & (run.time < until)]
@@ -169,7 +186,7 @@ def _writer(suffix: str, fps: Any, title: str) -> Iterator[Any]:
     palette.putpalette(_palette().tobytes())
 
     class SmallGif(PillowWriter):
-        """Frames of one palette and a byte a pixel: less memory, and only what moves differs from frame to frame."""
+        """A writer of frames with one palette and a byte a pixel, which saves memory and keeps still parts equal."""
 
         def grab_frame(self, **options: Any) -> None:
             super().grab_frame(**options)
@@ -195,6 +212,6 @@ def _palette() -> np.ndarray:
     colors = np.array([to_rgb(color) for color in COLORS if to_rgb(color) != (0, 0, 0)])
     tints = 1 - np.linspace(0.06, 1, 18)[:, None, None] * (1 - colors)
     shades = np.linspace(0.1, 0.9, 7)[:, None, None] * colors
-    # Pillow compares colours in cells: closer greys would make white less than white.
+    # Pillow compares colours in cells: with closer greys white would become grey.
     greys = np.linspace(0, 1, 33)[:, None].repeat(3, axis=1)
     return np.rint(255 * np.concatenate([greys, tints.reshape(-1, 3), shades.reshape(-1, 3)])).astype(np.uint8)

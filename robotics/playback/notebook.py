@@ -1,4 +1,4 @@
-"""The player of a run as a widget for notebooks: the module of the page, :mod:`robotics.playback.player`."""
+"""The player of a run as a widget for notebooks, with the module of the page (:mod:`robotics.playback.player`)."""
 
 from pathlib import Path
 from typing import Any
@@ -27,10 +27,15 @@ _REST = """export default {
 
 
 def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: Any) -> Any:
-    """A widget that plays ``seed`` of ``run`` (the first by default) in Jupyter, marimo and the like.
+    """Make a widget that plays one seed of a run in Jupyter, marimo and the like.
 
-    It begins at ``speed`` times real time; ``options`` are those of :func:`robotics.playback.player.player_data`
-    (``start``, ``end``, ``stale``). Raises ReplayError, or ModuleError without the extra ``notebook``.
+    Args:
+        run: The run.
+        seed: The seed that is shown, by default the first.
+        speed: Times real time, with which it begins.
+        options: ``start``, ``end`` and ``stale``, as in :func:`robotics.playback.player.player_data`.
+
+    Raises ReplayError, and ModuleError without the extra ``notebook``.
     """
     anywidget, traitlets = widget_library()
     folder = Path(__file__).parent / "static"

@@ -1,8 +1,8 @@
 """A player of a run for a browser: one HTML file without a library, or a part of a page.
 
-The picture, the controls and the chart are ``player.js`` with the looks of ``player.css``; here the run is packed for
-them: at most 20 frames a second and about 100,000 poses, every channel as 16-bit numbers of its own range. What the
-sonars read is what the run recorded.
+The picture, the controls and the chart are ``player.js`` with the looks of ``player.css``. This module packs the run
+for them: at most 20 frames a second and about 100,000 poses, every channel as 16-bit numbers of its own range. The
+readings of the sonars are those that the run recorded.
 """
 
 import base64
@@ -25,7 +25,6 @@ from robotics.sensing.carried import sensor_names
 from robotics.sensing.sonar import RangeSensor
 from robotics.simulation.run import Run
 from robotics.simulation.spans import span
-from robotics.vehicle.robot import Robot
 
 RATE = 20.0  # frames a second, at most
 _POSES = 100_000  # frames × robots, at most
@@ -42,10 +41,15 @@ def player_data(
     end: float | None = None,
     stale: float | None = None,
 ) -> dict[str, Any]:
-    """What the player shows of ``seed`` (the first by default) from ``start`` to ``end`` [s], in JSON's types.
+    """What the player shows of one seed of a run, in JSON's types: the value "run" of the model in ``player.js``.
 
-    A message older than ``stale`` [s] counts as stale (by default as
-    :func:`robotics.playback.replay.replay` says). This is the value "run" of the widget's model in ``player.js``.
+    Args:
+        run: The run.
+        seed: The seed that is shown, by default the first.
+        start: The time [s] at which it begins, by default that of the run.
+        end: The time [s] at which it ends, by default that of the run.
+        stale: The age [s] from which a message is stale, by default as in :func:`robotics.playback.replay.replay`.
+
     Raises ReplayError.
     """
     begin, until = span(run, start, end)
@@ -61,13 +65,13 @@ def player_data(
         channels["progress"] = _packed(film.progress)
     paths = _thinned(film)
     channels |= {"path_x": _packed(paths[:, 0]), "path_y": _packed(paths[:, 1])}
-    machine = Robot()
+    machine = max(run.about.robots, key=lambda robot: robot.length)
     return {
         "format": 1,
         "title": film.title,
         "seed": film.seed,
         "robots": robots,
-        "size": [machine.length, machine.width],  # m; a run does not say how large its robots are
+        "size": [machine.length, machine.width],  # m; all are drawn like the longest
         "time": _coded(film.time.astype("<f4")),
         "channels": channels,
         "bounds": [round(value, 4) for value in film.bounds],
@@ -83,15 +87,15 @@ def player_data(
 
 
 def player_fragment(run: Run, seed: int | None = None, **options: Any) -> str:
-    """A part of an HTML page that plays ``seed`` of ``run``; the page needs :func:`player_script` once, at its end.
+    """A part of an HTML page that plays ``seed`` of ``run``; ``options`` are those of :func:`player_data`.
 
-    ``options`` are those of :func:`player_data`. Raises ReplayError.
+    The page needs :func:`player_script` once, at its end. Raises ReplayError.
     """
     return _fragment(player_data(run, seed, **options), "")
 
 
 def player_script() -> str:
-    """What makes every :func:`player_fragment` of a page a player: once a page, after the fragments."""
+    """The script that makes a player of every :func:`player_fragment` before it; a page needs it once."""
     folder = Path(str(resources.files("robotics") / "playback" / "static"))
     looks = stylesheet() + (folder / "player.css").read_text(encoding="utf-8")
     start = f"""
@@ -113,10 +117,18 @@ def write_player(
     speed: float = 1.0,
     stale: float | None = None,
 ) -> None:
-    """Write a page that plays ``seed`` of ``run``, at ``speed`` times real time until one chooses another.
+    """Write a page that plays one seed of a run: one file that asks for nothing else, whole or not at all.
 
-    The other options are those of :func:`player_data`. The page is one file that asks for nothing else; it appears
-    whole or not at all. Raises ReplayError, OSError.
+    Args:
+        run: The run.
+        path: The file.
+        seed: The seed that is shown, by default the first.
+        start: The time [s] at which it begins, by default that of the run.
+        end: The time [s] at which it ends, by default that of the run.
+        speed: Times real time, until another speed is chosen on the page.
+        stale: The age [s] from which a message is stale, see :func:`player_data`.
+
+    Raises ReplayError, OSError.
     """
     from jinja2 import Environment, StrictUndefined
     from markupsafe import Markup
@@ -186,7 +198,7 @@ def _obstacles(film: Replay) -> dict[str, Any] | None:
 
 
 def _sonar(film: Replay) -> dict[str, Any] | None:
-    """What range sensors read [m], and where each robot's are mounted: x, y [m], axis, half the cone [rad], range [m].
+    """The readings [m] of the range sensors, and their mounting: x, y [m], axis, half the cone [rad], range [m].
 
     A robot that does not carry one of them has null for it.
     """

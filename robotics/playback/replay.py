@@ -1,7 +1,7 @@
 """A replay: what a moving picture of one seed of a run shows.
 
-Beside poses, speeds and targets these are the faults and stops as spans of time, which messages were stale when, the
-obstacles, what the sonars read, and what each robot was about.
+It holds poses, speeds and targets, the faults and stops as spans of time, which messages were stale when, the
+obstacles, the readings of the sonars, and the mode of each robot.
 """
 
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ import numpy as np
 from robotics.environment.world import NUMBER, Geometry, outlines
 from robotics.laws.catalogue import law_title
 from robotics.sensing.sonar import RangeSensor
-from robotics.simulation.mode_changes import Event, mode_events
+from robotics.simulation.mode_changes import ModeChange, mode_changes_in
 from robotics.simulation.run import Run
 from robotics.simulation.spans import FaultSpan, ReplayError, _after, fault_spans, seed_place
 
@@ -21,7 +21,7 @@ _MOST_STALE = 40_000  # spans of stale messages kept: the longest
 
 
 class Moment(NamedTuple):
-    """Where the robots are at one time; each field is (robots,)."""
+    """The places of the robots at one time; each field is (robots,)."""
 
     x: np.ndarray  # m
     y: np.ndarray  # m
@@ -33,7 +33,7 @@ class Moment(NamedTuple):
 
 
 class StaleSpans(NamedTuple):
-    """When what a robot knew of another was stale; each field is (spans,)."""
+    """The spans of time in which what a robot knew of another was stale; each field is (spans,)."""
 
     receiver: np.ndarray  # from 0
     sender: np.ndarray
@@ -42,14 +42,14 @@ class StaleSpans(NamedTuple):
     age: np.ndarray  # s, at the start, growing since; infinite if nothing was heard yet
 
     def at(self, time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Receivers, senders and ages [s] of the stale links at ``time`` [s]."""
+        """The receivers, senders and ages [s] of the stale links at ``time`` [s]."""
         now = (self.start <= time) & (time < self.end)
         return self.receiver[now], self.sender[now], self.age[now] + (time - self.start[now])
 
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """One seed of a run. Arrays are (robots, frames) unless said; a stopped robot stays where it was."""
+    """One seed of a run. Arrays are (robots, frames) unless stated otherwise; a stopped robot stays where it was."""
 
     scenario: str
     controller: str
@@ -73,16 +73,16 @@ class Replay:
     ranges: np.ndarray | None = field(default=None, repr=False)  # (robots, sensors, frames) m; inf: nothing
     sensors: tuple[Mapping[str, RangeSensor], ...] = field(default=(), repr=False)  # what each robot carries, by name
     modes: np.ndarray | None = field(default=None, repr=False)  # codes of robotics.laws.modes.MODES
-    handovers: tuple[Event, ...] = field(default=(), repr=False)  # changes of mode, in the order of time
+    handovers: tuple[ModeChange, ...] = field(default=(), repr=False)  # changes of mode, in the order of time
 
     @property
     def title(self) -> str:
-        """Which law drove in which scenario, and the seed."""
+        """The law, the scenario and the seed, in words."""
         return f"{law_title(self.controller)} on {self.scenario}, seed {self.seed}"
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """The least and greatest x, then y [m], of all paths, of all that was driven, and of the obstacles."""
+        """The least and greatest x, then y [m], of all paths, driven trajectories and obstacles."""
         parts = [*self.paths, np.stack([self.x.ravel(), self.y.ravel()])]
         if self.obstacles is not None:
             circles = self.obstacles.circles[:, : self.obstacles.counts[0]]
@@ -108,7 +108,7 @@ class Replay:
         return k, after, float(share)
 
     def obstacles_at(self, time: float) -> list[np.ndarray]:
-        """What to draw of the obstacles at ``time`` [s]: see :func:`robotics.environment.world.outlines`."""
+        """The outlines of the obstacles at ``time`` [s], as of :func:`robotics.environment.world.outlines`."""
         if self.obstacles is None:
             return []
         if len(self.obstacles.counts) == 1:
@@ -122,22 +122,28 @@ class Replay:
         return outlines(rest)
 
     def mode_at(self, robot: int, time: float) -> int:
-        """The code of what that robot is about at ``time`` [s]; that of the last frame, as modes do not blend."""
+        """The code of a robot's mode at ``time`` [s], that of the last frame: modes are not interpolated."""
         if self.modes is None:
             return 0
         k = int(np.clip(np.searchsorted(self.time, time + 1e-9, side="right") - 1, 0, len(self.time) - 1))
         return int(self.modes[robot, k])
 
     def kind_at(self, robot: int, time: float) -> str:
-        """The fault of that robot at ``time`` [s], or ""."""
+        """The kind of fault of a robot at ``time`` [s], or ""."""
         return next((f.kind for f in self.faults if f.robot == robot and f.start <= time < f.end), "")
 
 
 def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | None = None) -> Replay:
-    """The replay of ``seed`` (the first by default) at ``times`` (frames,) [s], interpolated between samples.
+    """Make the replay of one seed of a run, interpolated between samples.
 
-    A message older than ``stale`` [s] is stale; by default the greater of five periods and three times the median
-    age. Raises ReplayError for a seed that was not run, or a ``stale`` that is no positive number.
+    Args:
+        run: The run.
+        times: The times of the frames (frames,) [s].
+        seed: The seed, by default the first.
+        stale: The age [s] from which a message is stale, by default the greater of five periods and three times the
+            median age.
+
+    Raises ReplayError for a seed that was not run, or a ``stale`` that is no positive number.
     """
     place = seed_place(run, seed)
     if stale is not None and not (np.isfinite(stale) and stale > 0):
@@ -154,7 +160,7 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
         limit = stale or _usual(run, place)
         hears, spans = _staleness(run, place, limit)
     stopped = run.stopped[place]
-    # What does not blend is that of the last sample.
+    # What cannot be interpolated is that of the last sample.
     held = np.clip(np.searchsorted(run.time, times + 1e-9, side="right") - 1, 0, len(run.time) - 1)
     obstacles = run.obstacles
     if obstacles is not None and len(obstacles.counts) > 1:
@@ -163,10 +169,10 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
     if run.ranges is not None:
         ranges = np.moveaxis(run.ranges[held, place], 0, -1)
     modes: np.ndarray | None = None
-    handovers: tuple[Event, ...] = ()
+    handovers: tuple[ModeChange, ...] = ()
     if run.modes is not None:
         modes = run.modes[held, place].T
-        changes = mode_events(run.time, run.modes[:, place : place + 1])
+        changes = mode_changes_in(run.time, run.modes[:, place : place + 1])
         handovers = tuple(e for e in changes if times[0] < e.time <= times[-1] + 1e-9)
     return Replay(
         run.scenario,

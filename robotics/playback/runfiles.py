@@ -1,4 +1,4 @@
-"""The files of a run: the run itself, its samples, its changes of mode, a picture, a page that plays it."""
+"""The files of a run: the run itself, its samples, its changes of mode, a picture, and a page that plays it."""
 
 import warnings
 from dataclasses import dataclass
@@ -6,18 +6,20 @@ from pathlib import Path
 
 from fuzzy.errors import InputError
 from fuzzy.files.table import write_frame
+from robotics.playback.player import write_player
+from robotics.simulation.mode_changes import mode_change_table
 from robotics.simulation.run import Run
 
 MOST_AGES = 100_000_000  # of messages that a run holds: 400 MB
 
 
 class RunFileError(InputError):
-    """A name from which the kind of file cannot be told. The message says what it must end in."""
+    """A file name from which the kind of file cannot be told. The message says what it must end in."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunFiles:
-    """Where a run goes; None: not written. Raises an InputError for a name with another ending than its kind has."""
+    """The files into which a run goes; None: not written. Raises an InputError for a name with a wrong ending."""
 
     save: Path | None = None  # .npz, without loss
     table: Path | None = None  # .csv, every sample
@@ -35,9 +37,14 @@ class RunFiles:
                 raise RunFileError(f"{path}: the file's name must end in {suffix}")
 
     def need_ages(self, runs: int, robots: int, ticks: int) -> bool:
-        """Shall such a run keep how old each message is? A saved run and a page show it; too many numbers are left out.
+        """Whether such a run shall keep the age of each message, as a saved run and a page show it.
 
-        Warns where they are left out.
+        Warns where the ages are left out because they are too many numbers.
+
+        Args:
+            runs: Number of seeds.
+            robots: Number of robots.
+            ticks: Number of periods.
         """
         wanted = self.save is not None or self.player
         if wanted and runs * robots**2 * ticks > MOST_AGES:
@@ -46,15 +53,13 @@ class RunFiles:
         return wanted
 
     def write(self, run: Run) -> Path | None:
-        """Write ``run`` to all of them; the page that plays it comes back, if there is one. Raises OSError."""
+        """Write ``run`` to all of the files; return the page that plays it, if there is one. Raises OSError."""
         if self.save is not None:
             run.save(self.save)
         if self.table is not None:
             write_frame(run.frame(), self.table)
         if self.events is not None:
-            from robotics.simulation.mode_changes import events_of
-
-            write_frame(events_of(run), self.events)
+            write_frame(mode_change_table(run), self.events)
         if self.plot is not None:
             from fuzzy.figures.drawing import save_figure
             from robotics.figures.run import plot_run
@@ -62,8 +67,6 @@ class RunFiles:
             save_figure(plot_run(run), self.plot)
         if not self.player:
             return None
-        from robotics.playback.player import write_player
-
         page = Path(f"{run.scenario}-seed-{run.seeds[0]}.html")
         write_player(run, page)
         return page

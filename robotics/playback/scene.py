@@ -1,4 +1,4 @@
-"""The moving picture of a run, frame by frame: the scene from above, and under it a chart with a moving cursor."""
+"""The moving picture of a run, frame by frame: the scene from above, and below it a chart with a moving cursor."""
 
 from dataclasses import dataclass
 from math import hypot
@@ -29,19 +29,20 @@ from robotics.figures.drawing import (
 )
 from robotics.figures.faults import FEW, HATCHES, WORDS, shade_faults
 from robotics.laws.modes import MODES, STOPPED
+from robotics.measures.standing import stands_still
 from robotics.playback.replay import Replay
 from robotics.simulation.spans import KINDS
 from robotics.vehicle.robot import Robot
 
-_MANY_LINKS = 400  # from here on only stale messages are drawn
-_STANDS = 0.005  # m/s and, tenfold, rad/s
+_MANY_LINKS = 400  # of more links only the stale ones are drawn
+_STANDS = 0.005, 0.05  # m/s and rad/s: a robot that is slower is drawn hollow
 _LEFT, _RIGHT, _TITLE, _CHART, _GAP, _NOTE = 0.55, 0.15, 0.3, 1.25, 0.5, 0.4  # inches
 _OUTLINE = [patheffects.withStroke(linewidth=2.5, foreground="white")]
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A figure of a replay, and what moves in it."""
+    """A figure of a replay, and the parts of it that move."""
 
     figure: Figure
     film: Replay
@@ -64,10 +65,15 @@ class Scene:
 
 
 def set_scene(film: Replay, speed: float, dpi: float) -> Scene:
-    """The figure before its first frame; ``speed`` (times real time) is said in it. Use it within the project's style.
+    """Draw the figure before its first frame; use it within the project's style.
 
     Robots are drawn to scale, or enlarged where they would be too small to see; the note under the scene says which.
-    What does not move is a picture in the background, made for ``dpi``: a frame is drawn several times faster.
+    The parts that do not move are a picture in the background: a frame is then drawn several times faster.
+
+    Args:
+        film: The replay.
+        speed: Times real time, which the note says.
+        dpi: Pixels per inch of the frames.
     """
     scene = _whole_scene(film, speed, dpi)
     moving = {id(artist) for artist in _moving(scene)}
@@ -191,7 +197,7 @@ def show_frame(scene: Scene, time: float) -> None:
     few, x, y, heading = len(film.x) <= FEW, now.x, now.y, now.heading
     kinds = [film.kind_at(i, time) for i in range(len(x))]
     stopped = film.stops <= time
-    still = (np.abs(now.v) < _STANDS) & (np.abs(now.w) < 10 * _STANDS)
+    still = stands_still(now.v, _STANDS[0]) & stands_still(now.w, _STANDS[1])
     hollow = still | stopped | np.array([bool(kind) for kind in kinds])
     colors = np.array([COLORS[i % len(COLORS)] for i in range(len(x))])
     long, across = scene.size

@@ -1,4 +1,4 @@
-"""What a report is made of: pictures, tables, chapters."""
+"""The parts of a report: pictures, tables, claims, chapters."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 
 class Picture(NamedTuple):
-    """A figure of the report; ``draw`` makes it when its turn comes."""
+    """A figure of the report, which ``draw`` makes when its turn comes."""
 
     name: str  # of its file, without the suffix
     caption: str
@@ -17,7 +17,7 @@ class Picture(NamedTuple):
 
 
 class Plate(NamedTuple):
-    """A figure that is drawn."""
+    """A figure that is already drawn."""
 
     name: str
     caption: str
@@ -26,7 +26,7 @@ class Plate(NamedTuple):
 
 
 class Film(NamedTuple):
-    """A run to play in the report; ``make`` gives its HTML when its turn comes."""
+    """A run to play in the report, whose HTML ``make`` gives when its turn comes."""
 
     caption: str
     make: Callable[[], str]
@@ -45,18 +45,18 @@ Verdict = Literal["holds", "holds in part", "does not hold"]
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim, what was measured, and whether it holds here."""
+    """One claim, what was measured, and whether the claim holds here."""
 
     name: str
-    source: str  # where it is made
-    statement: str  # what it says, in a sentence
+    source: str  # where the claim is made
+    statement: str  # what the claim says, in a sentence
     measured: str  # what was run and what came out, with the numbers
     verdict: Verdict
 
 
 @dataclass(frozen=True, eq=False)
 class Chapter:
-    """A part of the report beside the comparison: its text, tables and pictures, and the claims it judges."""
+    """A part of the report after the comparison: text, tables, pictures, and the claims that it judges."""
 
     name: str  # of its anchor
     title: str

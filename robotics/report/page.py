@@ -33,11 +33,11 @@ from robotics.vehicle.robot import Robot
 
 SYMBOLS: dict[Verdict, str] = {"holds": "✔", "holds in part": "◐", "does not hold": "✘"}
 _DPI = 200
-_PER_ROBOT = 4  # robots of a scenario that get their own pictures of errors and speeds
+_PER_ROBOT = 4  # robots of a scenario that get their own pictures of errors and speeds, at most
 
 
 class Section(NamedTuple):
-    """One scenario's part of the report."""
+    """The part of the report on one scenario."""
 
     scenario: Scenario
     place: str  # its name as an anchor and in file names
@@ -56,11 +56,17 @@ def write_report(
     command: str | None = None,
     sections: Sequence[Section] | None = None,
 ) -> Path:
-    """Write ``folder``/report.html and ``folder``/figures/*.png, and return the path of the former.
+    """Write ``folder``/report.html and ``folder``/figures/*.png, each whole or not at all; return the page's path.
 
-    ``claims`` and those of ``chapters`` are listed with their verdicts; without any that section is left out.
-    ``command`` is the command line that made the comparison; ``sections`` are those of :func:`draw_sections` if they
-    are drawn already. Every file appears whole or not at all. Raises OSError.
+    Args:
+        comparison: The comparison.
+        claims: Claims that are listed with their verdicts, as those of ``chapters`` are.
+        folder: The folder of the report.
+        chapters: Chapters that follow the comparison.
+        command: The command line that made the comparison.
+        sections: The sections of :func:`draw_sections`, if they are drawn already.
+
+    Raises OSError.
     """
     folder = Path(folder)
     (folder / "figures").mkdir(parents=True, exist_ok=True)
@@ -101,17 +107,17 @@ def write_report(
 
 
 def draw_sections(comparison: Comparison, advance: Callable[[], None] | None = None) -> list[Section]:
-    """The parts of a report on the comparison's scenarios; ``advance`` is called after every figure."""
+    """Draw the sections on the comparison's scenarios; ``advance`` is called after every figure."""
     return [_section(comparison, scenario, advance) for scenario in comparison.scenarios]
 
 
 def figure_count(comparison: Comparison) -> int:
-    """How many figures :func:`draw_sections` draws."""
+    """The number of figures that :func:`draw_sections` draws."""
     return sum(len(_pictures(comparison, scenario)) for scenario in comparison.scenarios)
 
 
 def plate(picture: Picture | Plate) -> Plate:
-    """The picture, drawn."""
+    """Draw the picture, unless it is drawn already."""
     if isinstance(picture, Plate):
         return picture
     return Plate(picture.name, picture.caption, picture.alt, _png(picture.draw()))

@@ -1,4 +1,4 @@
-"""A whole comparison in a folder: its tables, the chapters that somebody adds, and the report."""
+"""A whole comparison in a folder: its tables, chapters that may be added, and the report."""
 
 import json
 from collections.abc import Callable, Iterator, Sequence
@@ -19,20 +19,20 @@ from robotics.report.chapter import Chapter, Claim
 from robotics.report.page import draw_sections, figure_count, write_report
 from robotics.scenario.description import Scenario
 
-# Makes chapters beside the comparison: of what begins a progress bar, the folder, the first seed and whether pictures
-# are wanted. Entered, it gives a function that waits for the chapters; leaving it stops the work.
+# Makes chapters beside the comparison, from a function that begins a progress bar, the folder, the first seed and
+# whether pictures are wanted. Entering it gives a function that waits for the chapters; leaving it stops the work.
 MakeChapters = Callable[[Begin, Path, int, bool], AbstractContextManager[Callable[[], list[Chapter]]]]
 
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """What a study came to."""
+    """The outcome of a study."""
 
     comparison: Comparison
     summary: pd.DataFrame  # of :func:`robotics.experiments.comparison.summarise`
     claims: list[Claim]
-    shown: Path  # what to open: the report, or the table of results
-    files: list[str]  # everything in the folder, relative to it
+    shown: Path  # the file to open: the report, or the table of results
+    files: list[str]  # all files that were written, relative to the folder
 
 
 def write_study(
@@ -47,12 +47,23 @@ def write_study(
     command: str | None = None,
     kept: Callable[[int], None] = lambda rows: None,
 ) -> Study:
-    """Compare the controllers of ``specifications`` on ``scenarios``, and write all that comes of it into ``folder``.
+    """Compare controllers on scenarios, and write all results into a folder.
 
-    Written are configuration.json, results.csv (one row a seed and robot; ``kept`` is called with how many there are
-    after every scenario and controller), summary.csv, claims.csv if ``chapters`` are made, and with ``report`` also
-    report.html and figures/. ``command`` is the command line that the report names. Raises ComparisonError,
-    ControllerError and OSError.
+    The files are configuration.json, results.csv (one row for each seed and robot), summary.csv, claims.csv if
+    ``chapters`` are made, and with ``report`` also report.html and figures/.
+
+    Args:
+        folder: The folder of the results.
+        scenarios: Scenarios of one kind.
+        specifications: Controllers, such as "csm" or "csm:k=0.3".
+        seeds: The seeds.
+        begin: Starts a bar of a progress display, by its text and total.
+        chapters: Makes chapters beside the comparison.
+        report: Whether figures and the report are made.
+        command: The command line that the report names.
+        kept: Called with the number of rows that are written, after every scenario and controller.
+
+    Raises ComparisonError, ControllerError and OSError.
     """
     check_comparison(scenarios, specifications)
     folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""The numbers of one scenario as a table to read: one row a metric, one column a controller."""
+"""The numbers of one scenario as a table to read: a row for each metric, a column for each controller."""
 
 from typing import NamedTuple
 
@@ -29,15 +29,15 @@ class Row(NamedTuple):
 
 
 class SummaryTable(NamedTuple):
-    """The table, and how many robots of each controller were stopped."""
+    """The table of one scenario, and how many robots of each controller were stopped."""
 
     controllers: list[str]  # as titles
     rows: list[Row]
-    diverged: list[tuple[int, int]]  # stopped, of how many
+    diverged: list[tuple[int, int]]  # robots that were stopped, and all robots
 
 
 def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
-    """The table of the scenario with that name, from :func:`robotics.experiments.comparison.summarise`."""
+    """Make the table of the scenario with that name, from :func:`robotics.experiments.comparison.summarise`."""
     table = comparison.table[comparison.table["scenario"] == scenario]
     summary = summarise(table).set_index(["metric", "controller"])
     names = list(comparison.controllers)
@@ -58,7 +58,7 @@ def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
 
 
 def scale(unit: str, means: np.ndarray) -> tuple[float, str]:
-    """The factor and unit in which a row reads best: thousandths where every mean is below 1."""
+    """The factor and the unit with which a row is easiest to read: thousandths where every mean is below 1."""
     known = means[np.isfinite(means)]
     if unit in _PREFIXED and known.size and 0 < np.abs(known).max() < 1:
         return 1000.0, f"m{unit}"
@@ -76,7 +76,7 @@ def _cell(numbers: np.ndarray, never: int, seeds: int, mark: str) -> Cell:
         return Cell(_rounded(mean, _places(mean, 3)), "", mark)
     if half <= 1e-6 * abs(mean):  # all seeds gave the same
         return Cell(_rounded(mean, _places(mean, 3)), "0", mark)
-    # So many places that the interval's half width has two digits, and the mean two at least.
+    # As many places as give the interval's half width two digits, and the mean at least two.
     places = max(_places(half, 2), _places(mean, 2))
     return Cell(_rounded(mean, places), _rounded(half, places), mark)
 
@@ -94,7 +94,7 @@ def _rounded(value: float, places: int) -> str:
 
 
 def _marks(values: list[np.ndarray], means: np.ndarray) -> list[str]:
-    """Which controller has the lowest mean, and which the seeds, paired, cannot tell apart from it."""
+    """Mark the controller with the lowest mean, and those that the seeds, paired, cannot tell apart from it."""
     known = np.where(np.isfinite(means), means, np.inf)
     if len(values) < 2 or not np.isfinite(known).any() or np.ptp(means) == 0:
         return [""] * len(values)
@@ -112,7 +112,7 @@ def _marks(values: list[np.ndarray], means: np.ndarray) -> list[str]:
 
 
 def paired_interval(differences: np.ndarray) -> tuple[float, float]:
-    """Student's 95 % interval of the mean of differences (seeds,); not-a-number for fewer than two."""
+    """Student's 95 % interval of the mean of ``differences`` (seeds,); not-a-number for fewer than two seeds."""
     n = len(differences)
     if n < 2:
         return float("nan"), float("nan")

@@ -1,4 +1,4 @@
-"""What each robot was about, and when that changed: the table of modes and hand-overs of a run."""
+"""Changes of the robots' modes: when each robot changed between which modes, and why."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,7 +10,7 @@ from robotics.simulation.run import Run
 if TYPE_CHECKING:
     import pandas as pd
 
-# Why one of the first four follows another, (before, after); the longer stories are in robotics.coordination
+# Why one of the first four modes follows another, (before, after); robotics.laws.avoidance tells it at length
 _REASONS = {
     (TRACK, AVOID): "an obstacle is near",
     (TRACK, FOLLOW): "an obstacle is near",
@@ -29,7 +29,7 @@ TIMED_OUT = "timed out: the group goes on without it"
 REJOINED = "rejoined: the group waits for it again"
 
 
-class Event(NamedTuple):
+class ModeChange(NamedTuple):
     """One change of a robot's mode."""
 
     time: float  # s
@@ -40,18 +40,18 @@ class Event(NamedTuple):
     why: str
 
 
-def mode_events(times: np.ndarray, modes: np.ndarray) -> list[Event]:
+def mode_changes_in(times: np.ndarray, modes: np.ndarray) -> list[ModeChange]:
     """The changes in ``modes`` (samples, runs, robots) of codes, at ``times`` (samples,) [s]; in the order of time."""
     changed = np.argwhere(modes[1:] != modes[:-1])
     return [
-        Event(float(times[k + 1]), int(r), int(i), MODES[before], MODES[after], reason(before, after))
+        ModeChange(float(times[k + 1]), int(r), int(i), MODES[before], MODES[after], reason(before, after))
         for k, r, i in changed.tolist()
         for before, after in [(int(modes[k, r, i]), int(modes[k + 1, r, i]))]
     ]
 
 
 def reason(before: int, after: int) -> str:
-    """Why a robot went from one mode to another, codes of MODES; of two reasons both."""
+    """The reason why a robot went from one mode to another (codes of MODES), or both of two reasons."""
     if after == STOPPED:
         return "its command was not finite, or it was lost"
     reasons = []
@@ -62,13 +62,13 @@ def reason(before: int, after: int) -> str:
     return "; ".join(reasons)
 
 
-def events_of(run: Run) -> "pd.DataFrame":
-    """The hand-overs of ``run``, a row each: seed, time [s], robot (from 1), from, to, why.
+def mode_change_table(run: Run) -> "pd.DataFrame":
+    """The changes of mode in ``run``, a row each: seed, time [s], robot (from 1), from, to, why.
 
-    By seed, then time. A law without modes has none.
+    The rows are ordered by seed, then time. A law without modes has none.
     """
     import pandas as pd
 
-    listed = [] if run.modes is None else sorted(mode_events(run.time, run.modes), key=lambda e: e.run)
+    listed = [] if run.modes is None else sorted(mode_changes_in(run.time, run.modes), key=lambda e: e.run)
     rows = [(run.seeds[e.run], round(e.time, 9), e.robot + 1, e.before, e.after, e.why) for e in listed]
     return pd.DataFrame(rows, columns=["seed", "time", "robot", "from", "to", "why"])

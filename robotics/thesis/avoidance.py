@@ -1,12 +1,13 @@
-"""The report's chapter on avoidance: robots that would meet, and obstacles that nobody knows; thesis 6."""
+"""The report's chapter on avoidance: robots that would meet, and obstacles that are not known before; thesis 6."""
 
 from functools import partial
 
 import numpy as np
 
+from robotics.figures.avoidance import plot_avoidance
 from robotics.laws.catalogue import label
-from robotics.measures.arrival import ARRIVAL_SPREAD as TOGETHER
-from robotics.measures.clearance import Merits, merits
+from robotics.measures.arrival import ARRIVAL_SPREAD, together
+from robotics.measures.avoidance import AvoidanceMetrics, avoidance_metrics
 from robotics.playback.player import player_fragment
 from robotics.report.chapter import Chapter, Claim, Film, Grid, Picture, Verdict
 from robotics.thesis.avoidance_runs import (
@@ -20,7 +21,8 @@ from robotics.thesis.avoidance_runs import (
     AvoidanceResults,
 )
 
-# Scenario, the laws drawn, what is said of it, and the thesis's figures of the rows
+ARRIVE_WITHIN = 0.2 + 1e-9  # s: arrivals that count as together here, which is stricter than ARRIVAL_SPREAD
+# By scenario: the laws that are drawn, and the thesis's figure of each row
 FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     "two-meetings": (
         ("crash-literal", "right-of-way"),
@@ -64,8 +66,9 @@ FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
 
 
 def chapter_of(results: AvoidanceResults) -> Chapter:
-    """The chapter of experiments that were run."""
-    found = {key: merits(run, results.scenarios[key[0]]) for key, run in results.runs.items()}
+    """Write the chapter from the results of its experiments."""
+    nominal = {name: float(scenario.trajectory.ends[0]) for name, scenario in results.scenarios.items()}
+    found = {key: avoidance_metrics(run, nominal[key[0]]) for key, run in results.runs.items()}
     return Chapter(
         "avoidance",
         "Avoidance: other robots, and obstacles that nobody knows (thesis 6)",
@@ -88,7 +91,7 @@ def chapter_of(results: AvoidanceResults) -> Chapter:
 
 
 def _played(results: AvoidanceResults) -> list[tuple[str, str]]:
-    """Test 2 under the thesis's rules; and the case studies, each under its own law."""
+    """The runs to play: test 2 under the thesis's rules, and the case studies, each under its own law."""
     cases = [key for key in results.runs if key[0] in CASES]
     return [(TESTS[1], CRASH_LAWS[0]), *sorted(cases, key=lambda key: CASES.index(key[0]))]
 
@@ -101,7 +104,7 @@ def _film(results: AvoidanceResults, scenario: str, law: str) -> Film:
 # Tables -----------------------------------------------------------------------------------------------------------
 
 
-def _tests(results: AvoidanceResults, found: dict[tuple[str, str], Merits]) -> Grid:
+def _tests(results: AvoidanceResults, found: dict[tuple[str, str], AvoidanceMetrics]) -> Grid:
     rows = []
     for test in TESTS:
         for law in CRASH_LAWS:
@@ -139,7 +142,7 @@ def _crossings(results: AvoidanceResults) -> Grid:
     return Grid(
         f"The same {figures['runs']} random crossings of three robots each (robotics stress crossing). Deadlock: "
         f"not all arrived within {FACTOR:g} times the nominal duration; a run may do both. Together: without "
-        f"contact, within {TOGETHER:g} s.",
+        f"contact, within {ARRIVAL_SPREAD:g} s.",
         (
             "controller",
             "robots touch",
@@ -153,7 +156,7 @@ def _crossings(results: AvoidanceResults) -> Grid:
     )
 
 
-def _courses(results: AvoidanceResults, found: dict[tuple[str, str], Merits]) -> Grid:
+def _courses(results: AvoidanceResults, found: dict[tuple[str, str], AvoidanceMetrics]) -> Grid:
     rows = []
     order = (*COURSES, *CASES)
     driven = [key for key in results.runs if key[0] in order]
@@ -182,8 +185,8 @@ def _courses(results: AvoidanceResults, found: dict[tuple[str, str], Merits]) ->
     )
 
 
-def _arrival(m: Merits) -> tuple[str, str, str]:
-    """Who arrived, with what spread, and when in nominal durations."""
+def _arrival(m: AvoidanceMetrics) -> tuple[str, str, str]:
+    """The number of robots that arrived, their spread [s], and the last arrival in nominal durations."""
     ratio = f"{m.ratio:.2f}" if np.isfinite(m.ratio) else "never"
     return f"{sum(m.arrived)} of {len(m.arrived)}", _seconds(m.spread), ratio
 
@@ -192,8 +195,6 @@ def _arrival(m: Merits) -> tuple[str, str, str]:
 
 
 def _pictures(results: AvoidanceResults) -> list[Picture]:
-    from robotics.figures.avoidance import plot_avoidance
-
     pictures = []
     for scenario, (laws, figures) in FIGURES.items():
         crash = scenario in TESTS
@@ -218,7 +219,7 @@ def _pictures(results: AvoidanceResults) -> list[Picture]:
 # Claims -----------------------------------------------------------------------------------------------------------
 
 
-def _claims(results: AvoidanceResults, found: dict[tuple[str, str], Merits]) -> list[Claim]:
+def _claims(results: AvoidanceResults, found: dict[tuple[str, str], AvoidanceMetrics]) -> list[Claim]:
     return [
         _crash_test(found, TESTS[0], "thesis 6.1.3.1, Figs 6.9-6.13", "Crash avoidance, test 1: two meetings"),
         _crash_test(
@@ -231,11 +232,11 @@ def _claims(results: AvoidanceResults, found: dict[tuple[str, str], Merits]) -> 
     ]
 
 
-def _crash_test(found: dict[tuple[str, str], Merits], test: str, source: str, name: str) -> Claim:
+def _crash_test(found: dict[tuple[str, str], AvoidanceMetrics], test: str, source: str, name: str) -> Claim:
     literal, others = found[test, CRASH_LAWS[0]], CRASH_LAWS[1:]
     stops = literal.stood[1] >= 1 and literal.stood[2] >= 1
-    good = literal.safe and literal.together
-    best = any(found[test, law].safe and found[test, law].together for law in others)
+    good = literal.safe and _together(literal)
+    best = any(found[test, law].safe and _together(found[test, law]) for law in others)
     return Claim(
         name,
         source,
@@ -246,7 +247,7 @@ def _crash_test(found: dict[tuple[str, str], Merits], test: str, source: str, na
     )
 
 
-def _crash(m: Merits) -> str:
+def _crash(m: AvoidanceMetrics) -> str:
     touch = "robots touch" if m.collided else "no contact"
     together = f"arrive within {m.spread:.2f} s" if all(m.arrived) else f"only {sum(m.arrived)} of them arrive"
     return f"{touch}, least distance {m.nearest:.2f} m, {together}, {m.ratio:.2f} of the nominal time"
@@ -270,7 +271,7 @@ def _any_crossing(results: AvoidanceResults) -> Claim:
     )
 
 
-def _obstacles(found: dict[tuple[str, str], Merits]) -> Claim:
+def _obstacles(found: dict[tuple[str, str], AvoidanceMetrics]) -> Claim:
     courses = (COURSES[0], COURSES[3])
     literal, ours = ([found[course, law] for course in courses] for law in OBSTACLE_LAWS)
     return Claim(
@@ -282,13 +283,15 @@ def _obstacles(found: dict[tuple[str, str], Merits]) -> Claim:
         + ". Keeping to one side: "
         + "; ".join(map(_course, ours))
         + ".",
-        _graded(all(m.safe and m.together and m.away <= 9 for m in literal), all(m.safe and m.together for m in ours)),
+        _graded(
+            all(m.safe and _together(m) and m.away <= 9 for m in literal), all(m.safe and _together(m) for m in ours)
+        ),
     )
 
 
-def _stops(found: dict[tuple[str, str], Merits]) -> Claim:
+def _stops(found: dict[tuple[str, str], AvoidanceMetrics]) -> Claim:
     literal, ours = (found[COURSES[1], law] for law in OBSTACLE_LAWS)
-    good = literal.safe and literal.together and literal.stood[1] >= 1
+    good = literal.safe and _together(literal) and literal.stood[1] >= 1
     return Claim(
         "Robot 2 stops while robot 1 passes an obstacle",
         "thesis 6.3.1 test 2, Figs 6.32-6.35",
@@ -296,13 +299,13 @@ def _stops(found: dict[tuple[str, str], Merits]) -> Claim:
         f"As printed: {_course(literal)}; robot 2 stands for {literal.stood[1]:.1f} s, least distance of centers "
         f"{literal.nearest:.2f} m. Keeping to one side: {_course(ours)}; robot 2 stands for {ours.stood[1]:.1f} s, "
         f"least distance {ours.nearest:.2f} m.",
-        _graded(good, ours.safe and ours.together),
+        _graded(good, ours.safe and _together(ours)),
     )
 
 
-def _stuck(found: dict[tuple[str, str], Merits]) -> Claim:
+def _stuck(found: dict[tuple[str, str], AvoidanceMetrics]) -> Claim:
     literal, ours = (found[COURSES[2], law] for law in OBSTACLE_LAWS)
-    left = literal.left == (1,) and not literal.arrived[0] and all(literal.arrived[1:]) and literal.spread <= 0.2 + 1e-9
+    left = literal.left == (1,) and not literal.arrived[0] and _together(literal, first=1)
     return Claim(
         "A stuck robot is left behind",
         "thesis 6.2.3 case study 4, 6.3.1 test 3, Figs 6.36-6.39",
@@ -313,13 +316,18 @@ def _stuck(found: dict[tuple[str, str], Merits]) -> Claim:
     )
 
 
-def _course(m: Merits) -> str:
+def _course(m: AvoidanceMetrics) -> str:
     touch = "an obstacle is touched" if m.hit else "robots touch" if m.collided else "no contact"
     count = "all arrive" if all(m.arrived) else f"{sum(m.arrived)} of {len(m.arrived)} arrive"
     return (
         f"{touch}, clearance {m.clearance:.2f} m, {count} within {_seconds(m.spread)} s, at most {m.off:.2f} m from "
         f"the path, {m.away:.1f} s off it"
     )
+
+
+def _together(m: AvoidanceMetrics, first: int = 0) -> bool:
+    """Whether all robots, from the one at the place ``first`` on, arrive together as the thesis's tests ask for."""
+    return bool(together(m.arrivals[None, first:], ARRIVE_WITHIN)[0])
 
 
 def _graded(whole: bool, part: bool) -> Verdict:

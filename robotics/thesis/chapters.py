@@ -1,6 +1,6 @@
 """The thesis's chapters of the report, each made in a process of its own, side by side.
 
-What comes back is finished: numbers, text and drawn pictures. It does not depend on how many processes there are.
+A chapter that comes back is finished: numbers, text and drawn pictures. It does not depend on the number of processes.
 """
 
 import os
@@ -23,7 +23,7 @@ from robotics.report.page import plate
 from robotics.thesis import avoidance, avoidance_runs, formations, team_runs, teams, tracking
 from robotics.thesis.experiment import ChapterMaker, results_of
 
-PROCESSES = 2  # beside this one, which meanwhile runs and draws the comparison
+PROCESSES = 2  # number of processes; this one meanwhile runs and draws the comparison
 CHAPTERS = (  # in the order of the report
     ChapterMaker("judging the tracking laws", tracking.experiments, tracking.chapter_of, 40.0),
     ChapterMaker("learning formations", formations.experiments, formations.chapter_of, 20.0),
@@ -41,10 +41,15 @@ CHAPTERS = (  # in the order of the report
 
 @contextmanager
 def judging(begin: Begin, folder: Path, seed: int, draw: bool) -> Iterator[Callable[[], list[Chapter]]]:
-    """Start making CHAPTERS; what is given waits for the end of it and gives them.
+    """Start making CHAPTERS, for a ``with`` block: gives a function that waits for them and returns them.
 
-    ``draw``: with pictures and films; networks that are learnt go to ``folder``/networks. Leaving by an exception
-    stops the work at once. Raises what the chapters raise.
+    Leaving by an exception stops the work at once. Raises what the chapters raise.
+
+    Args:
+        begin: Starts a bar of a progress display, by its text and total.
+        folder: The folder of the report; networks that are learnt go to its folder networks.
+        seed: The seed of the experiments.
+        draw: Whether pictures and films are made.
     """
     with Manager() as manager, processes(min(PROCESSES, os.cpu_count() or 1), [__name__]) as workers:
         ticks = manager.Queue()

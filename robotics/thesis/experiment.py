@@ -1,4 +1,4 @@
-"""The experiments behind a chapter of the thesis: a list, so that progress is counted and not guessed."""
+"""The experiments behind a chapter of the thesis, as a list, so that progress is counted and not guessed."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -14,16 +14,16 @@ class Experiment(NamedTuple):
 
 
 class ChapterMaker(NamedTuple):
-    """How a chapter is made: its experiments, and the chapter that is written of their results."""
+    """The way a chapter is made: its experiments, and the chapter that is written from their results."""
 
-    title: str  # of its progress bar
-    experiments: Callable[[str, int], Sequence[Experiment]]  # of the report's folder and a seed; nothing is run by it
-    chapter: Callable[[Mapping[tuple[Any, ...], Any]], Chapter]  # of the results by key
-    seconds: float  # that it takes, about: the longest is started first
+    title: str  # the text of its progress bar
+    experiments: Callable[[str, int], Sequence[Experiment]]  # from the report's folder and a seed; it runs nothing
+    chapter: Callable[[Mapping[tuple[Any, ...], Any]], Chapter]  # from the results by key
+    seconds: float  # the time it takes, about: the longest is started first
 
 
 def results_of(experiments: Sequence[Experiment], advance: Callable[[], None] | None = None) -> dict[Any, Any]:
-    """Run the experiments in their order: results by key. ``advance`` is called after every one."""
+    """Run the experiments in their order; return results by key. ``advance`` is called after each."""
     results = {}
     for experiment in experiments:
         results[experiment.key] = experiment.run()

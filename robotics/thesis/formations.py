@@ -1,7 +1,7 @@
 """The report's chapter on leader-follower formations: data, clusters, learning, driving; thesis 5.2.
 
-Generates both data sets, learns four networks from each, drives the two experiments of 5.2.3 with the networks learnt
-from the well-posed set, with the analytic law and with the thesis's own systems, and judges the thesis's claims.
+It generates both data sets, learns four networks from each, drives the two experiments of 5.2.3 with the networks
+learnt from the well-posed set, with the analytic law and with the thesis's own systems, and judges the claims.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,8 +14,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 import anfis
+from anfis.plot import plot_fit, plot_premises, plot_training
+from fuzzy.figures.search import plot_rules_error
+from fuzzy.figures.structure import plot_structure
 from robotics.experiments.learning.formationdata import Recipe, Table, checking, conditional_mean_floor, formation_data
 from robotics.experiments.learning.formationlearning import Learnt, learn_network, write_networks
+from robotics.figures.run import plot_run
 from robotics.laws.catalogue import make_controller
 from robotics.laws.formation.leader_follower import OUTPUTS, load_networks
 from robotics.measures.formations import measure_formation
@@ -26,7 +30,7 @@ from robotics.simulation.run import Run
 from robotics.thesis.experiment import Experiment
 
 EXPERIMENTS = ("formation-behind", "formation-ahead")
-# Specification (NETWORKS is the folder just learnt) and what it is called
+# The variants: specification (NETWORKS is the folder of the networks just learnt) and title
 VARIANTS = {
     "formation:networks=NETWORKS,correction=own-pose": "networks, followers corrected by their own pose",
     "formation:networks=NETWORKS,correction=none": "networks, followers open loop (thesis)",
@@ -38,19 +42,19 @@ THESIS_ERRORS = {"v_l": 7.997e-3, "w_l": 2.011e-3, "v_f": 8.287e-4, "w_f": 2.757
 
 
 Kind = Literal["literal", "well-posed"]
-SETS: tuple[Kind, ...] = ("literal", "well-posed")  # of formation data
+SETS: tuple[Kind, ...] = ("literal", "well-posed")  # the kinds of formation data
 
 
 class _Data(NamedTuple):
     """A set of formation data."""
 
     table: Table
-    check: Table  # what is learnt is checked with it
-    along: Table  # to look at: one run along the path, in the order of time
+    check: Table  # the checking set of learning
+    along: Table  # one run along the path, in the order of time, for the pictures
 
 
 def experiments(folder: str, seed: int = 0) -> list[Experiment]:
-    """What the chapter runs, with ``seed``: both sets are made, networks learnt from them, and all variants driven.
+    """The experiments of the chapter, with ``seed``: both data sets, their networks, and all variants driven.
 
     Networks learnt from the well-posed set go to ``folder``/networks, from where they drive. Running may raise OSError.
     """
@@ -90,7 +94,7 @@ def _driven(experiment: str, title: str, seed: int, networks: Path) -> Run:
 
 
 def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
-    """The chapter of experiments that were run."""
+    """Write the chapter from the results of its experiments."""
     learnt: dict[str, list[Learnt]] = {kind: [results["learnt", kind, output] for output in OUTPUTS] for kind in SETS}
     runs = {(key[1], key[2]): run for key, run in results.items() if key[0] == "driven"}
     literal = results["data", "literal"].table.values
@@ -216,10 +220,6 @@ def _driving(runs: dict[tuple[str, str], Run]) -> Grid:
 
 
 def _learning_pictures(learnt: dict[str, list[Learnt]], checks: dict[str, Table]) -> list[Picture]:
-    from anfis.plot import plot_premises, plot_training
-    from fuzzy.figures.search import plot_rules_error
-    from fuzzy.figures.structure import plot_structure
-
     posed = learnt["well-posed"]
     first = posed[0]
     pictures = [
@@ -259,8 +259,6 @@ def _learning_pictures(learnt: dict[str, list[Learnt]], checks: dict[str, Table]
 
 def _fit(kind: str, network: Learnt, stage: str, figure: str, check: Table) -> Picture:
     """Output against data that were not learnt from: the formation that starts with the leader at x = −1 m."""
-    from anfis.plot import plot_fit
-
     fis = network.before if stage == "clustering" else network.after
     columns = [check.names.index(v.name) for v in fis.inputs]
     x, y = check.values[:, columns], check.values[:, check.names.index(network.output)]
@@ -274,8 +272,6 @@ def _fit(kind: str, network: Learnt, stage: str, figure: str, check: Table) -> P
 
 
 def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
-    from robotics.figures.run import plot_run
-
     pictures = []
     figures = {"formation-behind": "Figs 5.16, 5.17", "formation-ahead": "Figs 5.18, 5.19"}
     titles = list(VARIANTS.values())

@@ -35,7 +35,7 @@ class ThesisTableError(InputError):
 
 
 def thesis_system(number: int, folder: str | Path) -> Sugeno:
-    """Fuzzy network ``number`` (1 to 4) from the tables in ``folder``; named as its file.
+    """The fuzzy network ``number`` (1 to 4) from the tables in ``folder``; it has the name of its file.
 
     Antecedents are Gaussians, printed as [σ c] although the heading says [c, σ]; consequents stand in MATLAB's order
     P1, P2, P3, P0: those of (5.7) with the constant last.

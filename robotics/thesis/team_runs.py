@@ -1,4 +1,4 @@
-"""The thesis's experiments with teams, run: chapters 3 and 4, 5.3 and 5.4, and how coordination scales."""
+"""The runs of the chapter on teams, thesis 3, 4, 5.3 and 5.4, and how coordination scales."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -48,7 +48,7 @@ DUELS: dict[str, str] = {
     "cooperation": "fuzzy, target 0.4 s ahead",
 }
 TESTS = ("unequal-lengths", "start-off-paths")
-OUTAGES = (5.0, 10.0, 15.0, 20.0, 25.0)  # s
+OUTAGES = (5.0, 10.0, 15.0, 20.0, 25.0)  # s: the lengths of the outages
 RECOVERERS = ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure")
 RECOVERY_SEEDS = 20
 SIZES, LOSSES = (10, 50, 200), (0.0, 0.3)
@@ -58,7 +58,7 @@ COUPLINGS = ("graph-esm:coupling=0", "graph-esm-thesis", "graph-esm")
 
 @dataclass(frozen=True, eq=False)
 class TeamResults:
-    """Everything that was run."""
+    """The runs of the chapter on teams."""
 
     runs: dict[tuple[str, str], Run]  # by scenario and controller
     recoveries: list[Recovery]
@@ -67,7 +67,7 @@ class TeamResults:
 
 
 def experiments(folder: str = "", seed: int = 0) -> list[Experiment]:
-    """What the chapter runs, with ``seed``; ``folder`` does not matter."""
+    """The experiments of the chapter on teams, with ``seed``; ``folder`` does not matter."""
     driven = [(scenario, law) for scenario, laws in EXPERIMENTS.items() for law in laws]
     driven += [(scenario, law) for scenario in TESTS for law in DUELS if (scenario, law) not in driven]
     seeds = range(seed, seed + RECOVERY_SEEDS)
@@ -80,7 +80,7 @@ def experiments(folder: str = "", seed: int = 0) -> list[Experiment]:
 
 
 def team_results(found: Mapping[tuple[Any, ...], Any]) -> TeamResults:
-    """The results of :func:`experiments`, sorted."""
+    """The results of :func:`experiments`, sorted by what they are."""
 
     def of(what: str) -> dict[tuple[Any, ...], Any]:
         return {key[1:]: value for key, value in found.items() if key[0] == what}
@@ -98,7 +98,7 @@ def _driven(scenario: str, law: str, seed: int) -> Run:
 
 
 def _held_up(law: str, seed: int) -> float:
-    """How far apart robots get when robot 1 is held up: :func:`separation` [s]."""
+    """The :func:`separation` [s] of the robots after robot 1 is held up."""
     held = replace(load_scenario("ahead-and-behind"), faults=HELD)
     return separation(simulate(held, make_controller(law), [seed], name=law), since=10.0)
 
@@ -113,14 +113,14 @@ def _scaled(robots: int, loss: float, seed: int) -> Scaling:
 
 
 def separation(run: Run, since: float) -> float:
-    """∫ Σ |z_i − z_j| dt [s] from ``since`` [s] on, z_i being where robot i truly is on its path."""
+    """The integral ∫ Σ |z_i − z_j| dt [s] from ``since`` [s] on; z_i is where robot i truly is on its path."""
     z = true_progress(run)[0][:, run.time >= since]
     pairs = np.abs(z[:, None] - z[None])
     return float(np.nansum(pairs) / 2 * (run.time[1] - run.time[0]))
 
 
 def mean_errors(run: Run) -> np.ndarray:
-    """Thesis (5.17) for every robot (robots, 4): means of |x_err|, |y_err| [m], |ψ_err| [rad], and of the norm.
+    """The errors of thesis (5.17) (robots, 4): means of |x_err|, |y_err| [m], |ψ_err| [rad], and of their norm.
 
     The thesis calls the last "MSE"; it is a mean error norm, with 1 rad counted as 1 m.
     """
@@ -131,5 +131,5 @@ def mean_errors(run: Run) -> np.ndarray:
 
 
 def path_reached(run: Run) -> np.ndarray:
-    """(robots,) s: when each robot is within 5 cm of its path for good; infinite if never."""
+    """The time [s] (robots,) from which each robot stays within 5 cm of its path; infinite if it never does."""
     return np.asarray(settling_time(run, cross_track_error(run))[0])

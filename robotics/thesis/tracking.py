@@ -1,7 +1,6 @@
 """The report's chapter on one robot: the tracking laws, and the thesis's claims about them; thesis 2 and 5.4.
 
-Verdicts are computed from the runs made here: change the plant and they change. The one that is a matter of theory
-says so.
+Verdicts are computed from the runs made here, and change with the plant. The one that is a matter of theory says so.
 """
 
 from collections.abc import Iterator, Mapping
@@ -40,7 +39,7 @@ IDEAL: dict[str, tuple[str, ...]] = {
     "fuzzy-on-path": ("fuzzy", *NONLINEAR),
     "fuzzy-off-path": (*READINGS, *NONLINEAR),
 }
-_PLACES = 100  # random starts for the fuzzy rule bases
+_PLACES = 100  # number of random starts for the fuzzy rule bases
 
 Results = Mapping[tuple[Any, ...], Any]
 
@@ -65,7 +64,7 @@ _SWEEP = [_Condition(*c) for c in product((0.5, 1.0), (0.2, 0.3, 0.4), (0.02, 0.
 
 
 def experiments(folder: str = "", seed: int = 0) -> list[Experiment]:
-    """What the claims need. Their seeds are fixed: neither ``folder`` nor ``seed`` matters."""
+    """The experiments of the chapter. Their seeds are fixed: neither ``folder`` nor ``seed`` matters."""
     return [
         *(Experiment((name, law), partial(_run, name, law)) for name, laws in IDEAL.items() for law in laws),
         *(Experiment(cell, partial(_swept, *cell)) for cell in product(REALISATIONS, _SWEEP, MODES)),
@@ -75,7 +74,7 @@ def experiments(folder: str = "", seed: int = 0) -> list[Experiment]:
 
 
 def chapter_of(results: Results) -> Chapter:
-    """The chapter of experiments that were run."""
+    """Write the chapter from the results of its experiments."""
     return Chapter(
         "tracking",
         "One robot: the laws, and what is claimed of them (thesis 2, 5.4)",
@@ -94,7 +93,7 @@ def chapter_of(results: Results) -> Chapter:
 
 
 def claims_of(results: Results) -> list[Claim]:
-    """The claims of chapter 2, and that of 5.4 about one robot, judged from the experiments' results."""
+    """Judge the claims of chapter 2, and that of 5.4 about one robot, from the experiments' results."""
     return [
         *_table_2_1(results),
         _chatter_mechanism(results),
@@ -171,7 +170,7 @@ def _ideal(name: str) -> Scenario:
 
 
 def _figures(run: Run, after: float = 0.0) -> _Figures:
-    """(2.26) over the samples from ``after`` [s] on."""
+    """The errors of (2.26) over the samples from ``after`` [s] on."""
     late = run.time >= after
     e = tracking_error(run)
     norm = np.sqrt(e.x**2 + e.y**2 + e.heading**2)[..., late]
@@ -179,7 +178,7 @@ def _figures(run: Run, after: float = 0.0) -> _Figures:
 
 
 def _distance(run: Run) -> np.ndarray:
-    """From the reference (runs, robots, samples) [m]."""
+    """The distance [m] from the reference (runs, robots, samples)."""
     e = tracking_error(run)
     return np.hypot(e.x, e.y)
 
@@ -210,7 +209,7 @@ def _random_places() -> Scenario:
 
 
 def _best(figures: dict[str, _Figures]) -> tuple[bool, bool, bool, bool]:
-    """Is the conventional mode worst and the exponential best, in the error norm and in chatter?"""
+    """Whether the conventional mode is worst and the exponential best, in the error norm and in chatter."""
     norm = {m: f.norm for m, f in figures.items()}
     chatter = {m: f.chatter for m, f in figures.items()}
     return (

@@ -1,1 +1,1 @@
-"""Formation data, and what is learnt from them."""
+"""Formation data, and the networks that are learnt from them."""

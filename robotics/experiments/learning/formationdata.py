@@ -31,32 +31,32 @@ from robotics.scenario.formations import PERIOD, formation_scenario, leader_path
 from robotics.simulation.loop import simulate
 
 STARTS = (-4.0, -2.0, 0.0, 2.0, 4.0)  # m: the leader's x at the start of the five formations
-CHECKING = (-1.0,)  # m: that of the checking set, thesis Fig. 5.9
+CHECKING = (-1.0,)  # m: the leader's x at the start of the checking set, thesis Fig. 5.9
 LITERAL_END = 6.0  # m: the printed centers end at 5.57, and the printed networks leave the curve beyond 6.5
 OUTPUTS = ("v_l", "w_l", "v_f", "w_f")
 
 
 class FormationDataError(InputError):
-    """Options that make no formation data. The message names the option and what is accepted."""
+    """Options from which no formation data can be made. The message names the option and what is accepted."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Recipe:
-    """How a set is made. The same recipe gives the same numbers."""
+    """The recipe of a set: the same recipe gives the same numbers."""
 
     kind: Literal["literal", "well-posed"] = "literal"
     starts: tuple[float, ...] = STARTS  # m, the leader's x at the start; one formation each
     samples: int = 400  # per formation
     speed: float = quantity(0.1, "m/s", above=0, most=0.25)  # v_d; the leader drives up to three times as fast
     # The rest is for the well-posed kind only
-    coverage: float = quantity(0.5, "1", least=0, most=1)  # share of samples spread evenly over (x_l, dx)
+    coverage: float = quantity(0.5, "1", least=0, most=1)  # share of the samples that lie evenly over (x_l, dx)
     jitter: float = quantity(0.6, "1", least=0, most=1)  # share of samples displaced from the path
     lateral: float = quantity(0.15, "m", least=0, most=1)  # largest displacement, to either side
     heading: float = quantity(0.25, "rad", least=0, most=1)  # largest rotation, either way
     lead: float = quantity(0.5, "m", least=0, most=4)  # largest change of dx, of samples along the runs
     reach: float = quantity(4.0, "m", above=0, most=10)  # dx is spread over ±reach, x_l begins at −reach
     seed: int = 0
-    stream: int = 0  # which of the seed's random sequences: 1 for the checking set
+    stream: int = 0  # which of the seed's random sequences is used; the checking set has 1
 
     def __post_init__(self) -> None:
         check_quantities(self, FormationDataError)
@@ -84,7 +84,7 @@ class Recipe:
 
 
 class Table(NamedTuple):
-    """A set: inputs first, then the four outputs."""
+    """A set of samples: the inputs, then the four outputs."""
 
     names: tuple[str, ...]  # m, m, rad[, m], m/s, rad/s, m/s, rad/s
     values: np.ndarray  # (rows, columns), multiples of 1e-6
@@ -92,7 +92,7 @@ class Table(NamedTuple):
 
 
 def checking(recipe: Recipe) -> Recipe:
-    """The recipe of the checking set that belongs to ``recipe``: a formation which that does not hold."""
+    """The recipe of the checking set that belongs to ``recipe``: one formation that ``recipe`` does not contain."""
     return replace(recipe, starts=CHECKING, stream=recipe.stream + 1)
 
 
@@ -106,7 +106,7 @@ FILES: dict[str, Recipe] = {
 
 
 def formation_data(recipe: Recipe) -> Table:
-    """The set that ``recipe`` describes; rows in the order of its formations, then the cover."""
+    """Make the set that ``recipe`` describes: rows in the order of its formations, then the cover."""
     values = _literal(recipe) if recipe.kind == "literal" else _well_posed(recipe)
     return Table(recipe.inputs + OUTPUTS, np.round(values, 6) + 0.0, len(recipe.inputs))  # + 0.0: no -0
 
@@ -194,10 +194,15 @@ def _along_arc(pose: np.ndarray, v: np.ndarray, w: np.ndarray, dt: np.ndarray) -
 
 
 def conditional_mean_floor(inputs: np.ndarray, outputs: np.ndarray, width: float = 0.05) -> np.ndarray:
-    """The RMS of each output (columns,) about its mean over samples whose inputs share a cell, in its unit.
+    """The RMS error (outputs,) below which no function of the inputs can fit the outputs, in their units.
 
-    ``inputs`` (samples,) or (samples, columns) are cut into cells ``width`` wide, 5 cm (and 0.05 rad) by default.
-    Where many samples share a cell, no function of the inputs that is smooth over a cell has a smaller RMS error.
+    It is the RMS of each output about its mean over samples whose inputs share a cell: where many samples share one, no
+    function that is smooth over a cell has a smaller error.
+
+    Args:
+        inputs: The inputs (samples,) or (samples, columns).
+        outputs: The outputs (samples, columns).
+        width: The width of a cell in the unit of each input.
     """
     cells = np.floor(np.reshape(inputs, (len(outputs), -1)) / width).astype(np.int64)
     _, cell, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
@@ -209,7 +214,13 @@ def conditional_mean_floor(inputs: np.ndarray, outputs: np.ndarray, width: float
 
 
 def write_data(path: str | Path, names: Sequence[str], values: np.ndarray) -> None:
-    """Write ``values`` (rows, columns) as CSV with a header, whole or not at all, each number as short as is exact."""
+    """Write a table as CSV with a header, whole or not at all, each number as short as is exact.
+
+    Args:
+        path: The file.
+        names: The columns' names.
+        values: The numbers (rows, columns).
+    """
     lines = [",".join(names)]
     lines += [",".join(repr(value).removesuffix(".0") for value in row) for row in values.tolist()]
     with replacing(path) as temporary:

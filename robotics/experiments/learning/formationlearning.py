@@ -1,7 +1,7 @@
-"""From formation data to networks that drive the robots: cluster, train, write; thesis 5.2.2.
+"""Learning from formation data the networks that drive the robots: cluster, train, write; thesis 5.2.2.
 
-For each of the four outputs: subtractive clusters with the setting that an enumerative search finds best for the
-wanted number of rules (Table 5.1), consequents by least squares, then learning (hybrid, 60 epochs, as in 5.2.2).
+Each of the four outputs has its network: subtractive clusters with the setting that an enumerative search finds best
+for the wanted number of rules (Table 5.1), consequents by least squares, then learning (hybrid, 60 epochs).
 """
 
 from collections.abc import Callable, Sequence
@@ -20,8 +20,8 @@ from robotics.laws.formation.leader_follower import INPUTS, OUTPUTS
 
 _SPEEDS = {"v_l": "m/s", "w_l": "rad/s", "v_f": "m/s", "w_f": "rad/s"}
 UNITS = {"x_l": "m", "y_l": "m", "theta_l": "rad", "dx": "m"} | _SPEEDS
-SETTINGS = 108  # that the search tries
-_AROUND = 2  # rules more or fewer than wanted, where no setting gives just so many
+SETTINGS = 108  # number of settings that the search tries
+_AROUND = 2  # the most rules more or fewer than wanted that a setting may give
 
 
 class FormationLearningError(InputError):
@@ -30,18 +30,18 @@ class FormationLearningError(InputError):
 
 @dataclass(frozen=True, eq=False)
 class Learnt:
-    """One network: how it was found, before and after learning."""
+    """One network: the search for its clusters, and the system before and after learning."""
 
     output: str
     search: SearchResult
     trial: Trial  # the setting that was taken
-    before: Sugeno  # clusters with consequents by least squares
+    before: Sugeno  # the clusters, with consequents by least squares
     training: anfis.Training
 
     @property
     def after(self) -> Sugeno:
-        """The trained network: the one of least checking error."""
-        # Robots drive beyond the data at times; a network says less nonsense at its universe's edge than far outside.
+        """The trained network, the one with the least checking error."""
+        # Robots drive beyond the data at times, where a network is more sensible at its universe's edge than outside.
         return replace(self.training.system, out_of_range="clip")
 
 
@@ -54,11 +54,18 @@ def learn_networks(
     options: anfis.Options | None = None,
     advance: Callable[[], None] | None = None,
 ) -> list[Learnt]:
-    """Learn v_l, w_l, v_f and w_f from a table ``values`` (samples, columns) with the columns ``names``.
+    """Learn the networks of v_l, w_l, v_f and w_f from a table.
 
-    Inputs are those of x_l, y_l, theta_l and dx that the table has. ``check`` is a table with the same columns;
-    ``advance`` is called after every setting of the search and every epoch: :func:`steps` times in all, unless
-    training stops early. Raises FormationLearningError for a table without the columns.
+    Args:
+        names: The table's columns; those of x_l, y_l, theta_l and dx that it has are the inputs.
+        values: The table (samples, columns), in m, rad, m/s and rad/s.
+        check: A checking table with the same columns.
+        rules: The wanted number of rules; the nearest that a setting gives is taken.
+        options: How to learn, by default 60 epochs of hybrid learning.
+        advance: Called after every setting of the search and every epoch: :func:`steps` times in all, unless training
+            stops early.
+
+    Raises FormationLearningError for a table without these columns, or where no setting gives about that many rules.
     """
     return [
         learn_network(output, names, values, check, rules=rules, options=options, advance=advance) for output in OUTPUTS
@@ -75,7 +82,7 @@ def learn_network(
     options: anfis.Options | None = None,
     advance: Callable[[], None] | None = None,
 ) -> Learnt:
-    """Learn the network of one ``output``; otherwise as :func:`learn_networks`."""
+    """Learn the network of one ``output``; the other arguments and errors are those of :func:`learn_networks`."""
     options = options or anfis.Options(epochs=60)
     columns = {name: k for k, name in enumerate(names)}
     inputs = [name for name in INPUTS if name in columns]
@@ -106,12 +113,12 @@ def learn_network(
 
 
 def steps(epochs: int) -> int:
-    """How many times :func:`learn_networks` calls ``advance`` if no training stops early."""
+    """The number of times that :func:`learn_networks` calls ``advance`` if no training stops early."""
     return len(OUTPUTS) * (SETTINGS + epochs + 1)
 
 
 def nearest_trial(search: SearchResult, rules: int) -> Trial:
-    """The best setting that gives ``rules`` rules, or as near as any setting comes. Raises FormationLearningError."""
+    """The best setting that gives ``rules`` rules, or else the nearest number. Raises FormationLearningError."""
     best = search.by_rules
     near = [n for n in best if abs(n - rules) <= _AROUND]
     if not near:
@@ -122,7 +129,7 @@ def nearest_trial(search: SearchResult, rules: int) -> Trial:
 
 
 def write_networks(networks: Sequence[Learnt], folder: str | Path) -> Path:
-    """Write each trained network to ``folder``/<output>.fis; the folder comes back. Raises OSError."""
+    """Write each trained network to ``folder``/<output>.fis and return the folder. Raises OSError."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for network in networks:

@@ -7,10 +7,10 @@ from typing import Any
 from fuzzy.shell.progress import Begin
 from robotics.experiments.executors import processes
 from robotics.experiments.stress.crossing_runs import UNDISTURBED, stress_crossing
-from robotics.experiments.stress.outcome import Disturbance, Outcome, joined
+from robotics.experiments.stress.outcome import Disturbance, StressOutcome, joined
 from robotics.laws.law import Controller
 
-CHUNK, MOST = 600, 20_000  # robots, and pairs of them, that are simulated in one pass
+CHUNK, MOST = 600, 20_000  # robots, and pairs of robots, that one pass simulates at most
 
 
 def stress_crossings(
@@ -22,10 +22,17 @@ def stress_crossings(
     *,
     jobs: int | None = None,
     begin: Begin,
-) -> Outcome:
-    """What :func:`robotics.experiments.stress.crossing_runs.stress_crossing` gives, computed in chunks of ``seeds``.
+) -> StressOutcome:
+    """Stress a controller as :func:`robotics.experiments.stress.crossing_runs.stress_crossing` does, in chunks.
 
-    ``jobs`` is the number of processes, by default as many as there are cores; it does not change the outcome.
+    Args:
+        controller: The law that drives the robots.
+        robots: Number of robots of each crossing.
+        seeds: One crossing for each.
+        kind: Class of the crossings, "A" or "B".
+        disturbance: What is wrong in every run.
+        jobs: Number of processes, by default one for each core; it does not change the outcome.
+        begin: Starts a bar of a progress display, by its text and total.
     """
     size = max(1, min(CHUNK // robots, MOST // robots**2))
     chunks = [seeds[k : k + size] for k in range(0, len(seeds), size)]

@@ -1,16 +1,17 @@
-"""Random crossings, simulated: with disturbances, many in one pass."""
+"""Simulations of random crossings, with disturbances, many in one pass."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from robotics.environment.collision import footprints, robot_contacts
+from robotics.environment.collision import footprints
 from robotics.experiments.stress.crossings import crossing_ensemble
-from robotics.experiments.stress.outcome import HELD, LIMIT, Disturbance, Outcome
+from robotics.experiments.stress.outcome import HELD, LIMIT, Disturbance, StressOutcome
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import at_goal
+from robotics.measures.clearance import robots_touch
 from robotics.radio.description import Radio
 from robotics.radio.faults import Fault, Faults
 from robotics.random_streams import FAULT_STREAM
@@ -27,8 +28,17 @@ def stress_crossing(
     kind: Any = "A",
     disturbance: Disturbance = UNDISTURBED,
     begin: Callable[[str, int], Callable[[], None]] | None = None,
-) -> Outcome:
-    """``controller`` on a random crossing for every seed; ``begin`` starts the bars of a progress display."""
+) -> StressOutcome:
+    """Drive a random crossing for every seed, and judge what became of it.
+
+    Args:
+        controller: The law that drives the robots.
+        robots: Number of robots of each crossing.
+        seeds: One crossing for each.
+        kind: Class of the crossings, "A" or "B".
+        disturbance: What is wrong in every run.
+        begin: Starts a bar of a progress display, by its text and total.
+    """
     start = begin or (lambda text, total: lambda: None)
     ensemble, faults = disturbed_crossing(robots, seeds, kind, disturbance, start("drawing crossings", len(seeds)))
     return run_ensemble(
@@ -43,7 +53,15 @@ def disturbed_crossing(
     disturbance: Disturbance,
     advance: Callable[[], None] | None = None,
 ) -> tuple[Setting, Faults | None]:
-    """The crossing of every seed, long enough to judge it, and what goes wrong in it."""
+    """The crossings of ``seeds``, long enough to judge them, and the faults in them, if there are any.
+
+    Args:
+        robots: Number of robots of each crossing.
+        seeds: One crossing for each.
+        kind: Class of the crossings, "A" or "B".
+        disturbance: What is wrong in every run.
+        advance: Called after every crossing that is drawn.
+    """
     radio = Radio(loss=disturbance.loss, latency=disturbance.latency)
     held = HELD * disturbance.freeze
     ensemble = crossing_ensemble(robots, seeds, kind, radio=radio, factor=LIMIT, extra=held, advance=advance)
@@ -51,7 +69,7 @@ def disturbed_crossing(
 
 
 def _freeze(ensemble: Setting, seeds: Sequence[int], duration: float) -> Faults:
-    """One robot of each run is held up once, from a moment in the first 80 % of the nominal time."""
+    """The faults that hold up one robot of each run once, from a moment in the first 80 % of the nominal time."""
     robots, durations = len(ensemble.robots), ensemble.references.ends[:, 0]
     faults = tuple(Fault(robot=i + 1, kind="stall", duration=duration) for i in range(robots))
     starts = np.full((len(seeds), robots), np.inf)
@@ -68,10 +86,18 @@ def run_ensemble(
     faults: Faults | None = None,
     advance: Callable[[], None] | None = None,
     extra: float = 0.0,
-) -> Outcome:
-    """Drive until all have arrived in every run, or the time is up: 4 nominal durations and ``extra`` [s].
+) -> StressOutcome:
+    """Drive until all robots of every run have arrived, or the time is up.
 
-    After that nothing of a run counts, so that it does not matter which runs are beside it.
+    After 4 nominal durations nothing of a run counts, so that it does not matter which runs are beside it.
+
+    Args:
+        ensemble: The crossings.
+        controller: The law that drives the robots.
+        seeds: The seed of each run.
+        faults: The faults of the runs.
+        advance: Called after every period.
+        extra: The time [s] by which runs may take longer than 4 nominal durations.
     """
     runs, robots = len(seeds), len(ensemble.robots)
     paths, durations = ensemble.references.joined, ensemble.references.ends[:, 0]
@@ -91,7 +117,7 @@ def run_ensemble(
         gaps = np.hypot(x[:, pairs[0]] - x[:, pairs[1]], y[:, pairs[0]] - y[:, pairs[1]]).min(axis=1)
         nearest = np.where(goes_on, np.minimum(nearest, gaps), nearest)
         if (gaps < 2 * sizes[2].max()).any():
-            collided |= goes_on & (robot_contacts(x, y, heading, sizes) >= 0).any(axis=1)
+            collided |= goes_on & robots_touch(x, y, heading, sizes)
         there = at_goal(x, y, ends, paths.lengths)
         arrivals = np.where(there & np.isinf(arrivals) & goes_on[:, None], state.time, arrivals)
         goes_on = ~(np.isfinite(arrivals).all(axis=1) | refused) & (state.time < limit)
@@ -99,4 +125,4 @@ def run_ensemble(
             advance()
         if not goes_on.any():
             break
-    return Outcome(tuple(seeds), durations, arrivals, collided, refused, nearest)
+    return StressOutcome(tuple(seeds), durations, arrivals, collided, refused, nearest)

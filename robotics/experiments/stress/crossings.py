@@ -22,12 +22,15 @@ from robotics.scenario.description import Member, Scenario
 from robotics.sensing.posture import Sensing
 
 CROSSING_STREAM = 6  # of a seed's random streams: see robotics.radio.channel
-AREA, ASPECT = 16.0, 4 / 3  # m² a robot; of the field's sides
-CLEAR, APART, CONFLICT = 0.6, 0.9, 0.4  # m
+AREA = 16.0  # m² of the field for each robot
+ASPECT = 4 / 3  # ratio of the field's sides
+CLEAR = 0.6  # m: in class A starts and ends are at least this far from the other paths
+APART = 0.9  # m: in class B starts, and ends, are at least this far from each other
+CONFLICT = 0.4  # m: robots on time that come nearer than this are in conflict
 TIGHTEST = 0.35  # m: the smallest radius of a path
 SPEED = 0.22  # m/s: mean speed on the longest path
-_SAMPLES = 101  # of a path, for distances
-_FINE = np.linspace(0.0, 1.0, 201)  # of its parameter
+_SAMPLES = 101  # points of a path between which distances are taken
+_FINE = np.linspace(0.0, 1.0, 201)  # values of its parameter from which its length is taken
 
 
 def crossing_ensemble(
@@ -40,9 +43,16 @@ def crossing_ensemble(
     extra: float = 0.0,
     advance: Callable[[], None] | None = None,
 ) -> Setting:
-    """A crossing for every seed, for ``factor`` times the longest nominal duration and ``extra`` [s] at most.
+    """A random crossing for every seed; a seed's crossing is the same whatever the other seeds are.
 
-    A seed's crossing is the same whatever the other seeds are.
+    Args:
+        robots: Number of robots of each crossing.
+        seeds: One crossing for each.
+        kind: Class of the crossings: "A", whose ends are clear of the other paths, or "B", whose ends are only apart.
+        radio: The radio over which the robots talk, by default a perfect one.
+        factor: The longest a run takes, in times the longest nominal duration, and
+        extra: this many seconds more.
+        advance: Called after every crossing that is drawn.
     """
     drawn = []
     for seed in seeds:
@@ -69,7 +79,13 @@ def crossing_ensemble(
 
 
 def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B"] = "A") -> list[np.ndarray]:
-    """The tables of one crossing's paths, one a robot."""
+    """The tables of the paths of one crossing, one for each robot.
+
+    Args:
+        robots: Number of robots.
+        rng: The generator from which the crossing is drawn.
+        kind: Class of the crossing, "A" or "B".
+    """
     field = np.sqrt(AREA * robots * np.array([ASPECT, 1 / ASPECT]))
     while True:
         shapes: list[Quintic] = []

@@ -1,8 +1,8 @@
 """Obstacle courses: one robot or a team on lanes through random fields of obstacles, or into U-shaped traps.
 
-Lanes are 7 m of quintics, side by side; a field's obstacles lie along them, class A with gaps a robot fits through,
-class B overlapping; kind "U" has a trap across the first lane; discs may cross the lanes as well. Judged as crossings
-are, and against the obstacles.
+Lanes are 7 m of quintics, side by side. The obstacles of a field lie along them: in class A with gaps that a robot fits
+through, in class B overlapping; kind "U" has a trap across the first lane. Discs may cross the lanes as well. Runs are
+judged as crossings are, and against the obstacles.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,14 +11,15 @@ from typing import Any, Literal
 
 import numpy as np
 
-from robotics.environment.collision import footprints, obstacle_clearance, robot_contacts
+from robotics.environment.collision import footprints, obstacle_clearance
 from robotics.environment.obstaclefields import GAP, random_field, random_trap
 from robotics.environment.world import Disc, World, WorldError, compile_worlds
-from robotics.experiments.stress.outcome import Disturbance, Outcome
+from robotics.experiments.stress.outcome import Disturbance, StressOutcome
 from robotics.laws.law import Law
 from robotics.laws.modes import FOLLOW
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import at_goal, together
+from robotics.measures.clearance import robots_touch, touching
 from robotics.paths.joined import join_tables, table_length
 from robotics.paths.path import Line, Path, Quintic, X, Y
 from robotics.paths.quintic_table import quintic_table
@@ -34,22 +35,29 @@ COURSE_STREAM = 7  # of a seed's random streams: see robotics.radio.channel
 Kind = Literal["A", "B", "U"]
 LENGTH = 7.0  # m, along x
 APART = 1.5  # m between the starts of lanes
-BEND = {1: 1.5, 3: 0.4}  # m: a lane ends up to so far beside where it starts
+BEND = {1: 1.5, 3: 0.4}  # m, by the number of robots: the most by which a lane ends beside its start
 SPEED = 0.22  # m/s: mean speed on the longest lane
-FASTEST_DISC = 0.2  # m/s; they start so that disc and robot would meet, to within
-EARLY = 4.0  # s
-DISC = (0.15, 0.3)  # m: radius
-AWAY = 1.6  # m: a disc starts and ends so far from the lane
+FASTEST_DISC = 0.2  # m/s
+EARLY = 4.0  # s: a disc and a robot on time would meet, but for at most this
+DISC = (0.15, 0.3)  # m: the least and the largest radius of a disc
+AWAY = 1.6  # m: the least distance from the lane at which a disc starts, and that at which it ends
 APPROACH = 0.02  # m/s: a robot that came no faster towards an obstacle did not drive into it
-LONGEST = 8.0  # times the nominal duration: the end of a run
+LONGEST = 8.0  # times the nominal duration: a run ends then
 
 
 def obstacle_ensemble(
     seeds: Sequence[int], kind: Kind = "A", robots: int = 1, *, radio: Radio | None = None, moving: int = 0
 ) -> Setting:
-    """A course for every seed, with ``moving`` discs that cross its lanes.
+    """A random course for every seed.
 
-    A seed's course is the same whatever the other seeds are, and its fixed obstacles whatever moves.
+    A seed's course is the same whatever the other seeds are, and its fixed obstacles are the same whatever moves.
+
+    Args:
+        seeds: One course for each.
+        kind: Class of the courses: "A", "B" or "U".
+        robots: Number of robots, each on a lane of its own.
+        radio: The radio over which the robots talk, by default a perfect one.
+        moving: Number of discs that cross the lanes.
     """
     drawn = [random_course(np.random.default_rng([seed, COURSE_STREAM]), kind, robots, moving) for seed in seeds]
     tables = [course[0] for course in drawn]
@@ -74,7 +82,14 @@ def obstacle_ensemble(
 
 
 def random_course(rng: np.random.Generator, kind: Kind, robots: int, moving: int = 0) -> tuple[list[np.ndarray], World]:
-    """The tables of one course's lanes, and its obstacles, ``moving`` of them discs that cross a lane."""
+    """The tables of the lanes of one course, and its obstacles.
+
+    Args:
+        rng: The generator from which the course is drawn.
+        kind: Class of the course: "A", "B" or "U".
+        robots: Number of lanes.
+        moving: Number of discs that cross a lane.
+    """
     while True:
         bend = BEND.get(robots, 0.4)
         tables = []
@@ -110,8 +125,8 @@ def _crossing_disc(rng: np.random.Generator, lane: Path, nominal: float) -> Disc
 
 
 @dataclass(frozen=True, eq=False)
-class ObstacleOutcome(Outcome):
-    """Also what the obstacles did; ``collided`` says only if two robots touched."""
+class ObstacleOutcome(StressOutcome):
+    """The outcome of every run among obstacles; ``collided`` says only whether two robots touched."""
 
     hit: np.ndarray  # (runs,) bool: a robot touched an obstacle
     clearance: np.ndarray  # (runs,) m: the least distance of a robot's rectangle from an obstacle
@@ -120,11 +135,11 @@ class ObstacleOutcome(Outcome):
 
     @property
     def succeeded(self) -> np.ndarray:
-        """(runs,) bool: all arrived, and nothing touched."""
+        """Whether all robots arrived and nothing touched (runs,) bool."""
         return np.asarray(self.arrived & ~self.collided & ~self.hit)
 
     def summary(self) -> dict[str, Any]:
-        """The figures that ``robotics stress obstacles --json`` prints."""
+        """The numbers that ``robotics stress obstacles --json`` prints."""
         figures = super().summary()
         seeds = np.array(self.seeds)
         figures["arrived"] = int(self.succeeded.sum())
@@ -151,9 +166,16 @@ def stress_obstacles(
     disturbance: Disturbance | None = None,
     moving: int = 0,
 ) -> ObstacleOutcome:
-    """``controller`` on a random course for every seed; ``begin`` starts the bars of a progress display.
+    """Drive a random course for every seed, and judge what became of it.
 
-    Of ``disturbance`` the loss and latency of messages; ``moving`` discs cross the lanes.
+    Args:
+        controller: The law that drives the robots.
+        seeds: One course for each.
+        kind: Class of the courses: "A", "B" or "U".
+        robots: Number of robots of each course.
+        begin: Starts a bar of a progress display, by its text and total.
+        disturbance: The loss and latency of messages; its ``freeze`` plays no part.
+        moving: Number of discs that cross the lanes.
     """
     start = begin or (lambda text, total: lambda: None)
     wrong = disturbance or Disturbance()
@@ -168,7 +190,14 @@ def run_course(
     seeds: Sequence[int],
     advance: Callable[[], None] | None = None,
 ) -> ObstacleOutcome:
-    """Drive until all have arrived or touched something in every run, or the time is up."""
+    """Drive until in every run all robots have arrived or something touched, or the time is up.
+
+    Args:
+        ensemble: The courses.
+        controller: The law that drives the robots.
+        seeds: The seed of each run.
+        advance: Called after every period.
+    """
     runs, robots = len(seeds), len(ensemble.robots)
     assert ensemble.world is not None
     paths, durations = ensemble.references.joined, ensemble.references.ends[:, 0]
@@ -186,16 +215,17 @@ def run_course(
             gaps = np.hypot(x[:, pairs[0]] - x[:, pairs[1]], y[:, pairs[0]] - y[:, pairs[1]]).min(axis=1)
             nearest = np.minimum(nearest, gaps)
             if (gaps < 2 * sizes[2].max()).any():
-                collided |= (robot_contacts(x, y, heading, sizes) >= 0).any(axis=1)
+                collided |= robots_touch(x, y, heading, sizes)
         free = obstacle_clearance(x, y, heading, sizes, geometry)
-        if ((free <= 0).any(axis=1) & ~hit).any() and state.k > 0:
+        touched = touching(free)
+        if (touched.any(axis=1) & ~hit).any() and state.k > 0:
             # Whose motion was it? The robot's, had the obstacle stayed where it was.
             alone = obstacle_clearance(x, y, heading, sizes, place)
-            nearer = (alone <= 0) | (before - alone > APPROACH * ensemble.period)
-            caused |= ~hit & ((free <= 0) & nearer).any(axis=1)
+            nearer = touching(alone) | (before - alone > APPROACH * ensemble.period)
+            caused |= ~hit & (touched & nearer).any(axis=1)
         before, place = free, geometry
         clearance = np.minimum(clearance, free.min(axis=1))
-        hit |= (free <= 0).any(axis=1)
+        hit |= touched.any(axis=1)
         if state.command.mode is not None:
             trapped |= (state.command.mode & 3 == FOLLOW).any(axis=1)
         there = at_goal(x, y, ends, paths.lengths)

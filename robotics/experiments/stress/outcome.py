@@ -1,7 +1,7 @@
-"""Stress tests: thousands of random scenarios in one pass, and what went wrong in which of them.
+"""The outcome of a stress test: what went wrong in which of thousands of random scenarios.
 
 A run goes on after a contact, as if robots could overlap: collisions and deadlocks are counted apart, and a run may
-have both. A deadlock is a run that started and in which not all have arrived after 4 times the nominal duration.
+have both. A deadlock is a run that started and in which not all robots have arrived after 4 nominal durations.
 """
 
 from collections.abc import Sequence
@@ -12,14 +12,14 @@ import numpy as np
 
 from robotics.measures.arrival import spread, together
 
-LIMIT = 4.0  # nominal durations after which a robot that has not arrived never will; as long as a plan may take, and
-HELD = 2.0  # times as long as one robot is held up
-_SHOWN = 50  # seeds of failures that are named
+LIMIT = 4.0  # nominal durations: a robot that has not arrived by then never will; a plan may take as long
+HELD = 2.0  # times the duration for which one robot is held up: so much longer a run may take
+_SHOWN = 50  # seeds of failures that are named, at most
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
-    """What became of every run; arrays are (runs,) unless they say otherwise."""
+class StressOutcome:
+    """The outcome of every run; arrays are (runs,) unless they say otherwise."""
 
     seeds: tuple[int, ...]
     nominal: np.ndarray  # s
@@ -30,21 +30,21 @@ class Outcome:
 
     @property
     def arrived(self) -> np.ndarray:
-        """Did all robots arrive?"""
+        """Whether all robots arrived."""
         return np.asarray(np.isfinite(self.arrivals).all(axis=1))
 
     @property
     def deadlocked(self) -> np.ndarray:
-        """Started, and yet not all arrived: somebody waits for ever, or is stopped by a collision."""
+        """Whether the run started, and yet not all robots arrived: of a deadlock, or stopped by a collision."""
         return np.asarray(~self.arrived & ~self.refused)
 
     @property
     def spread(self) -> np.ndarray:
-        """Between the first and the last arrival [s]; infinite if not all arrive."""
+        """The time [s] between the first and the last arrival; infinite if not all arrive."""
         return spread(self.arrivals)
 
     def summary(self) -> dict[str, Any]:
-        """The figures that ``robotics stress --json`` prints."""
+        """The numbers that ``robotics stress --json`` prints."""
         good = self.arrived & ~self.collided
         at_once = good & together(self.arrivals)
         ratio = self.arrivals.max(axis=1)[good] / self.nominal[good]
@@ -74,10 +74,10 @@ class Outcome:
         }
 
 
-def joined(outcomes: Sequence[Outcome]) -> Outcome:
-    """The outcomes of all runs, in their order, as one."""
-    arrays = [name for name in Outcome.__dataclass_fields__ if name != "seeds"]
-    return Outcome(
+def joined(outcomes: Sequence[StressOutcome]) -> StressOutcome:
+    """The outcomes of several parts of the runs as one, in their order."""
+    arrays = [name for name in StressOutcome.__dataclass_fields__ if name != "seeds"]
+    return StressOutcome(
         tuple(seed for part in outcomes for seed in part.seeds),
         *(np.concatenate([getattr(part, name) for part in outcomes]) for name in arrays),
     )
@@ -85,8 +85,8 @@ def joined(outcomes: Sequence[Outcome]) -> Outcome:
 
 @dataclass(frozen=True, kw_only=True)
 class Disturbance:
-    """What is wrong in every run."""
+    """The disturbances that are the same in every run."""
 
-    loss: float = 0.0  # share of messages
-    latency: float = 0.0  # s, of messages
+    loss: float = 0.0  # share of the messages that are lost
+    latency: float = 0.0  # s, of the messages
     freeze: float = 0.0  # s for which one robot, drawn at random, is held up at a random moment

@@ -1,4 +1,4 @@
-"""One run of a stress test by its seed, as a run that can be drawn, saved and played: the same to the last bit."""
+"""One run of a stress test by its seed, to be drawn, saved and played: the same run to the last bit."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -10,7 +10,7 @@ import numpy as np
 from fuzzy.naming import expected
 from robotics.experiments.stress.crossing_runs import disturbed_crossing, run_ensemble
 from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, run_course
-from robotics.experiments.stress.outcome import HELD, Disturbance, Outcome
+from robotics.experiments.stress.outcome import HELD, Disturbance, StressOutcome
 from robotics.laws.law import ControllerError, Law
 from robotics.radio.description import Radio
 from robotics.radio.faults import Faults
@@ -18,7 +18,7 @@ from robotics.scenario.description import ScenarioError
 from robotics.simulation.loop import record
 from robotics.simulation.run import Run
 
-AFTER = 2.0  # s that a run goes on after the last arrival
+AFTER = 2.0  # s for which a run goes on after the last arrival
 STRESSES = {"crossing": "right-of-way", "obstacles": "obstacles"}  # and the controller of each
 ALIASES = {  # what `robotics stress` calls some controllers
     "crossing": {
@@ -43,12 +43,23 @@ def single_run(
     begin: Callable[[str, int], Callable[[], None]] | None = None,
     *,
     moving: int = 0,
-) -> tuple[Run, Outcome]:
+) -> tuple[Run, StressOutcome]:
     """The run that ``robotics stress`` makes of ``seed``, and its outcome.
 
-    ``robots``, ``kind``, ``disturbance`` (fields of :class:`robotics.experiments.stress.outcome.Disturbance`) and
-    ``moving`` discs are as there. Raises ScenarioError for what that stress test has not, ControllerError where the law
-    has no safe plan.
+    Args:
+        stress: "crossing" or "obstacles".
+        controller: The law that drives the robots.
+        seed: The seed of the run.
+        robots: Number of robots, by default 3 in a crossing and 1 among obstacles.
+        kind: Class of the run, by default "A".
+        disturbance: Fields of :class:`robotics.experiments.stress.outcome.Disturbance`.
+        name: The controller's name in the run.
+        links: Whether the run keeps the age of every message.
+        begin: Starts a bar of a progress display, by its text and total.
+        moving: Number of discs that cross the lanes, among obstacles.
+
+    Raises ScenarioError for a class, number of robots or disturbance that this stress test does not have,
+    ControllerError where the law has no safe plan.
     """
     kinds = ("A", "B") if stress == "crossing" else ("A", "B", "U")
     kind = kind or "A"

@@ -1,7 +1,7 @@
 """Parameter sweeps: scenario fields and controller gains × controllers × seeds, planned as chunks of runs.
 
 A sweep says what varies (:class:`Axis`) and how it is sampled; its plan is a pure function of it. The runs are
-numbered by point, controller and seed, the seed fastest, and a chunk is so many of them in that order: however the
+numbered by point, controller and seed, the seed fastest, and a chunk is a stretch of them in that order: however the
 work is split, interrupted or spread over machines, the table is the same.
 """
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 Method = Literal["grid", "random", "latin-hypercube"]
 METHODS: tuple[Method, ...] = ("grid", "random", "latin-hypercube")
-KEYS = ("scenario", "point", "controller", "seed", "robot")  # the columns that identify a row; points count from 1
+KEYS = ("scenario", "point", "controller", "seed", "robot")  # the columns that identify a row; points are from 1
 MOST_POINTS = 1_000_000
 
 
@@ -41,7 +41,7 @@ class SweepError(InputError):
 class Axis:
     """One dimension of a sweep: a field of the scenario's TOML, by its dotted key, or a gain of the controllers.
 
-    It takes one of its ``levels``; without any, every value from ``low`` to ``high``, evenly or by logarithm.
+    It takes one of its ``levels``; without levels, any value from ``low`` to ``high``, spread evenly or by logarithm.
     """
 
     name: str
@@ -53,7 +53,7 @@ class Axis:
     line: int = field(default=1, compare=False)  # of the file that it stands in
 
     def at(self, u: np.ndarray) -> list[Any]:
-        """The values at ``u`` (points,) in [0, 1): levels have equal shares of it."""
+        """The values of the axis at the places ``u`` (points,) in [0, 1); its levels have equal shares of it."""
         if self.levels:
             count = len(self.levels)
             return [self.levels[min(int(i), count - 1)] for i in np.floor(u * count)]
@@ -64,13 +64,13 @@ class Axis:
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep:
-    """What is swept: every point of the design × every controller × every seed."""
+    """A sweep: every point of the design × every controller × every seed."""
 
     scenario: str  # its name
     table: dict[str, Any] = field(repr=False)  # its TOML table, which the axes change
     controllers: tuple[str, ...]  # specifications, such as "fuzzy" or "csm:k=0.3"
     axes: tuple[Axis, ...] = ()
-    seeds: int = 1  # how many
+    seeds: int = 1  # number of seeds
     first_seed: int = 0
     method: Method = "grid"
     samples: int = 0  # points of a random design
@@ -83,7 +83,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Pass:
-    """Runs that are simulated in one go: one point, one controller, some seeds."""
+    """The runs that are simulated in one go: one point, one controller, some seeds."""
 
     point: int  # from 1
     values: tuple[Any, ...]  # of the axes
@@ -93,14 +93,14 @@ class Pass:
 
 @dataclass(frozen=True)
 class Chunk:
-    """What is computed and written at a time, whole or not at all."""
+    """The runs that are computed and written at a time, whole or not at all."""
 
     number: int  # from 1
     passes: tuple[Pass, ...]
 
 
 @dataclass(frozen=True)
-class Plan:
+class SweepPlan:
     """A sweep with its points; ``points[i]`` holds a value for each axis."""
 
     sweep: Sweep
@@ -108,16 +108,16 @@ class Plan:
 
     @property
     def runs(self) -> int:
-        """How many runs there are: points × controllers × seeds."""
+        """The number of runs: points × controllers × seeds."""
         return len(self.points) * len(self.sweep.controllers) * self.sweep.seeds
 
     @property
     def chunks(self) -> int:
-        """How many chunks there are."""
+        """The number of chunks."""
         return -(-self.runs // self.sweep.chunk)
 
     def chunk(self, number: int) -> Chunk:
-        """Chunk ``number``, from 1."""
+        """The chunk with that ``number``, from 1."""
         sweep = self.sweep
         runs = range((number - 1) * sweep.chunk, min(number * sweep.chunk, self.runs))
         passes = []
@@ -128,21 +128,22 @@ class Plan:
         return Chunk(number, tuple(passes))
 
 
-def plan_sweep(sweep: Sweep) -> Plan:
-    """The plan: the design's points in order. Raises SweepError where there are too many of them."""
+def plan_sweep(sweep: Sweep) -> SweepPlan:
+    """Plan a sweep: the design's points in order. Raises SweepError where there are too many of them."""
     count = prod(len(axis.levels) for axis in sweep.axes) if sweep.method == "grid" else sweep.samples
     if count > MOST_POINTS:
         raise SweepError(f"{sweep.file}: the design has {count} points; at most {MOST_POINTS} are accepted")
     if sweep.method == "grid":
-        return Plan(sweep, tuple(product(*(axis.levels for axis in sweep.axes))))
+        return SweepPlan(sweep, tuple(product(*(axis.levels for axis in sweep.axes))))
     columns = [axis.at(u) for axis, u in zip(sweep.axes, unit_design(sweep).T, strict=True)]
-    return Plan(sweep, tuple(zip(*columns, strict=True)))
+    return SweepPlan(sweep, tuple(zip(*columns, strict=True)))
 
 
 def unit_design(sweep: Sweep) -> np.ndarray:
-    """A random design in the unit cube (samples, axes); a Latin hypercube has one point in each of an axis's strata.
+    """A random design in the unit cube (samples, axes), seeded by the sweep.
 
-    Source: McKay, Beckman and Conover, Technometrics 21 (1979) 239-245.
+    A Latin hypercube has one point in each of an axis's strata. Source: McKay, Beckman and Conover, Technometrics 21
+    (1979) 239-245.
     """
     generator = np.random.default_rng(sweep.seed)
     if sweep.method == "random":
@@ -156,7 +157,7 @@ def unit_design(sweep: Sweep) -> np.ndarray:
 
 
 def scenario_at(sweep: Sweep, values: Sequence[Any]) -> Scenario:
-    """The scenario at a point. Raises an InputError, with ``keys`` if it is about some key of the table."""
+    """The scenario at a point's ``values``. Raises an InputError, with ``keys`` if it is about a key of the table."""
     table = copy.deepcopy(sweep.table)
     for axis, value in zip(sweep.axes, values, strict=True):
         if axis.target == "scenario":
@@ -187,7 +188,13 @@ def _assign(node: Any, keys: Sequence[str], value: Any, name: str) -> None:
 
 
 def controller_at(sweep: Sweep, controller: str, values: Sequence[Any]) -> str:
-    """The specification of ``controller`` with a point's gains."""
+    """The specification of a controller with the gains of a point.
+
+    Args:
+        sweep: The sweep, whose axes name the gains.
+        controller: A specification as the sweep lists it.
+        values: The point: a value for each axis.
+    """
     gains = [
         f"{axis.name}={value}" for axis, value in zip(sweep.axes, values, strict=True) if axis.target == "controller"
     ]
@@ -196,14 +203,23 @@ def controller_at(sweep: Sweep, controller: str, values: Sequence[Any]) -> str:
 
 
 def described(sweep: Sweep, point: int, values: Sequence[Any]) -> str:
-    """A point in words: "point 3 (latency = 0.1, ky = 10)"."""
+    """A point in words, such as "point 3 (latency = 0.1, ky = 10)".
+
+    Args:
+        sweep: The sweep, whose axes are named.
+        point: The point's number, from 1.
+        values: A value for each axis.
+    """
     pairs = zip(sweep.axes, values, strict=True)
     shown = ", ".join(f"{a.name} = {v:.6g}" if isinstance(v, float) else f"{a.name} = {v}" for a, v in pairs)
     return f"point {point}" + (f" ({shown})" if shown else "")
 
 
-def check_plan(plan: Plan, advance: Callable[[], None] | None = None) -> None:
-    """Build every point's scenario and controllers: SweepError with the file, line and point where one is refused."""
+def check_plan(plan: SweepPlan, advance: Callable[[], None] | None = None) -> None:
+    """Build the scenario and the controllers of every point; ``advance`` is called after each.
+
+    Raises SweepError, with the file, line and point, where one is refused.
+    """
     sweep = plan.sweep
 
     @lru_cache(maxsize=1024)
@@ -248,8 +264,8 @@ def versions() -> dict[str, str]:
     return {name: version(name) for name in ("fuzzyfleet", "numba", "numpy", "pyarrow", "scipy")}
 
 
-def identity(plan: Plan) -> dict[str, Any]:
-    """What the results depend on, in JSON's types: the sweep, the scenario, files that controllers read, versions."""
+def identity(plan: SweepPlan) -> dict[str, Any]:
+    """What the results of a plan depend on, in JSON's types: sweep, scenario, files that controllers read, versions."""
     sweep = plan.sweep
     return {
         "sweep": {
@@ -274,7 +290,7 @@ def identity(plan: Plan) -> dict[str, Any]:
 
 
 def digest(value: Any) -> str:
-    """SHA-256 of a value in JSON's types, in hexadecimal."""
+    """The SHA-256 of a value in JSON's types, in hexadecimal."""
     text = json.dumps(value, sort_keys=True, ensure_ascii=False, default=str)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -1,4 +1,4 @@
-"""Sweeps read from TOML. Everything wrong with a file is a SweepError with file, line, field and what is accepted."""
+"""Reading sweeps from TOML: all that is wrong is a SweepError with file, line, field and what is accepted."""
 
 import re
 import tomllib
@@ -36,13 +36,13 @@ RANGE = ("low", "high", "count", "step", "scale")
 
 
 def sweep_names() -> list[str]:
-    """The sweeps that come with the package."""
+    """The names of the sweeps that come with the package."""
     folder = resources.files("robotics") / "sweeps"
     return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
 
 
 def load_sweep(name: str | Path) -> Sweep:
-    """The sweep of that name, or in that ``.toml`` file. Raises SweepError."""
+    """Read the sweep of that name, or in that ``.toml`` file. Raises SweepError."""
     if str(name) in sweep_names():
         file = resources.files("robotics") / "sweeps" / f"{name}.toml"
         return parse_sweep(file.read_text(encoding="utf-8"), str(name), f"{name}.toml")
@@ -59,11 +59,18 @@ def load_sweep(name: str | Path) -> Sweep:
 
 
 def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Path | None = None) -> Sweep:
-    """The sweep that ``text`` (TOML) describes; a scenario's path is relative to ``folder``. Raises SweepError."""
+    """Read the sweep that a TOML text describes. Raises SweepError.
+
+    Args:
+        text: The TOML text.
+        name: The sweep's name.
+        file: The file's name in messages.
+        folder: The folder to which a scenario's path is relative, by default the current one.
+    """
     source = _Source(text, file)
     try:
         table = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # besides TOMLDecodeError: an endless number, an endless nesting
+    except (ValueError, RecursionError) as error:  # also an endless number, an endless nesting
         line = re.search(r"at line (\d+)", str(error))
         raise SweepError(f"{file}:{line[1] if line else 1}: this is not TOML: {error}") from None
     for key in table:

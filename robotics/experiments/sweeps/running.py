@@ -1,8 +1,7 @@
 """Running a sweep: chunks through any ``concurrent.futures.Executor``, into one Parquet file each, then one table.
 
-The process that plans is the only one that writes; a chunk's file appears whole or not at all and carries the
-sweep's digest. Killed at any moment and begun again, a sweep computes what has no file yet: the chunks that were in
-flight and those behind them.
+Only the process that plans writes; a chunk's file appears whole or not at all and carries the sweep's digest. A sweep
+that was killed at any moment and is begun again computes the chunks that have no file yet.
 """
 
 import json
@@ -23,9 +22,9 @@ from robotics.experiments.executors import InProcess, Workers
 from robotics.experiments.sweeps.plan import (
     Chunk,
     Pass,
-    Plan,
     Sweep,
     SweepError,
+    SweepPlan,
     check_plan,
     controller_at,
     described,
@@ -47,7 +46,7 @@ LOST = "the connection to the cluster is lost; the same command goes on from the
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SweepOutcome:
     """What a finished sweep left in its folder."""
 
     results: Path
@@ -62,9 +61,14 @@ class Outcome:
 
 
 def run_chunk(sweep: Sweep, chunk: Chunk, expected: dict[str, str]) -> "pa.Table":
-    """Simulate and measure a chunk: a table with one row a run and robot. This is what a worker does.
+    """Simulate and measure a chunk, as a worker does, into a table with one row for each run and robot.
 
-    ``expected`` are the versions that the sweep was planned with. Raises SweepError, naming point and seeds.
+    Args:
+        sweep: The sweep.
+        chunk: The chunk.
+        expected: The versions with which the sweep was planned.
+
+    Raises SweepError, naming point and seeds, where a run fails, and where the versions differ.
     """
     import pyarrow as pa
 
@@ -119,19 +123,25 @@ def _place(sweep: Sweep, part: Pass) -> str:
 
 
 def run_sweep(
-    plan: Plan,
+    plan: SweepPlan,
     folder: Path,
     workers: Workers | None = None,
     *,
     fresh: bool = False,
     begin: Begin | None = None,
     resumed: Callable[[int, int], None] | None = None,
-) -> Outcome:
+) -> SweepOutcome:
     """Do what is left of a sweep and write ``folder/results.parquet``, in the plan's order, whole or not at all.
 
-    ``workers`` run the chunks; by default this process does. ``fresh`` throws away what the folder holds of a sweep.
-    ``resumed`` is told how many chunks of how many are already there. Raises SweepError where the folder holds another
-    sweep, a point is refused or a run fails; what was written stays.
+    Args:
+        plan: The plan.
+        folder: The folder of the results.
+        workers: What runs the chunks, by default this process.
+        fresh: Whether to discard what the folder holds of a sweep.
+        begin: Starts a bar of a progress display, by its text and total.
+        resumed: Called with how many chunks are already there, and of how many.
+
+    Raises SweepError where the folder holds another sweep, a point is refused or a run fails; what was written stays.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with _alone(folder):
@@ -149,17 +159,17 @@ def run_sweep(
             if advance is not None:
                 advance()
         rows, diverged = _gather(plan, folder, key)
-    return Outcome(folder / RESULTS, rows, plan.runs, diverged, plan.chunks, len(todo))
+    return SweepOutcome(folder / RESULTS, rows, plan.runs, diverged, plan.chunks, len(todo))
 
 
-def landed_chunks(plan: Plan, folder: Path) -> int:
-    """How many chunks of the sweep ``folder`` holds."""
+def landed_chunks(plan: SweepPlan, folder: Path) -> int:
+    """The number of chunks of the sweep that ``folder`` holds."""
     key = digest(identity(plan))
     return sum(_landed(_file(folder, number), key) for number in range(1, plan.chunks + 1))
 
 
 def _computed(
-    plan: Plan, todo: list[int], workers: Workers, expected: dict[str, str]
+    plan: SweepPlan, todo: list[int], workers: Workers, expected: dict[str, str]
 ) -> "Iterator[tuple[int, pa.Table]]":
     """Chunks as they get done; no more of them are handed out at a time than ``workers`` say."""
     waiting = iter(todo)
@@ -224,7 +234,7 @@ def _clear(folder: Path) -> None:
         file.unlink()
 
 
-def _open_plan(plan: Plan, folder: Path, about: dict[str, Any], begin: Begin | None) -> None:
+def _open_plan(plan: SweepPlan, folder: Path, about: dict[str, Any], begin: Begin | None) -> None:
     """Check and write the plan, or see that the folder's is the same."""
     (folder / CHUNKS).mkdir(exist_ok=True)
     for place, name in ((folder, ".plan-*"), (folder, ".results-*"), (folder / CHUNKS, ".chunk-*")):
@@ -285,7 +295,7 @@ def _write(table: "pa.Table", path: Path, key: str) -> None:
         pq.write_table(table.replace_schema_metadata({"sweep": key}), temporary)
 
 
-def _gather(plan: Plan, folder: Path, key: str) -> tuple[int, int]:
+def _gather(plan: SweepPlan, folder: Path, key: str) -> tuple[int, int]:
     """All chunks in one file, in the plan's order; how many rows there are, and how many of stopped robots."""
     import pyarrow as pa
     import pyarrow.parquet as pq

@@ -13,7 +13,7 @@ from anfis.designer.panel import methods, variables
 from fuzzy.designer.views import functions_data
 from fuzzy.membership import FUNCTIONS
 from fuzzy.membershipfunction import membership_function
-from robotics.designer.tryout import Trial, choices, course_data, design_data, rival_data
+from robotics.designer.tryout import TryoutTrial, choices, course_data, design_data, rival_data
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.scenario.reading import scenario_names
 from tests.fuzzy.designer.design_bench import STATIC, system
@@ -244,7 +244,7 @@ def slower() -> fuzzy.Sugeno:
 
 @pytest.fixture(scope="module")
 def traits(slower: fuzzy.Sugeno) -> dict[str, Any]:
-    trial, tracking = Trial(), load_rule_base("tracking")
+    trial, tracking = TryoutTrial(), load_rule_base("tracking")
     return {
         "choices": choices(),
         "trial": {"scenario": trial.scenario, "law": "fuzzy", "look_ahead": 0.4, "seed": 0, "rival": "lyapunov"}
@@ -278,7 +278,7 @@ def test_the_picture_follows_the_design(bench: ModulePage, traits: dict[str, Any
     assert drawn(bench, "tried") == drawn(bench, "before")
     assert drawn(bench, "rival") == rival
     # Equal axes: on the circle's picture a metre is the same both ways.
-    circle = Trial(scenario="lyapunov-circle")
+    circle = TryoutTrial(scenario="lyapunov-circle")
     bench.give(course=course_data(circle), tried=None, before=None, rival=None)
     widths = page.evaluate(
         "(({width, height}) => [width, height])(document.querySelector('g path.tr-reference').getBBox())"
@@ -331,7 +331,7 @@ def test_a_trial_fits_the_page(bench: ModulePage, traits: dict[str, Any], width:
 
 def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuzzy.Sugeno) -> None:
     page = bench.page
-    trial = Trial(scenario="crossing-in-turn")
+    trial = TryoutTrial(scenario="crossing-in-turn")
     played = {
         "trial": traits["trial"]
         | {"scenario": trial.scenario, "law": "cooperation", "kind": "team", "rival": "virtual-structure"},

@@ -17,7 +17,7 @@ from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import OpenDocuments
 from fuzzy.designer.panel import Place, Workbench, find_panels
 from fuzzy.designer.server import ServerError, bound_socket
-from fuzzy.designer.workers import WorkError, Workers
+from fuzzy.designer.workers import DesignerWorkers, WorkError
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import FisFileError, format_fis, read_fis, write_fis
 from fuzzy.membership import Triangle
@@ -293,7 +293,7 @@ def ended():
 
 def test_workers():
     async def work():
-        workers = Workers(1)
+        workers = DesignerWorkers(1)
         own = await workers.run(os.getpid)
         assert own != os.getpid()
         assert await workers.run(os.getpid) == own

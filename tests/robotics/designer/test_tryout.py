@@ -15,11 +15,11 @@ from fuzzy.errors import InputError
 from fuzzy.files.fisfile import write_fis
 from fuzzy.membership import Gaussian
 from fuzzy.system import Constant, Linear, Sugeno, Variable
-from robotics.designer.panel import Session, formation_data, panel
+from robotics.designer.panel import TryoutSession, formation_data, panel
 from robotics.designer.tryout import (
     Attempt,
-    Trial,
     TryoutError,
+    TryoutTrial,
     choices,
     course_data,
     design_data,
@@ -59,7 +59,7 @@ def slower(tracking: Sugeno) -> Sugeno:
 
 
 def test_the_package_s_rule_base_drives_as_the_package_s_law(tracking: Sugeno) -> None:
-    trial = Trial(scenario="table-2-1", seed=3)
+    trial = TryoutTrial(scenario="table-2-1", seed=3)
     direct = simulate(load_scenario("table-2-1"), make_controller("fuzzy"), (3,))
     run = run_design(tracking, trial).run
     assert np.array_equal(run.samples, direct.samples)
@@ -74,21 +74,21 @@ def test_a_changed_system_drives_as_its_file_would(slower: Sugeno, tracking: Sug
     file = tmp_path / "slower.fis"
     write_fis(slower, file)
     direct = simulate(load_scenario("fuzzy-off-path"), make_controller(f"fuzzy:rule_base={file},look_ahead=0.7"))
-    run = run_design(slower, Trial(look_ahead=0.7)).run
+    run = run_design(slower, TryoutTrial(look_ahead=0.7)).run
     assert np.array_equal(run.samples, direct.samples)
-    assert not np.array_equal(run.samples, run_design(tracking, Trial(look_ahead=0.7)).run.samples)
+    assert not np.array_equal(run.samples, run_design(tracking, TryoutTrial(look_ahead=0.7)).run.samples)
 
 
 @pytest.fixture(scope="module")
 def team(slower: Sugeno) -> Attempt:
-    return run_design(slower, Trial(scenario=TEAM))
+    return run_design(slower, TryoutTrial(scenario=TEAM))
 
 
 def test_a_team_s_law_takes_the_system_where_it_holds_one(team: Attempt, slower: Sugeno, tmp_path: Path) -> None:
     file = tmp_path / "slower.fis"
     write_fis(slower, file)
     direct = simulate(load_scenario(TEAM), make_controller(f"cooperation:rule_base={file}"), links=True)
-    assert law_name(Trial(scenario=TEAM)) == "cooperation"
+    assert law_name(TryoutTrial(scenario=TEAM)) == "cooperation"
     assert np.array_equal(team.run.samples, direct.samples)
     measured = measure_all(direct)
     metrics = shown(team, "team", "slower")["metrics"]
@@ -107,7 +107,7 @@ def test_only_the_tracking_rule_base_is_replaced_and_the_law_itself_stays(slower
 
 def test_a_rival_is_the_catalogue_s_law() -> None:
     direct = simulate(load_scenario("lyapunov-sine"), make_controller("esm"), (2,))
-    assert np.array_equal(run_rival("esm", Trial(scenario="lyapunov-sine", seed=2)).run.samples, direct.samples)
+    assert np.array_equal(run_rival("esm", TryoutTrial(scenario="lyapunov-sine", seed=2)).run.samples, direct.samples)
 
 
 def test_inputs_may_be_fewer_and_in_another_order() -> None:
@@ -122,7 +122,7 @@ def test_inputs_may_be_fewer_and_in_another_order() -> None:
         ],
         ["if alpha is any and distance is any then v is go and w is turn"],
     )
-    metrics = design_data(fis, Trial(scenario="lyapunov-circle"))["metrics"]
+    metrics = design_data(fis, TryoutTrial(scenario="lyapunov-circle"))["metrics"]
     assert 0 < metrics["rms_cross_track_m"] < 0.3  # proportional pursuit: it finds the circle
 
 
@@ -159,10 +159,10 @@ def test_what_does_not_fit_gets_a_sentence_that_says_what_is_needed(tracking: Su
         (replace(tracking, rules=()), "no rule in force"),
     ):
         with pytest.raises(TryoutError) as caught:
-            run_design(fis, Trial())
+            run_design(fis, TryoutTrial())
         assert says in str(caught.value)
     with pytest.raises(TryoutError, match=r"distance \[m\], alpha \[rad\], x_err \[m\] and heading_err \[rad\]"):
-        run_design(replace(tracking, outputs=(v,), rules=()), Trial())
+        run_design(replace(tracking, outputs=(v,), rules=()), TryoutTrial())
 
 
 @pytest.mark.parametrize(
@@ -180,24 +180,24 @@ def test_what_does_not_fit_gets_a_sentence_that_says_what_is_needed(tracking: Su
 )
 def test_choices_that_there_are_not(choice: dict[str, Any], says: str) -> None:
     with pytest.raises(TryoutError, match=says.replace("(", r"\(")):
-        Trial(**choice)
+        TryoutTrial(**choice)
 
 
 def test_what_happens_on_the_way_is_noted(tracking: Sugeno) -> None:
     narrow = replace(tracking.inputs[0], universe=(0.0, 0.1))
     leaving = replace(tracking, inputs=(narrow, *tracking.inputs[1:]), out_of_range="warn")
-    notes = run_design(leaving, Trial()).notes
+    notes = run_design(leaving, TryoutTrial()).notes
     assert len(notes) == 1
     assert "distance" in notes[0]
     # Where no rule fires the command is no number: the robot is stopped, and the curves end.
     few = replace(tracking, rules=tracking.rules[:1], no_rule_fires="nan")
-    data = design_data(few, Trial())
+    data = design_data(few, TryoutTrial())
     assert any("robot 1 was stopped at" in note for note in data["notes"])
     assert data["x"][0][-1] is None
     assert data["metrics"]["settling_time_s"] == "never"
     json.dumps(data, allow_nan=False)
     with pytest.raises(InputError, match="distance"):
-        run_design(replace(leaving, out_of_range="error"), Trial())
+        run_design(replace(leaving, out_of_range="error"), TryoutTrial())
 
 
 def test_every_scenario_is_offered_or_says_why_not() -> None:
@@ -206,9 +206,9 @@ def test_every_scenario_is_offered_or_says_why_not() -> None:
     assert {s["name"] for s in known["scenarios"] if s["why"]} == set(scenario_names("formation"))
     assert {name for name, _ in known["laws"]} >= {"cooperation", "obstacles", "crash-yielding"}
     assert not any(holds_tracking(make_controller(n)) for pairs in known["rivals"].values() for n, _ in pairs)
-    assert law_name(Trial(scenario="turn-towards-each-other")) == "obstacles"
-    assert law_name(Trial(scenario="turn-towards-each-other", law="cooperation")) == "cooperation"
-    json.dumps([known, course_data(Trial(scenario=TEAM))], allow_nan=False)
+    assert law_name(TryoutTrial(scenario="turn-towards-each-other")) == "obstacles"
+    assert law_name(TryoutTrial(scenario="turn-towards-each-other", law="cooperation")) == "cooperation"
+    json.dumps([known, course_data(TryoutTrial(scenario=TEAM))], allow_nan=False)
 
 
 def test_formation_data_for_training(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -253,9 +253,9 @@ class Bench:
         return function(*args)
 
 
-async def opened(fis: Sugeno, path: Path = NEW) -> tuple[Bench, Session]:
+async def opened(fis: Sugeno, path: Path = NEW) -> tuple[Bench, TryoutSession]:
     bench = Bench(fis, path)
-    session = Session(bench)
+    session = TryoutSession(bench)
     bench.say({"do": "see", "on": True})
     assert session.task is not None
     await session.task
@@ -265,8 +265,8 @@ async def opened(fis: Sugeno, path: Path = NEW) -> tuple[Bench, Session]:
 def test_the_latest_design_wins_and_the_rival_is_run_once(tracking: Sugeno, slower: Sugeno) -> None:
     async def scene() -> None:
         bench, session = await opened(tracking)
-        assert bench.traits["tried"] == design_data(tracking, Trial())
-        assert bench.traits["rival"] == rival_data("lyapunov", Trial())
+        assert bench.traits["tried"] == design_data(tracking, TryoutTrial())
+        assert bench.traits["rival"] == rival_data("lyapunov", TryoutTrial())
         assert bench.traits["before"] == bench.traits["tried"] | {"label": "as opened"}
         bench.calls.clear()
         bench.gate.clear()
@@ -278,7 +278,7 @@ def test_the_latest_design_wins_and_the_rival_is_run_once(tracking: Sugeno, slow
         bench.gate.set()
         await session.task  # type: ignore[misc]
         assert [args[0].name for _, args in bench.calls] == ["design 0", "slower"]
-        assert bench.traits["tried"] == design_data(slower, Trial())
+        assert bench.traits["tried"] == design_data(slower, TryoutTrial())
         assert bench.traits["busy"] is False
         bench.say({"do": "pin"})
         await session.task  # type: ignore[misc]
@@ -288,7 +288,7 @@ def test_the_latest_design_wins_and_the_rival_is_run_once(tracking: Sugeno, slow
         bench.say({"do": "choose", "name": "rival", "value": "lyapunov"})
         await session.task  # type: ignore[misc]
         assert [name for name, _ in bench.calls].count("rival_data") == 1
-        assert bench.traits["rival"] == rival_data("lyapunov", Trial())
+        assert bench.traits["rival"] == rival_data("lyapunov", TryoutTrial())
 
     asyncio.run(scene())
 
@@ -296,7 +296,7 @@ def test_the_latest_design_wins_and_the_rival_is_run_once(tracking: Sugeno, slow
 def test_the_design_before_is_that_of_the_file(tracking: Sugeno, slower: Sugeno, tmp_path: Path) -> None:
     write_fis(slower, tmp_path / "slower.fis")
     bench, _ = asyncio.run(opened(tracking, tmp_path / "slower.fis"))
-    assert bench.traits["before"] == design_data(slower, Trial()) | {"label": "in the file"}
+    assert bench.traits["before"] == design_data(slower, TryoutTrial()) | {"label": "in the file"}
     assert bench.traits["tried"]["label"] == "tracking"
 
 
@@ -345,7 +345,7 @@ def test_wrong_wishes_and_designs_get_sentences(tracking: Sugeno) -> None:
             bench.traits["problem"] = None
             bench.say(message)
             assert bench.traits["problem"]["message"], message
-        assert session.trial == Trial()
+        assert session.trial == TryoutTrial()
         bench.edit(replace(tracking, outputs=tracking.outputs[:1], rules=()))
         await session.task  # type: ignore[misc]
         assert "it has 1 output" in bench.traits["problem"]["message"]

@@ -70,7 +70,7 @@ gain = [1.0, 3.0]
 USES = """
 import contextlib, io, json, sys
 from robotics.commands.application import main
-from robotics.designer.tryout import Trial, choices, rival_data
+from robotics.designer.tryout import TryoutTrial, choices, rival_data
 
 def said(*arguments):
     out, err = io.StringIO(), io.StringIO()
@@ -86,7 +86,7 @@ told = {
     "list": said("list"),
     "broken": said("run", "fuzzy-on-path", "-c", "broken", "-q"),
     "rivals": choices()["rivals"]["tracking"],
-    "tried": rival_data("carrot", Trial(scenario="fuzzy-on-path"))["label"],
+    "tried": rival_data("carrot", TryoutTrial(scenario="fuzzy-on-path"))["label"],
 }
 print(json.dumps(told))
 """

@@ -6,7 +6,7 @@ import pytest
 from robotics.experiments.stress import outcome
 from robotics.experiments.stress.crossing_runs import stress_crossing
 from robotics.experiments.stress.crossings import crossing_ensemble, random_crossing
-from robotics.experiments.stress.outcome import Disturbance, Outcome, joined
+from robotics.experiments.stress.outcome import Disturbance, StressOutcome, joined
 from robotics.laws.avoidance.reservation import CELLS, plan_right_of_way
 from robotics.laws.avoidance.sidestep import sidestepped
 from robotics.laws.catalogue import make_controller
@@ -88,7 +88,7 @@ def test_rates_are_counted_apart():
     inf = np.inf
     arrivals = np.array([[30.0, 30.5], [30.0, inf], [30.0, 32.0], [inf, inf]])
     yes = np.array([False, True, False, False])
-    judged = Outcome((5, 6, 7, 8), np.full(4, 30.0), arrivals, yes, yes[[0, 2, 3, 1]], np.full(4, 0.5))
+    judged = StressOutcome((5, 6, 7, 8), np.full(4, 30.0), arrivals, yes, yes[[0, 2, 3, 1]], np.full(4, 0.5))
     found = judged.summary()
     assert (found["collisions"], found["deadlocks"], found["refused"], found["arrived"]) == (1, 1, 1, 2)
     assert found["arrived_together"] == 1

@@ -15,9 +15,9 @@ from robotics.experiments.executors import Workers
 from robotics.experiments.sweeps import running as sweeprun
 from robotics.experiments.sweeps.plan import (
     Axis,
-    Plan,
     Sweep,
     SweepError,
+    SweepPlan,
     check_plan,
     controller_at,
     digest,
@@ -464,7 +464,7 @@ def test_a_design_beyond_all_measure_is_refused():
 @pytest.mark.parametrize("name", sweep_names())
 def test_the_sweeps_of_the_package_are_sound(name):
     plan = plan_sweep(load_sweep(name))
-    check_plan(Plan(plan.sweep, plan.points[:: max(1, len(plan.points) // 5)]))
+    check_plan(SweepPlan(plan.sweep, plan.points[:: max(1, len(plan.points) // 5)]))
 
 
 def test_an_unknown_sweep_is_named(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.distance import pdist
 
 from benchmarks.avoidance import Clocked, Entrant, Orca, circle_swap, ensemble, entered, figures, random_goals
-from robotics.experiments.stress.outcome import Outcome
+from robotics.experiments.stress.outcome import StressOutcome
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Observation
 from robotics.vehicle.robot import Robot
@@ -44,7 +44,7 @@ def test_a_roundabout_has_the_same_room_for_everybody_around_the_middle():
 def test_success_is_arriving_in_time_without_a_touch():
     arrivals = np.array([[9.0, 10.0], [41.0, 5.0], [9.0, 10.0], [np.inf, np.inf]])
     touched, refused = np.array([False, False, True, False]), np.array([False, False, False, True])
-    outcome = Outcome((0, 1, 2, 3), np.full(4, 10.0), arrivals, touched, refused, np.array([0.5, 0.6, 0.2, 0.9]))
+    outcome = StressOutcome((0, 1, 2, 3), np.full(4, 10.0), arrivals, touched, refused, np.array([0.5, 0.6, 0.2, 0.9]))
     found = figures(outcome, np.full(4, 10.0))
     assert found["success"] == 0.25
     assert (found["collisions"], found["refused"], found["late"]) == (1, 1, 1)

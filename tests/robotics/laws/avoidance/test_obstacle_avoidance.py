@@ -34,7 +34,7 @@ from robotics.scenario.description import ScenarioError
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.sensing.sonar import SONAR
 from robotics.simulation.loop import simulate
-from robotics.simulation.mode_changes import REJOINED, TIMED_OUT, Event, events_of, mode_events, reason
+from robotics.simulation.mode_changes import REJOINED, TIMED_OUT, ModeChange, mode_change_table, mode_changes_in, reason
 from robotics.simulation.run import load_run
 
 DT = 0.05
@@ -335,7 +335,7 @@ def test_who_avoids_towards_each_other_passes():
     assert np.ptp(arrivals(run)) <= 0.2
     assert clearance(run).min() > 0.05
     assert least_distance(run) > 0.31
-    assert set(events_of(run)["robot"]) >= {1, 2}
+    assert set(mode_change_table(run)["robot"]) >= {1, 2}
 
 
 @pytest.mark.parametrize(("name", "stuck"), [("trap-u", 0), ("trap-u-middle", 1)])
@@ -346,7 +346,7 @@ def test_the_group_goes_on_without_a_stuck_robot(name, stuck):
     assert np.isinf(arrived[stuck])
     assert np.ptp(arrived[others]) <= 0.2
     assert clearance(run).min() > 0
-    events = events_of(run)
+    events = mode_change_table(run)
     events = events[events["robot"] == stuck + 1]
     out = events[events["why"].str.contains(TIMED_OUT)].iloc[0]
     before = events[(events["time"] < out["time"]) & (events["from"] == "tracking")].iloc[0]
@@ -367,7 +367,7 @@ def test_a_robot_that_comes_free_is_taken_back():
     scenario = replace(load_scenario("trap-u"), duration=75.0)
     (run,) = run_together([scenario], "obstacles:patience=2", 3, 75.0)
     assert np.ptp(arrivals(run)) <= 0.5
-    why = "; ".join(events_of(run)["why"])
+    why = "; ".join(mode_change_table(run)["why"])
     assert why.index(TIMED_OUT) < why.index(REJOINED)
 
 
@@ -384,12 +384,12 @@ def test_it_stops_or_turns_before_a_disc_that_crosses_its_lane():
 
 def test_events_are_the_changes_of_mode():
     modes = np.array([[[0, 0]], [[1, 0]], [[5, 3]], [[1, 0]]])
-    assert mode_events(np.arange(4) * 0.5, modes) == [
-        Event(0.5, 0, 0, "tracking", "avoiding", "an obstacle is near"),
-        Event(1.0, 0, 0, "avoiding", "avoiding, left behind", TIMED_OUT),
-        Event(1.0, 0, 1, "tracking", "yielding", "another robot, or what may move, is near"),
-        Event(1.5, 0, 0, "avoiding, left behind", "avoiding", REJOINED),
-        Event(1.5, 0, 1, "yielding", "tracking", "its way is free"),
+    assert mode_changes_in(np.arange(4) * 0.5, modes) == [
+        ModeChange(0.5, 0, 0, "tracking", "avoiding", "an obstacle is near"),
+        ModeChange(1.0, 0, 0, "avoiding", "avoiding, left behind", TIMED_OUT),
+        ModeChange(1.0, 0, 1, "tracking", "yielding", "another robot, or what may move, is near"),
+        ModeChange(1.5, 0, 0, "avoiding, left behind", "avoiding", REJOINED),
+        ModeChange(1.5, 0, 1, "yielding", "tracking", "its way is free"),
     ]
     assert reason(AVOID, STOPPED).startswith("its command")
 
@@ -408,8 +408,8 @@ def test_a_run_keeps_its_modes_ranges_and_obstacles(tmp_path):
     assert np.array_equal(again.modes, run.modes)
     assert np.array_equal(again.ranges, run.ranges)
     assert all(np.array_equal(a, b) for a, b in zip(again.obstacles, run.obstacles, strict=True))
-    assert events_of(again).equals(events_of(run))
-    assert list(events_of(run).columns) == ["seed", "time", "robot", "from", "to", "why"]
+    assert mode_change_table(again).equals(mode_change_table(run))
+    assert list(mode_change_table(run).columns) == ["seed", "time", "robot", "from", "to", "why"]
     assert (run.frame()["mode"] == "yielding").sum() == (run.modes == YIELD).sum()
 
 
@@ -418,7 +418,7 @@ def test_a_law_without_modes_has_no_events():
     run = simulate(scenario, make_controller("cooperation"), (0,))
     assert run.modes is None
     assert run.obstacles is None
-    assert events_of(run).empty
+    assert mode_change_table(run).empty
 
 
 # Wiring -----------------------------------------------------------------------------------------------------------
