@@ -1,4 +1,4 @@
-"""The import directions of the house, and what an import may not bring along."""
+"""The directions of imports: packages on floors, rooms on a stair; and what an import may not bring along."""
 
 import ast
 import re
@@ -7,29 +7,152 @@ import sys
 import tomllib
 from importlib.util import find_spec
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 ROOT = Path(__file__).parent.parent
-FLOORS = {"fuzzy": {"fuzzy"}, "anfis": {"fuzzy", "anfis"}, "robotics": {"fuzzy", "anfis", "robotics"}}
-OURS = {"fuzzy", "anfis", "robotics", "datasets", "tests", "benchmarks"}
+OURS = ("fuzzy", "anfis", "robotics", "datasets", "tests", "benchmarks")
+FLOORS = {"fuzzy": ("fuzzy",), "anfis": ("fuzzy", "anfis"), "robotics": ("fuzzy", "anfis", "robotics")}
+# The rooms of a package, folders and modules, on their stair: each imports from itself and from those before it only.
+STAIRS = {
+    "fuzzy": """
+        errors naming profile membershipfunction membership rule language system inference detached
+        files compiled insight fitting shell figures designer commands
+    """,
+    "anfis": """
+        data premises consequents network state methods checkpoint training accuracy estimator plot designer commands
+    """,
+    "robotics": """
+        quantity random_streams vehicle paths radio environment sensing laws scenario simulation measures experiments
+        figures playback report thesis designer commands
+    """,
+    "robotics.laws": "setting law modes tracking formation teams avoidance catalogue",
+}
+CIRCLE = ("fuzzy.system", "fuzzy.inference")  # a system can be called: fis(x) infers, by one lazy line
+# Rooms whose functions may import what they need: commands answer --help quickly, the designer is an optional extra.
+LAZY_ROOMS = ("commands", "designer")
 
 
-@pytest.mark.parametrize("package", FLOORS)
-def test_imports_point_down_only(package):
-    files = list((ROOT / package).rglob("*.py"))
-    assert files
-    for file in files:
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+class Arrow(NamedTuple):
+    """One import: of ``target``, a module, by ``source``."""
+
+    source: str
+    target: str
+    line: int
+    lazy: bool  # inside a function
+
+
+def arrows(root: Path, package: str) -> list[Arrow]:
+    """Every import of our modules in ``package`` (a dotted name below ``root``), also those for type checkers."""
+    found = []
+    for file in sorted((root / package.replace(".", "/")).rglob("*.py")):
+        source = ".".join(file.relative_to(root).with_suffix("").parts)
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        inside = {id(n) for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) for n in ast.walk(f)}
+        for node in ast.walk(tree):
             names = []
             if isinstance(node, ast.Import):
                 names = [alias.name for alias in node.names]
             elif isinstance(node, ast.ImportFrom):
                 assert node.level == 0, f"{file}: relative import"
-                names = [node.module or ""]
-            for name in names:
-                top = name.partition(".")[0]
-                assert top not in OURS or top in FLOORS[package], f"{file}:{node.lineno} imports {name}"
+                module = node.module or ""
+                whole = [f"{module}.{alias.name}" for alias in node.names]
+                names = [n if (root / n.replace(".", "/")).with_suffix(".py").is_file() else module for n in whole]
+            found += [Arrow(source, n, node.lineno, id(node) in inside) for n in names if n.partition(".")[0] in OURS]
+    return found
+
+
+def arrows_up(root: Path, package: str, stair: list[str]) -> list[str]:
+    """The imports in ``package`` that run up its ``stair``, and rooms that are not on it, in words."""
+    place, wrong = {room: k for k, room in enumerate(stair)}, []
+    for arrow in arrows(root, package):
+        if not arrow.target.startswith(f"{package}."):
+            continue
+        rooms = [name.removeprefix(f"{package}.").partition(".")[0] for name in (arrow.source, arrow.target)]
+        if rooms[0] in ("__init__", "__main__"):
+            continue
+        unlisted = [room for room in rooms if room not in place]
+        if unlisted:
+            wrong.append(f"{package}.{unlisted[0]} is not on the stair")
+        elif place[rooms[1]] > place[rooms[0]] and (arrow.source, arrow.target) != CIRCLE:
+            wrong.append(f"{arrow.source}:{arrow.line} imports {arrow.target}, which stands above it")
+    return sorted(set(wrong))
+
+
+def circles(root: Path, packages: tuple[str, ...]) -> list[set[str]]:
+    """The groups of modules that import each other, directly or over others."""
+    graph: dict[str, set[str]] = {}
+    for package in packages:
+        for arrow in arrows(root, package):
+            graph.setdefault(arrow.source.removesuffix(".__init__"), set()).add(arrow.target)
+    reach = {name: {name} for name in graph}
+    changed = True
+    while changed:
+        changed = False
+        for known in reach.values():
+            more = set().union(*(reach.get(t, {t}) for n in list(known) for t in graph.get(n, ()))) - known
+            if more:
+                known |= more
+                changed = True
+    found = []
+    for name in graph:
+        ring = {other for other in reach[name] if other != name and name in reach.get(other, ())} | {name}
+        if len(ring) > 1 and ring not in found:
+            found.append(ring)
+    return found
+
+
+@pytest.mark.parametrize("package", FLOORS)
+def test_packages_import_down_only(package):
+    found = arrows(ROOT, package)
+    assert found
+    for arrow in found:
+        assert arrow.target.partition(".")[0] in FLOORS[package], f"{arrow.source}:{arrow.line} imports {arrow.target}"
+
+
+@pytest.mark.parametrize("package", STAIRS)
+def test_no_import_runs_up_the_stair(package):
+    assert arrows_up(ROOT, package, STAIRS[package].split()) == []
+
+
+def test_every_room_stands_on_the_stair():
+    for package, stair in STAIRS.items():
+        folder = ROOT / package.replace(".", "/")
+        modules = {f.stem for f in folder.glob("*.py")} | {f.parent.name for f in folder.glob("*/__init__.py")}
+        assert modules - {"__init__", "__main__"} == set(stair.split())
+
+
+def test_only_the_system_and_its_inference_make_a_circle():
+    assert circles(ROOT, tuple(FLOORS)) == [set(CIRCLE)]
+
+
+def test_no_lazy_import_hides_an_arrow():
+    hidden = [
+        f"{arrow.source}:{arrow.line} imports {arrow.target} inside a function"
+        for package in FLOORS
+        for arrow in arrows(ROOT, package)
+        if arrow.lazy and arrow.source.split(".")[1] not in LAZY_ROOMS and (arrow.source, arrow.target) != CIRCLE
+    ]
+    assert hidden == []
+
+
+def test_what_is_wrong_with_a_tree_is_seen(tmp_path):
+    for name, text in {
+        "fuzzy/low/__init__.py": "",
+        "fuzzy/low/one.py": "def f():\n    from fuzzy.high.two import x\n",
+        "fuzzy/high/__init__.py": "",
+        "fuzzy/high/two.py": "from fuzzy.low import one\nfrom fuzzy.attic import y\n",
+        "fuzzy/attic.py": "y = 1\n",
+    }.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    assert arrows_up(tmp_path, "fuzzy", ["low", "high"]) == [
+        "fuzzy.attic is not on the stair",
+        "fuzzy.low.one:2 imports fuzzy.high.two, which stands above it",
+    ]
+    assert circles(tmp_path, ("fuzzy",)) == [{"fuzzy.low.one", "fuzzy.high.two"}]
+    assert [a.lazy for a in arrows(tmp_path, "fuzzy") if a.source == "fuzzy.low.one"] == [True]
 
 
 @pytest.mark.parametrize(

@@ -52,9 +52,9 @@ def repeat(
 
     Example: robotics repeat crossing --seed 4 --animate
     """
+    from robotics.commands.run_files import RunFiles
     from robotics.experiments.stress.single import ALIASES, STRESSES, single_run
     from robotics.laws.catalogue import make_controller
-    from robotics.playback.runfiles import RunFiles
 
     name = controller or STRESSES[stress]
     law = make_controller(ALIASES[stress].get(name, name))

@@ -31,9 +31,9 @@ def run_(
 
     Example: robotics run lyapunov-sine --controller lyapunov:ky=10,kpsi=5 --seed 3 --plot out.png
     """
+    from robotics.commands.run_files import RunFiles
     from robotics.experiments.stress.single import STRESSES
     from robotics.laws.catalogue import make_controller
-    from robotics.playback.runfiles import RunFiles
     from robotics.scenario.reading import load_scenario
     from robotics.simulation.loop import simulate
 
