@@ -2,7 +2,6 @@
 
 import warnings
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +76,7 @@ def test_another_outcome_gives_another_verdict(results: dict[Any, Any]) -> None:
     for name in ("lyapunov-sine", "lyapunov-circle"):
         swapped[name, "lyapunov-thesis:signs=literal"] = results["fuzzy-on-path", "lyapunov"]
     driven: Run = results["fuzzy-off-path", "fuzzy"]
-    swapped["fuzzy-off-path", "fuzzy"] = replace(driven, samples=driven.samples + 1.0)
+    swapped["fuzzy-off-path", "fuzzy"] = driven.with_recorded(samples=driven.samples + 1.0)
     verdicts = {claim.name: claim.verdict for claim in claims_of(swapped)}
     assert verdicts["The law as printed"] == "holds"
     assert verdicts["Fuzzy tracking on and off the path"] == "does not hold"
