@@ -424,7 +424,7 @@ def test_a_saved_team_has_its_messages(tmp_path: Path, capsys: pytest.CaptureFix
     )
     capsys.readouterr()
     assert main(["animate", "--help"]) == 0
-    assert "Example: robotics run" in " ".join(capsys.readouterr().out.split())
+    assert "Example: robotics animate" in " ".join(capsys.readouterr().out.split())
 
 
 # Among obstacles ------------------------------------------------------------------------------------------------
