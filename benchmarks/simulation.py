@@ -41,10 +41,8 @@ class Timed:
     law: Controller[Any]
     seconds: float = field(default=0.0)
 
-    @property
-    def level(self) -> p.Level:
-        """The law's."""
-        return self.law.level
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.law, name)
 
     def init(self, setting: Setting, runs: int) -> Any:
         """The law's."""
