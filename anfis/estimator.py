@@ -17,9 +17,9 @@ class EstimatorError(InputError):
 
 
 try:
-    from sklearn.base import BaseEstimator, RegressorMixin  # type: ignore[import-untyped]
-    from sklearn.utils import check_random_state  # type: ignore[import-untyped]
-    from sklearn.utils.validation import check_is_fitted, validate_data  # type: ignore[import-untyped]
+    from sklearn.base import BaseEstimator, RegressorMixin
+    from sklearn.utils import check_random_state
+    from sklearn.utils.validation import check_is_fitted, validate_data
 except ImportError as error:
     raise EstimatorError(
         f"ANFISRegressor needs scikit-learn 1.6 or newer ({error}); "

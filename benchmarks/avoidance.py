@@ -230,7 +230,7 @@ def ensemble(starts: np.ndarray, goals: np.ndarray, roundabout: bool = False) ->
 def entered(entrant: Entrant, case: str, robots: int, seeds: Sequence[int]) -> dict[str, Any]:
     """One line of the table: what became of ``entrant`` with every seed."""
     starts, goals = CASES[case](robots, seeds)
-    clocked = Clocked(entrant.law)
+    clocked: Any = Clocked(entrant.law)
     course = ensemble(starts, goals, entrant.roundabout)
     outcome = run_ensemble(course, clocked, seeds)
     straight = np.hypot(*np.moveaxis(goals - starts, -1, 0)).max(axis=1) / SPEED

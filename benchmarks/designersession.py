@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.files.fisfile import read_fis, write_fis
+from fuzzy.system import Terms
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
@@ -42,11 +43,11 @@ def workplace(folder: Path) -> Path:
     # The other design turns more sharply, and takes "Far" for nearer.
     outputs = []
     for variable in fis.outputs:
-        terms = [(name, replace(term, value=1.5 * term.value)) for name, term in variable.terms.items()]  # type: ignore[type-var, union-attr]
-        outputs.append(replace(variable, terms=type(variable.terms)(terms)) if variable.unit == "rad/s" else variable)
+        terms = [(name, replace(term, value=1.5 * term.value)) for name, term in variable.terms.items()]
+        outputs.append(replace(variable, terms=Terms(terms)) if variable.unit == "rad/s" else variable)
     first = fis.inputs[0]
-    near = [(name, replace(t, b=0.3, c=0.8) if name == "Far" else t) for name, t in first.terms.items()]  # type: ignore[call-arg]
-    inputs = (replace(first, terms=type(first.terms)(near)), *fis.inputs[1:])
+    near = [(name, replace(t, b=0.3, c=0.8) if name == "Far" else t) for name, t in first.terms.items()]
+    inputs = (replace(first, terms=Terms(near)), *fis.inputs[1:])
     write_fis(replace(fis, inputs=inputs, outputs=tuple(outputs), name="sharper"), folder / "sharper.fis")
     rng = np.random.default_rng(0)
     x = rng.uniform(-3.0, 3.0, (400, 2))

@@ -100,7 +100,8 @@ def formation(kind: str, output: str = "w_l") -> Problem:
         assert names is not None
         inputs = [k for k, column in enumerate(names) if column in ("x_l", "y_l", "theta_l", "dx")]
         tables += [values[:, inputs], values[:, names.index(output)]]
-    return Problem(f"formation, {kind}, {output}", *tables, 2, 60)
+    x, y, x_check, y_check = tables
+    return Problem(f"formation, {kind}, {output}", x, y, x_check, y_check, 2, 60)
 
 
 def problems() -> list[Problem]:

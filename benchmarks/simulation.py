@@ -20,6 +20,7 @@ import numpy as np
 from benchmarks.reporting import heading, machine, start
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Command, Controller, Observation
+from robotics.laws.setting import Setting
 from robotics.paths.trajectory import Timing
 from robotics.scenario.description import STEP, Scenario
 from robotics.scenario.reading import load_scenario
@@ -37,17 +38,15 @@ CONTROLLERS = ("lyapunov", "fuzzy", "esm")
 class Timed:
     """A controller that keeps the time that it takes."""
 
-    law: Controller
+    law: Controller[Any]
     seconds: float = field(default=0.0)
 
-    @property
-    def level(self) -> p.Level:
-        """The law's."""
-        return self.law.level
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.law, name)
 
-    def init(self, scenario: Scenario, runs: int) -> Any:
+    def init(self, setting: Setting, runs: int) -> Any:
         """The law's."""
-        return self.law.init(scenario, runs)
+        return self.law.init(setting, runs)
 
     def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
         """The law's command, timed."""
@@ -85,10 +84,10 @@ def plant_alone(lanes: int, ticks: int) -> Callable[[], None]:
     return call
 
 
-def stages(about: Scenario, law: Controller, seeds: int) -> dict[str, float]:
+def stages(about: Scenario, law: Controller[Any], seeds: int) -> dict[str, float]:
     """Share of the time by stage: the plant, reference and sensing timed apart, the decision inside a run."""
     ticks, lanes = about.ticks, seeds * len(about.robots)
-    timed = Timed(law)
+    timed: Any = Timed(law)
     whole = seconds(lambda: simulate(about, timed, range(seeds)))
     machine = p.Plant(np.tile(np.stack([p.parameters(m.robot, STEP) for m in about.robots], axis=1), (1, seeds)))
     state = p.initial_state(np.zeros((lanes, 3)))

@@ -71,7 +71,7 @@ class KernelCache(FunctionCache):
             if name == self._function:
                 file.unlink(missing_ok=True)
 
-    def _load_overload(self, sig: tuple, target_context: Any) -> Any:
+    def _load_overload(self, sig: tuple[Any, ...], target_context: Any) -> Any:
         stamp = fingerprint(self._compiled)
         try:
             of, data = pickle.loads(self._file(stamp, sig, target_context.codegen()).read_bytes())
@@ -79,7 +79,7 @@ class KernelCache(FunctionCache):
             return None
         return self._impl.rebuild(target_context, data) if of == (stamp, sig) else None
 
-    def _save_overload(self, sig: tuple, data: Any) -> None:
+    def _save_overload(self, sig: tuple[Any, ...], data: Any) -> None:
         if not self._impl.check_cachable(data):
             return
         self._impl.locator.ensure_cache_path()
@@ -102,7 +102,7 @@ class KernelCache(FunctionCache):
             if gone or former:
                 file.unlink(missing_ok=True)
 
-    def _file(self, stamp: str, sig: tuple, codegen: Any) -> Path:
+    def _file(self, stamp: str, sig: tuple[Any, ...], codegen: Any) -> Path:
         about = repr((str(sig), [list(_fields(kind)) for kind in sig], codegen.magic_tuple()))
         types = hashlib.sha256(about.encode()).hexdigest()[:16]
         return Path(self.cache_path, f"{self._module}.{self._function}-{stamp[:16]}-{types}.{_PYTHON}.nbc")

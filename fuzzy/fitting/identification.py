@@ -269,7 +269,7 @@ def _fcm(
     ):
         if not (isinstance(value, (int, float)) and math.isfinite(value) and value > least):
             raise IdentificationError(f"{label} must be a finite number > {least}, got {value!r}")
-    from skfuzzy.cluster import cmeans  # type: ignore[import-untyped]  # here: it brings networkx and scipy
+    from skfuzzy.cluster import cmeans  # here: it brings networkx and scipy
 
     span = data.high - data.low
     unit = (np.concatenate([data.x, data.y], axis=1) - data.low) / span

@@ -58,8 +58,7 @@ def network_of(fis: fuzzy.Sugeno, ridge: float = 0.0, block: int = 1000) -> Netw
 
 
 def sums(a: np.ndarray, y: np.ndarray) -> NormalEquations:
-    a, y = torch.tensor(a), torch.tensor(y)
-    return equations(a, y)
+    return equations(torch.tensor(a), torch.tensor(y))
 
 
 def test_full_rank_is_numpys_answer():

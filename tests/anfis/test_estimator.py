@@ -3,6 +3,7 @@
 import pickle
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -67,7 +68,7 @@ def test_a_system_to_start_from():
 
 def test_samples_held_back_choose_the_system():
     noisy = Y + np.random.default_rng(0).normal(size=150)
-    settings = {"method": "second-order", "epochs": 15, "validation_fraction": 0.3, "radius": 0.9}
+    settings: dict[str, Any] = {"method": "second-order", "epochs": 15, "validation_fraction": 0.3, "radius": 0.9}
     fitted = ANFISRegressor(**settings, random_state=1).fit(X, noisy)
     history = fitted.training_.history
     assert fitted.training_.best == min(history, key=lambda row: row.check).epoch

@@ -84,7 +84,7 @@ def test_data_on_disk(tmp_path):
     np.save(tmp_path / "y.npy", Y)
     x, y = (np.load(tmp_path / f"{name}.npy", mmap_mode="r") for name in "xy")
     for options in ({"batch": 32}, {"method": "backprop", "batch": 32}):
-        disk, memory = (anfis.train(FIS, *d, Options(epochs=3, **options)) for d in ((x, y), (X, Y)))
+        disk, memory = (anfis.train(FIS, a, b, Options(epochs=3, **options)) for a, b in ((x, y), (X, Y)))
         assert format_fis(disk.system) == format_fis(memory.system)
 
 

@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -15,7 +16,7 @@ CHECK = X[:30] + 0.1, Y[:30]
 TRAINED = ("hybrid", "backprop", "second-order")
 
 
-def grid(x: np.ndarray, kind: str = "gaussmf", mfs: int = 2, order: int = 1, **choices) -> fuzzy.Sugeno:
+def grid(x: np.ndarray, kind: str = "gaussmf", mfs: int = 2, order: Literal[0, 1] = 1, **choices) -> fuzzy.Sugeno:
     """A grid over ``x``, all consequents 0."""
     return replace(
         fuzzy.identify(x, np.linspace(-1, 2, len(x)), "grid", mfs=mfs, kind=kind, order=order, fit=False), **choices

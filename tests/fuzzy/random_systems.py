@@ -3,6 +3,8 @@
 Numbers are sixteenths, so that points fall on feet, centers and edges often.
 """
 
+from typing import Literal
+
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
@@ -56,7 +58,7 @@ def systems(
     kinds: tuple[type[mf.MembershipFunction], ...] = mf.FUNCTIONS,
     order: int = 1,
     plain: bool = False,
-    defuzzification: str | None = None,
+    defuzzification: Literal["wtaver", "wtsum"] | None = None,
 ) -> Sugeno:
     """A system of 1 to 3 inputs. ``plain``: only "and" of terms, multiplied; ``order`` 0: only constants."""
     count = draw(st.integers(1, 3))

@@ -3,6 +3,7 @@
 import pickle
 import warnings
 from dataclasses import FrozenInstanceError, replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ Y = Variable("y", (-10, 30), {"none": 0, "ten": 10, "plane": Linear((2, -1), 5)}
 Z = Variable("z", (0, 1), {"zero": 0.0, "one": 1.0})
 
 
-def rule(when: dict, then: dict, connective: str = "and", weight: float = 1.0) -> Rule:
+def rule(when: dict, then: dict, connective: Literal["and", "or"] = "and", weight: float = 1.0) -> Rule:
     """``when`` maps inputs to a term, or to (term, negated, power)."""
     clauses = [Clause(name, *([c] if isinstance(c, str) else c)) for name, c in when.items()]
     return Rule(tuple(clauses), tuple(then.items()), connective, weight)
@@ -349,7 +350,7 @@ def test_nothing_changes_after_construction():
         with pytest.raises(FrozenInstanceError):
             setattr(thing, attribute, ())
     with pytest.raises(TypeError):
-        fis.inputs[0].terms["left"] = Triangle(0, 1, 2)
+        fis.inputs[0].terms["left"] = Triangle(0, 1, 2)  # type: ignore[index]
     terms = {"left": Triangle(0, 1, 2)}
     variable = Variable("a", (0, 1), terms)
     terms["right"] = Triangle(1, 2, 3)
@@ -385,18 +386,18 @@ def test_variables_by_name_and_label():
         (lambda: Sugeno((Y,), (Y,)), "input 'y': term 'none' must be a membership function"),
         (lambda: Sugeno((A,), (A,)), "output 'a': term 'low' must be a consequent"),
         (lambda: Sugeno((A,), (Y,)), r"y is plane: a linear consequent has one slope an input \(1\).* got 2 slopes"),
-        (lambda: Sugeno((A, B), (Y,), and_method="product"), "unknown and_method 'product'; did you mean 'prod'"),
-        (lambda: Sugeno((A, B), (Y,), or_method="sum"), "unknown or_method 'sum'"),
-        (lambda: Sugeno((A, B), (Y,), defuzzification="centroid"), "unknown defuzzification 'centroid'"),
-        (lambda: Sugeno((A, B), (Y,), no_rule_fires="zero"), "unknown no_rule_fires 'zero'"),
-        (lambda: Sugeno((A, B), (Y,), out_of_range="warm"), "unknown out_of_range 'warm'; did you mean 'warn'"),
+        (lambda: Sugeno((A, B), (Y,), and_method="product"), "unknown and_method 'product'; did you mean 'prod'"),  # type: ignore[arg-type]
+        (lambda: Sugeno((A, B), (Y,), or_method="sum"), "unknown or_method 'sum'"),  # type: ignore[arg-type]
+        (lambda: Sugeno((A, B), (Y,), defuzzification="centroid"), "unknown defuzzification 'centroid'"),  # type: ignore[arg-type]
+        (lambda: Sugeno((A, B), (Y,), no_rule_fires="zero"), "unknown no_rule_fires 'zero'"),  # type: ignore[arg-type]
+        (lambda: Sugeno((A, B), (Y,), out_of_range="warm"), "unknown out_of_range 'warm'; did you mean 'warn'"),  # type: ignore[arg-type]
         (lambda: Sugeno((A, B), (Y,), (rule({"c": "low"}, {"y": "ten"}),)), "rule 1: unknown input 'c'.* Known: a, b"),
         (lambda: Sugeno((A, B), (Y,), (LOW, rule({"a": "lo"}, {"y": "ten"}))), "rule 2: unknown term of 'a' 'lo'; did"),
         (lambda: Sugeno((A, B), (Y,), (rule({"a": "low"}, {"z": "ten"}),)), "rule 1: unknown output 'z'"),
         (lambda: Sugeno((A, B), (Y,), (rule({"a": "low"}, {"y": "tan"}),)), "rule 1: unknown term of 'y' 'tan'; did"),
         (lambda: Sugeno((A, B), (Y,), (rule({}, {"y": "ten"}),)), "rule 1 needs an antecedent and a consequent"),
         (lambda: Sugeno((A, B), (Y,), (rule({"a": "low"}, {}),)), "rule 1 needs an antecedent and a consequent"),
-        (lambda: Sugeno((A, B), (Y,), (replace(LOW, connective="xor"),)), "rule 1: unknown connective 'xor'"),
+        (lambda: Sugeno((A, B), (Y,), (replace(LOW, connective="xor"),)), "rule 1: unknown connective 'xor'"),  # type: ignore[arg-type]
         (
             lambda: Sugeno((A, B), (Y,), (replace(LOW, weight=1.5),)),
             r"rule 1: the weight must lie in \[0, 1\], got 1.5",
@@ -405,8 +406,8 @@ def test_variables_by_name_and_label():
         (lambda: Sugeno((A, B), (Y,), (replace(LOW, when=LOW.when * 2),)), "rule 1: input 'a' appears twice"),
         (lambda: Sugeno((A, B), (Y,), (replace(LOW, then=LOW.then * 2),)), "rule 1: output 'y' appears twice"),
         (lambda: Sugeno((A, B), (Y,), (rule({"a": ("low", False, 0.0)}, {"y": "ten"}),)), "hedge's power must be > 0"),
-        (lambda: Variable("a", (0, 1, 2)), "a: the universe of discourse is a pair"),
-        (lambda: Variable("a", 3), "a: the universe of discourse is a pair"),
+        (lambda: Variable("a", (0, 1, 2)), "a: the universe of discourse is a pair"),  # type: ignore[arg-type]
+        (lambda: Variable("a", 3), "a: the universe of discourse is a pair"),  # type: ignore[arg-type]
         (lambda: Variable("a", (1, 0)), r"a: the universe of discourse must be finite and ascending, got \[1 0\]"),
         (lambda: Variable("a", (0, np.inf)), r"a: the universe .* got \[0 inf\]"),
         (lambda: Variable("a", (0, 1), {"t": "trimf"}), "a: term 't' must be .* got 'trimf'"),

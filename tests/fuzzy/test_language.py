@@ -1,6 +1,7 @@
 """The rule language: sentences read by hand, sentences refused, and every rule read back."""
 
 import pickle
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -203,7 +204,7 @@ def systems_with_a_rule(draw):
     when = tuple(Clause(v, draw(st.sampled_from(inputs[v])), draw(st.booleans()), draw(HEDGES)) for v in asked)
     then = tuple((v, draw(st.sampled_from(outputs[v]))) for v in told)
     # With a single clause nothing is joined, and the sentence cannot tell.
-    connective = draw(st.sampled_from(["and", "or"])) if len(when) > 1 else "and"
+    connective: Any = draw(st.sampled_from(["and", "or"])) if len(when) > 1 else "and"
     return inputs, outputs, Rule(when, then, connective, draw(WEIGHTS))
 
 

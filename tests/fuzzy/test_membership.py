@@ -1,7 +1,10 @@
 """Membership functions: points worked by hand, scikit-fuzzy as an oracle, three array libraries, gradients."""
 
+import math
 import pickle
+from collections.abc import Callable
 from dataclasses import FrozenInstanceError, fields
+from typing import Any
 
 import array_api_strict
 import numpy as np
@@ -15,8 +18,8 @@ from fuzzy.membership import FUNCTIONS
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError, membership_function
 from tests.fuzzy.random_systems import PARAMETERS, POSITION, functions
 
-E = np.e
-WORKED = {
+E = math.e
+WORKED: dict[str, list[tuple[Any, dict[float, float]]]] = {
     "trimf": [
         ((0, 2, 6), {-1: 0, 0: 0, 1: 0.5, 2: 1, 3: 0.75, 6: 0, 7: 0}),
         ((2, 2, 6), {1.99: 0, 2: 1, 4: 0.5, 6: 0}),  # a vertical left edge has the value 1
@@ -83,7 +86,7 @@ CASES = [
     for parameters, points in cases
 ]
 # In scikit-fuzzy's own order of arguments; it refuses what is degenerate.
-SCIKIT_FUZZY = {
+SCIKIT_FUZZY: dict[type[mf.MembershipFunction], Callable[..., Any]] = {
     mf.Triangle: lambda m, x, a, b, c: m.trimf(x, [a, b, c]),
     mf.Trapezoid: lambda m, x, a, b, c, d: m.trapmf(x, [a, b, c, d]),
     mf.Gaussian: lambda m, x, sigma, c: m.gaussmf(x, c, sigma),

@@ -14,7 +14,7 @@ CHUNK, MOST = 600, 20_000  # robots, and pairs of robots, that one pass simulate
 
 
 def stress_crossings(
-    controller: Controller,
+    controller: Controller[Any],
     robots: int,
     seeds: Sequence[int],
     kind: Any,

@@ -197,6 +197,8 @@ def test_what_goes_wrong_in_the_process_is_news() -> None:
 class Bench:
     """What the designer's page offers to a panel, without a page."""
 
+    say: Any  # what the panel listens with
+
     def __init__(self, fis: fuzzy.Sugeno, folder: Path) -> None:
         self.document: Any = SimpleNamespace(
             design=SimpleNamespace(in_force=fis),
@@ -320,7 +322,7 @@ def test_closing_the_page_ends_the_training(tmp_path: Path, monkeypatch: pytest.
             close()
         assert not process.alive
         assert session.process is None
-        await session.watching  # type: ignore[misc]
+        await session.watching
 
     asyncio.run(scene())
 

@@ -300,7 +300,7 @@ def test_compiled_systems_are_values():
     x = [0.1, 0.2, 0.3]
     assert pickle.loads(pickle.dumps(compiled))(x) == compiled(x)
     with pytest.raises(FrozenInstanceError):
-        compiled.tables = None
+        compiled.tables = None  # type: ignore[misc]
 
 
 WITHOUT_NUMBA = """

@@ -96,7 +96,7 @@ print(*(k(Pair(left=4.0, right=9.0) if k.__name__ == "by_field" else 4.0) for k 
 print(*(sum(k.stats.cache_hits.values()) for k in kernels))
 """
 
-compiled = pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled (NUMBA_DISABLE_JIT)")
+compiled = pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled (NUMBA_DISABLE_JIT)")  # type: ignore[attr-defined]
 
 
 def changed(text, changes):

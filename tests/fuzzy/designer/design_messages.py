@@ -1,5 +1,7 @@
 """A design to edit, and random messages for Hypothesis: edits that make sense and some that do not."""
 
+from typing import Any
+
 from hypothesis import strategies as st
 
 import fuzzy
@@ -23,7 +25,7 @@ def system(name: str = "demo") -> Sugeno:
     return Sugeno([distance, bearing], [v, w], rules, name=name)
 
 
-JUNK = st.none() | st.booleans() | st.integers(-3, 12) | st.integers() | st.floats() | st.text(max_size=4)
+JUNK: Any = st.none() | st.booleans() | st.integers(-3, 12) | st.integers() | st.floats() | st.text(max_size=4)
 JUNK = JUNK | st.lists(JUNK, max_size=3) | st.dictionaries(st.text(max_size=3), JUNK, max_size=2)
 NAMES = st.sampled_from(
     [
@@ -103,7 +105,7 @@ OPS = [*EDITS, "term", "term_type", "rename_term", "rename_variable", "universe"
 def messages(draw: st.DrawFn):
     """Most messages fit the first design, and many what others make of it; some fit nothing."""
     op = draw(st.sampled_from(OPS))
-    message = {"edit": op} | {field: draw(FIELDS[field]) for field in NEEDS[op].split()}
+    message: dict[str, Any] = {"edit": op} | {field: draw(FIELDS[field]) for field in NEEDS[op].split()}
     if draw(st.integers(0, 4)):
         if "variable" in message:
             message["variable"] = draw(st.sampled_from({"rule_then": ["v", "w"]}.get(op, sorted(TERMS))))

@@ -1,7 +1,7 @@
 """The designer's modules in a real browser, each alone on a page, with the design's own edits and views behind it."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -128,7 +128,7 @@ def plateau() -> Iterator[type[fuzzy.MembershipFunction]]:
 
 
 def test_a_function_without_a_formula_in_the_browser_has_fields_and_handles_but_no_curve(
-    bench: Bench, plateau: type[fuzzy.MembershipFunction]
+    bench: Bench, plateau: Callable[..., fuzzy.MembershipFunction]
 ) -> None:
     fis, page = system(), bench.page
     terms = {"wide": plateau(0.0, 0.5, 1.0, 1.5), "near": fuzzy.Triangle(0.0, 0.5, 1.2)}
@@ -341,7 +341,7 @@ def test_the_viewer_follows_the_point(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize(("conjunction", "disjunction"), [("min", "max"), ("min", "probor"), ("prod", "max")])
-def test_firing_is_that_of_the_chosen_operators(bench: Bench, conjunction: str, disjunction: str) -> None:
+def test_firing_is_that_of_the_chosen_operators(bench: Bench, conjunction: Any, disjunction: Any) -> None:
     fis = system()
     rules = [*fis.rules, "if d is near or a is left then v is fast with 0.5"]
     bench.show("viewer", replace(fis, rules=rules, and_method=conjunction, or_method=disjunction))

@@ -20,7 +20,8 @@ from fuzzy.figures.plot import (
 )
 from fuzzy.inference import infer
 from fuzzy.membership import Gaussian, Triangle
-from fuzzy.system import FuzzySystemError, Linear, Sugeno, Variable
+from fuzzy.system import FuzzySystemError, Linear, NoRuleFires, Sugeno, Variable
+from tests.drawn import x_of, y_of
 
 DISTANCE = Variable("distance", (0, 4), {"near": Triangle(0, 0, 2), "far": Triangle(0, 4, 4)}, "m")
 BEARING = Variable("bearing", (-1, 1), {"left": Triangle(-2, -1, 0), "right": Triangle(0, 1, 2)}, "rad")
@@ -78,8 +79,8 @@ def test_a_single_input_gives_a_curve() -> None:
 
 
 @pytest.mark.parametrize("no_rule_fires", ["midrange", "nan", "error"])
-def test_surface_says_where_no_rule_fires_without_warning(no_rule_fires: str) -> None:
-    fis = Sugeno(GAP.inputs, GAP.outputs, GAP.rules, no_rule_fires=no_rule_fires)  # type: ignore[arg-type]
+def test_surface_says_where_no_rule_fires_without_warning(no_rule_fires: NoRuleFires) -> None:
+    fis = Sugeno(GAP.inputs, GAP.outputs, GAP.rules, no_rule_fires=no_rule_fires)
     x, _, z, fired = surface(fis, points=(11, 2))
     assert np.array_equal(fired[0], (x[0] < 3) | (x[0] > 6))
     assert np.array_equal(z[0, 3:7], np.full(4, 0.5 if no_rule_fires == "midrange" else np.nan), equal_nan=True)
@@ -116,7 +117,7 @@ def test_a_system_without_gap_and_a_flat_surface_can_be_drawn() -> None:
         [DISTANCE, BEARING], [Variable("z", (0, 1), {"a": 0.0})], ["if distance is near or bearing is left then z is a"]
     )
     for kind in ("contour", "3d", "both"):
-        plot_surface(flat, kind=kind).draw_without_rendering()  # type: ignore[arg-type]
+        plot_surface(flat, kind=kind).draw_without_rendering()
 
 
 def test_surface_title_says_what_is_held() -> None:
@@ -158,13 +159,13 @@ def test_membership_curves_are_the_degrees_and_carry_their_names() -> None:
 
 def test_constants_are_stems_at_their_values() -> None:
     ax = plot_memberships(FIS, "turn").axes[0]
-    stems = sorted(line.get_xdata()[0] for line in ax.lines if list(line.get_ydata()) == [0, 1])
+    stems = sorted(x_of(line)[0] for line in ax.lines if list(y_of(line)) == [0, 1])
     assert stems == [-0.5, 0.5]
 
 
 def test_a_linear_consequent_is_a_bar_over_what_it_reaches() -> None:
     ax = plot_memberships(FIS, "speed").axes[0]
-    bars = [list(line.get_xdata()) for line in ax.lines if len(line.get_xdata()) == 2]
+    bars = [list(x_of(line)) for line in ax.lines if len(x_of(line)) == 2]
     assert bars == [[0.1, 0.1], [0.9, 0.9], pytest.approx([0.2, 0.2 + 0.4 + 0.1])]
     assert [t.get_text() for t in ax.get_yticklabels()] == ["slow", "fast", "careful"]
 

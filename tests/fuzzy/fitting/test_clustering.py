@@ -29,8 +29,8 @@ def direct(data, radius, squash, accept, reject) -> tuple[list[int], np.ndarray]
     low, high = data.min(axis=0), data.max(axis=0)
     u = (data - low) / (high - low)
     samples = len(u)
-    p = [sum(np.exp(-4 * np.sum((u[i] - u[j]) ** 2) / radius**2) for j in range(samples)) for i in range(samples)]
-    p = np.array(p)
+    degrees = [sum(np.exp(-4 * np.sum((u[i] - u[j]) ** 2) / radius**2) for j in range(samples)) for i in range(samples)]
+    p = np.array(degrees)
     first = p.max()
     rows: list[int] = []
     while True:

@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from itertools import product
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -161,12 +162,12 @@ def test_fcm_equals_scikit_fuzzy() -> None:
 
 
 def test_fcm_is_repeatable_and_takes_a_generator() -> None:
-    state = np.random.get_state()[1].tolist()  # noqa: NPY002
+    state = np.random.get_state(legacy=False)["state"]["key"].tolist()  # noqa: NPY002
     one, two = (identify(X, Y, "fcm", clusters=5, seed=7) for _ in range(2))
     three = identify(X, Y, "fcm", clusters=5, seed=np.random.default_rng(7))
     assert one == two == three
     assert identify(X, Y, "fcm", clusters=5, seed=8, iterations=1) != one
-    assert np.random.get_state()[1].tolist() == state  # noqa: NPY002
+    assert np.random.get_state(legacy=False)["state"]["key"].tolist() == state  # noqa: NPY002
 
 
 def test_fcm_finds_its_number_by_subtractive_clustering() -> None:
@@ -223,7 +224,7 @@ def test_the_system_that_made_the_data_is_found_again(seed, rules, inputs, order
         assert abs(value) < 1e-5
 
 
-def shared(defuzzification: str = "wtaver") -> Sugeno:
+def shared(defuzzification: Literal["wtaver", "wtsum"] = "wtaver") -> Sugeno:
     return Sugeno(
         [Variable("a", (0, 2), {"low": Triangle(-2, 0, 2), "high": Triangle(0, 2, 4), "mid": Triangle(0, 1, 2)})],
         [

@@ -14,6 +14,7 @@ from fuzzy.fitting.clustering import ClusteringError, DataWarning, Options
 from fuzzy.fitting.consequents import IdentificationError
 from fuzzy.fitting.identification import identify
 from fuzzy.fitting.search import ACCEPTS, RADII, REJECTS, SQUASHES, SearchResult, search_clusters, search_table
+from tests.drawn import xy_of
 
 RNG = np.random.default_rng(8)
 X = RNG.uniform([-2, 0], [2, 5], (250, 2))
@@ -174,9 +175,9 @@ def test_the_figure_shows_every_setting_the_best_and_the_wanted(result, tmp_path
     assert ax.get_yscale() == "log"
     dots, line, ring = ax.get_lines()
     fitted = [t for t in result.trials if t.rules <= result.limit]
-    assert dots.get_xydata().tolist() == [[t.rules, t.error] for t in fitted]
-    assert line.get_xydata().tolist() == [[k, t.error] for k, t in result.by_rules.items()]
-    assert ring.get_xydata().tolist() == [[5, result.best.error]]
+    assert xy_of(dots).tolist() == [[t.rules, t.error] for t in fitted]
+    assert xy_of(line).tolist() == [[k, t.error] for k, t in result.by_rules.items()]
+    assert xy_of(ring).tolist() == [[5, result.best.error]]
     assert texts(figure)[-1] == f"5 rules: {result.best.error:.3g} m/s"
     fuzzy.save_figure(figure, tmp_path / "error.png")
     assert (tmp_path / "error.png").stat().st_size > 5000

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import psutil
@@ -195,7 +196,7 @@ def finish(place, out, before, *options):
 def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm):
     """Killed 17 times: a random number of chunks after each start and a random moment later."""
     random = np.random.default_rng(0)
-    out, before = tmp_path / "out", {}
+    out, before = tmp_path / "out", dict[str, Any]()
     for _ in range(17):
         child = warm.start(command(place, out))
         count, moment = len(before) + int(random.integers(0, 4)), random.uniform(0, 0.05)
@@ -215,7 +216,7 @@ def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm):
 def test_workers_give_the_same_table_and_die_with_their_sweep(place, tmp_path, warm):
     """Killed 3 times with two processes at work, which must not stay behind."""
     random = np.random.default_rng(1)
-    out, before = tmp_path / "out", {}
+    out, before = tmp_path / "out", dict[str, Any]()
     for _ in range(3):
         child = warm.start(command(place, out, "--workers", "2"))
         count = len(before) + int(random.integers(1, 5))
@@ -269,7 +270,7 @@ def cluster(tmp_path_factory):
     """A Dask scheduler and two worker processes on this machine: the scheduler's address."""
     folder = tmp_path_factory.mktemp("cluster")
     about = folder / "scheduler.json"
-    python, quiet = [sys.executable, "-m"], {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    python, quiet = [sys.executable, "-m"], dict[str, Any](stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     alone = ["--no-dashboard", "--scheduler-file", str(about)]
     members = [
         subprocess.Popen(

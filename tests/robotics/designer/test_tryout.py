@@ -228,6 +228,8 @@ def test_formation_data_for_training(monkeypatch: pytest.MonkeyPatch) -> None:
 class Bench:
     """What the designer's page offers to a panel, without a page."""
 
+    say: Any  # what the panel listens with
+
     def __init__(self, fis: Sugeno, path: Path) -> None:
         self.document: Any = SimpleNamespace(design=SimpleNamespace(in_force=fis), path=path)
         self.traits: dict[str, Any] = {}
@@ -276,17 +278,17 @@ def test_the_latest_design_wins_and_the_rival_is_run_once(tracking: Sugeno, slow
             await asyncio.sleep(0)
         bench.edit(slower)
         bench.gate.set()
-        await session.task  # type: ignore[misc]
+        await session.task
         assert [args[0].name for _, args in bench.calls] == ["design 0", "slower"]
         assert bench.traits["tried"] == design_data(slower, TryoutTrial())
         assert bench.traits["busy"] is False
         bench.say({"do": "pin"})
-        await session.task  # type: ignore[misc]
+        await session.task
         assert bench.traits["before"] == bench.traits["tried"] | {"label": "pinned"}
         bench.say({"do": "choose", "name": "rival", "value": "esm"})
-        await session.task  # type: ignore[misc]
+        await session.task
         bench.say({"do": "choose", "name": "rival", "value": "lyapunov"})
-        await session.task  # type: ignore[misc]
+        await session.task
         assert [name for name, _ in bench.calls].count("rival_data") == 1
         assert bench.traits["rival"] == rival_data("lyapunov", TryoutTrial())
 
@@ -319,7 +321,7 @@ def test_a_run_that_another_choice_overtook_is_not_shown(tracking: Sugeno) -> No
         await asyncio.sleep(0)
         bench.say({"do": "choose", "name": "scenario", "value": "lyapunov-circle"})
         bench.gate.set()
-        await session.task  # type: ignore[misc]
+        await session.task
         assert bench.traits["course"]["scenario"] == "lyapunov-circle"
         assert bench.traits["tried"]["time"][-1] == 25.0
         assert bench.traits["before"]["time"][-1] == 25.0
@@ -330,7 +332,7 @@ def test_a_run_that_another_choice_overtook_is_not_shown(tracking: Sugeno) -> No
 def test_wrong_wishes_and_designs_get_sentences(tracking: Sugeno) -> None:
     async def scene() -> None:
         bench, session = await opened(tracking)
-        for message in (
+        wrong: tuple[Any, ...] = (
             None,
             [],
             {"do": "run"},
@@ -341,18 +343,19 @@ def test_wrong_wishes_and_designs_get_sentences(tracking: Sugeno) -> None:
             {"do": "choose", "name": "rival", "value": "fuzzy"},
             {"do": "choose", "name": "look_ahead", "value": None},
             {"do": "choose", "name": "seed", "value": -1},
-        ):
+        )
+        for message in wrong:
             bench.traits["problem"] = None
             bench.say(message)
             assert bench.traits["problem"]["message"], message
         assert session.trial == TryoutTrial()
         bench.edit(replace(tracking, outputs=tracking.outputs[:1], rules=()))
-        await session.task  # type: ignore[misc]
+        await session.task
         assert "it has 1 output" in bench.traits["problem"]["message"]
         assert bench.traits["tried"] is None
         bench.edit(tracking)
-        await session.task  # type: ignore[misc]
+        await session.task
         assert bench.traits["problem"] is None
-        assert bench.traits["tried"]["label"] == "tracking"
+        assert bench.traits.get("tried")["label"] == "tracking"
 
     asyncio.run(scene())

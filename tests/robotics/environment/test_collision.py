@@ -70,9 +70,10 @@ def poses(rng, runs, robots, size=1.5):
     return (*rng.uniform(-size, size, (2, runs, robots)), rng.uniform(-7, 7, (runs, robots)))
 
 
-def at(*rows):
+def at(*rows) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """One run of robots at rows of x, y, heading."""
-    return tuple(np.array(rows, dtype=float).T[:, None, :])
+    x, y, heading = np.array(rows, dtype=float).T[:, None, :]
+    return x, y, heading
 
 
 # Against shapely ------------------------------------------------------------------------------------------------

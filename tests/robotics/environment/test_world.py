@@ -181,14 +181,14 @@ LINE = Line(start=(0.0, 0.0), end=(1.0, 0.0))
         (lambda: Disc(heading=90.0), "heading", "heading must be a finite number in rad"),
         (lambda: Disc(path=LINE), "timing", "timing is missing: a moving obstacle needs both"),
         (lambda: Disc(timing=Timing(speed=1.0)), "path", "path is missing"),
-        (lambda: Disc(orientation="round"), "orientation", "must be 'along' or 'fixed', got 'round'"),
+        (lambda: Disc(orientation="round"), "orientation", "must be 'along' or 'fixed', got 'round'"),  # type: ignore[arg-type]
         (lambda: Wall(points=((0.0, 0.0),)), "points", r"points must be at least 2 points \[x, y\] in m, got 1"),
         (lambda: Wall(points=((0.0, 0.0), (0.0, 0.0))), "points", "points 1 and 2 are the same"),
         (lambda: Polygon(corners=((0.0, 0.0), (1.0, 0.0))), "corners", "corners must be at least 3 points"),
         (lambda: Polygon(corners=(*SQUARE, SQUARE[0])), "corners", "corners 5 and 1 are the same"),
         (lambda: Polygon(corners=((0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0))), "corners", "sides 1 and 3"),
         (lambda: Polygon(corners=((0.0, 0.0), (2.0, 0.0), (1.0, 0.0))), "corners", "go back over a side"),
-        (lambda: Polygon(corners=((0.0, 0.0), (1.0,), (0.0, 1.0))), "corners", r"corners must be points \[x, y\]"),
+        (lambda: Polygon(corners=((0.0, 0.0), (1.0,), (0.0, 1.0))), "corners", r"corners must be points \[x, y\]"),  # type: ignore[arg-type]
     ],
 )
 def test_what_cannot_be_is_refused(make, field, message):
@@ -299,6 +299,7 @@ def test_a_trap_stands_across_the_path_and_opens_towards_its_beginning():
         assert not shape.intersects(shapely.LineString(np.stack([on.x, on.y], axis=1)[: k + 1])), "free up to there"
         assert shape.distance(shapely.Point(0.0, 0.0)) >= 0.6
         turns.append(u.heading - on.heading[k])
+        assert isinstance(u, Polygon)
         (left, right, top, _) = u.corners[:4]
         widths.append(top[1] - right[1])
         depths.append(right[0] - left[0])

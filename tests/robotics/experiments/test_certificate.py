@@ -12,6 +12,7 @@ from robotics.experiments.certificate import CertificateError, SectorModel, cert
 from robotics.figures.certificate import plot_certificate
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.vehicle.robot import Robot
+from tests.drawn import x_of, y_of
 
 AS_RUN = SectorModel()  # gains 1, 10, 5, catch_up 0.3 m/s
 PRINTED = SectorModel(law=Lyapunov(catch_up=0.0))  # (2.32) as printed: the model of row E
@@ -285,7 +286,7 @@ def test_figure_shows_region_bounds_and_trajectories(certificates):
         outline = next(line for line in ax.lines if line.get_color() == "black")
         reached = [np.abs(values).max() for values in outline.get_data()]
         np.testing.assert_allclose(reached, found.half_widths[pair], rtol=1e-3)
-        assert len([line for line in ax.lines if len(line.get_xdata()) == 301]) == 6
+        assert len([line for line in ax.lines if len(x_of(line)) == 301]) == 6
     (bound,) = [line for line in decay.lines if line.get_color() == "black"]
     for line in decay.lines:
-        assert np.all(line.get_ydata() <= bound.get_ydata() * (1 + 1e-9))
+        assert np.all(y_of(line) <= y_of(bound) * (1 + 1e-9))

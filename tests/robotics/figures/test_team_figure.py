@@ -28,6 +28,7 @@ from robotics.scenario.reading import parse_scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.simulation.spans import ReplayError
+from tests.drawn import vertices, x_of, y_of
 
 FAULTS = """
 [[faults]]
@@ -77,12 +78,12 @@ def panel(figure: Figure, name: str) -> Axes:
     return ax
 
 
-def drawn(ax: Axes, x: np.ndarray, y: np.ndarray) -> list:  # type: ignore[type-arg]
+def drawn(ax: Axes, x: np.ndarray, y: np.ndarray) -> list:
     """The lines with exactly this data."""
     return [
         line
         for line in ax.lines
-        if np.array_equal(line.get_xdata(), x, equal_nan=True) and np.array_equal(line.get_ydata(), y, equal_nan=True)
+        if np.array_equal(x_of(line), x, equal_nan=True) and np.array_equal(y_of(line), y, equal_nan=True)
     ]
 
 
@@ -129,7 +130,7 @@ def test_errors_are_against_the_laws_own_target(run: Run, page: Figure) -> None:
         for line in panel(page, "x error [m]").lines
         if same_color(line.get_color(), COLORS[1]) and line.get_alpha() == 1.0
     ]
-    np.testing.assert_allclose(line.get_ydata(), ahead, atol=1e-12)
+    np.testing.assert_allclose(y_of(line), ahead, atol=1e-12)
     assert ahead.max() > 0.1  # the target went on while robot 2 stood still
 
 
@@ -139,7 +140,8 @@ def test_differences_are_those_of_all_pairs(run: Run, page: Figure) -> None:
     for i, j in combinations(range(3), 2):
         (line,) = [line for line in drawn(ax, run.time, s[i] - s[j]) if line.get_alpha() == 1.0]
         assert line.get_label() == f"$s_{{{i + 1}}} − s_{{{j + 1}}}$"
-    assert len({(line.get_color(), str(line.get_linestyle())) for line in ax.lines if line.get_label()[0] == "$"}) == 3
+    named = [line for line in ax.lines if str(line.get_label())[0] == "$"]
+    assert len({(line.get_color(), str(line.get_linestyle())) for line in named}) == 3
 
 
 def test_faults_are_shaded_in_every_panel_and_named(page: Figure) -> None:
@@ -175,9 +177,9 @@ def test_many_robots_are_thin_lines_and_a_band() -> None:
         ax = panel(figure, name)
         assert all(drawn(ax, run.time, row)[0].get_linewidth() < 0.5 for row in values)
         (middle,) = [line for line in ax.lines if line.get_label() == "median"]
-        np.testing.assert_allclose(middle.get_ydata(), np.median(values, axis=0))
+        np.testing.assert_allclose(y_of(middle), np.median(values, axis=0))
         (band,) = [c for c in ax.collections if isinstance(c, FillBetweenPolyCollection)]
-        corners = band.get_paths()[0].vertices
+        corners = vertices(band.get_paths()[0])
         at = corners[np.isclose(corners[:, 0], run.time[90])][:, 1]
         np.testing.assert_allclose([at.min(), at.max()], np.percentile(values[:, 90], (5, 95)))
     bottom = panel(figure, "$s_i$ − median")
@@ -188,18 +190,18 @@ def test_many_robots_are_thin_lines_and_a_band() -> None:
 
 
 def test_a_stopped_robot_is_marked_and_its_lines_end(run: Run) -> None:
-    samples, moved, stopped = run.samples.copy(), run.team.copy(), run.stopped.copy()  # type: ignore[union-attr]
+    samples, moved, stopped = run.samples.copy(), run.team.copy(), run.stopped.copy()
     samples[100:, :, 0, 2], moved[100:, :, 0, 2], stopped[0, 2] = np.nan, np.nan, 100
     figure = plot_team(replace(run, stopped=stopped).with_recorded(samples=samples, team=moved))
     for ax in figure.axes[:-1]:
         assert sum(line.get_marker() == "X" for line in ax.lines) == 1
     (cross,) = [line for line in figure.axes[0].lines if line.get_marker() == "X"]
-    assert cross.get_xdata()[0] == run["x"][0, 2, 99]
+    assert x_of(cross)[0] == run["x"][0, 2, 99]
     assert any("stopped (×): 1 of 9" in text for text in words(figure))
 
 
 def test_a_law_without_progress_shows_the_distance_to_the_target(run: Run) -> None:
-    nothing = run.team.copy()  # type: ignore[union-attr]
+    nothing = run.team.copy()
     nothing[:, 0] = np.nan
     other = run.with_recorded(team=nothing)
     figure = plot_team(other)
@@ -228,7 +230,7 @@ def test_long_runs_are_thinned(run: Run) -> None:
     long = replace(
         run, time=np.arange(len(run.time) * many) * 0.05, reference=np.repeat(run.reference, many, axis=1)
     ).with_recorded(samples=np.repeat(run.samples, many, axis=0), team=np.repeat(run.team, many, axis=0))
-    assert max(len(line.get_xdata()) for ax in plot_team(long).axes for line in ax.lines) <= 2 * POINTS
+    assert max(len(x_of(line)) for ax in plot_team(long).axes for line in ax.lines) <= 2 * POINTS
 
 
 def test_obstacles_and_robots_are_drawn_in_true_size(run: Run, page: Figure) -> None:
@@ -241,8 +243,8 @@ def test_obstacles_and_robots_are_drawn_in_true_size(run: Run, page: Figure) -> 
         """What is drawn of obstacles, and of robots."""
         found = panel(plot_team(replace(run, obstacles=obstacles)), "y [m]").collections
         polygons = [c for c in found if isinstance(c, PolyCollection)]
-        solid = [p.vertices for c in polygons if c.get_zorder() == 1.5 for p in c.get_paths()]
-        return solid, [p.vertices[:4] for c in polygons if c.get_zorder() == 3 for p in c.get_paths()]
+        solid = [vertices(p) for c in polygons if c.get_zorder() == 1.5 for p in c.get_paths()]
+        return solid, [vertices(p)[:4] for c in polygons if c.get_zorder() == 3 for p in c.get_paths()]
 
     solid, bodies = shapes(moving)
     assert len(solid) == 2 * 8  # at eight times

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from importlib.metadata import EntryPoint
+from typing import Any
 
 import pytest
 
@@ -189,7 +190,8 @@ def test_what_is_no_law_is_refused_with_a_sentence(name, value, message, monkeyp
             with pytest.raises(InputError, match="must be a Preset"):
                 make_controller("text")
         else:
-            assert make_controller("lyapunov").kx == 1.0
+            law: Any = make_controller("lyapunov")
+            assert law.kx == 1.0
     finally:
         monkeypatch.undo()
         catalogue._installed.cache_clear()

@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 from math import cos, hypot, nan, pi, sin, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ SLOPED = Quintic(start=(0.0, 2.0), end=(6.0, -1.5), start_slope=0.3, end_slope=-
 LOOP = Quintic(start=(0.0, 0.0), end=(1.0, 0.0), start_tangent=(3.0, 3.0), end_tangent=(3.0, -3.0))
 OPEN = Waypoints(points=((0.0, 0.0), (1.0, 0.5), (2.0, -0.5), (3.0, 1.0), (2.5, 2.0)))
 CLOSED = Waypoints(points=((0.0, 0.0), (2.0, 0.0), (2.0, 1.5), (0.0, 1.5), (0.0, 0.0)))
-EVERY = {
+EVERY: dict[str, Any] = {
     "sine": SINE,
     "cosine": COSINE,
     "circle": Circle(center=(1.0, -2.0), radius=0.5, start_angle=1.0, turns=1.25),
@@ -100,7 +101,7 @@ def test_waypoints_are_the_natural_spline_over_the_chords():
     place = path.abscissa(chord / chord[-1])
     np.testing.assert_allclose(path.at(place).x, points[:, 0], rtol=0, atol=1e-5)
     np.testing.assert_allclose(path.at(place).y, points[:, 1], rtol=0, atol=1e-5)
-    assert path.at([0.0, path.length]).curvature == pytest.approx([0, 0], abs=1e-9)  # natural ends
+    assert path.at(np.array([0.0, path.length])).curvature == pytest.approx([0, 0], abs=1e-9)  # natural ends
 
 
 def test_closed_waypoints_close_smoothly():
@@ -202,7 +203,7 @@ def test_random_quintics_are_parametrised_by_their_arc_length(start, end, t0, t1
     exact = sum(quad(lambda q: float(np.hypot(*shape.curve(np.array(q))[1])), a, b, epsabs=1e-10)[0] for a, b in pieces)
     assert path.length == pytest.approx(exact, abs=1e-6)
     check_arc_length(path, 2e-3)
-    ends = path.at([0.0, path.length])
+    ends = path.at(np.array([0.0, path.length]))
     np.testing.assert_allclose(ends.x, [start[0], end[0]], rtol=0, atol=1e-9)
     np.testing.assert_allclose(ends.y, [start[1], end[1]], rtol=0, atol=1e-9)
     np.testing.assert_allclose(np.cos(ends.heading - np.arctan2([t0[1], t1[1]], [t0[0], t1[0]])), 1, atol=1e-9)
@@ -254,7 +255,7 @@ REFUSED = [
     (lambda: Circle(radius=-1.0), "radius must be"),
     (lambda: Circle(turns=0.0), "turns must be"),
     (lambda: Circle(start_angle=180.0), "start_angle must be"),
-    (lambda: Circle(direction="left"), "'counter-clockwise' or 'clockwise', got 'left'"),
+    (lambda: Circle(direction="left"), "'counter-clockwise' or 'clockwise', got 'left'"),  # type: ignore[arg-type]
     (lambda: Circle(center=(nan, 0.0)), "center must be finite"),
     (lambda: Quintic(start=(0.0, 0.0), end=(0.0, 0.0)), "same point (0.0, 0.0): its length is 0"),
     (lambda: Quintic(start=(1.0, 0.0), end=(1.0, 2.0)), "give start_tangent and end_tangent"),

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import pi
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from robotics.paths.trajectory import Timing, compile_trajectory
 
 LOOP = Waypoints(points=((0.0, 0.0), (2.0, 1.0), (2.0, -1.0), (0.0, 1.0), (3.0, 3.0)))  # crosses itself
 CLOSED = Waypoints(points=((0.0, 0.0), (1.0, 0.2), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)))
-SHAPES = {
+SHAPES: dict[str, Any] = {
     "line": Line(start=(1.0, -1.0), end=(4.0, 2.0)),
     "circle": Circle(center=(1.0, 2.0), radius=0.7, start_angle=0.3),
     "clockwise": Circle(radius=1.3, direction="clockwise", turns=0.6),
@@ -174,7 +175,7 @@ def test_all_robots_of_all_runs_are_looked_up_as_one_by_one():
     for r in range(5):
         for i, path in enumerate(COMPILED.values()):
             assert together[r, i] == nearest(path, x[r, i], y[r, i], around[r, i], reach[i])
-    turned = JOINED.nearest(*(np.asfortranarray(a) for a in (x, y, around)), reach)
+    turned = JOINED.nearest(np.asfortranarray(x), np.asfortranarray(y), np.asfortranarray(around), reach)
     np.testing.assert_array_equal(turned, together)
 
 

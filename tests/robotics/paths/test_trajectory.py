@@ -117,7 +117,7 @@ def test_sampled_is_at_to_the_last_bit_and_robots_do_not_see_each_other():
         (lambda: Timing(duration=float("nan")), "duration must be"),
         (lambda: Timing(x_rate=float("inf")), "x_rate must be"),
         (lambda: Timing(speed=0.1, start=-1.0), "start must be a finite number in m, >= 0; got -1.0"),
-        (lambda: Timing(speed="fast"), "speed must be"),
+        (lambda: Timing(speed="fast"), "speed must be"),  # type: ignore[arg-type]
         (
             lambda: trajectory((Line(start=(0.0, 0.0), end=(2.0, 0.0)), Timing(speed=0.1, start=2.5))),
             "start 2.5 m lies at or beyond the path's end, 2 m",

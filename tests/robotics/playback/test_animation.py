@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,6 +30,7 @@ from robotics.scenario.reading import parse_scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run, load_run
 from robotics.simulation.spans import ReplayError
+from tests.drawn import x_of
 
 TEAM = """
 kind = "team"
@@ -156,10 +158,10 @@ def test_robots_are_where_they_were_to_scale(run: Run, time: float) -> None:
     forward = np.einsum("rpi,ri->rp", marks, along / 0.23)
     assert (forward.argmax(axis=1) == 0).all()
     targets = np.stack([run["x_target"][1, :, k], run["y_target"][1, :, k]], axis=-1)
-    np.testing.assert_allclose(scene.targets.get_offsets(), targets, atol=1e-9)
+    np.testing.assert_allclose(np.asarray(scene.targets.get_offsets()), targets, atol=1e-9)
     for i, trail in enumerate(scene.trails.get_segments()):
         np.testing.assert_allclose(trail[:-1], np.stack([run["x"][1, i], run["y"][1, i]], axis=-1)[: k + 1], atol=1e-12)
-    assert scene.cursor.get_xdata()[0] == time
+    assert x_of(scene.cursor)[0] == time
     assert scene.clock.get_text() == f"t = {time:6.2f} s"
 
 
@@ -186,11 +188,12 @@ def test_faults_are_hatched_and_named(run: Run) -> None:
 def test_a_standing_robot_is_an_outline(run: Run) -> None:
     scene = scene_of(run)
     show_frame(scene, 2.0)
-    assert all(same_color(face, color) for face, color in zip(scene.bodies.get_facecolor(), COLORS, strict=False))
+    faces = np.asarray(scene.bodies.get_facecolor())
+    assert all(same_color(face, color) for face, color in zip(faces, COLORS, strict=False))
     show_frame(scene, 12.0)
     standing = np.abs(run["v"][1, :, -1]) < 0.005
     assert standing.any()
-    for face, still in zip(scene.bodies.get_facecolor(), standing, strict=True):
+    for face, still in zip(np.asarray(scene.bodies.get_facecolor()), standing, strict=True):
         assert same_color(face, "white") == still
 
 
@@ -204,26 +207,28 @@ def test_messages_are_half_lines_fresh_or_dashed(run: Run) -> None:
         wanted: dict[bool, list[np.ndarray]] = {True: [], False: []}
         for i, j in itertools.permutations(range(3), 2):
             if 0 in (i, j):  # a star around robot 1
-                old = bool(run.links[k, 1, i, j] > film.stale_after)  # type: ignore[index]
+                old = bool(run.links[k, 1, i, j] > film.stale_after)
                 wanted[old].append(np.array([places[i], (places[i] + places[j]) / 2]))
         for old, drawn in ((True, scene.old), (False, scene.fresh)):
             assert len(drawn.get_segments()) == len(wanted[old]) == (0, 4, 2, 2)[2 * (time == 4.0) + (not old)]
             np.testing.assert_allclose(
                 np.reshape(drawn.get_segments(), (-1, 2, 2)), np.reshape(wanted[old], (-1, 2, 2))
             )
-    assert scene.old.get_linestyle()[0][1] is not None
-    assert scene.fresh.get_linestyle()[0][1] is None
+    dashed: Any = scene.old.get_linestyle()
+    solid: Any = scene.fresh.get_linestyle()
+    assert dashed[0][1] is not None
+    assert solid[0][1] is None
 
 
 @pytest.mark.usefixtures("styled")
 def test_a_stopped_robot_is_crossed_out(run: Run) -> None:
-    samples, team, stopped = run.samples.copy(), run.team.copy(), run.stopped.copy()  # type: ignore[union-attr]
+    samples, team, stopped = run.samples.copy(), run.team.copy(), run.stopped.copy()
     samples[100:, :, 1, 2], team[100:, :, 1, 2], stopped[1, 2] = np.nan, np.nan, 100
     scene = scene_of(replace(run, stopped=stopped).with_recorded(samples=samples, team=team))
     show_frame(scene, 4.0)
-    assert len(scene.stops.get_xdata()) == 0
+    assert len(x_of(scene.stops)) == 0
     show_frame(scene, 9.5)
-    assert list(scene.stops.get_xdata()) == [pytest.approx(run["x"][1, 2, 99])]
+    assert list(x_of(scene.stops)) == [pytest.approx(run["x"][1, 2, 99])]
     assert scene.labels[2].get_text() == "3: stopped"
 
 
@@ -283,7 +288,7 @@ def test_gif_has_the_frames_and_the_same_bytes_again(
     assert (said["frames"], said["fps"], said["enlarged"]) == (13, 4.0, 1.0)
     assert out.read_bytes() == (tmp_path / "b.gif").read_bytes()
     with Image.open(out) as picture:
-        assert picture.n_frames == 13
+        assert picture.n_frames == 13  # type: ignore[attr-defined]
         assert picture.info["duration"] == 250
         assert picture.size[0] == pytest.approx(7.16 * 50, abs=1)
         frames = []
@@ -335,7 +340,7 @@ def test_mp4_gives_ffmpeg_every_frame(run: Run, tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(animation, "ffmpeg", lambda: program)
     ticks: list[None] = []
 
-    def progress(frames: int):  # type: ignore[no-untyped-def]
+    def progress(frames: int):
         assert frames == 5
         return lambda: ticks.append(None)
 
@@ -419,7 +424,7 @@ def test_a_saved_team_has_its_messages(tmp_path: Path, capsys: pytest.CaptureFix
     )
     capsys.readouterr()
     assert main(["animate", "--help"]) == 0
-    assert "Example: robotics run" in " ".join(capsys.readouterr().out.split())
+    assert "Example: robotics animate" in " ".join(capsys.readouterr().out.split())
 
 
 # Among obstacles ------------------------------------------------------------------------------------------------
@@ -442,15 +447,15 @@ def test_obstacles_are_where_they_are_at_the_time(run: Run) -> None:
     scene = scene_of(among_obstacles(run))
     for time in (0.0, 3.0, 3.025, 9.0):
         show_frame(scene, time)
-        disc, moved = (path.vertices for path in scene.solids.get_paths())
+        disc, moved = (np.asarray(path.vertices) for path in scene.solids.get_paths())
         np.testing.assert_allclose(np.hypot(*(disc - (1.0, -0.5)).T), 0.2)
         np.testing.assert_allclose(moved[:4].mean(axis=0), (0.5 + 0.1 * time, 2.0), atol=1e-9)
         np.testing.assert_allclose(np.ptp(moved, axis=0), (0.4, 0.2), atol=1e-9)
         (wall,) = scene.walls.get_segments()
         np.testing.assert_allclose(wall, [(2.5, -2.0), (2.5, 0.0)])
     left, right, bottom, top = scene.film.bounds
-    assert (left, right) == (0.0, pytest.approx(2.5))
-    assert (bottom, top) == (pytest.approx(-2.0), pytest.approx(2.1))
+    assert [left, right] == [0.0, pytest.approx(2.5)]
+    assert [bottom, top] == [pytest.approx(-2.0), pytest.approx(2.1)]
 
 
 @pytest.mark.usefixtures("styled")
@@ -496,7 +501,7 @@ def test_a_gif_among_obstacles_from_a_file(run: Run, tmp_path: Path, capsys: pyt
     assert "robots to scale" in capsys.readouterr().out
     with Image.open(out) as picture:
         frames = []
-        for k in range(picture.n_frames):
+        for k in range(picture.n_frames):  # type: ignore[attr-defined]
             picture.seek(k)
             frames.append(np.asarray(picture.convert("RGB")).astype(int))
     # The grey of the box above all robots moves to the right.

@@ -136,14 +136,14 @@ def test_channels_come_back_as_near_as_sixteen_bits_are(run: Run) -> None:
 
 
 def test_unknown_values_stay_unknown_and_a_stopped_robot_stays(run: Run) -> None:
-    samples, team, stopped = run.samples.copy(), run.team.copy(), run.stopped.copy()  # type: ignore[union-attr]
+    samples, team, stopped = run.samples.copy(), run.team.copy(), run.stopped.copy()
     samples[100:, :, 0, 2], team[100:, :, 0, 2], stopped[0, 2] = np.nan, np.nan, 100
     lost = replace(run, stopped=stopped).with_recorded(samples=samples, team=team)
     data = player_data(lost)
     assert data["stops"] == [None, None, 5.0]
     x = unpacked(data["channels"]["x"]).reshape(3, -1)
     np.testing.assert_allclose(x[2, 100:], run["x"][0, 2, 99], atol=data["channels"]["x"]["scale"])
-    nothing = player_data(run.with_recorded(team=np.full_like(run.team, np.nan)))  # type: ignore[arg-type]
+    nothing = player_data(run.with_recorded(team=np.full_like(run.team, np.nan)))
     assert "progress" not in nothing["channels"]
 
 
@@ -156,7 +156,7 @@ def test_faults_are_spans(run: Run) -> None:
 
 
 def test_stale_links_are_those_of_the_run_at_every_sample(run: Run) -> None:
-    limit, ages = 0.2, run.links[:, 1]  # type: ignore[index]
+    limit, ages = 0.2, run.links[:, 1]
     film = replay(run, run.time, 7, limit)
     assert film.stale_after == limit
     heard = np.isfinite(ages).any(axis=0)
@@ -198,17 +198,18 @@ def test_obstacles_sonars_and_modes_come_back(world_run: Run) -> None:
     np.testing.assert_allclose(ends, [(2.5, -2.0), (2.5, 0.0)], atol=1e-3)
     read = unpacked(data["sonar"]["readings"]).reshape(3, 4, -1)
     there = np.isfinite(read)
-    np.testing.assert_array_equal(there, np.isfinite(np.moveaxis(world_run.ranges[:, 1], 0, -1)))  # type: ignore[index]
+    np.testing.assert_array_equal(there, np.isfinite(np.moveaxis(world_run.ranges[:, 1], 0, -1)))
     np.testing.assert_allclose(read[0, 1, 20:40], np.linspace(1.5, 0.5, 20), atol=1e-4)
-    assert [mount[4] for mount in data["sonar"]["sensors"]] == [sensor.range for sensor in SONAR]
+    ranges = [sensor.range for sensor in SONAR.values()]
+    assert [[mount[4] for mount in robot] for robot in data["sonar"]["sensors"]] == [ranges] * 3
     codes = np.frombuffer(base64.b64decode(data["modes"]["codes"]), dtype=np.int8).reshape(3, -1)
-    np.testing.assert_array_equal(codes, world_run.modes[:, 1].T)  # type: ignore[index]
+    np.testing.assert_array_equal(codes, world_run.modes[:, 1].T)
     assert data["modes"]["words"] == list(MODES)
     times_and_who = [(event[0], event[1]) for event in data["modes"]["events"]]
     assert times_and_who == [(1.0, 0), (2.0, 0), (6.0, 1), (8.5, 2)]
     later = player_data(world_run, 7, start=1.5, end=7.0)
     assert [event[0] for event in later["modes"]["events"]] == [2.0, 6.0]
-    rest = replace(world_run, obstacles=Geometry(*(part[:1] for part in world_run.obstacles)))  # type: ignore[union-attr]
+    rest = replace(world_run, obstacles=Geometry(*(part[:1] for part in world_run.obstacles)))
     assert unpacked(player_data(rest)["obstacles"]["x"]).shape == (3,)
     none = player_data(replace(world_run, obstacles=None).with_recorded(ranges=None, modes=None))
     assert none["obstacles"] is none["sonar"] is none["modes"] is None
@@ -421,7 +422,7 @@ def test_the_slider_moves_the_robots(run: Run, page: Browser) -> None:
     near(page.js("cells()"), shown(run, 8.5))
     page.js("slide(4)")
     hears = [row[-1] for row in page.js("cells()")]
-    assert hears[1] == f"1: {run.links[80, 1, 1, 0]:.1f} s old"  # type: ignore[index]
+    assert hears[1] == f"1: {run.links[80, 1, 1, 0]:.1f} s old"
     assert hears[2].startswith("1: ")
 
 

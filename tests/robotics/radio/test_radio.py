@@ -2,6 +2,7 @@
 
 from itertools import product
 from math import ceil
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,8 +31,8 @@ def talk(radio, robots=3, seeds=(0,), periods=60, tick=TICK, place=None, faults=
         heard, air = channel.hear(air, k, condition)
         values.append(heard.values)
         ages.append(heard.age)
-        where = np.zeros((2, len(seeds), robots)) if place is None else place(k * tick)
-        air = channel.send(air, k, {"time": np.full_like(number, k * tick), "number": number}, *where, condition)
+        x, y = np.zeros((2, len(seeds), robots)) if place is None else place(k * tick)
+        air = channel.send(air, k, {"time": np.full_like(number, k * tick), "number": number}, x, y, condition)
     return np.array(values), np.array(ages)
 
 
@@ -168,12 +169,12 @@ def test_bursts_have_the_stationary_loss_and_the_mean_lengths_of_gilbert_and_ell
         lengths, kinds = np.diff(turns), chain[turns[:-1] + 1]
         bursts.extend(lengths[kinds])
         gaps.extend(lengths[~kinds])
-    for lengths, rate in ((bursts, end), (gaps, start)):
+    for lengths, rate in ((np.array(bursts), end), (np.array(gaps), start)):
         n = len(lengths)
         # Geometric: mean 1/rate, standard deviation √(1 − rate)/rate; a chain cut short misses a few long ones.
         slack = 4.5 * np.sqrt(1 - rate) / rate / np.sqrt(n) + 1 / rate * (1 / rate) / len(lost)
         assert np.mean(lengths) == pytest.approx(1 / rate, abs=slack)
-        assert np.mean(np.array(lengths) == 1) == pytest.approx(rate, abs=4.5 * np.sqrt(rate / n) + 0.02 * rate)
+        assert np.mean(lengths == 1) == pytest.approx(rate, abs=4.5 * np.sqrt(rate / n) + 0.02 * rate)
 
 
 def test_a_bad_link_may_lose_only_some_and_a_good_one_some_too():
@@ -349,7 +350,8 @@ def test_what_is_on_its_way_when_an_outage_begins_is_lost():
 
 def test_a_fault_of_a_robot_is_told_by_its_code_and_that_of_no_other():
     """Two robots left without anybody to hear are not at fault themselves."""
-    for kind, code in {"failure": 1, "delay": 2, "silence": 3, "stall": 4}.items():
+    codes: dict[Any, int] = {"failure": 1, "delay": 2, "silence": 3, "stall": 4}
+    for kind, code in codes.items():
         drawn = Faults.drawn((Fault(robot=2, kind=kind, start=1.0, duration=1.0),), 2, (0, 1))
         assert drawn.at(0.95) is None
         assert drawn.at(2.0) is None

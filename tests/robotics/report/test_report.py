@@ -117,7 +117,7 @@ def test_page_needs_nothing_else(html: str, page: Page) -> None:
     assert not page.all("script")
     assert "@import" not in text
     assert "url(" not in text
-    assert all(image["src"].startswith("data:image/png;base64,") for image in page.all("img"))  # type: ignore[union-attr]
+    assert all(image["src"].startswith("data:image/png;base64,") for image in page.all("img"))
 
 
 def test_page_is_accessible_and_fits_narrow_screens(html: str, page: Page) -> None:
@@ -176,12 +176,12 @@ def test_numbers_are_those_of_summarise(comparison: Comparison, html: str) -> No
         factor, unit = scale(about.unit, of["mean"].to_numpy())
         assert head.endswith(f"[{unit}]")
         for law, cell in zip(LAWS, re.findall(r"<td.*?>(.*?)</td>", cells), strict=True):
-            mean, high = of.loc[law, "mean"], of.loc[law, "high"]
-            text = re.match(r"[^<]+", cell)[0].replace("−", "-")  # type: ignore[index]
+            mean, high = map(float, of.loc[law, ["mean", "high"]])
+            text = re.match(r"[^<]+", cell)[0].replace("−", "-")
             if np.isinf(mean):
                 assert text.startswith("never")
                 continue
-            half = re.search(r"± ([\d.]+)<", cell)[1]  # type: ignore[index]
+            half = re.search(r"± ([\d.]+)<", cell)[1]
             for shown, value in ((text, mean), (half, high - mean)):
                 places = len(shown.partition(".")[2])
                 assert float(shown) == pytest.approx(factor * value, abs=0.5001 * 10.0**-places)

@@ -64,7 +64,7 @@ def test_good_file_says_what_it_says():
     assert (scenario.ticks, len(scenario.times), scenario.times[-1]) == (100, 101, pytest.approx(5.0))
     assert len(scenario.trajectory.paths) == 2
     with pytest.raises(FrozenInstanceError):
-        scenario.duration = 6.0
+        scenario.duration = 6.0  # type: ignore[misc]
 
 
 def test_own_robot_parameters_override_the_common_ones():

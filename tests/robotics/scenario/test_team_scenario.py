@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -420,7 +421,7 @@ LINE = Member(start=(0.0, 0.0, 0.0), path=Line(start=(0.0, 0.0), end=(2.0, 0.0))
     ],
 )
 def test_teams_built_in_python_are_checked_alike(changes, message):
-    good = {"name": "t", "robots": (LINE, LINE), "kind": "team"}
+    good: dict[str, Any] = {"name": "t", "robots": (LINE, LINE), "kind": "team"}
     Scenario(**good)
     with pytest.raises(ValueError, match=re.escape(message)):
         Scenario(**good | changes)

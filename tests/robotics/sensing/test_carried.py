@@ -95,17 +95,22 @@ def test_what_is_wrong_with_a_sensor_is_named_with_its_line(sensors, own, line, 
 
 def test_robots_that_carry_different_sensors_read_what_each_would_alone():
     beam, rear = RangeSensor(range=5.0, noise=0.01), RangeSensor(range=5.0, axis=np.pi, noise=0.01)
-    sensors = ({"nose": beam}, {"rear": rear, "nose": replace(beam, range=1.0)}, {"nose": beam}, {})
+    sensors: tuple[dict[str, RangeSensor], ...] = (
+        {"nose": beam},
+        {"rear": rear, "nose": replace(beam, range=1.0)},
+        {"nose": beam},
+        {},
+    )
     assert sensor_names(sensors) == ("nose", "rear")
-    pose = np.array([[[0.0, 1.0, -1.0, 0.0]], [[0.0, 1.0, -1.0, 1.5]], [[0.0, 0.3, 2.0, 0.0]]])
+    x, y, heading = pose = np.array([[[0.0, 1.0, -1.0, 0.0]], [[0.0, 1.0, -1.0, 1.5]], [[0.0, 0.3, 2.0, 0.0]]])
     sizes = footprints([Robot()] * 4)
     all_of_them = CarriedSensors.opened(sensors, (3,), TICK)
     found, _ = all_of_them.sense(all_of_them.init(), 0, pose, sizes, ROOM.at(0.0))
     like = SensorArray.opened([beam], (3,), TICK)
-    expected, _ = like.sense(like.init(4), 0, *pose, sizes, ROOM.at(0.0))
+    expected, _ = like.sense(like.init(4), 0, x, y, heading, sizes, ROOM.at(0.0))
     assert found["nose"][0, [0, 2]].tolist() == expected[0, [0, 2], 0].tolist()
     other = SensorArray.opened(list(sensors[1].values()), (3,), TICK)
-    expected, _ = other.sense(other.init(4), 0, *pose, sizes, ROOM.at(0.0))
+    expected, _ = other.sense(other.init(4), 0, x, y, heading, sizes, ROOM.at(0.0))
     assert found.of(("rear", "nose"))[0, 1].tolist() == expected[0, 1].tolist()
     assert np.isinf(found["rear"][0, [0, 2, 3]]).all()
     assert np.isinf(found["nose"][0, 3])
@@ -114,9 +119,9 @@ def test_robots_that_carry_different_sensors_read_what_each_would_alone():
 def test_a_sensor_sees_nothing_while_it_fails():
     beam = RangeSensor(range=5.0, failure_start=0.1, failure_end=0.2)
     array = SensorArray.opened([beam, replace(beam, failure_start=None, failure_end=None)], (0,), TICK)
-    state, read = array.init(1), []
+    state, read, zero = array.init(1), [], np.zeros((1, 1))
     for k in range(6):
-        found, state = array.sense(state, k, *np.zeros((3, 1, 1)), footprints([Robot()]), ROOM.at(0.0))
+        found, state = array.sense(state, k, zero, zero, zero, footprints([Robot()]), ROOM.at(0.0))
         read.append(found[0, 0].tolist())
     assert read == [[3.0, 3.0]] * 2 + [[np.inf, 3.0]] * 2 + [[3.0, 3.0]] * 2
 

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from math import cos, hypot, inf, nan, pi, sin, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,18 @@ from shapely import affinity
 
 from robotics.environment.collision import footprints
 from robotics.environment.obstaclefields import random_field, random_trap
-from robotics.environment.world import Disc, Polygon, Wall, World, box, compile_world, compile_worlds, regular, u_shape
+from robotics.environment.world import (
+    Disc,
+    Geometry,
+    Polygon,
+    Wall,
+    World,
+    box,
+    compile_world,
+    compile_worlds,
+    regular,
+    u_shape,
+)
 from robotics.paths.path import Line, Quintic, compile_path
 from robotics.paths.trajectory import Timing
 from robotics.sensing.sonar import (
@@ -39,14 +51,17 @@ FOUR = tuple(SONAR.values())
 QUIET = tuple(replace(s, noise=0.0, relative_noise=0.0) for s in FOUR)
 EMPTY = compile_world(World()).at(0.0)
 
+Pose = tuple[np.ndarray, np.ndarray, np.ndarray]  # x, y, heading
+
 
 def placed(*obstacles):
     return compile_world(World(obstacles=obstacles)).at(0.0)
 
 
-def at(*rows):
+def at(*rows) -> Pose:
     """One run of robots at rows of x, y, heading."""
-    return tuple(np.array(rows, dtype=float).T[:, None, :])
+    x, y, heading = np.array(rows, dtype=float).T[:, None, :]
+    return x, y, heading
 
 
 def echo(sensors, geometry, *rows, robots=None):
@@ -62,7 +77,8 @@ def echo(sensors, geometry, *rows, robots=None):
 
 def surfaces(world, others):
     """Segments, discs and solids of the world and of the other robots' rectangles, as shapely has them."""
-    segments, discs, solids = [], [], []
+    segments: list[Any] = []
+    discs, solids = [], []
     for obstacle in world.obstacles:
         if isinstance(obstacle, Disc):
             discs.append((*obstacle.position, obstacle.radius))
@@ -136,7 +152,8 @@ def test_echoes_are_those_of_a_plain_search(sensors):
     robots = [Robot(), Robot(length=0.6, width=0.1), Robot()]
     worlds, poses = zip(*scenes(25), strict=True)
     array = SensorArray.opened(sensors, range(25), TICK)
-    together = array.echoes(*np.moveaxis(np.array(poses), 2, 0), footprints(robots), compile_worlds(worlds).at(0.0))
+    x, y, heading = np.moveaxis(np.array(poses), 2, 0)
+    together = array.echoes(x, y, heading, footprints(robots), compile_worlds(worlds).at(0.0))
     for r, (world, rows) in enumerate(zip(worlds, poses, strict=True)):
         for i in range(3):
             others = [(rows[j], robots[j]) for j in range(3) if j != i]
@@ -263,7 +280,7 @@ def test_the_lidar_scans_a_room():
 # Readings -------------------------------------------------------------------------------------------------------
 
 
-def flat(count, distance=1.0):
+def flat(count, distance=1.0) -> tuple[Pose, np.ndarray, Geometry]:
     """Many robots in one run, each ``distance`` before a wall and out of the others' sight."""
     geometry = placed(Wall(points=((distance, -1e4), (distance, 1e4))))
     y = np.arange(count) * 1.0
@@ -410,11 +427,12 @@ def test_only_sensors_that_ping_in_the_same_period_are_heard():
 ALL = tuple(replace(s, dropout=0.1, crosstalk=0.5, period=0.05 * (1 + q % 2)) for q, s in enumerate(FOUR))
 
 
-def fleet(seeds):
+def fleet(seeds) -> tuple[Pose, list[World]]:
     lanes = [compile_path(Line(start=(0.0, y), end=(5.0, y))) for y in (0.3, -0.3)]
     worlds = [random_field(np.random.default_rng([s, 6]), lanes, gap=None) for s in seeds]
     poses = np.array([np.random.default_rng(s).uniform((0, -1, -3), (5, 1, 3), (4, 3)) for s in seeds])
-    return np.moveaxis(poses, 2, 0), worlds
+    x, y, heading = np.moveaxis(poses, 2, 0)
+    return (x, y, heading), worlds
 
 
 def driven(seeds, ticks=5, start=0):

@@ -1,7 +1,9 @@
 """The simulation: reproducible to the last bit, independent of its neighbours, symmetric, and it stops what is lost."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import cos, hypot, nan, pi, sin
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -31,8 +33,8 @@ SHORT = Scenario(name="short", robots=(CURVE,), duration=3.0, sensing=POSE)
 class Scripted(Law[None]):
     """Commands v(t), ω(t) or torques, whatever the robots see."""
 
-    first: object
-    second: object
+    first: Callable[[float], Any]
+    second: Callable[[float], Any]
     kind: str = "velocity"
 
     @property
@@ -152,7 +154,7 @@ def test_bad_seeds_are_refused(seeds, message):
 
 
 def test_numpy_seeds_are_seeds():
-    run = simulate(SHORT, make_controller("lyapunov"), np.arange(2))
+    run = simulate(SHORT, make_controller("lyapunov"), np.arange(2))  # type: ignore[arg-type]
     assert run.seeds == (0, 1)
     assert all(type(seed) is int for seed in run.seeds)
 

@@ -1,6 +1,7 @@
 """Each step of a period alone: from a state to a state, against what it must do by hand."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -48,7 +49,12 @@ def members(robots):
 
 
 def simulation(**settings):
-    given = {"kind": "team", "plant": "kinematic", "duration": 1.0, "sensing": Sensing(posture="pose")} | settings
+    given: dict[str, Any] = {
+        "kind": "team",
+        "plant": "kinematic",
+        "duration": 1.0,
+        "sensing": Sensing(posture="pose"),
+    } | settings
     scenario = Scenario(name="steps", robots=members(2), **given)
     return Simulation.opened(scenario.setting, Told(), (4,))
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from dataclasses import dataclass, field, replace
 from math import inf
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -57,7 +58,7 @@ class Probe(Law[None]):
     v: float = 0.2
     heard: list = field(default_factory=list)
 
-    message = ("time", "number", "x")
+    message: ClassVar[tuple[str, ...]] = ("time", "number", "x")
 
     @property
     def watchdog(self):
@@ -209,7 +210,7 @@ def test_a_longer_run_begins_as_the_shorter_one():
 
 # Faults ---------------------------------------------------------------------------------------------------------
 
-WINDOW = {"start": 2.0, "duration": 1.5}
+WINDOW: dict[str, Any] = {"start": 2.0, "duration": 1.5}
 
 
 def faulted(kind, law=None, **settings):

@@ -42,6 +42,7 @@ from robotics.thesis.avoidance_runs import (
     experiments,
 )
 from robotics.thesis.experiment import results_of
+from tests.drawn import vertices, y_of
 
 
 @pytest.fixture(scope="module")
@@ -79,9 +80,9 @@ def test_runs_of_a_pass_are_those_of_their_scenarios_alone() -> None:
     mine = together[1]
     for name in ("samples", "team", "modes", "ranges", "reference", "stopped", "time"):
         np.testing.assert_array_equal(getattr(mine, name), getattr(alone, name), err_msg=name)
-    for a, b in zip(mine.obstacles, alone.obstacles, strict=True):  # type: ignore[arg-type]
+    for a, b in zip(mine.obstacles, alone.obstacles, strict=True):
         np.testing.assert_array_equal(a, b)
-    assert (mine.modes > 0).any()  # type: ignore[operator]
+    assert (mine.modes > 0).any()
     assert (mine.scenario, mine.seeds) == (COURSES[1], (3,))
 
 
@@ -186,7 +187,7 @@ def test_a_page_has_a_column_a_law_and_names_the_thesis_figures(results: Avoidan
     assert named == [f"thesis {name}" for name in figures.values()]
     distances = page.axes[3:6]
     for ax, run, kept in zip(distances, runs, (0.6, 1.0, 0.5), strict=True):
-        drawn = [line.get_ydata() for line in ax.lines]
+        drawn = [y_of(line) for line in ax.lines]
         assert any(np.all(np.asarray(y) == kept) for y in drawn)
         gap = robot_gaps(run, 0)[0, 1]
         assert any(len(y) > 2 and np.array_equal(y, gap[: len(y)]) for y in drawn)
@@ -195,8 +196,10 @@ def test_a_page_has_a_column_a_law_and_names_the_thesis_figures(results: Avoidan
     (k, i, j) = (lambda g: (int(min(g.values(), key=np.min).argmin()), *min(g, key=lambda pair: g[pair].min())))(
         robot_gaps(runs[0], 0)
     )
-    filled = [c for c in page.axes[0].collections if isinstance(c, PolyCollection) and c.get_facecolor()[0, 1] < 1]
-    middles = [c.get_paths()[0].vertices[:4].mean(axis=0) for c in filled]
+    filled = [
+        c for c in page.axes[0].collections if isinstance(c, PolyCollection) and np.asarray(c.get_facecolor())[0, 1] < 1
+    ]
+    middles = [vertices(c.get_paths()[0])[:4].mean(axis=0) for c in filled]
     wanted = [[runs[0]["x"][0, n, k], runs[0]["y"][0, n, k]] for n in (i, j)]
     np.testing.assert_allclose(sorted(map(list, middles)), sorted(wanted), atol=1e-9)
 
@@ -210,7 +213,7 @@ def test_a_page_among_obstacles_shows_sonars_clearance_and_modes(results: Avoida
     names = [line.get_label() for line in sonar.lines]
     assert names == ["robot 1, front sonars", "robot 1, side sonars", "true clearance"]
     front = np.asarray(sonar.lines[0].get_ydata())
-    read = run.ranges[: len(front), 0, 0, :2].min(axis=1)  # type: ignore[index]
+    read = run.ranges[: len(front), 0, 0, :2].min(axis=1)
     np.testing.assert_array_equal(front, np.where(np.isfinite(read), read, np.nan))
     words = {text.get_text() for text in modes.get_legend().get_texts()}
     assert {"tracking", "avoiding", "left behind"} <= words

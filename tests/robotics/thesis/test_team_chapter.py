@@ -9,6 +9,7 @@ import pytest
 
 from robotics.commands.application import main
 from robotics.experiments.scaling import Scaling
+from robotics.report.chapter import Picture
 from robotics.scenario.reading import load_scenario
 from robotics.thesis import team_runs as teamexperiments
 from robotics.thesis.experiment import results_of
@@ -40,7 +41,7 @@ def test_the_chapter_judges_the_claims_from_its_runs(results):
     assert len(chapter.tables) == 3
     for grid in (*chapter.tables, *chapter.details):
         assert {len(row) for row in grid.rows} == {len(grid.head)}
-    assert all(picture.draw().axes for picture in chapter.pictures)
+    assert all(isinstance(picture, Picture) and picture.draw().axes for picture in chapter.pictures)
 
 
 def test_another_outcome_gives_another_verdict(results):

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from math import cos, inf, pi, sin
+from typing import Any
 
 import numpy as np
 import pytest
@@ -245,7 +246,7 @@ def test_saturation_keeps_the_curvature_and_the_diamond(command):
     assert at_limit or abs(w) == pytest.approx(5.74)
     assert v * command[0] >= 0
     assert w * command[1] >= 0
-    assert p.saturate(limits, np.array(0.3), np.array(1.0)) == (0.3, 1.0)
+    assert [*p.saturate(limits, np.array(0.3), np.array(1.0))] == [0.3, 1.0]
     # The kinematic plant does the same at once, the dynamic one settles inside the diamond.
     glide = driven(ROBOT, [command], kinematic=True)[-1]
     assert glide[[p.V, p.W]] == pytest.approx([v, w], abs=1e-14)
@@ -422,7 +423,8 @@ def test_interpreted_the_plant_gives_the_same_numbers(tmp_path):
         check=True,
     )
     interpreted = np.load(tmp_path / "out.npz")
-    for name, level, kinematic in (("v", "velocity", False), ("t", "torque", False), ("k", "velocity", True)):
+    cases: Any = (("v", "velocity", False), ("t", "torque", False), ("k", "velocity", True))
+    for name, level, kinematic in cases:
         plant, compiled = p.Plant(rows, kinematic=kinematic), state
         for command in commands[:2]:
             compiled = plant.advance(compiled, command[::-1], command, 2, level)

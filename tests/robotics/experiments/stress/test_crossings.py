@@ -58,8 +58,8 @@ def test_class_b_has_ends_on_other_paths():
 def test_a_seed_makes_its_crossing_whatever_is_beside_it():
     alone, beside = crossing_ensemble(3, [7]), crossing_ensemble(3, [2, 7, 9])
     np.testing.assert_array_equal(alone.starts[0], beside.starts[1])
-    np.testing.assert_array_equal(alone.trajectory.joined.lengths[0], beside.trajectory.joined.lengths[1])
-    assert alone.trajectory.durations[0] == pytest.approx(alone.trajectory.joined.lengths[0].max() / 0.22, abs=0)
+    np.testing.assert_array_equal(alone.references.joined.lengths[0], beside.references.joined.lengths[1])
+    assert alone.references.ends[0] == pytest.approx(alone.references.joined.lengths[0].max() / 0.22, abs=0)
 
 
 def assert_same(whole, part, k):

@@ -30,7 +30,7 @@ def test_a_course_depends_on_its_seed_alone_and_starts_free(kind, robots):
     assert many.world.rest.counts[1] == count
     assert same(many.world.rest.circles[1, :count], one.world.rest.circles[0, :count])
     sizes = np.array([[0.115], [0.1], [0.153]]).repeat(robots, axis=1)
-    for place in (many.starts, np.stack([*many.trajectory.joined.at(many.trajectory.joined.lengths)[:3]], axis=-1)):
+    for place in (many.starts, np.stack([*many.references.joined.at(many.references.joined.lengths)[:3]], axis=-1)):
         touched = obstacle_contacts(place[..., 0], place[..., 1], place[..., 2], sizes, many.world.at(0.0))
         assert (touched < 0).all()
 

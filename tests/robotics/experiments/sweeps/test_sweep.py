@@ -4,6 +4,7 @@ import json
 import math
 from concurrent.futures import Executor, Future
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -186,7 +187,7 @@ def test_gains_reach_the_controller(folder):
     text = SPEC.replace("[controller_parameters]", '[controller_parameters]\nform = ["2.31"]')
     sweep = parse_sweep(text, folder=folder)
     values = (0.1, 0.0, "2.31", 0.1 + 0.2)
-    law = make_controller(controller_at(sweep, "lyapunov:kx=2,ky=7", values))
+    law: Any = make_controller(controller_at(sweep, "lyapunov:kx=2,ky=7", values))
     assert (law.kx, law.ky, law.form) == (2.0, 0.1 + 0.2, "2.31")
 
 
@@ -270,8 +271,8 @@ class Counting(Executor):
         self.full, self.failing = full, set(failing)
         self.waiting, self.submitted, self.most = [], [], 0
 
-    def submit(self, fn, /, sweep, chunk, versions):
-        future = Future()
+    def submit(self, fn, /, sweep, chunk, versions):  # type: ignore[override]
+        future: Future[Any] = Future()
         self.waiting.append((future, fn, sweep, chunk, versions))
         self.submitted.append(chunk.number)
         self.most = max(self.most, len(self.waiting))

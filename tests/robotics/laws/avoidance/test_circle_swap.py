@@ -1,6 +1,7 @@
 """Circle swaps and random goals of the benchmark: the cases, what ORCA asks of the wheels, and who gets through."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -62,7 +63,7 @@ def test_right_of_way_swaps_ten_robots_on_a_roundabout():
 def test_a_lone_point_ahead_of_the_axle_moves_straight_to_the_goal():
     pytest.importorskip("pyrvo")
     law = Orca(lead=0.05)
-    scenario = SimpleNamespace(robots=(Robot(),), period=0.05)
+    scenario: Any = SimpleNamespace(robots=(Robot(),), period=0.05)
     goal = SimpleNamespace(x=np.array([3.0]), y=np.array([4.0]))
     way = SimpleNamespace(each_at=lambda times: goal)
     heading, zero = np.array([[0.7]]), np.zeros((1, 1))

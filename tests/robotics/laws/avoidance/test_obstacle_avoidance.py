@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -49,9 +50,9 @@ def looks(*readings):
 
 
 def step(state, readings, alpha=0.0, place=1.0, off=0.0, remaining=5.0, pose=(0.0, 0.0, 0.0)):
-    one = [np.array([[v]]) for v in (alpha, place, off, remaining)]
+    bearing, at, away, left = (np.array([[v]]) for v in (alpha, place, off, remaining))
     seen = looks(*readings)
-    return next_mode(state, seen, seen, np.array(pose)[:, None, None], *one, 0.5, DT, MOUNTED.walls)
+    return next_mode(state, seen, seen, np.array(pose)[:, None, None], bearing, at, away, left, 0.5, DT, MOUNTED.walls)
 
 
 def fresh():
@@ -63,7 +64,7 @@ def fresh():
 
 @pytest.mark.parametrize(("name", "ro_min"), [("obstacles", 0.5), ("obstacles-literal", 0.8), ("obstacles", 1.3)])
 def test_theta_equals_its_formula(name, ro_min):
-    law = make_controller(f"{name}:ro_min={ro_min}")
+    law: Any = make_controller(f"{name}:ro_min={ro_min}")
     ro = np.array([0.0, 0.1, 0.15, 0.2, 0.31, 0.475, 0.5, 0.79, 0.8, 1.0, 2.0, np.inf])
     with np.errstate(invalid="ignore"):
         expected = 1.6 * np.clip((ro_min - ro) / (ro_min - 0.15), 0.0, 1.0)

@@ -1,6 +1,7 @@
 """The leader-follower law and networks in closed loop, on the full plant."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from fuzzy.files.fisfile import write_fis
 from fuzzy.fitting.clustering import Options, subtractive_clusters
 from fuzzy.membership import Gaussian
 from fuzzy.rule import Clause, Rule
-from fuzzy.system import Linear, Sugeno, Variable
+from fuzzy.system import Linear, Sugeno, Terms, Variable
 from robotics.experiments.comparison import compare
 from robotics.experiments.learning.formationdata import Recipe, formation_data
 from robotics.laws.catalogue import CATALOGUE, gains_of, make_controller
@@ -111,11 +112,11 @@ def least_squares_systems():
             Variable(
                 n,
                 (x[:, i].min(), x[:, i].max()),
-                [(f"{name}{r}", Gaussian(sigma[i], m)) for r, m in enumerate(c[:, i])],
+                Terms([(f"{name}{r}", Gaussian(sigma[i], m)) for r, m in enumerate(c[:, i])]),
             )
             for i, n in enumerate(table.names[: table.inputs])
         ]
-        terms = [(f"{name}{r}", Linear(row[:-1], row[-1])) for r, row in enumerate(p)]
+        terms = Terms([(f"{name}{r}", Linear(row[:-1], row[-1])) for r, row in enumerate(p)])
         rules = [
             Rule(tuple(Clause(v.name, f"{name}{r}") for v in inputs), ((name, f"{name}{r}"),)) for r in range(len(c))
         ]
@@ -126,7 +127,7 @@ def least_squares_systems():
 def together(systems):
     """The same in one system with four outputs; every rule speaks for one of them."""
     inputs = [
-        Variable(v.name, v.universe, [t for fis in systems for t in fis.inputs[i].terms.items()])
+        Variable(v.name, v.universe, Terms([t for fis in systems for t in fis.inputs[i].terms.items()]))
         for i, v in enumerate(systems[0].inputs)
     ]
     return Sugeno(inputs, [fis.outputs[0] for fis in systems], [r for fis in systems for r in fis.rules], name="all")
@@ -214,7 +215,8 @@ def test_presets_and_gains():
     assert {n for n, p in CATALOGUE.items() if p.kind == "formation"} == {"formation", "formation-teacher"}
     assert gains_of(make_controller("formation-teacher:ky=5"))["ky"] == 5.0
     assert "ky" not in gains_of(make_controller("formation:correction=none"))
-    assert make_controller("formation").correction == "own-pose"
+    law: Any = make_controller("formation")
+    assert law.correction == "own-pose"
 
 
 def test_formation_scenarios_are_told_apart():

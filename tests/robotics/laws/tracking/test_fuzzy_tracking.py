@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import pi
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from robotics.simulation.loop import simulate
 
 NOISY = Sensing(posture="pose", position_noise=0.005)
 ON_PATH, OFF_PATH = (replace(load_scenario(f"fuzzy-{where}-path"), sensing=Sensing()) for where in ("on", "off"))
-FUZZY = make_controller("fuzzy")
+FUZZY: Any = make_controller("fuzzy")
 
 
 # Row E ----------------------------------------------------------------------------------------------------------
@@ -55,7 +56,7 @@ def test_row_e_a_robot_ahead_waits_and_starts_when_passed():
     start = (float(point.x), float(point.y), float(point.heading))
     scenario = replace(ON_PATH, robots=(replace(ON_PATH.robots[0], start=start),))
     for name in ("fuzzy", "fuzzy-literal", "fuzzy-literal:look_ahead=0.4"):
-        law = make_controller(name)
+        law: Any = make_controller(name)
         run = simulate(scenario, law)
         target = np.array([scenario.trajectory.at(t + law.look_ahead).s[0] for t in run.time])
         passed = run.time[np.argmax(target >= 1.0)]
@@ -225,9 +226,9 @@ def test_lambda_has_its_printed_values_at_the_centers():
 def test_command_is_the_rule_base_at_the_look_ahead_point():
     target = ON_PATH.trajectory.at(5.4)
     x, y, heading = target.x - 0.12, target.y + 0.05, 0.2
-    pose = (np.full((1, 1), float(v)) for v in (x[0], y[0], heading))
+    x0, y0, psi = (np.full((1, 1), float(v)) for v in (x[0], y[0], heading))
     zero = np.zeros((1, 1))
-    seen = Observation(5.0, *pose, zero, zero, ON_PATH.trajectory.at(5.0), ON_PATH.trajectory)
+    seen = Observation(5.0, x0, y0, psi, zero, zero, ON_PATH.trajectory.at(5.0), ON_PATH.trajectory)
     command, _ = FUZZY.control(seen, None, 0.05)
     alpha = np.arctan2(-0.05, 0.12) - 0.2
     x_err = np.cos(0.2) * 0.12 - np.sin(0.2) * 0.05

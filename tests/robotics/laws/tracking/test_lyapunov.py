@@ -21,21 +21,23 @@ from robotics.simulation.loop import simulate
 
 NOISY = Sensing(posture="pose", position_noise=0.005)
 
+Pose = tuple[np.ndarray, np.ndarray, np.ndarray]  # x, y, heading
 
-def pose_and_target(x, y, heading, v=0.0, w=0.0, s=0.0):
+
+def pose_and_target(x, y, heading, v=0.0, w=0.0, s=0.0) -> tuple[Pose, Reference]:
     """A target at the origin, and a robot that sees it at (x, y, heading) from itself (5.9)."""
     here = np.array([[heading]])  # so that the robot's heading is -heading
     robot = -np.cos(here) * x - np.sin(here) * y, np.sin(here) * x - np.cos(here) * y, -here
     return robot, Reference(*(np.array([value]) for value in (0.0, 0.0, 0.0, v, w, s)))
 
 
-def decide(law, robot, target):
+def decide(law, robot: Pose, target):
     zero = np.zeros((1, 1))
     command, _ = law.control(Observation(0.0, *robot, zero, zero, target, None), None, 0.05)
     return float(command.v[0, 0]), float(command.w[0, 0])
 
 
-def advance(robot, target, v, w, h):
+def advance(robot: Pose, target, v, w, h) -> tuple[Pose, Reference]:
     """Both a small exact arc on."""
     x, y, heading = robot
     arc = w * h / 2
@@ -51,7 +53,7 @@ def advance(robot, target, v, w, h):
     return moved, to
 
 
-def certificate(robot, target, ky):
+def certificate(robot: Pose, target, ky):
     """V = (x² + y²)/2 + (1 − cos ψ)/K_y   (2.33)."""
     e = posture_error(*robot, target)
     return float(((e.x**2 + e.y**2) / 2 + (1 - np.cos(e.heading)) / ky)[0, 0])
@@ -67,7 +69,7 @@ def test_derivative_of_the_certificate_is_2_34_and_never_positive(e, gains, v_d,
     """V' by differences along the true motion; the closed form has no term in y and no w_d."""
     kx, ky, kpsi = gains
     law = Lyapunov(kx=kx, ky=ky, kpsi=kpsi, form=form, catch_up=0.0)
-    robot, target = pose_and_target(*e, v_d, w_d)
+    robot, target = pose_and_target(e[0], e[1], e[2], v_d, w_d)
     assert [float(f[0, 0]) for f in posture_error(*robot, target)] == pytest.approx(e, abs=1e-12)
     v, w = decide(law, robot, target)
     h = 1e-5
@@ -89,7 +91,7 @@ def test_lateral_poles_are_sqrt_ky_a_metre_with_damping_kpsi_over_2_sqrt_ky(ky, 
     law = Lyapunov(ky=ky, kpsi=kpsi, catch_up=0.0)
 
     def rate(e):
-        robot, target = pose_and_target(*e, v_d, 0.0)
+        robot, target = pose_and_target(e[0], e[1], e[2], v_d)
         h = 1e-6
         v, w = decide(law, robot, target)
         a, b = (

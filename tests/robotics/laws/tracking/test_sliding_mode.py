@@ -63,8 +63,8 @@ def test_row_c_full_ordering_in_the_reference_configuration(in_reference):
     """Table 2.1: conventional highest and exponential lowest, in the error and in the chatter."""
     for i in (0, 1):
         values = {mode: row[i] for mode, row in in_reference.items()}
-        assert max(values, key=values.get) == "csm"
-        assert min(values, key=values.get) == "esm"
+        assert max(values, key=values.__getitem__) == "csm"
+        assert min(values, key=values.__getitem__) == "esm"
 
 
 def test_row_c_full_ordering_in_9_of_10_conditions():
@@ -134,7 +134,7 @@ def reaching_time(law, s0):
     def reached(t, s):
         return s[0] - 1e-9
 
-    reached.terminal = True
+    reached.terminal = True  # type: ignore[attr-defined]
     zero = np.zeros(1)
     solution = solve_ivp(
         lambda t, s: -law.push(np.maximum(s, 1e-12), zero, zero, 0.05),
@@ -228,9 +228,9 @@ def test_second_order_modes_bring_s_and_its_rate_to_zero_in_finite_time(law, s0)
 def first_command(law, member, v, w, period=0.05):
     """What the law commands at the start of a run from speeds ``v``, ``w``; and the acceleration it wants."""
     scenario = Scenario(name="one", robots=(member,), duration=1.0, sensing=Sensing())
-    pose = (np.full((1, 1), member.start[i]) for i in range(3))
+    x, y, heading = (np.full((1, 1), value) for value in member.start)
     seen = Observation(
-        0.0, *pose, np.full((1, 1), v), np.full((1, 1), w), scenario.trajectory.at(0.0), scenario.trajectory
+        0.0, x, y, heading, np.full((1, 1), v), np.full((1, 1), w), scenario.trajectory.at(0.0), scenario.trajectory
     )
     return law.control(seen, law.init(scenario.setting, 1), period)
 
@@ -281,9 +281,11 @@ def test_second_period_adds_the_rate_of_the_desired_velocities_and_the_integral(
     law = SlidingMode(mode="esm", lam=4.0, realisation="velocity", lead=100.0)
     first, memory = first_command(law, member, 0.2, -0.3, period)
     scenario = Scenario(name="one", robots=(member,), duration=1.0, sensing=Sensing())
-    pose = (np.full((1, 1), value) for value in (0.13, 0.91, 0.25))
+    x, y, heading = (np.full((1, 1), value) for value in (0.13, 0.91, 0.25))
     zero = np.zeros((1, 1))
-    seen = Observation(period, *pose, zero + 0.25, zero - 0.2, scenario.trajectory.at(period), scenario.trajectory)
+    seen = Observation(
+        period, x, y, heading, zero + 0.25, zero - 0.2, scenario.trajectory.at(period), scenario.trajectory
+    )
     second, _ = law.control(seen, memory, period)
     desired = np.array([[c.v.item(), c.w.item()] for c in (first, second)])
     e = desired - np.array([[0.2, -0.3], [0.25, -0.2]])
