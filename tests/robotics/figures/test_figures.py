@@ -18,6 +18,7 @@ from robotics.measures.tracking import tracking_error
 from robotics.scenario.reading import parse_scenario
 from robotics.simulation.run import Run
 from robotics.vehicle.robot import Robot
+from tests.drawn import vertices, x_of, y_of
 
 TWO_ROBOTS = """
 duration = 6.0
@@ -57,12 +58,12 @@ def drawn(ax: mpl.axes.Axes, x: np.ndarray, y: np.ndarray) -> list[mpl.lines.Lin
     return [
         line
         for line in ax.lines
-        if np.array_equal(line.get_xdata(), x, equal_nan=True) and np.array_equal(line.get_ydata(), y, equal_nan=True)
+        if np.array_equal(x_of(line), x, equal_nan=True) and np.array_equal(y_of(line), y, equal_nan=True)
     ]
 
 
 def crosses(ax: mpl.axes.Axes) -> list[tuple[float, float]]:
-    return [(line.get_xdata()[0], line.get_ydata()[0]) for line in ax.lines if line.get_marker() == "X"]
+    return [(x_of(line)[0], y_of(line)[0]) for line in ax.lines if line.get_marker() == "X"]
 
 
 def labels(figure: Figure) -> set[str]:
@@ -78,17 +79,17 @@ def test_paths_are_those_of_the_runs(runs: list[Run]) -> None:
             assert same_color(line.get_color(), looks(LAWS)[run.controller].color)
     for nodes in runs[0].paths:
         stride = nodes[:, :: max(1, nodes.shape[1] // POINTS)]
-        found = [line for line in overview.lines if np.array_equal(line.get_xdata()[:100], stride[0, :100])]
+        found = [line for line in overview.lines if np.array_equal(x_of(line)[:100], stride[0, :100])]
         assert [line.get_linestyle() for line in found] == ["--"]
-        assert found[0].get_xdata()[-1] == nodes[0, -1]
+        assert x_of(found[0])[-1] == nodes[0, -1]
     assert overview.get_xlabel() == "x [m]"
     assert overview.get_ylabel() == "y [m]"
     assert overview.get_aspect() == 1
-    starts = {(line.get_xdata()[0], line.get_ydata()[0]) for line in overview.lines if line.get_marker() == "o"}
+    starts = {(x_of(line)[0], y_of(line)[0]) for line in overview.lines if line.get_marker() == "o"}
     assert starts == {(-0.5, 0.0), (0.0, -2.0)}
     # The detail is drawn about the place that a square marks, a place of a reference.
     (square,) = [line for line in overview.lines if line.get_marker() == "s"]
-    (x,), (y,) = square.get_data()
+    (x,), (y,) = x_of(square), y_of(square)
     scale = {"Δx [m]": 1.0, "Δx [mm]": 1000.0}[detail.get_xlabel()]
     assert (x, y) in set(zip(runs[0].target("x").ravel(), runs[0].target("y").ravel(), strict=True))
     assert drawn(detail, scale * (runs[2]["x"][1, 0] - x), scale * (runs[2]["y"][1, 0] - y))
@@ -141,10 +142,10 @@ def test_velocities_have_one_row_a_controller(comparison: Comparison, runs: list
             assert drawn(ax, run.time, run.target(channel)[0])
     assert {"linear speed v [m/s]", "angular speed ω [rad/s]", "time [s]"} <= labels(figure)
     # The wheels end at 0.825 m/s, before the 1.12 m/s that the robot's field says; one run comes near it.
-    limits = [line.get_ydata()[0] for line in figure.axes[0].lines if line.get_label() == "limit"]
+    limits = [y_of(line)[0] for line in figure.axes[0].lines if line.get_label() == "limit"]
     assert limits == [pytest.approx(robot.wheel_speed_limit)]
     # The diverging law turns right at nearly the 5.74 rad/s that the command may have.
-    assert [line.get_ydata()[0] for line in figure.axes[1].lines if line.get_label() == "limit"] == [-5.74]
+    assert [y_of(line)[0] for line in figure.axes[1].lines if line.get_label() == "limit"] == [-5.74]
     assert not [line for line in lines(plot_velocities(runs)) if line.get_label() == "limit"]
 
 
@@ -183,14 +184,14 @@ def test_comparison_shows_every_seed_mean_and_interval(comparison: Comparison) -
         assert ax.get_xlabel().replace("\n", " ").count("[") == 1
         for row, name in enumerate(LAWS):
             group = comparison.table[comparison.table["controller"] == name].groupby("seed")[metric].mean()
-            mean, low, high = summary.loc[(metric, name), ["mean", "low", "high"]]
+            mean, low, high = summary.loc[(metric, name), ["mean", "low", "high"]].to_numpy(dtype=float)
             if np.isinf(mean):
                 assert "never: 3 of 3 ×" in {t.get_text() for t in ax.texts}
                 continue
-            assert any(np.array_equal(line.get_xdata(), group.to_numpy()) for line in ax.lines)
-            assert any(list(line.get_xdata()) == [mean] and list(line.get_ydata()) == [row] for line in ax.lines)
-            bars = [line for line in ax.lines if list(line.get_ydata()) == [row, row]]
-            assert any(np.allclose(line.get_xdata(), [max(low, line.get_xdata()[0]), high]) for line in bars)
+            assert any(np.array_equal(x_of(line), group.to_numpy()) for line in ax.lines)
+            assert any(list(x_of(line)) == [mean] and list(y_of(line)) == [row] for line in ax.lines)
+            bars = [line for line in ax.lines if list(y_of(line)) == [row, row]]
+            assert any(np.allclose(x_of(line), [max(low, x_of(line)[0]), high]) for line in bars)
     norm = figure.axes[shown.index("mean_error_norm")]
     assert norm.get_xscale() == "log"  # the diverging law is more than ten times worse
     assert "logarithmic" in norm.get_xlabel()
@@ -203,9 +204,9 @@ def test_switching_law_is_the_controllers() -> None:
         assert ax.get_xlabel() == "S [m/s]"
         assert "[m/s²]" in ax.get_ylabel()
         for line, (k, mu0) in zip(ax.lines, curves, strict=True):  # the highest end first
-            s = line.get_xdata()
+            s = x_of(line)
             expected = k / (mu0 + (1 - mu0) * np.exp(-3.0 * np.abs(s))) * np.sign(s)
-            np.testing.assert_allclose(line.get_ydata(), expected, rtol=1e-12)
+            np.testing.assert_allclose(y_of(line), expected, rtol=1e-12)
     assert any("conventional" in text for text in labels(figure))
 
 
@@ -215,16 +216,16 @@ def test_rule_base_figures_show_the_rule_bases() -> None:
     assert [ax.get_xlabel() for ax in memberships.axes] == ["distance [m]", "α [rad]"]
     assert {"Very close", "Very far", "Straight"} <= labels(memberships)
     v, w = plot_tracking_velocities().axes[:2]
-    distance, speed = v.lines[0].get_data()
+    distance, speed = x_of(v.lines[0]), y_of(v.lines[0])
     x = np.column_stack([distance, 0 * distance, 0 * distance + 0.1, 0 * distance])
     np.testing.assert_allclose(speed, infer(tracking, x).output[:, 0], atol=1e-12)
     assert np.interp(0.2, distance, speed) == pytest.approx(0.5, abs=0.01)  # distance / 0.4 s
     assert w.get_ylabel() == "ω [rad/s]"
-    assert w.lines[0].get_ydata().max() == pytest.approx(5.74)
-    memberships, turn = plot_lateral().axes
-    assert memberships.get_xlabel() == "y_err [m]"
+    assert y_of(w.lines[0]).max() == pytest.approx(5.74)
+    lateral, turn = plot_lateral().axes
+    assert lateral.get_xlabel() == "y_err [m]"
     assert turn.get_ylabel() == "λ [rad]"
-    assert turn.lines[0].get_ydata()[0] == pytest.approx(-0.6)
+    assert y_of(turn.lines[0])[0] == pytest.approx(-0.6)
 
 
 def test_long_lines_keep_their_extremes() -> None:
@@ -261,7 +262,7 @@ def test_obstacles_and_robots_are_drawn_in_true_size(runs: list[Run]) -> None:
     about = replace(runs[0].about, robots=(Robot(), Robot(length=0.5, width=0.3)))
     top = plot_run(replace(only(runs[0], None), about=about, obstacles=world.rest)).axes[0]
     disc, body = (
-        [p.vertices for c in top.collections if c.get_zorder() == zorder for p in c.get_paths()] for zorder in (1.5, 3)
+        [vertices(p) for c in top.collections if c.get_zorder() == zorder for p in c.get_paths()] for zorder in (1.5, 3)
     )
     np.testing.assert_allclose(disc[0].mean(axis=0), (1.0, 0.7), atol=0.02)
     assert len(body) == 8 * runs[0].samples.shape[3]
