@@ -13,7 +13,7 @@ import numpy as np
 from robotics.environment.world import NUMBER, Geometry, outlines
 from robotics.laws.catalogue import law_title
 from robotics.sensing.sonar import RangeSensor
-from robotics.simulation.mode_changes import Event, mode_events
+from robotics.simulation.mode_changes import ModeChange, mode_events
 from robotics.simulation.run import Run
 from robotics.simulation.spans import FaultSpan, ReplayError, _after, fault_spans, seed_place
 
@@ -73,7 +73,7 @@ class Replay:
     ranges: np.ndarray | None = field(default=None, repr=False)  # (robots, sensors, frames) m; inf: nothing
     sensors: tuple[Mapping[str, RangeSensor], ...] = field(default=(), repr=False)  # what each robot carries, by name
     modes: np.ndarray | None = field(default=None, repr=False)  # codes of robotics.laws.modes.MODES
-    handovers: tuple[Event, ...] = field(default=(), repr=False)  # changes of mode, in the order of time
+    handovers: tuple[ModeChange, ...] = field(default=(), repr=False)  # changes of mode, in the order of time
 
     @property
     def title(self) -> str:
@@ -163,7 +163,7 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
     if run.ranges is not None:
         ranges = np.moveaxis(run.ranges[held, place], 0, -1)
     modes: np.ndarray | None = None
-    handovers: tuple[Event, ...] = ()
+    handovers: tuple[ModeChange, ...] = ()
     if run.modes is not None:
         modes = run.modes[held, place].T
         changes = mode_events(run.time, run.modes[:, place : place + 1])

@@ -1,4 +1,4 @@
-"""What each robot was about, and when that changed: the table of modes and hand-overs of a run."""
+"""The changes of the robots' modes in a run, with their reasons: the table of hand-overs."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,7 +10,7 @@ from robotics.simulation.run import Run
 if TYPE_CHECKING:
     import pandas as pd
 
-# Why one of the first four follows another, (before, after); the longer stories are in robotics.coordination
+# The reasons why one of the first four modes follows another, by (before, after); robotics.laws.avoidance says more
 _REASONS = {
     (TRACK, AVOID): "an obstacle is near",
     (TRACK, FOLLOW): "an obstacle is near",
@@ -29,29 +29,29 @@ TIMED_OUT = "timed out: the group goes on without it"
 REJOINED = "rejoined: the group waits for it again"
 
 
-class Event(NamedTuple):
+class ModeChange(NamedTuple):
     """One change of a robot's mode."""
 
     time: float  # s
-    run: int
-    robot: int
-    before: str
-    after: str
+    run: int  # from 0
+    robot: int  # from 0
+    before: str  # of MODES
+    after: str  # of MODES
     why: str
 
 
-def mode_events(times: np.ndarray, modes: np.ndarray) -> list[Event]:
-    """The changes in ``modes`` (samples, runs, robots) of codes, at ``times`` (samples,) [s]; in the order of time."""
+def mode_events(times: np.ndarray, modes: np.ndarray) -> list[ModeChange]:
+    """The changes of ``modes``, codes (samples, runs, robots), at ``times`` (samples,) [s]; in the order of time."""
     changed = np.argwhere(modes[1:] != modes[:-1])
     return [
-        Event(float(times[k + 1]), int(r), int(i), MODES[before], MODES[after], reason(before, after))
+        ModeChange(float(times[k + 1]), int(r), int(i), MODES[before], MODES[after], reason(before, after))
         for k, r, i in changed.tolist()
         for before, after in [(int(modes[k, r, i]), int(modes[k + 1, r, i]))]
     ]
 
 
 def reason(before: int, after: int) -> str:
-    """Why a robot went from one mode to another, codes of MODES; of two reasons both."""
+    """The reasons why a robot went from the mode ``before`` to the mode ``after``, which are codes of MODES."""
     if after == STOPPED:
         return "its command was not finite, or it was lost"
     reasons = []
@@ -63,9 +63,9 @@ def reason(before: int, after: int) -> str:
 
 
 def events_of(run: Run) -> "pd.DataFrame":
-    """The hand-overs of ``run``, a row each: seed, time [s], robot (from 1), from, to, why.
+    """A table of the hand-overs of ``run``: seed, time [s], robot (from 1), from, to, why.
 
-    By seed, then time. A law without modes has none.
+    Its rows are sorted by seed, then by time. A run of a law without modes has none.
     """
     import pandas as pd
 

@@ -34,7 +34,7 @@ from robotics.scenario.description import ScenarioError
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.sensing.sonar import SONAR
 from robotics.simulation.loop import simulate
-from robotics.simulation.mode_changes import REJOINED, TIMED_OUT, Event, events_of, mode_events, reason
+from robotics.simulation.mode_changes import REJOINED, TIMED_OUT, ModeChange, events_of, mode_events, reason
 from robotics.simulation.run import load_run
 
 DT = 0.05
@@ -385,11 +385,11 @@ def test_it_stops_or_turns_before_a_disc_that_crosses_its_lane():
 def test_events_are_the_changes_of_mode():
     modes = np.array([[[0, 0]], [[1, 0]], [[5, 3]], [[1, 0]]])
     assert mode_events(np.arange(4) * 0.5, modes) == [
-        Event(0.5, 0, 0, "tracking", "avoiding", "an obstacle is near"),
-        Event(1.0, 0, 0, "avoiding", "avoiding, left behind", TIMED_OUT),
-        Event(1.0, 0, 1, "tracking", "yielding", "another robot, or what may move, is near"),
-        Event(1.5, 0, 0, "avoiding, left behind", "avoiding", REJOINED),
-        Event(1.5, 0, 1, "yielding", "tracking", "its way is free"),
+        ModeChange(0.5, 0, 0, "tracking", "avoiding", "an obstacle is near"),
+        ModeChange(1.0, 0, 0, "avoiding", "avoiding, left behind", TIMED_OUT),
+        ModeChange(1.0, 0, 1, "tracking", "yielding", "another robot, or what may move, is near"),
+        ModeChange(1.5, 0, 0, "avoiding, left behind", "avoiding", REJOINED),
+        ModeChange(1.5, 0, 1, "yielding", "tracking", "its way is free"),
     ]
     assert reason(AVOID, STOPPED).startswith("its command")
 
