@@ -1,4 +1,4 @@
-"""What is kept of a simulation as it goes on, and the runs made of it."""
+"""The recorder of a simulation: it keeps samples as the simulation goes on, and makes runs of them."""
 
 import numpy as np
 
@@ -14,20 +14,20 @@ _DEMANDS = [list(CHANNELS).index(name) for name in ("v_demand", "w_demand")]
 
 
 class Recorder:
-    """The samples of a simulation as it goes on, and the runs made of them."""
+    """The samples kept so far of a simulation, from which runs are made at any time."""
 
     def __init__(self, setting: Setting, runs: int, *, links: bool = False) -> None:
-        """Room for all samples of ``runs`` runs of ``setting``; ``links`` keeps the ages of messages too."""
+        """Prepare for all samples of ``runs`` runs of ``setting``; with ``links`` the ages of messages are kept too."""
         self.length = setting.ticks + 1
         self.limits = p.velocity_limits(setting.robots)
-        self.count = self.limited = 0  # samples kept; those whose demands have been brought within the limits
+        self.count = self.limited = 0  # samples kept; samples whose demands are within the limits
         left_out = {"team": setting.kind != "team", "links": not links}
         self.arrays: dict[str, np.ndarray] = {}
         self.records = {name: record for name, record in RECORDS.items() if not left_out.get(name)}
         self.stopped = np.full((runs, len(setting.robots)), -1)
 
     def keep(self, state: State) -> None:
-        """Keep one period; they come in their order."""
+        """Keep one period; periods must come in their order."""
         gone = self.stopped >= 0
         some = bool(gone.any())
         for name, record in self.records.items():
@@ -50,15 +50,20 @@ class Recorder:
         self.count = state.k + 1
 
     def _row(self, name: str, record: Record, k: int, shape: tuple[int, ...]) -> np.ndarray:
-        """Where one period of a record goes; all before the first that has it is 0."""
+        """The place for one period of a record; periods before the first that has the record stay 0."""
         if name not in self.arrays:
             self.arrays[name] = np.zeros((self.length, *shape), dtype=record.dtype)
         return self.arrays[name][k]
 
     def run(self, setting: Setting, level: str, seeds: tuple[int, ...], name: str, which: slice = slice(None)) -> Run:
-        """The run of ``setting`` with the law called ``name``; ``which`` of the runs of the pass are its seeds.
+        """Make the run of what was kept; it ends with the setting, or with the last sample kept.
 
-        It ends with the setting, or before, if no more was kept.
+        Args:
+            setting: The setting that was simulated.
+            level: The law's, "velocity" or "torque".
+            seeds: Those of the run.
+            name: The name of the law.
+            which: The runs of the pass that belong to these seeds.
         """
         end = min(setting.ticks + 1, self.count)
         times = setting.times[:end]
@@ -84,7 +89,7 @@ class Recorder:
 
 
 def _obstacles(setting: Setting, times: np.ndarray) -> Geometry | None:
-    """Where the obstacles are at ``times`` [s]; once, if none moves."""
+    """The places of the obstacles at ``times`` [s]; only one if none moves; None if there are no obstacles."""
     world = setting.world
     if world is None or world.motion is None:
         return None if world is None else world.rest
