@@ -14,12 +14,21 @@ from fuzzy.errors import InputError
 def quantity(
     default: Any, unit: str, *, above: float = -inf, least: float = -inf, most: float = inf, doc: str = ""
 ) -> Any:
-    """A dataclass field: a number in ``unit``, > ``above``, >= ``least`` and <= ``most``."""
+    """Declare a dataclass field that is a number with a unit; :func:`check_quantities` holds it to its range.
+
+    Args:
+        default: The default value, or None for a number that may be left out.
+        unit: The unit, such as "m/s"; "1" for none.
+        above: The number must be greater.
+        least: The number must be this or greater.
+        most: The number must be this or smaller.
+        doc: A sentence for programs that show the field.
+    """
     return field(default=default, metadata={"unit": unit, "above": above, "least": least, "most": most, "doc": doc})
 
 
 def accepted(metadata: Any) -> str:
-    """The unit and the range of a quantity, in words: "a number in m, > 0 and <= 1"."""
+    """The unit and the range of a quantity's ``metadata``, in words: "a finite number in m, > 0 and <= 1"."""
     bounds = []
     if metadata["above"] > -inf:
         bounds.append(f"> {metadata['above']:g}")
@@ -32,7 +41,7 @@ def accepted(metadata: Any) -> str:
 
 
 def is_number(value: Any) -> bool:
-    """Is ``value`` a finite real number that a float can hold?"""
+    """Whether ``value`` is a finite real number that a float can hold."""
     try:
         return isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
     except OverflowError:
@@ -40,9 +49,9 @@ def is_number(value: Any) -> bool:
 
 
 def check_quantities(instance: Any, error: type[InputError]) -> None:
-    """Make every quantity of a frozen dataclass a float within its range; raise ``error`` where one is not.
+    """Make every quantity of a frozen dataclass ``instance`` a float, and check its range.
 
-    The error is ``about`` the offending field.
+    Raises ``error``, which is ``about`` the field, for a value that is no number or is out of range.
     """
     for f in fields(instance):
         if "unit" not in f.metadata:

@@ -1,4 +1,10 @@
-"""The random streams of a seed, beside that of the start and the posture noise: one does not shift another."""
+"""The random streams of a seed: each purpose draws from a generator of its own, so that none shifts another.
 
-# Random streams of a seed beside that of the start and the posture noise, so that one does not shift another
-RADIO_STREAM, RELATIVE_STREAM, WHEEL_STREAM, FAULT_STREAM = 1, 2, 3, 4
+The start and the posture noise draw from the seed alone, the others from [seed, stream].
+"""
+
+RADIO_STREAM = 1  # losses and delays of messages
+RELATIVE_STREAM = 2  # posture noise in proportion to the coordinates
+WHEEL_STREAM = 3  # errors of the wheels' and the axle's sizes
+FAULT_STREAM = 4  # when faults begin
+SONAR_STREAM = 5  # noise, losses and crosstalk of range sensors

@@ -19,7 +19,7 @@ import pandas as pd
 import pytest
 
 from robotics.commands.application import main
-from robotics.designer.tryout import Trial, rival_data
+from robotics.designer.tryout import TryoutTrial, rival_data
 from robotics.environment.collision import footprints, obstacle_clearance, obstacle_contacts
 from robotics.environment.world import OBSTACLES, Obstacle, Piece, outlines
 from robotics.laws.catalogue import CATALOGUE, Preset, make_controller
@@ -210,7 +210,7 @@ def test_a_metric(monkeypatch, tmp_path, capsys):
     assert pd.read_csv(out / "results.csv")["top_speed_mps"].tolist() == [top]
     assert "top_speed_mps" in set(pd.read_csv(out / "summary.csv")["metric"])
     assert "highest speed" in (out / "report.html").read_text(encoding="utf-8")
-    assert rival_data("lyapunov", Trial(scenario="fuzzy-on-path"))["metrics"]["top_speed_mps"] > 0
+    assert rival_data("lyapunov", TryoutTrial(scenario="fuzzy-on-path"))["metrics"]["top_speed_mps"] > 0
 
 
 # An obstacle -----------------------------------------------------------------------------------------------------
@@ -364,12 +364,17 @@ def test_a_report_chapter(monkeypatch, tmp_path):
 
     monkeypatch.setattr("robotics.report.page._DPI", 30)
     begun = []
+
+    def begin(description, total):
+        begun.append(description)
+        return lambda: None
+
     study = write_study(
         tmp_path,
         [parse_scenario(HEAD + ROBOT, "one")],
         ["lyapunov"],
         [0],
-        begin=lambda title, steps: begun.append(title) or (lambda: None),
+        begin=begin,
         chapters=chapters,
     )
     assert begun[0] == "watching the sea"

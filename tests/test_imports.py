@@ -51,10 +51,10 @@ def arrows(root: Path, package: str) -> list[Arrow]:
         tree = ast.parse(file.read_text(encoding="utf-8"))
         inside = {id(n) for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) for n in ast.walk(f)}
         for node in ast.walk(tree):
-            names = []
-            if isinstance(node, ast.Import):
-                names = [alias.name for alias in node.names]
-            elif isinstance(node, ast.ImportFrom):
+            if not isinstance(node, (ast.Import, ast.ImportFrom)):
+                continue
+            names = [alias.name for alias in node.names]
+            if isinstance(node, ast.ImportFrom):
                 assert node.level == 0, f"{file}: relative import"
                 module = node.module or ""
                 whole = [f"{module}.{alias.name}" for alias in node.names]

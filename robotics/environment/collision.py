@@ -1,8 +1,8 @@
 """Contact and clearance of robots with each other and with obstacles, exactly, of all runs in one compiled pass.
 
-A robot is a rectangle, its center at the axle midpoint. Two convex shapes are apart if some side of one separates them
-(separating axes [Gottschalk 1996]); sets are closed, so touching is contact. Circles around robots and bodies are
-compared first. A robot whose pose is not-a-number is nowhere: it touches nothing.
+A robot is a rectangle with its center at the axle midpoint. Two convex shapes are apart if a side of one separates
+them (separating axes [Gottschalk 1996]); shapes are closed sets, so touching is contact. Circles around robots and
+bodies are compared first. A robot whose pose is not-a-number is nowhere: it touches nothing.
 """
 
 from collections.abc import Sequence
@@ -15,15 +15,19 @@ from robotics.vehicle.robot import Robot
 
 
 def footprints(robots: Sequence[Robot]) -> np.ndarray:
-    """Half the length, half the width, and the radius of the circle around it, of each robot (3, robots) [m]."""
+    """The sizes of robots (3, robots) [m]: half the length, half the width, and the radius of the circle around."""
     half = np.array([[r.length / 2, r.width / 2] for r in robots]).T.reshape(2, -1)
     return np.stack([*half, np.hypot(*half) * (1 + 1e-12)])
 
 
 def robot_contacts(x: np.ndarray, y: np.ndarray, heading: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Which other robot each robot touches (runs, robots) int: the first of them, -1 for none.
+    """The first other robot that each robot touches (runs, robots) int, from 0; -1 for none.
 
-    ``x``, ``y`` [m] and ``heading`` [rad] are (runs, robots), ``sizes`` those of :func:`footprints`.
+    Args:
+        x: (runs, robots) [m].
+        y: (runs, robots) [m].
+        heading: (runs, robots) [rad].
+        sizes: Those of :func:`footprints` (3, robots).
     """
     x, y, heading = as_poses(x, y, heading)
     return np.asarray(_robot_contacts(x, y, heading, sizes))
@@ -32,9 +36,10 @@ def robot_contacts(x: np.ndarray, y: np.ndarray, heading: np.ndarray, sizes: np.
 def obstacle_contacts(
     x: np.ndarray, y: np.ndarray, heading: np.ndarray, sizes: np.ndarray, geometry: Geometry
 ) -> np.ndarray:
-    """Which obstacle each robot touches, or is inside of (runs, robots) int: the first of them, -1 for none.
+    """The first obstacle that each robot touches, or is inside of (runs, robots) int, from 0; -1 for none.
 
-    Poses as of :func:`robot_contacts`; ``geometry`` is of as many runs, or of one world for all.
+    Poses and sizes are as of :func:`robot_contacts`; ``geometry`` has as many runs, or one world for all of them.
+    Raises ValueError for another number of runs.
     """
     x, y, heading = as_poses(x, y, heading)
     return np.asarray(_obstacle_contacts(x, y, heading, sizes, *for_runs(geometry, len(x))))
@@ -43,7 +48,7 @@ def obstacle_contacts(
 def robot_clearance(x: np.ndarray, y: np.ndarray, heading: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """The distance [m] from each robot's rectangle to the nearest other's (runs, robots); 0: contact, inf: none.
 
-    Poses as of :func:`robot_contacts`.
+    The arguments are as of :func:`robot_contacts`.
     """
     x, y, heading = as_poses(x, y, heading)
     return np.asarray(_robot_clearance(x, y, heading, sizes))
@@ -54,19 +59,19 @@ def obstacle_clearance(
 ) -> np.ndarray:
     """The distance [m] from each robot's rectangle to the nearest obstacle (runs, robots); 0: contact, inf: none.
 
-    Poses and geometry as of :func:`obstacle_contacts`.
+    The arguments are as of :func:`obstacle_contacts`. Raises ValueError for another number of runs.
     """
     x, y, heading = as_poses(x, y, heading)
     return np.asarray(_obstacle_clearance(x, y, heading, sizes, *for_runs(geometry, len(x))))
 
 
 def as_poses(*values: np.ndarray) -> list[np.ndarray]:
-    """Arrays as the compiled passes want them."""
+    """Copy ``values`` where need be into contiguous arrays of floats, for the compiled passes."""
     return [np.ascontiguousarray(v, dtype=float) for v in values]
 
 
 def for_runs(geometry: Geometry, runs: int) -> Geometry:
-    """``geometry`` if it is that of as many ``runs``, or of one world for all; else a ValueError."""
+    """Return ``geometry`` if it has ``runs`` runs, or one world for all; raise ValueError otherwise."""
     if len(geometry.counts) not in (1, runs):
         raise ValueError(f"a world for each of {runs} runs, or one for all, is needed; got {len(geometry.counts)}")
     return geometry
@@ -161,7 +166,7 @@ def _obstacle_clearance(x, y, heading, sizes, circles, bodies, segments, counts)
 
 @kernel
 def _body_gap(x, y, c, s, size, circle, body, segments, exact):  # type: ignore[no-untyped-def]
-    """From a robot's rectangle to a body [m], 0 in contact; if not ``exact``, apart any number > 0 will do."""
+    """The distance [m] from a robot's rectangle to a body, 0 in contact; unless ``exact``, some number > 0 if apart."""
     if body[NUMBER] == 0:
         dx, dy = circle[0] - x, circle[1] - y
         return max(point_gap(c * dx + s * dy, c * dy - s * dx, size) - circle[2], 0.0)
@@ -182,12 +187,21 @@ def _body_gap(x, y, c, s, size, circle, body, segments, exact):  # type: ignore[
 
 
 # One pair --------------------------------------------------------------------------------------------------------
-# Sizes are columns of footprints(); coordinates are in the rectangle's frame unless it says otherwise.
+# Sizes are columns of footprints(); coordinates are in the rectangle's frame unless stated otherwise.
 
 
 @kernel
 def rectangles_meet(dx, dy, heading, other, size, other_size):  # type: ignore[no-untyped-def]
-    """Do two rectangles have a point in common? The second's center is (``dx``, ``dy``) [m] from the first's."""
+    """Whether two rectangles have a point in common.
+
+    Args:
+        dx: From the first rectangle's center to the second's, in the world's axes [m].
+        dy: The same along y [m].
+        heading: Of the first [rad].
+        other: The heading of the second [rad].
+        size: Of the first, a column of :func:`footprints`.
+        other_size: Of the second.
+    """
     c, s = np.cos(heading), np.sin(heading)
     cc, ss = np.cos(other), np.sin(other)
     # The sides' directions as the other sees them
@@ -202,9 +216,9 @@ def rectangles_meet(dx, dy, heading, other, size, other_size):  # type: ignore[n
 
 @kernel
 def rectangle_gap(dx, dy, heading, other, size, other_size):  # type: ignore[no-untyped-def]
-    """The distance [m] between two rectangles, 0 in contact; arguments as of :func:`rectangles_meet`.
+    """The distance [m] between two rectangles, 0 in contact; the arguments are as of :func:`rectangles_meet`.
 
-    Apart, two convex polygons are as far from each other as a corner of one is from the other.
+    The distance of two convex polygons that are apart is that of a corner of one from the other.
     """
     if rectangles_meet(dx, dy, heading, other, size, other_size):
         return 0.0
@@ -231,7 +245,7 @@ def point_gap(x, y, size):  # type: ignore[no-untyped-def]
 
 @kernel
 def segment_meets(ax, ay, bx, by, size):  # type: ignore[no-untyped-def]
-    """Have a rectangle and the segment from (``ax``, ``ay``) to (``bx``, ``by``) [m] a point in common?"""
+    """Whether a rectangle and the segment from (``ax``, ``ay``) to (``bx``, ``by``) [m] have a point in common."""
     if min(ax, bx) > size[0] or max(ax, bx) < -size[0] or min(ay, by) > size[1] or max(ay, by) < -size[1]:
         return False
     return abs(ax * by - ay * bx) <= size[0] * abs(by - ay) + size[1] * abs(bx - ax)
@@ -242,7 +256,7 @@ def segment_gap(ax, ay, bx, by, size):  # type: ignore[no-untyped-def]
     """The distance [m] from a rectangle to the segment from (``ax``, ``ay``) to (``bx``, ``by``) [m], 0 in contact."""
     if segment_meets(ax, ay, bx, by, size):
         return 0.0
-    # Apart, an end of the segment is nearest to the rectangle, or a corner of the rectangle to the segment.
+    # When apart, an end of the segment is nearest to the rectangle, or a corner of the rectangle to the segment.
     least = min(point_gap(ax, ay, size), point_gap(bx, by, size)) ** 2
     ex, ey = bx - ax, by - ay
     per_square = 1 / (ex * ex + ey * ey)

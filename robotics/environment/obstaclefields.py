@@ -1,7 +1,7 @@
 """Random obstacle fields: convex polygons along paths, and U-shaped traps across one.
 
-Class A keeps gaps through which a robot fits, class B lets obstacles overlap. All draw from a given generator: one
-seeded by a run's seed makes the run's field independent of how many runs are beside it.
+Class A keeps gaps through which a robot fits, class B lets obstacles overlap. All functions draw from a given
+generator: with one that is seeded by a run's seed, the run's field does not depend on the number of runs.
 """
 
 from collections.abc import Sequence
@@ -11,8 +11,8 @@ import numpy as np
 from robotics.environment.world import Point, Polygon, World, WorldError, u_shape
 from robotics.paths.path import Path
 
-GAP = 0.7  # m, between the obstacles of class A: more than twice a robot's diagonal
-_TRIES = 64  # places looked at for an obstacle before it is left out
+GAP = 0.7  # m between the obstacles of class A: more than twice a robot's diagonal
+_TRIES = 64  # the number of places tried for an obstacle before it is left out
 
 
 def random_field(
@@ -26,11 +26,19 @@ def random_field(
     clear: float = 0.6,
     known: bool = False,
 ) -> World:
-    """One to ``most`` convex polygons in circles of ``radius`` (from, to) [m], along the middle 80 % of ``paths``.
+    """Draw convex polygons along the middle 80 % of paths.
 
-    Their centers lie up to ``spread`` [m] beside a path, and every edge ``clear`` [m] or more from where a path begins
-    or ends. ``gap`` [m] is the least between two of them (class A); None lets them overlap (class B). Of as many as
-    were drawn those are left out that find no place. Raises WorldError where not even one does.
+    Polygons that find no place are left out. Raises WorldError where none finds one, and for measures that cannot be.
+
+    Args:
+        generator: The source of all randomness.
+        paths: The paths, at least one.
+        gap: The least distance between two polygons [m] (class A); None lets them overlap (class B).
+        most: The largest number of polygons; 1 or more are drawn.
+        radius: The range (from, to) of the radii of the circles that they fill [m].
+        spread: How far beside a path their centers may lie [m].
+        clear: The least distance from where a path begins or ends [m].
+        known: Whether the robots know them.
     """
     if not 1 <= most <= 1000:
         raise WorldError(f"most must be a whole number >= 1 and <= 1000, got {most!r}")
@@ -69,10 +77,19 @@ def random_trap(
     clear: float = 0.6,
     known: bool = False,
 ) -> World:
-    """A U about the middle of ``path``, its mouth towards the robot that comes, turned by up to ± ``turn`` [rad].
+    """Draw a U about the middle of a path, its mouth towards the robot that comes.
 
-    ``width`` between its arms and ``depth`` (from, to) [m] are those of the free space in it. Raises WorldError where
-    the path is too short to begin and end ``clear`` [m] away from it.
+    Raises WorldError where the path is too short to begin and end ``clear`` metres away from the U.
+
+    Args:
+        generator: The source of all randomness.
+        path: The path.
+        width: The range (from, to) of the free width between its arms [m].
+        depth: The range (from, to) of its free depth [m].
+        turn: The largest angle by which it is turned, either way [rad].
+        thickness: The thickness of its walls [m].
+        clear: The least distance from where the path begins and ends [m].
+        known: Whether the robots know it.
     """
     wide, deep, angle = generator.uniform(*width), generator.uniform(*depth), generator.uniform(-turn, turn)
     on = path.at(generator.uniform(0.45, 0.55) * path.length)
@@ -91,7 +108,7 @@ def random_trap(
 def _candidates(
     generator: np.random.Generator, paths: Sequence[Path], radius: tuple[float, float], spread: float
 ) -> np.ndarray:
-    """Where an obstacle might be: x, y and the radius around it [m], (tries, 3)."""
+    """Places where an obstacle might be (tries, 3): x, y and the radius around it [m]."""
     path = paths[int(generator.integers(len(paths)))]
     place, beside = generator.uniform(0.1, 0.9, _TRIES), generator.uniform(-spread, spread, _TRIES)
     on = path.at(place * path.length)

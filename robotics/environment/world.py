@@ -1,7 +1,7 @@
 """The world: discs, polygons and walls, at rest or moving on given paths, compiled to one table for any number of runs.
 
-A body is what is tested at once: a disc, a polygon with its sides, or one piece of a wall. Every body has a circle
-around it, so that those out of reach cost one comparison. The table of several worlds (a random field for every run)
+A body is a disc, a polygon with its sides, or one piece of a wall. Every body has a circle around it, so that a body
+out of reach costs one comparison. The table of several worlds (a random field for every run)
 is padded to the largest of them; one world may be shared by all runs.
 """
 
@@ -54,11 +54,11 @@ class Piece(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Obstacle(ABC):
-    """Where an obstacle is; what it is say the classes of OBSTACLES, each by its :meth:`pieces`.
+    """The place of an obstacle; the classes of OBSTACLES add its form, each by its :meth:`pieces`.
 
-    Its own frame stands at ``position``, turned by ``heading``. With a ``path`` and its ``timing`` it moves, and rests
-    at the path's end: position and heading then count from the point on the path, "along" it as seen from its tangent,
-    "fixed" without turning.
+    The obstacle's own frame is at ``position``, turned by ``heading``. With a ``path`` and a ``timing`` it moves, and
+    rests at the path's end: position and heading then count from the point on the path, with the orientation "along"
+    in the frame of the path's tangent, with "fixed" in the world's. Raises WorldError for values that cannot be.
     """
 
     position: Point = (0.0, 0.0)  # m
@@ -83,7 +83,7 @@ class Obstacle(ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class Disc(Obstacle):
-    """A solid disc, its center at the position."""
+    """A solid disc with its center at the position."""
 
     radius: float = quantity(0.25, "m", above=0, most=1000)
 
@@ -94,7 +94,7 @@ class Disc(Obstacle):
 
 @dataclass(frozen=True, kw_only=True)
 class Polygon(Obstacle):
-    """A solid polygon, convex or not, whose sides do not cross; :func:`box`, :func:`regular`, :func:`u_shape`."""
+    """A solid polygon, convex or not, whose sides do not cross; see :func:`box`, :func:`regular`, :func:`u_shape`."""
 
     corners: tuple[Point, ...]  # m, in its own frame, either way round, the first not repeated
 
@@ -110,7 +110,7 @@ class Polygon(Obstacle):
             before = sides[k - 1][0]
             if _turn(before, a, b) == 0 and (before[0] - a[0]) * (b[0] - a[0]) + (before[1] - a[1]) * (b[1] - a[1]) > 0:
                 raise _refuse("corners", f"go back over a side at corner {k + 1}, {a}")
-            # Of sides that share a corner the above is enough.
+            # For sides that share a corner the test above is enough.
             for other in range(k + 2, n - (k == 0)):
                 if _cross(a, b, *sides[other]):
                     raise _refuse("corners", f"make sides that cross or touch: sides {k + 1} and {other + 1}")
@@ -124,7 +124,7 @@ class Polygon(Obstacle):
 
 @dataclass(frozen=True, kw_only=True)
 class Wall(Obstacle):
-    """A thin wall along straight pieces; closed, it is an arena: what it encloses is free."""
+    """A thin wall along straight pieces; a closed one is an arena, whose inside is free."""
 
     points: tuple[Point, ...]  # m, in its own frame
 
@@ -145,7 +145,7 @@ OBSTACLES: dict[str, type[Obstacle]] = {"disc": Disc, "polygon": Polygon, "wall"
 
 @dataclass(frozen=True, kw_only=True)
 class World:
-    """All obstacles. Robots that do not know them only sense them."""
+    """All obstacles of a scenario. Robots that do not know them can only sense them."""
 
     obstacles: tuple[Obstacle, ...] = ()
     known: bool = True
@@ -156,7 +156,7 @@ def _turn(a: Point, b: Point, c: Point) -> float:
 
 
 def _cross(a: Point, b: Point, c: Point, d: Point) -> bool:
-    """Do the segments ab and cd have a point in common?"""
+    """Whether the segments ab and cd have a point in common."""
     if any(max(a[i], b[i]) < min(c[i], d[i]) or max(c[i], d[i]) < min(a[i], b[i]) for i in (0, 1)):
         return False
     return _turn(a, b, c) * _turn(a, b, d) <= 0 and _turn(c, d, a) * _turn(c, d, b) <= 0
@@ -174,8 +174,12 @@ def regular(corners: int, radius: float) -> tuple[Point, ...]:
 
 
 def u_shape(width: float, depth: float, thickness: float = 0.06) -> tuple[Point, ...]:
-    """The corners of a U, about the middle of the free space in it: ``width`` between its arms (along y), ``depth``
-    from its mouth, which opens towards −x, to its bottom; walls of ``thickness``. All in m.
+    """The corners [m] of a U whose mouth opens towards −x, about the middle of the free space in it.
+
+    Args:
+        width: The free width between its arms, along y [m].
+        depth: The free depth from its mouth to its bottom [m].
+        thickness: The thickness of its walls [m].
     """
     x, y, t = depth / 2, width / 2, thickness
     return ((-x, -y), (x, -y), (x, y), (-x, y), (-x, y + t), (x + t, y + t), (x + t, -y - t), (-x, -y - t))
@@ -185,30 +189,30 @@ def u_shape(width: float, depth: float, thickness: float = 0.06) -> tuple[Point,
 
 
 class Geometry(NamedTuple):
-    """Where all obstacles are at one time. The first axis is the runs, or 1 for a world that all runs share.
+    """The places of all obstacles at one time. The first axis is the runs, or 1 for a world that all runs share.
 
     A body with segments is a polygon (closed, counter-clockwise) or a piece of a wall; one without is a disc.
     """
 
     circles: np.ndarray  # (runs, bodies, 3) m: x, y, radius of the disc, or of the circle around the body
-    bodies: np.ndarray  # (runs, bodies, 4) int: its first segment, how many, closed?, the obstacle it belongs to
+    bodies: np.ndarray  # (runs, bodies, 4) int: first segment, number of segments, 1 if closed, its obstacle
     segments: np.ndarray  # (runs, segments, 4) m: x, y of one end, x, y of the other
-    counts: np.ndarray  # (runs,) int: bodies of the run; those after it are padding
+    counts: np.ndarray  # (runs,) int: the number of bodies of the run; those after it are padding
 
 
 @dataclass(frozen=True)
 class Obstacles:
     """The obstacles of one world or of several, ready to be placed at any time."""
 
-    rest: Geometry = field(repr=False)  # those that move are in their own frames
-    frames: np.ndarray = field(repr=False)  # (runs, bodies) int: which frame it moves with; -1: none
+    rest: Geometry = field(repr=False)  # bodies that move are in their own frames
+    frames: np.ndarray = field(repr=False)  # (runs, bodies) int: the frame with which a body moves; -1: it rests
     motion: Trajectory | None = field(default=None, repr=False)  # of all frames of all runs
     offsets: np.ndarray = field(default_factory=lambda: np.zeros((3, 0)), repr=False)  # (3, frames) x, y, heading
-    along: np.ndarray = field(default_factory=lambda: np.zeros(0, bool), repr=False)  # (frames,) does it turn?
+    along: np.ndarray = field(default_factory=lambda: np.zeros(0, bool), repr=False)  # (frames,) whether it turns
 
     @property
     def runs(self) -> int:
-        """How many worlds there are."""
+        """The number of worlds."""
         return len(self.rest.counts)
 
     def poses(self, time: float) -> np.ndarray:
@@ -221,7 +225,7 @@ class Obstacles:
         return np.stack([on.x + c * x - s * y, on.y + s * x + c * y, turn + heading])
 
     def at(self, time: float) -> Geometry:
-        """Where all are at ``time`` [s]. Nothing is copied where nothing moves."""
+        """The places of all obstacles at ``time`` [s]. Nothing is copied where nothing moves."""
         if self.motion is None:
             return self.rest
         x, y, heading = self.poses(time)
@@ -231,12 +235,12 @@ class Obstacles:
 
 
 def compile_world(world: World) -> Obstacles:
-    """``world`` for all runs to share. Raises WorldError, or PathError for a path that an obstacle cannot move on."""
+    """Compile ``world`` for all runs. Raises WorldError, or PathError for a path on which no obstacle can move."""
     return compile_worlds([world])
 
 
 def compile_worlds(worlds: Sequence[World]) -> Obstacles:
-    """A world for every run. Raises as :func:`compile_world`; the ``keys`` of a PathError say what it is about."""
+    """Compile a world for every run. Raises as :func:`compile_world`; a PathError's ``at`` says what it is about."""
     moving: list[tuple[int, Obstacle]] = []
     listed = [_listed(world, moving) for world in worlds]
     runs, bodies, segments = len(listed), *(max((len(row[i]) for row in listed), default=0) for i in (0, 2))
@@ -265,7 +269,7 @@ def compile_worlds(worlds: Sequence[World]) -> Obstacles:
 
 
 class _Listed(NamedTuple):
-    """One world's part of a :class:`Geometry`, and which frame each body moves with."""
+    """One world's part of a :class:`Geometry`, and the frame with which each body moves."""
 
     circles: list[list[float]]
     bodies: list[list[int]]
@@ -274,7 +278,7 @@ class _Listed(NamedTuple):
 
 
 def _listed(world: World, moving: list[tuple[int, Obstacle]]) -> _Listed:
-    """The bodies of ``world``; those of its obstacles that move are added to ``moving``, whose order numbers frames."""
+    """List the bodies of ``world``, and add its obstacles that move to ``moving``, whose order numbers the frames."""
     row = _Listed([], [], [], [])
     for i, obstacle in enumerate(world.obstacles):
         frame = -1
@@ -310,7 +314,7 @@ def _moved(p: Point, obstacle: Obstacle) -> Point:
 
 
 def _circle(points: list[Point], radius: float) -> list[float]:
-    """A circle around ``points`` (not the smallest), and ``radius`` more; a little too large, never too small."""
+    """A circle around ``points`` (not the smallest): x, y, radius; a single point gets the circle of ``radius``."""
     if len(points) == 1:
         return [*points[0], radius]
     xs, ys = [p[0] for p in points], [p[1] for p in points]
@@ -320,7 +324,7 @@ def _circle(points: list[Point], radius: float) -> list[float]:
 
 @kernel
 def _placed(circles, bodies, segments, counts, frames, pose):  # type: ignore[no-untyped-def]
-    """Circles and segments with those that move taken from their frames (x, y, cos, sin) into the world."""
+    """Circles and segments in the world; those that move are taken from their frames (x, y, cos, sin)."""
     circles, segments = circles.copy(), segments.copy()
     for r in range(circles.shape[0]):
         for b in range(counts[r]):
@@ -338,7 +342,7 @@ def _placed(circles, bodies, segments, counts, frames, pose):  # type: ignore[no
 
 
 def outlines(geometry: Geometry, run: int = 0) -> list[np.ndarray]:
-    """What to draw of one run: for every body its points (points, 2) [m], a disc or a polygon back to its first."""
+    """The outlines of one run's bodies to draw, (points, 2) [m] each; that of a disc or a polygon is closed."""
     run = run if len(geometry.counts) > 1 else 0
     lines = []
     for (x, y, radius), (first, number, closed, _) in zip(

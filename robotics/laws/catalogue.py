@@ -144,16 +144,17 @@ CATALOGUE: dict[str, Preset] = {
 
 
 def presets() -> dict[str, Preset]:
-    """The package's own presets, and after them those that other installed packages add.
+    """All presets by name: the package's own, and after them those that other installed packages add.
 
     An entry point of the group ``fuzzyfleet.laws`` names a :class:`Preset`, or a dataclass derived from
-    :class:`robotics.laws.law.Law`. One that is neither, or cannot be loaded, is left out: see :func:`unusable_laws`.
+    :class:`robotics.laws.law.Law`. An entry point that names neither, or cannot be loaded, is left out: see
+    :func:`unusable_laws`.
     """
     return CATALOGUE | _installed()[0]
 
 
 def unusable_laws() -> dict[str, str]:
-    """The laws of other packages that cannot be used, by name, with a sentence that says why."""
+    """The laws of other packages that cannot be used, by name, each with a sentence that says why."""
     return _installed()[1]
 
 
@@ -168,7 +169,7 @@ def _installed() -> tuple[dict[str, Preset], dict[str, str]]:
             continue
         try:
             thing = entry.load()
-        except Exception as error:  # whatever a stranger's module does when it is imported
+        except Exception as error:  # another package's module may raise anything when it is imported
             bad[entry.name] = f"{what} cannot be loaded: {type(error).__name__}: {error}"
             continue
         if isinstance(thing, type) and issubclass(thing, Law) and is_dataclass(thing):
@@ -201,7 +202,7 @@ def preset_of(specification: str) -> Preset:
 def make_controller(specification: str) -> Law[Any]:
     """The controller of a specification ``name`` or ``name:gain=value,gain=value``.
 
-    A gain of a part, such as a team law's tracker, is ``tracker.ky``; ``ky`` alone will do where it is the only one.
+    A gain of a part, such as a team law's tracker, is called ``tracker.ky``, or only ``ky`` where no other gain is.
     Raises ControllerError for an unknown name or gain, or a value that the gain cannot take.
     """
     name, _, gains = specification.partition(":")
@@ -227,7 +228,7 @@ def make_controller(specification: str) -> Law[Any]:
 
 
 def _gain_fields(law: type[Any]) -> dict[str, Any]:
-    """The fields that are gains, by name; those of a part as ``part.gain``."""
+    """The fields of ``law`` that are gains, by name; those of a part are called ``part.gain``."""
     found: dict[str, Any] = {}
     for f in fields(law):
         if not f.init:
@@ -241,7 +242,7 @@ def _gain_fields(law: type[Any]) -> dict[str, Any]:
 
 
 def _built(law: type[Any], values: dict[str, Any]) -> Any:
-    """``law`` with these gains, of which some are those of its parts."""
+    """Make a ``law`` with the gains ``values``, some of which are those of its parts."""
     own = {name: value for name, value in values.items() if "." not in name}
     for f in fields(law):
         changed = {n.partition(".")[2]: v for n, v in values.items() if n.partition(".")[0] == f.name and "." in n}
@@ -266,7 +267,7 @@ def _value(name: str, field: Any, text: str) -> Any:
 
 
 def gains_of(law: Law[Any]) -> dict[str, Any]:
-    """Every gain of a controller that has an effect, by name: what a comparison records beside its numbers."""
+    """Every gain of ``law`` that has an effect, by name, for a comparison to record beside its numbers."""
     found: dict[str, Any] = {}
     for name in _gain_fields(type(law)):
         part, _, gain = name.rpartition(".")
@@ -277,13 +278,13 @@ def gains_of(law: Law[Any]) -> dict[str, Any]:
 
 
 def label(specification: str) -> str:
-    """A controller's name for a figure or table: the preset's title, with the gains that were changed."""
+    """A controller's name for figures and tables: the preset's title, with the gains that were changed."""
     gains = specification.partition(":")[2]
     return preset_of(specification).title + (f" ({gains})" if gains else "")
 
 
 def law_title(controller: str) -> str:
-    """:func:`label` of what a run says drove it; the name itself, of a run from a file or of a law without a preset."""
+    """The :func:`label` of a run's controller, or the name itself where there is no such preset (a run from a file)."""
     try:
         return label(controller)
     except ControllerError:
@@ -291,7 +292,7 @@ def law_title(controller: str) -> str:
 
 
 def kept_distance(controller: str) -> float | None:
-    """The distance [m] between centers that a law keeps, by its specification: d_min (6.1), or its plan's clearance."""
+    """The distance [m] between centers that a law keeps, d_min (6.1) or its plan's clearance; None if it keeps none."""
     try:
         law = make_controller(controller)
     except ControllerError:  # a run from a file or of a controller without a preset

@@ -1,6 +1,6 @@
-"""What a control law is: its gains, what it may know, and what it commands.
+"""The base of all control laws: gains, what a law may know, and what it commands.
 
-A law is a frozen dataclass of gains. What it remembers is passed in and handed back; it never sees the true state.
+A law is a frozen dataclass of gains. Its memory is passed in and handed back; it never sees the true state.
 Arrays carry (runs, robots) in front, and a law is written for all of them at once.
 """
 
@@ -16,6 +16,7 @@ from robotics.laws.setting import Setting
 from robotics.paths.references import References
 from robotics.paths.trajectory import Reference
 from robotics.radio.channel import NOTHING, Heard
+from robotics.radio.graph import is_connected
 from robotics.sensing.sonar import Ranges
 from robotics.vehicle.plant import Level
 
@@ -27,7 +28,7 @@ class ControllerError(InputError):
 
 
 class Observation(NamedTuple):
-    """What the robots know at one time."""
+    """All that the robots know at one time."""
 
     time: float  # s
     x: np.ndarray  # (runs, robots) m, measured
@@ -42,26 +43,24 @@ class Observation(NamedTuple):
 
 
 class Command(NamedTuple):
-    """What the robots shall do until the next period."""
+    """The command to the robots until the next period."""
 
     first: np.ndarray  # (runs, robots): v [m/s], or the right wheel's torque [N m]
     second: np.ndarray  # (runs, robots): ω [rad/s], or the left wheel's torque [N m]
     v: np.ndarray  # (runs, robots) m/s: the speed that the law tries to reach; v_d of (2.13), (2.26)
     w: np.ndarray  # (runs, robots) rad/s
-    message: Mapping[str, np.ndarray] | None = None  # (runs, robots) each: what each robot broadcasts, by name
-    target: Reference | None = None  # (runs, robots) each field, if it is not the scenario's reference
+    message: Mapping[str, np.ndarray] | None = None  # (runs, robots) each, by name: the message of each robot
+    target: Reference | None = None  # each field (runs, robots), where the target is not the setting's reference
     progress: np.ndarray | None = None  # (runs, robots) the law's own path parameter, from 0 to 1
     refused: np.ndarray | None = None  # (runs,) bool: the law knows no safe way, and the robots stay where they are
-    mode: np.ndarray | None = (
-        None  # (runs, robots) int: what each robot is doing; an index of MODES in robotics.laws.modes
-    )
+    mode: np.ndarray | None = None  # (runs, robots) int: each robot's mode, an index of robotics.laws.modes.MODES
 
 
 class Law(ABC, Generic[Memory]):
     """A control law with its gains; ``Memory`` is what it remembers from one period to the next.
 
-    A law is a frozen dataclass that derives from this class and gives :meth:`init` and :meth:`control`. Where the
-    defaults below do not fit it overrides them.
+    A law is a frozen dataclass that derives from this class and defines :meth:`init` and :meth:`control`. It overrides
+    those of the defaults below that do not fit.
     """
 
     message: ClassVar[tuple[str, ...]] = ()  # the names of the values that each robot broadcasts
@@ -74,7 +73,7 @@ class Law(ABC, Generic[Memory]):
 
     @property
     def watchdog(self) -> float:
-        """After how long [s] without a new command a robot stops by itself."""
+        """The time [s] without a new command after which a robot stops by itself."""
         return inf
 
     @property
@@ -84,11 +83,11 @@ class Law(ABC, Generic[Memory]):
 
     @abstractmethod
     def init(self, setting: Setting, runs: int) -> Memory:
-        """What it remembers at the start of ``runs`` runs. Raises ControllerError where it cannot drive the setting."""
+        """Return its memory at the start of ``runs`` runs. Raises ControllerError where it cannot drive ``setting``."""
 
     @abstractmethod
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
-        """Its command, and what it remembers, ``dt`` seconds after the last."""
+        """Return its command for what the robots have ``seen``, and its new memory, ``dt`` seconds after the last."""
 
 
 def check_needs(setting: Setting, law: Law[Any]) -> None:
@@ -103,4 +102,19 @@ def check_needs(setting: Setting, law: Law[Any]) -> None:
             )
 
 
-Controller = Law  # what it was called in version 0.1
+def check_team(setting: Setting) -> None:
+    """Raise ControllerError unless the scenario is one of a team, whose robots shall arrive together."""
+    if setting.kind != "team":
+        raise ControllerError(f'{setting.name}: this law needs a scenario of kind = "team"')
+
+
+def check_connected(setting: Setting) -> None:
+    """Raise ControllerError unless the message of every robot reaches every other, over others if need be."""
+    if not is_connected(setting.radio.adjacency(len(setting.robots))):
+        raise ControllerError(
+            f"{setting.name}: the graph {setting.radio.graph!r} is not connected: every robot must reach every other, "
+            "over others if need be"
+        )
+
+
+Controller = Law  # the name of the class in version 0.1

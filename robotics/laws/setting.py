@@ -1,4 +1,4 @@
-"""The setting of a law: what it is told, before the start, of the robots that it drives and of what they have to do."""
+"""The setting of a law: all that it is told, before the start, of its robots and of their task."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,16 +14,16 @@ from robotics.sensing.posture import Sensing
 from robotics.sensing.sonar import RangeSensor
 from robotics.vehicle.robot import Robot
 
-# Each robot has its own reference; a leader and its followers; or a team that shall arrive together
+# Each robot has its own reference; or there are a leader and its followers; or a team that shall arrive together
 Kind = Literal["tracking", "formation", "team"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Setting:
-    """What is simulated, for one array pass: a scenario, or an ensemble of runs that each have their own paths.
+    """A compiled scenario, or an ensemble of runs that each have their own paths, ready for one array pass.
 
-    In an ensemble starts, references and world differ from run to run, and carry (runs, ...) in front; all else is
-    shared. Scenarios are descriptions in a file; this is what is left of them when they are compiled.
+    In an ensemble the starts, the references and the world differ from run to run, and carry (runs, ...) in front; the
+    rest is shared.
     """
 
     name: str  # of the scenario, for messages
@@ -33,7 +33,7 @@ class Setting:
     references: References
     radio: Radio
     sensing: tuple[Sensing, ...]  # how each robot knows its posture
-    sensors: tuple[Mapping[str, RangeSensor], ...]  # what range sensors each robot carries, by name
+    sensors: tuple[Mapping[str, RangeSensor], ...]  # the range sensors that each robot carries, by name
     world: Obstacles | None  # the obstacles; the robots do not know them, they only sense them
     faults: tuple[Fault, ...]
     ticks: int  # control periods

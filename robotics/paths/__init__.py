@@ -1,1 +1,1 @@
-"""Where robots shall be, and when: paths, references, posture errors."""
+"""The places where robots shall be, and when: paths, references, posture errors."""

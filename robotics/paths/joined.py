@@ -1,4 +1,4 @@
-"""The paths of several robots in one table: points and nearest points of all of them in one compiled pass."""
+"""The paths of several robots in one table: points and nearest points of all robots in one compiled pass."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -11,24 +11,24 @@ from robotics.paths.path import HEADING, Path, PathPoint, X, Y, point
 
 @dataclass(frozen=True)
 class PathTable:
-    """The paths of several robots in one table, for looking at all of them in one pass.
+    """The paths of several robots in one table, for looking up all of them in one pass.
 
     Each robot has one path in all runs, or, with ``lengths`` (runs, robots), another in every run.
     """
 
     lengths: np.ndarray  # (robots,) or (runs, robots) m
-    table: np.ndarray = field(repr=False)  # (5, nodes of all): as of Path, one path after the other
+    table: np.ndarray = field(repr=False)  # (5, nodes of all paths): as of Path, one path after the other
     first: np.ndarray = field(repr=False)  # as lengths, but flat: the column at which each begins
-    cells: np.ndarray = field(repr=False)  # as lengths, but flat: one less than its nodes
+    cells: np.ndarray = field(repr=False)  # as lengths, but flat: the number of its nodes minus 1
 
     @property
     def paths(self) -> tuple[Path, ...]:
-        """Every path by itself; with another path in every run, those of the first run, then those of the second."""
+        """The single paths, robot after robot; with another path in every run, run after run."""
         rows = zip(self.lengths.ravel(), self.first, self.cells, strict=True)
         return tuple(Path(float(length), np.ascontiguousarray(self.table[:, k : k + n + 1])) for length, k, n in rows)
 
     def at(self, s: np.ndarray) -> PathPoint:
-        """Each robot's path at its abscissae ``s`` (..., robots) [m]; beyond an end it stays there.
+        """The points of each robot's path at abscissae ``s`` (..., robots) [m]; beyond an end the point stays there.
 
         With another path in every run ``s`` is (runs, robots).
         """
@@ -37,9 +37,15 @@ class PathTable:
         return PathPoint(*(row.reshape(np.shape(s)) for row in rows))
 
     def nearest(self, x: np.ndarray, y: np.ndarray, around: np.ndarray, reach: np.ndarray) -> np.ndarray:
-        """The abscissae [m] of the points nearest to ``x``, ``y`` [m] within ``reach`` [m] of ``around`` [m].
+        """The abscissae [m] of each path's nearest points, (..., robots) as all arguments.
 
-        All are (..., robots). A path that crosses or closes itself is thus followed along the branch one is on.
+        A path that crosses or closes itself is followed along the branch on which the robot is.
+
+        Args:
+            x: The robot's x [m].
+            y: The robot's y [m].
+            around: The abscissa about which to look [m].
+            reach: How far along the path to look, both ways [m].
         """
         shape = np.shape(x)
         alike = (a if np.shape(a) == shape else np.broadcast_to(a, shape) for a in (x, y, around, reach))
@@ -48,14 +54,14 @@ class PathTable:
 
 
 def join_paths(paths: Sequence[Path]) -> PathTable:
-    """``paths``, one a robot, in one table."""
-    nodes = np.array([path.table.shape[1] for path in paths])
-    return PathTable(
-        np.array([path.length for path in paths]),
-        np.ascontiguousarray(np.concatenate([path.table for path in paths], axis=1)),
-        np.concatenate([[0], np.cumsum(nodes)[:-1]]),
-        nodes - 1,
-    )
+    """Put ``paths``, one for each robot, into one table."""
+    return _joined(np.array([path.length for path in paths]), [path.table for path in paths])
+
+
+def _joined(lengths: np.ndarray, tables: Sequence[np.ndarray]) -> PathTable:
+    nodes = np.array([table.shape[1] for table in tables])
+    joined = np.ascontiguousarray(np.concatenate(tables, axis=1))
+    return PathTable(lengths, joined, np.concatenate([[0], np.cumsum(nodes)[:-1]]), nodes - 1)
 
 
 @kernel
@@ -85,7 +91,7 @@ def _nearest_of_all(table, first, cells, lengths, x, y, around, reach):  # type:
 
 @kernel
 def _nearest_node(table, first, cells, h, x, y, around, low, high):  # type: ignore[no-untyped-def]
-    """Which node between ``low`` and ``high`` is nearest to (x, y); where there is none, one beside them."""
+    """The number of the node between ``low`` and ``high`` nearest to (x, y); one beside them where there is none."""
     start = min(int(np.ceil(low / h - 1e-9)), cells)
     stop = max(min(int(high / h + 1e-9), cells), start)
     stride = max(int(np.sqrt((stop - start) / 2)), 1)
@@ -95,7 +101,7 @@ def _nearest_node(table, first, cells, h, x, y, around, low, high):  # type: ign
         square = _square(table, first + k, x, y)
         if square < least:
             least, best = square, k
-    # A metre along the path brings one nearer by a metre at most: few of the stretches left out can hold a better one.
+    # A metre along the path leads nearer by a metre at most: few of the stretches left out can hold a better node.
     past = np.sqrt(_square(table, first + start, x, y))
     for k in range(start, stop, stride):
         end = min(k + stride, stop)
@@ -116,8 +122,10 @@ def _square(table, k, x, y):  # type: ignore[no-untyped-def]
 
 @kernel
 def _nearest_beside(table, first, cells, h, x, y, best, low, high):  # type: ignore[no-untyped-def]
-    """The abscissa nearest to (x, y) in the cell before or behind node ``best``: of half the squared distance there,
-    g and g' are the first two derivatives by the cell's own parameter t; g = 0 by Newton's method, held in a bracket.
+    """The abscissa nearest to (x, y) in the cell before or behind node ``best``.
+
+    There g is the derivative of half the squared distance by the cell's own parameter t; g = 0 is found by Newton's
+    method, held in a bracket.
     """
     k = first + best
     ca, sa = np.cos(table[2, k]), np.sin(table[2, k])
@@ -166,20 +174,13 @@ def _nearest_beside(table, first, cells, h, x, y, best, low, high):  # type: ign
 
 
 def table_length(table: np.ndarray) -> float:
-    """The length [m] of the path with that table, whose nodes are equally spaced."""
+    """The length [m] of the path with that ``table`` (5, nodes), whose nodes are equally spaced."""
     chord = np.hypot(np.diff(table[X]), np.diff(table[Y]))
     turn = np.abs(np.diff(table[HEADING]))
     return float((chord * (1 + turn**2 / 24)).sum())  # arc over chord, to the second order
 
 
 def join_tables(tables: Sequence[Sequence[np.ndarray]]) -> PathTable:
-    """The paths of ``tables`` [run][robot] as one table."""
+    """Put paths, given by their ``tables`` [run][robot] (5, nodes), into one table with another path in every run."""
     flat = [table for row in tables for table in row]
-    nodes = np.array([table.shape[1] for table in flat])
-    lengths = np.array([table_length(table) for table in flat]).reshape(len(tables), len(tables[0]))
-    return PathTable(
-        lengths,
-        np.ascontiguousarray(np.concatenate(flat, axis=1)),
-        np.concatenate([[0], np.cumsum(nodes)[:-1]]),
-        nodes - 1,
-    )
+    return _joined(np.array([table_length(table) for table in flat]).reshape(len(tables), len(tables[0])), flat)

@@ -1,4 +1,4 @@
-"""Paths: sine, circle, straight line, quintic and way-points, all compiled to one arc-length table.
+"""Paths: sine, circle, straight line, quintic and way-points, each compiled to an arc-length table.
 
 A shape is a curve p(u), u in [0, 1], with its first two derivatives. :func:`compile_path` measures its length
 (Gauss-Legendre quadrature, to 1e-9 m or better) and tabulates position, heading and curvature at equal steps of
@@ -15,7 +15,7 @@ from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.quantity import check_quantities, quantity
 
-LONGEST = 1e4  # m: the table of a path this long takes 80 MB
+LONGEST = 1e4  # m: the table of a longer path would take more than 80 MB
 
 
 class PathError(InputError):
@@ -26,7 +26,7 @@ class Shape(Protocol):
     """A plane curve p(u), u in [0, 1], twice continuously differentiable, with p' ≠ 0."""
 
     def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """p, dp/du and d²p/du², each (2, ...) in m, at ``u`` (...)."""
+        """Return p, dp/du and d²p/du², each (2, ...) in m, at ``u`` (...)."""
         ...
 
 
@@ -79,11 +79,13 @@ class Sine:
 
 @dataclass(frozen=True, kw_only=True)
 class Circle:
-    """A circle, or as much of it as ``turns`` says, from ``start_angle`` on."""
+    """A circle that begins at ``start_angle``; with ``turns`` other than 1 a part of it, or several rounds."""
 
     center: tuple[float, float] = (0.0, 0.0)  # m
     radius: float = quantity(1.0, "m", above=0)
-    start_angle: float = quantity(0.0, "rad", least=-2 * pi, most=2 * pi)  # where on the circle it begins
+    start_angle: float = quantity(
+        0.0, "rad", least=-2 * pi, most=2 * pi
+    )  # of the point where it begins, seen from the center
     direction: Literal["counter-clockwise", "clockwise"] = "counter-clockwise"
     turns: float = quantity(1.0, "turns", above=0)
 
@@ -128,8 +130,8 @@ class Line:
 class Quintic:
     """The fifth-order polynomial p(u) through given ends and end tangents, with p'' = 0 at both ends.
 
-    A tangent is dp/du [m]. A slope dy/dx stands for the tangent (X, slope · X), X being the extent in x: then y is
-    a quintic polynomial of x, the thesis's trajectory (2.3, 5.3).
+    A tangent is dp/du [m]. A slope dy/dx means the tangent (X, slope · X), with X the extent in x; y is then a quintic
+    polynomial of x, the thesis's trajectory (2.3, 5.3).
     """
 
     start: tuple[float, float]  # m
@@ -203,7 +205,7 @@ SHAPES: dict[str, type] = {"sine": Sine, "circle": Circle, "line": Line, "quinti
 
 
 class PathPoint(NamedTuple):
-    """Where a path is at given abscissae; every field has their shape."""
+    """The points of a path at given abscissae; every field has their shape."""
 
     x: np.ndarray  # m
     y: np.ndarray  # m
@@ -211,7 +213,7 @@ class PathPoint(NamedTuple):
     curvature: np.ndarray  # 1/m, > 0 to the left
 
 
-# Rows of the table
+# Rows of the table: x [m], y [m], heading [rad], curvature [1/m], the shape's parameter u
 X, Y, HEADING, CURVATURE, U = range(5)
 
 
@@ -228,25 +230,25 @@ class Path:
         return self.length / (self.table.shape[1] - 1)
 
     def at(self, s: np.ndarray | float) -> PathPoint:
-        """The path at abscissae ``s`` [m] of any shape; beyond an end it stays there."""
+        """The points at abscissae ``s`` [m], of any shape; beyond an end the point stays there."""
         s = np.asarray(s, dtype=float)
         rows = _points(self.table, self.length, np.atleast_1d(s).ravel())
         return PathPoint(*(row.reshape(s.shape) for row in rows))
 
     def beside(self, x: np.ndarray) -> PathPoint:
-        """The points that have these ``x`` [m] of any shape, or the nearer end; x must grow along the path."""
+        """The points with these ``x`` [m], of any shape, or else the nearer end; x must grow along the path."""
         x = np.asarray(x, dtype=float)
         rows = _points_beside(self.table, self.length, np.atleast_1d(x).ravel())
         return PathPoint(*(row.reshape(x.shape) for row in rows))
 
     def abscissa(self, u: np.ndarray) -> np.ndarray:
-        """The abscissae [m] of parameters ``u`` in [0, 1] of the shape, linear between nodes (to about 1e-5 m)."""
+        """The abscissae [m] of the shape's parameters ``u`` in [0, 1], linear between nodes (to about 1e-5 m)."""
         nodes = np.linspace(0.0, self.length, self.table.shape[1])
         return np.interp(u, self.table[U], nodes)
 
 
 def compile_path(shape: Shape, spacing: float = 0.005) -> Path:
-    """The arc-length table of ``shape`` with nodes ``spacing`` metres apart or closer.
+    """Make the arc-length table of ``shape`` with nodes ``spacing`` metres apart or closer.
 
     Raises PathError where the curve has no length, stands still or turns on the spot.
     """
@@ -254,7 +256,7 @@ def compile_path(shape: Shape, spacing: float = 0.005) -> Path:
     edges = np.linspace(0.0, 1.0, cells + 1)
     nodes, weights = np.polynomial.legendre.leggauss(5)
     u = edges[:-1, None] + (nodes + 1) / (2 * cells)
-    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is too long, and refused below
+    with np.errstate(over="ignore", invalid="ignore"):  # a curve that overflows is too long, and is refused below
         _, slope, _ = shape.curve(u)
         pieces = np.hypot(slope[0], slope[1]) @ weights / (2 * cells)
         measured = np.concatenate([[0.0], np.cumsum(pieces)])
@@ -270,7 +272,7 @@ def compile_path(shape: Shape, spacing: float = 0.005) -> Path:
     speed = np.hypot(slope[0], slope[1])
     heading = np.unwrap(np.arctan2(slope[1], slope[0]))
     good = speed > 1e-9 * length
-    good[1:] &= np.abs(np.diff(heading)) < pi / 2  # or it turns on the spot between two nodes
+    good[1:] &= np.abs(np.diff(heading)) < pi / 2  # otherwise it turns on the spot between two nodes
     if not good.all():
         where = shape.curve(np.interp(s[np.argmin(good)], measured, edges))[0]
         raise PathError(
@@ -298,9 +300,16 @@ def _parameter_at(shape: Shape, edges: np.ndarray, measured: np.ndarray, s: np.n
 
 @kernel
 def point(table, first, cells, length, s):  # type: ignore[no-untyped-def]
-    """x, y, heading and curvature at one abscissa ``s`` of the path whose nodes begin at column ``first``.
+    """Return x [m], y [m], heading [rad] and curvature [1/m] at one abscissa of one path of a table.
 
-    Cubic Hermite interpolation: positions with the tangent (cos, sin) of the heading, headings with κ.
+    The interpolation is cubic Hermite: positions with the tangent (cos, sin) of the heading, headings with κ.
+
+    Args:
+        table: The table of one path or of several (5, nodes).
+        first: The column at which the path begins.
+        cells: The number of its nodes minus 1.
+        length: Its length [m].
+        s: The abscissa [m]; beyond an end the point stays there.
     """
     h = length / cells
     place = min(max(s, 0.0), length) / h

@@ -1,4 +1,4 @@
-"""The table of a quintic path, made quickly: for thousands of random paths."""
+"""Tables of quintic paths, made quickly: for thousands of random paths."""
 
 import numpy as np
 
@@ -6,10 +6,9 @@ from robotics.paths.path import CURVATURE, HEADING, Quintic, U, X, Y
 
 
 def quintic_table(shape: Quintic, spacing: float = 0.02) -> np.ndarray:
-    """The table of :class:`robotics.paths.path.Path` for a quintic, to about 1e-6 m.
+    """Make the table of :class:`robotics.paths.path.Path` for a quintic, to about 1e-6 m.
 
-    Nodes are at most ``spacing`` [m] apart.
-    A thousand times are enough for its length: what :func:`robotics.paths.path.compile_path` does more exactly.
+    Nodes are at most ``spacing`` [m] apart. :func:`robotics.paths.path.compile_path` is slower and more exact.
     """
     u = np.linspace(0.0, 1.0, 801)
     _, slope, _ = shape.curve(u)

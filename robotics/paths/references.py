@@ -1,4 +1,4 @@
-"""References of many robots at once: what a trajectory of one scenario and those of many have in common."""
+"""References of many robots at once: the protocol that the trajectories of one scenario and of many share."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,23 +11,23 @@ from robotics.paths.trajectory import Reference, Trajectory
 
 
 class References(Protocol):
-    """Where every robot shall be, and when.
+    """The places where every robot shall be, and when.
 
-    ``robots`` below is (robots,), or (runs, robots) where each run has its own.
+    The shape ``robots`` below is (robots,), or (runs, robots) where each run has its own references.
     """
 
     @property
     def joined(self) -> PathTable:
-        """The paths of all robots in one table; its lengths are ``robots`` [m]."""
+        """The paths of all robots in one table; its lengths [m] have the shape ``robots``."""
         ...
 
     @property
     def ends(self) -> np.ndarray:
-        """When each reference reaches the end of its path [s], ``robots``."""
+        """The times [s] at which the references reach the ends of their paths, of the shape ``robots``."""
         ...
 
     def at(self, time: float) -> Reference:
-        """Every robot's reference at ``time`` [s]; each field is ``robots``."""
+        """Every robot's reference at ``time`` [s]; each field has the shape ``robots``."""
         ...
 
     def each_at(self, times: np.ndarray) -> Reference:
@@ -43,14 +43,14 @@ def sampled(references: References, times: np.ndarray) -> Reference:
 
 @dataclass(frozen=True, eq=False)
 class EvenTiming:
-    """Paths that are driven at constant speed, in each run another, and each run in its own time."""
+    """Paths that are driven at constant speed; each run has its own paths and its own duration."""
 
     joined: PathTable  # lengths (runs, robots)
     durations: np.ndarray  # (runs,) s
 
     @property
     def ends(self) -> np.ndarray:
-        """(runs, robots) s: when each reference reaches the end of its path."""
+        """The times [s] (runs, robots) at which the references reach the ends of their paths."""
         return np.broadcast_to(self.durations[:, None], self.joined.lengths.shape)
 
     def at(self, time: float) -> Reference:
@@ -68,14 +68,14 @@ class EvenTiming:
 
 @dataclass(frozen=True, eq=False)
 class SideBySide:
-    """The trajectories of several scenarios, a run each; to the last bit those of each alone."""
+    """The trajectories of several scenarios, one for each run; to the last bit as each alone."""
 
     flat: Trajectory  # all robots of the first run, then those of the second ...
     joined: PathTable  # lengths (runs, robots)
 
     @property
     def ends(self) -> np.ndarray:
-        """(runs, robots) s: when each reference reaches the end of its path."""
+        """The times [s] (runs, robots) at which the references reach the ends of their paths."""
         return self.flat.ends.reshape(self.joined.lengths.shape)
 
     def at(self, time: float) -> Reference:
@@ -89,7 +89,7 @@ class SideBySide:
 
 
 def side_by_side(trajectories: Sequence[Trajectory]) -> SideBySide:
-    """``trajectories`` of equally many robots, a run each."""
+    """Join ``trajectories``, one for each run, which must have the same number of robots."""
     flat = Trajectory(
         tuple(path for t in trajectories for path in t.paths),
         np.concatenate([t.tables for t in trajectories]),

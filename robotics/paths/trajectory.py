@@ -1,4 +1,4 @@
-"""Trajectories: when the reference is where on its path.
+"""Trajectories: references that move along their paths in time.
 
 A path says where, a :class:`Timing` says how fast; together they are the moving target that controllers track.
 """
@@ -17,17 +17,19 @@ from robotics.quantity import check_quantities, quantity
 
 @dataclass(frozen=True, kw_only=True)
 class Timing:
-    """How the reference moves along its path: exactly one of these.
+    """The motion of a reference along its path, by exactly one of three numbers.
 
-    ``speed``: at constant speed. ``duration``: at the constant speed that takes this long.
-    ``x_rate``: so that x grows evenly, dx/dt = x_rate (the thesis's "x = 0.3 t, y = sin x").
+    With ``speed`` it has that constant speed, with ``duration`` the constant speed that takes so long. With ``x_rate``
+    its x grows evenly, dx/dt = x_rate (the thesis's "x = 0.3 t, y = sin x"). Raises PathError for another choice.
     """
 
     speed: float | None = quantity(None, "m/s", above=0.0)
     duration: float | None = quantity(None, "s", above=0.0)
     x_rate: float | None = quantity(None, "m/s", above=0.0)
     start: float = quantity(0.0, "m", least=0.0)  # the abscissa at time 0
-    ramp: float = quantity(0.0, "s", least=0.0)  # over which the speed rises at the start and falls at the end
+    ramp: float = quantity(
+        0.0, "s", least=0.0
+    )  # the time in which the speed rises at the start, and in which it falls at the end
 
     def __post_init__(self) -> None:
         check_quantities(self, PathError)
@@ -57,8 +59,8 @@ class Trajectory:
 
     paths: tuple[Path, ...]
     tables: np.ndarray = field(repr=False)  # (robots, 2, nodes): abscissa [m] and its rate [m/s] at equal time steps
-    ends: np.ndarray = field(repr=False)  # (robots,) s, when each reference reaches the end of its path
-    joined: PathTable = field(init=False, repr=False, compare=False)  # the same paths, for looking at all at once
+    ends: np.ndarray = field(repr=False)  # (robots,) s: when each reference reaches the end of its path
+    joined: PathTable = field(init=False, repr=False, compare=False)  # the same paths, for looking up all at once
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "joined", join_paths(self.paths))
@@ -83,7 +85,7 @@ class Trajectory:
 
 
 def compile_trajectory(paths: tuple[Path, ...], timings: tuple[Timing, ...]) -> Trajectory:
-    """Tabulate when each robot's reference is where; times are those of the path's own length."""
+    """Tabulate the motion of each robot's reference. Raises PathError where a timing does not fit its path."""
     nodes = 4097
     tables, ends = np.empty((len(paths), 2, nodes)), np.empty(len(paths))
     for i, (path, timing) in enumerate(zip(paths, timings, strict=True)):
@@ -100,7 +102,7 @@ def compile_trajectory(paths: tuple[Path, ...], timings: tuple[Timing, ...]) -> 
 
 
 def _ramped(rest: float, timing: Timing, nodes: int) -> tuple[float, np.ndarray, np.ndarray]:
-    """Constant speed over ``rest`` [m] between two linear ramps."""
+    """The end time [s], and abscissae [m] and speeds [m/s] (nodes,), over ``rest`` [m] between two linear ramps."""
     ramp = timing.ramp
     if timing.duration is not None:
         end = timing.duration

@@ -1,1 +1,1 @@
-"""The radio of a team: its graph, what is late or lost, and faults."""
+"""The radio of a team: its graph, delays, losses and faults."""

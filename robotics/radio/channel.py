@@ -1,12 +1,6 @@
-"""The radio: who hears whom, how late, and what is lost; and the faults of a run.
+"""The radio of one simulation: messages on their way, and what each robot has heard.
 
-Every ``period`` each robot broadcasts what its law wants to say. A message reaches a robot that the graph (and the
-range) lets hear it after ``latency`` and up to ``jitter`` more, unless it is lost: each with the probability
-``loss``, or in bursts by the model of Gilbert and Elliott [Gilbert 1960, Elliott 1963]: a link goes bad with the
-probability ``burst_start`` a message, good again with ``burst_end``, and loses ``burst_loss`` of them meanwhile.
-What is heard is at least one control period old: all robots decide at the same time.
-
-Baud rates count ten bits a byte, on one shared channel: all messages of a period must fit.
+The model, and the meaning of its numbers, is that of :mod:`robotics.radio.description`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,16 +15,16 @@ from robotics.radio.faults import Condition
 from robotics.random_streams import RADIO_STREAM
 
 _BLOCK = 2_000_000  # random numbers drawn at a time: bounds memory
-
 _NO_CUT = np.zeros((0, 0, 0), dtype=bool)
-
-
-BELIEVED = 0.5  # s: how long a rate that was heard is believed; after that the value is kept as it was
+BELIEVED = 0.5  # s for which a rate that was heard is believed; after that the value stays as predicted
 
 
 @dataclass(frozen=True, eq=False)
 class Heard:
-    """What each robot last heard of each other. ``heard["x"]`` is one value, ``heard.now("x", by="v_x")`` predicted."""
+    """The last message that each robot heard of each other robot.
+
+    ``heard["x"]`` is a value as it was sent, ``heard.now("x", by="v_x")`` the same value predicted for now.
+    """
 
     fields: tuple[str, ...]  # the names of the values
     values: np.ndarray  # (fields, runs, receivers, senders); not-a-number before the first message
@@ -39,7 +33,7 @@ class Heard:
 
     @classmethod
     def nothing(cls, runs: int, robots: int) -> "Heard":
-        """What robots hear whose law says nothing."""
+        """Make what robots hear whose law broadcasts nothing."""
         age = np.full((runs, robots, robots), np.inf)
         return cls((), np.empty((0, *age.shape)), age, np.zeros((robots, robots), dtype=bool))
 
@@ -49,9 +43,9 @@ class Heard:
         return value
 
     def now(self, name: str, *, by: str) -> np.ndarray:
-        """The value ``name`` as it is by now (runs, receivers, senders), if it changes at the rate that ``by`` says.
+        """Predict the present value ``name`` (runs, receivers, senders), which changes at the rate ``by``.
 
-        A rate is believed for BELIEVED seconds. Not-a-number: nothing was heard yet.
+        A rate is believed for BELIEVED seconds. The value is not-a-number before the first message.
         """
         return np.asarray(_predicted(self[name], self[by], self.age, BELIEVED))
 
@@ -60,6 +54,8 @@ NOTHING = Heard.nothing(0, 0)
 
 
 class _Flight(NamedTuple):
+    """One broadcast of all robots, on its way."""
+
     sent: int  # period
     first: int  # period before which none of it is heard
     last: int  # period after which none of it is
@@ -68,7 +64,7 @@ class _Flight(NamedTuple):
 
 
 class Air(NamedTuple):
-    """What was heard so far, and what is on its way."""
+    """The state of a channel: the messages heard last, and those on their way."""
 
     values: np.ndarray  # (fields, runs, receivers, senders): heard last
     born: np.ndarray  # (runs, receivers, senders) int32: the period in which that was sent, -1 before the first
@@ -81,7 +77,7 @@ class Channel:
     """The radio of one simulation; its state is an :class:`Air`."""
 
     radio: Radio
-    fields: tuple[str, ...]  # what a message says: the names of its values
+    fields: tuple[str, ...]  # the names of the values of a message
     graph: np.ndarray  # (robots, robots) bool
     tick: float  # s, the control period
     every: int  # periods from message to message
@@ -89,14 +85,22 @@ class Channel:
 
     @classmethod
     def opened(cls, radio: Radio, fields: Sequence[str], robots: int, seeds: Sequence[int], tick: float) -> "Channel":
-        """The channel of ``robots`` robots in the runs of ``seeds``, every ``tick`` [s]. Raises RadioError."""
+        """Open the channel of a simulation. Raises RadioError where the graph names a robot that does not exist.
+
+        Args:
+            radio: Its description.
+            fields: The names of the values of a message.
+            robots: The number of robots.
+            seeds: One for each run.
+            tick: The control period [s].
+        """
         streams = sum((radio.loss > 0 or radio.burst_start > 0, radio.burst_start > 0, radio.jitter > 0))
         draws = _uniform(seeds, streams, robots) if streams else None
         every = max(1, round(radio.period / tick))
         return cls(radio, tuple(fields), radio.adjacency(robots).astype(bool), tick, every, draws)
 
     def init(self, runs: int) -> Air:
-        """Silence. Raises RadioError where the messages do not fit."""
+        """Begin ``runs`` runs in silence. Raises RadioError where the messages of a period do not fit."""
         robots = len(self.graph)
         self.radio.check_bandwidth(robots, len(self.fields))
         shape = (runs, robots, robots)
@@ -105,7 +109,7 @@ class Channel:
         )
 
     def hear(self, air: Air, k: int, condition: Condition | None) -> tuple[Heard, Air]:
-        """What every robot knows of the others in period ``k``."""
+        """Return what every robot knows of the others in period ``k``, and the state after it."""
         values, born = air.values, air.born
         landing = [flight for flight in air.flying if flight.first <= k <= flight.last]
         cut = _NO_CUT if condition is None else condition.cut
@@ -123,7 +127,16 @@ class Channel:
         y: np.ndarray,
         condition: Condition | None,
     ) -> Air:
-        """Broadcast ``message``, (runs, robots) each value, in period ``k`` from ``x``, ``y`` (runs, robots) [m]."""
+        """Broadcast a message of each robot, and return the state after it.
+
+        Args:
+            air: The state.
+            k: The control period.
+            message: The values by name, (runs, robots) each.
+            x: The robots' true x (runs, robots) [m].
+            y: The robots' true y (runs, robots) [m].
+            condition: The faults of this period; None where no robot is at fault.
+        """
         if k % self.every:
             return air
         radio, bad = self.radio, air.bad
@@ -151,7 +164,7 @@ class Channel:
         return air._replace(flying=(*air.flying, _Flight(k, first, last, said, arrives)), bad=bad)
 
     def _periods(self, late: Any) -> Any:
-        """After how many control periods a message is heard that takes ``late`` [s]."""
+        """The number of control periods after which a message that takes ``late`` [s] is heard."""
         return np.maximum(1.0, np.ceil(late / self.tick - 1e-9))
 
 
@@ -179,7 +192,7 @@ def _predicted(values, rates, age, longest):  # type: ignore[no-untyped-def]
 
 @kernel
 def _land(values, born, said, arrives, cut, sent, k):  # type: ignore[no-untyped-def]
-    """``values`` and ``born`` after what arrives of one flight in period ``k``, where nothing newer was heard."""
+    """``values`` and ``born`` after the arrivals of one flight in period ``k``, where nothing newer was heard."""
     fields, runs, robots, _ = values.shape
     heard, when = np.empty_like(values), np.empty_like(born)
     new = np.empty(robots, np.bool_)
@@ -208,7 +221,7 @@ def _ages(born, k, tick):  # type: ignore[no-untyped-def]
 
 @kernel
 def _within(x, y, reach):  # type: ignore[no-untyped-def]
-    """Who is within ``reach`` [m] of whom (runs, robots, robots)."""
+    """Whether two robots are within ``reach`` [m] of each other (runs, robots, robots) bool."""
     runs, robots = x.shape
     near = np.empty((runs, robots, robots), np.bool_)
     for r in range(runs):

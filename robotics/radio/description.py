@@ -1,10 +1,10 @@
-"""The radio: who hears whom, how late, and what is lost; and the faults of a run.
+"""The description of a radio: who hears whom, how late, and what is lost.
 
-Every ``period`` each robot broadcasts what its law wants to say. A message reaches a robot that the graph (and the
+Every ``period`` each robot broadcasts its law's message. A message reaches a robot that the graph (and the
 range) lets hear it after ``latency`` and up to ``jitter`` more, unless it is lost: each with the probability
 ``loss``, or in bursts by the model of Gilbert and Elliott [Gilbert 1960, Elliott 1963]: a link goes bad with the
 probability ``burst_start`` a message, good again with ``burst_end``, and loses ``burst_loss`` of them meanwhile.
-What is heard is at least one control period old: all robots decide at the same time.
+A message that is heard is at least one control period old, since all robots decide at the same time.
 
 Baud rates count ten bits a byte, on one shared channel: all messages of a period must fit.
 """
@@ -32,12 +32,12 @@ class RadioError(InputError):
 
 @dataclass(frozen=True, kw_only=True)
 class Radio:
-    """How a team talks."""
+    """The radio of a team. Raises RadioError for fields that do not suit each other."""
 
     graph: Literal["star", "ring", "line", "complete", "edges"] = "complete"
     hub: int = 1  # the center of a star, from 1
     edges: tuple[tuple[int, int], ...] = ()  # for "edges": [sender, receiver], from 1
-    range: float | None = quantity(None, "m", above=0)  # between centers; none: unlimited
+    range: float | None = quantity(None, "m", above=0)  # between centers; None: unlimited
     period: float = quantity(0.05, "s", above=0, most=60)  # from message to message
     latency: float = quantity(0.0, "s", least=0, most=10)
     jitter: float = quantity(0.0, "s", least=0, most=10)  # uniform on top of the latency
@@ -45,13 +45,13 @@ class Radio:
     burst_start: float = quantity(0.0, "1", least=0, most=1)  # good link -> bad, a message
     burst_end: float = quantity(0.2, "1", above=0, most=1)  # bad -> good
     burst_loss: float = quantity(1.0, "1", least=0, most=1)  # of messages on a bad link, if more than loss
-    baud: float | None = quantity(None, "baud", above=0)  # none: unlimited
-    header_bytes: int = 0  # of a message besides its values
+    baud: float | None = quantity(None, "baud", above=0)  # None: unlimited
+    header_bytes: int = 0  # of a message, without its values
     value_bytes: int = 2  # of a value
 
     def __post_init__(self) -> None:
         check_quantities(self, RadioError)
-        _expect_one_of(GRAPHS, "graph", self.graph)
+        expect_one_of(GRAPHS, "graph", self.graph)
         for name, least in (("hub", 1), ("header_bytes", 0), ("value_bytes", 1)):
             number = getattr(self, name)
             if not isinstance(number, int) or number < least:
@@ -65,7 +65,7 @@ class Radio:
                 raise RadioError(f"edges: robot {sender} needs no radio to hear itself").about("edges")
 
     def adjacency(self, robots: int) -> np.ndarray:
-        """Who can hear whom (robots, robots), before range. Raises RadioError where a robot does not exist."""
+        """The graph's adjacency matrix (robots, robots). Raises RadioError where it names an unknown robot."""
         for name, values in (("hub", [self.hub]), ("edges", [i for edge in self.edges for i in edge])):
             for i in values:
                 if not 1 <= i <= robots:
@@ -73,7 +73,7 @@ class Radio:
         return adjacency(self.graph, robots, self.hub, self.edges)
 
     def check_bandwidth(self, robots: int, values: int) -> None:
-        """Do ``robots`` messages of so many values fit into a period? Raises RadioError."""
+        """Raise RadioError unless ``robots`` messages of ``values`` values each fit into a period."""
         if self.baud is None or values == 0:
             return
         need = robots * (self.header_bytes + self.value_bytes * values)
@@ -86,6 +86,7 @@ class Radio:
             ).about("period")
 
 
-def _expect_one_of(names: Iterable[str], name: str, value: Any) -> None:
+def expect_one_of(names: Iterable[str], name: str, value: Any) -> None:
+    """Raise RadioError, about the field ``name``, unless ``value`` is one of ``names``."""
     if value not in names:
         raise RadioError(f"{name} must be one of {', '.join(map(repr, names))}; got {value!r}").about(name)

@@ -1,4 +1,4 @@
-"""Faults of robots and of their radio: what is described, when it begins in a run, and who is at fault now."""
+"""Faults of robots and of their radio: their description, their times in a run, and which act at a time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,21 +7,21 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from robotics.quantity import check_quantities, quantity
-from robotics.radio.description import RadioError, _expect_one_of
+from robotics.radio.description import RadioError, expect_one_of
 from robotics.random_streams import FAULT_STREAM
 
-# The kinds of faults, each with what a run records for it, the gravest first
+# The kinds of faults with the codes that a run records, the gravest first
 FAULTS = {"failure": 1, "stall": 4, "delay": 2, "silence": 3}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fault:
-    """What goes wrong with one robot for a while.
+    """A fault of one robot for a while.
 
-    "failure": its wheel references are 0, and nobody hears it, nor it anybody. "delay": it holds its last command, and
-    nobody hears it, nor it anybody. "silence": it drives on, but nobody hears it, nor it anybody; with ``other`` only
-    that link is silent, both ways. "stall": its wheel references are 0, as if it were held up, and the radio works.
-    With ``start_until`` each seed draws its start evenly between ``start`` and that.
+    "failure": its wheel references are 0, and its radio is cut off both ways. "delay": it holds its last command, and
+    its radio is cut off. "silence": it drives on, but its radio is cut off; with ``other`` only the link to that robot
+    is. "stall": its wheel references are 0, as if it were held up, and its radio works. With ``start_until`` each seed
+    draws the start evenly between ``start`` and that. Raises RadioError for fields that do not suit each other.
     """
 
     robot: int  # from 1
@@ -33,7 +33,7 @@ class Fault:
 
     def __post_init__(self) -> None:
         check_quantities(self, RadioError)
-        _expect_one_of(FAULTS, "kind", self.kind)
+        expect_one_of(FAULTS, "kind", self.kind)
         if self.other is not None and (self.kind != "silence" or self.other == self.robot):
             raise RadioError('other names the far end of a link, for kind = "silence"').about("other")
         if self.start_until is not None and self.start_until < self.start:
@@ -43,12 +43,12 @@ class Fault:
 
 
 class Condition(NamedTuple):
-    """Which robots are at fault at one time."""
+    """The robots that are at fault at one time."""
 
     failed: np.ndarray  # (runs, robots) bool: wheel references are 0
     held: np.ndarray  # (runs, robots) bool: the last command is held
     cut: np.ndarray  # (runs, receivers, senders) bool: no message passes
-    code: np.ndarray  # (runs, robots) int: of FAULTS, the gravest of several; 0: none, or only a link of it
+    code: np.ndarray  # (runs, robots) int: of FAULTS, the gravest of several; 0: none, or only of a link
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Faults:
 
     @classmethod
     def drawn(cls, faults: Sequence[Fault], robots: int, seeds: Sequence[int]) -> "Faults":
-        """When each fault begins in the run of each seed."""
+        """Draw when each of ``faults`` begins in the run of each of ``seeds``, for a team of ``robots`` robots."""
         draws = np.array([np.random.default_rng([seed, FAULT_STREAM]).random(len(faults)) for seed in seeds])
         start = np.array([f.start for f in faults])
         until = np.array([f.start if f.start_until is None else f.start_until for f in faults])
@@ -70,7 +70,7 @@ class Faults:
         return cls(tuple(faults), robots, starts, starts + [f.duration for f in faults])
 
     def at(self, time: float) -> Condition | None:
-        """The condition at ``time`` [s]; None where no robot of any run is at fault."""
+        """The condition at ``time`` [s]; None while no robot of any run is at fault."""
         active = (self.starts <= time + 1e-9) & (time + 1e-9 < self.ends)
         if not active.any():
             return None

@@ -1,4 +1,4 @@
-"""Communication graphs: who hears whom, the Laplacian of thesis (3.1), and what connectivity gives.
+"""Communication graphs: who hears whom, the Laplacian of thesis (3.1), and connectivity.
 
 An adjacency matrix is (robots, robots) with a[i, j] = 1 where robot i hears robot j, and 0 on the diagonal.
 """
@@ -11,10 +11,13 @@ GRAPHS = ("star", "ring", "line", "complete", "edges")
 
 
 def adjacency(graph: str, robots: int, hub: int = 1, edges: Sequence[tuple[int, int]] = ()) -> np.ndarray:
-    """The adjacency matrix (robots, robots) of a named graph.
+    """Make the adjacency matrix (robots, robots) of a named graph.
 
-    ``hub`` (from 1) is the center of a star. ``edges`` are pairs (sender, receiver), from 1, for the graph "edges";
-    the others are undirected.
+    Args:
+        graph: One of GRAPHS; all but "edges" are undirected.
+        robots: The number of robots.
+        hub: The center of a star, from 1.
+        edges: Pairs (sender, receiver), from 1, for the graph "edges".
     """
     a = np.zeros((robots, robots))
     i = np.arange(robots)
@@ -34,10 +37,10 @@ def adjacency(graph: str, robots: int, hub: int = 1, edges: Sequence[tuple[int, 
 
 
 def weights(a: np.ndarray) -> np.ndarray:
-    """The weights a_ij of the links (robots, robots): 1 each, or 2 / (how many a robot hears) where that is less.
+    """The weights a_ij of the links (robots, robots): 1 each, or 2 / n where a robot hears n > 2 others.
 
-    Two neighbours, as in the thesis's teams of three, count in full. With the sum of a robot's weights growing with
-    the team, coupling over messages that are a period old would be unstable beyond some ten neighbours.
+    Two neighbours, as in the thesis's teams of three, thus count in full. If the sum of a robot's weights grew with the
+    team, coupling over messages that are a period old would be unstable beyond some ten neighbours.
     """
     heard = a.sum(axis=1, keepdims=True)
     return np.asarray(a * np.minimum(1.0, 2 / np.maximum(heard, 1.0)))
@@ -49,7 +52,7 @@ def laplacian(a: np.ndarray) -> np.ndarray:
 
 
 def is_connected(a: np.ndarray) -> bool:
-    """Does what every robot says reach every other, over others if need be? Strongly connected, if directed."""
+    """Whether the message of every robot reaches every other, over others if need be: a strongly connected graph."""
     from scipy.sparse.csgraph import connected_components
 
     count, _ = connected_components(a, directed=True, connection="strong")
@@ -57,7 +60,7 @@ def is_connected(a: np.ndarray) -> bool:
 
 
 def unreached(a: np.ndarray, informed: np.ndarray) -> list[int]:
-    """The robots (from 1) that nothing known to the ``informed`` (robots,) ones, directly or over others, reaches."""
+    """The robots (from 1) that no message of the ``informed`` (robots,) bool reaches, directly or over others."""
     known = np.asarray(informed, dtype=bool).copy()
     for _ in range(len(a)):
         known |= (a[:, known] > 0).any(axis=1)
@@ -65,6 +68,6 @@ def unreached(a: np.ndarray, informed: np.ndarray) -> list[int]:
 
 
 def smallest_eigenvalue(a: np.ndarray, b: np.ndarray) -> float:
-    """λ_min of L + B with B = diag(``b``): of its symmetric part, if the graph is directed."""
+    """λ_min of L + B with B = diag(``b``), b (robots,); for a directed graph that of its symmetric part."""
     h = laplacian(a) + np.diag(b)
     return float(np.linalg.eigvalsh((h + h.T) / 2)[0])

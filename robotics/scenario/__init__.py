@@ -1,1 +1,1 @@
-"""Scenarios: what is simulated, described and read from files."""
+"""Scenarios: their description, and how they are read from files."""

@@ -1,8 +1,8 @@
-"""Scenarios: what is simulated, read from TOML into frozen dataclasses at the edge.
+"""Scenarios: descriptions of what is simulated, as frozen dataclasses.
 
 A scenario says which robots start where, on which paths with which timing, how they sense, how late commands
-arrive, and for how long. Units are SI and radians throughout. Everything wrong with a file is a
-:class:`ScenarioError` that names the file, the line, the field and what is accepted.
+arrive, and for how long. Units are SI and radians throughout. A scenario that cannot be run is a
+:class:`ScenarioError` that names the field and what is accepted.
 """
 
 from collections.abc import Mapping
@@ -34,14 +34,14 @@ class ScenarioError(InputError):
 
 @dataclass(frozen=True, kw_only=True)
 class Member:
-    """One robot of a scenario: where it starts, where it shall go and when, and what it is."""
+    """One robot of a scenario: its start, path, timing, parameters and sensors. Raises ScenarioError."""
 
     start: Pose  # x [m], y [m], heading [rad]
     path: Shape
     timing: Timing
     robot: Robot = field(default_factory=Robot)
-    sensing: Sensing | None = None  # its own; none: the scenario's
-    sensors: Mapping[str, RangeSensor] | None = None  # its own range sensors, by name; none: the scenario's
+    sensing: Sensing | None = None  # its own; None: the scenario's
+    sensors: Mapping[str, RangeSensor] | None = None  # its own range sensors, by name; None: the scenario's
 
     def __post_init__(self) -> None:
         if not all(isfinite(v) for v in self.start):
@@ -55,26 +55,31 @@ class Member:
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
-    """Robots, time and sensing. The trajectory is compiled, and checked to be drivable, on construction."""
+    """A scenario: its robots, their sensing and radio, the obstacles, and time.
+
+    On construction the trajectory is compiled, and checked to be drivable. Raises ScenarioError.
+    """
 
     name: str
     robots: tuple[Member, ...]
     duration: float = quantity(30.0, "s", above=0, most=86400)
-    latency: float = quantity(0.0, "s", least=0, most=2)  # from deciding on a command to its effect, steps of 10 ms
+    latency: float = quantity(0.0, "s", least=0, most=2)  # from deciding on a command to its effect, in steps of 10 ms
     period: float = quantity(0.05, "s", above=0, most=1)  # of the high-level controller, in steps of 10 ms
     plant: Literal["dynamic", "kinematic"] = "dynamic"
     divergence: float = quantity(10.0, "m", above=0)  # a robot this far from its reference is stopped
     sensing: Sensing = field(default_factory=Sensing)
-    sensors: Mapping[str, RangeSensor] = field(default_factory=lambda: SONAR)  # what each robot carries, by name
+    sensors: Mapping[str, RangeSensor] = field(default_factory=lambda: SONAR)  # those that each robot carries, by name
     kind: Kind = "tracking"
-    controller: str = ""  # the one to run if no other is asked for
+    controller: str = ""  # the controller to run if no other is asked for
     radio: Radio = field(default_factory=Radio)  # of a team
     faults: tuple[Fault, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()  # the robots do not know them, they only sense them
     title: str = ""
     source: str = ""  # thesis section or paper, and what was chosen here
     trajectory: Trajectory = field(init=False, repr=False, compare=False)
-    setting: Setting = field(init=False, repr=False, compare=False)  # what a simulation and its law need of it
+    setting: Setting = field(
+        init=False, repr=False, compare=False
+    )  # the compiled scenario, for a simulation and its law
 
     def __post_init__(self) -> None:
         check_quantities(self, ScenarioError)
@@ -96,7 +101,7 @@ class Scenario:
 
     @property
     def ticks(self) -> int:
-        """How many periods the scenario lasts."""
+        """The number of control periods."""
         return round(self.duration / self.period)
 
     @property
@@ -106,7 +111,7 @@ class Scenario:
 
     @property
     def starts(self) -> np.ndarray:
-        """Where the robots start (robots, 3): x [m], y [m], heading [rad]."""
+        """The start poses (robots, 3): x [m], y [m], heading [rad]."""
         return np.array([member.start for member in self.robots])
 
     def _compiled(self) -> Setting:
@@ -129,7 +134,7 @@ class Scenario:
         )
 
     def _check_team(self) -> None:
-        """Robots that the radio and the faults name exist, and a team has one duration for all."""
+        """Refuse robots that do not exist in the radio and the faults, and a team with several durations."""
         count = len(self.robots)
         try:
             self.radio.adjacency(count)
@@ -157,7 +162,7 @@ class Scenario:
 
     def _check_feasible(self, trajectory: Trajectory) -> None:
         """Refuse a reference that no command can follow: |v| + L |ω| beyond what the wheels can turn."""
-        # Every 10 ms, not every period: a sharp corner lasts no longer.
+        # The times are 10 ms apart, not a period: a sharp corner lasts no longer.
         span = min(self.duration, trajectory.ends.max())
         times = np.linspace(0.0, span, min(round(span / STEP), 100_000) + 1)
         reference = trajectory.sampled(times)
@@ -181,7 +186,7 @@ class Scenario:
 
 
 def _trajectory(robots: tuple[Member, ...]) -> Trajectory:
-    """The robots' trajectory. An error is about the robot's path or about its timing."""
+    """Compile the robots' trajectory. A PathError is about the robot's path or about its timing."""
     parts = []
     for i, member in enumerate(robots):
         try:
@@ -197,6 +202,3 @@ def _trajectory(robots: tuple[Member, ...]) -> Trajectory:
         np.concatenate([part.tables for part in parts]),
         np.concatenate([part.ends for part in parts]),
     )
-
-
-# Reading --------------------------------------------------------------------------------------------------------

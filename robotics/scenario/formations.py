@@ -19,21 +19,28 @@ from robotics.paths.trajectory import Timing
 from robotics.scenario.description import Member, Scenario
 from robotics.sensing.posture import Sensing
 
-AMPLITUDE, WAVENUMBER = 0.5, 1.0  # m, rad/m: y = 0.5 cos x, fitted to the centers of Tables 5.2 and 5.3
+# y = 0.5 cos x, fitted to the centers of Tables 5.2 and 5.3
+AMPLITUDE = 0.5  # m
+WAVENUMBER = 1.0  # rad/m
 PERIOD = 2 * pi  # m
 SIDES = (1.0, -1.0)  # m, the followers' offsets in y: [0, 1.5, 0] and [0, -0.5, 0]
 
 
 def leader_path(end: float = PERIOD, lead_in: float = 4.0) -> Sine:
-    """y = 0.5 cos x up to x = ``end`` [m], after a straight line of ``lead_in`` metres."""
+    """The leader's path: y = 0.5 cos x up to x = ``end`` [m], after a straight line of ``lead_in`` metres."""
     return Sine(amplitude=AMPLITUDE, wavenumber=WAVENUMBER, phase=pi / 2, x_end=end, lead_in=lead_in)
 
 
 def formation_scenario(start: float, speed: float = 0.1, end: float = PERIOD) -> Scenario:
-    """A formation that begins with the leader at x = ``start`` [m] on its path and the followers at x = 0.
+    """Make a formation whose leader begins at x = ``start`` [m] on its path, and whose followers begin at x = 0.
 
-    The plant is the kinematic one, so that a robot which knows its path stays on it: what is sampled from such a run
-    is the law, not the wheels' lag. ``speed`` is v_d [m/s]. It lasts until either law of the teacher has ended.
+    The plant is the kinematic one, so that a robot that knows its path stays on it: samples of such a run show the law,
+    not the wheels' lag. The scenario lasts until the teacher's leader has arrived under either of its ``speeds``.
+
+    Args:
+        start: The leader's x at the start [m].
+        speed: v_d [m/s].
+        end: The x at which the paths end [m].
     """
     lead_in = max(0.0, -start)
     curve = AMPLITUDE * np.cos(WAVENUMBER * max(start, 0.0))

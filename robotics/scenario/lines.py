@@ -1,4 +1,4 @@
-"""On which line of a TOML file a key stands."""
+"""The line of a TOML file on which a key stands."""
 
 import re
 
@@ -11,7 +11,7 @@ def line_of(text: str, keys: tuple[str | int, ...]) -> int:
     wanted = [str(k) for k in keys]
     best, best_depth = 1, 0
     prefix: list[str] = []
-    counts: dict[tuple[str, ...], int] = {}  # of tables [[...]], by where they stand
+    counts: dict[tuple[str, ...], int] = {}  # of tables [[...]], by their names
     for number, line in enumerate(text.splitlines(), start=1):
         header, key = _HEADER.match(line), _KEY.match(line)
         if header:

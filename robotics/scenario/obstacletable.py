@@ -1,7 +1,7 @@
-"""Obstacles of a scenario file: the tables [[obstacles]], each with a ``shape`` and where it stands.
+"""Obstacles of a scenario file: the tables [[obstacles]], each with a ``shape`` and a place.
 
-Besides the kinds of :mod:`robotics.environment.world` (disc, polygon, wall) there are polygons by their measures: box,
-regular, u.
+A shape is one of :mod:`robotics.environment.world` (disc, polygon, wall), or a polygon by its measures: box, regular,
+u.
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ class _Box:
 
 @dataclass(frozen=True, kw_only=True)
 class _Regular:
-    """A regular polygon in a circle, a corner along its heading."""
+    """A regular polygon in a circle, with a corner along its heading."""
 
     sides: int
     radius: float = quantity(None, "m", above=0, most=1000)
@@ -42,7 +42,7 @@ class _Regular:
 
 @dataclass(frozen=True, kw_only=True)
 class _UShape:
-    """A U: the measures are those of the free space in it, its mouth is behind."""
+    """A U by the measures of the free space in it; its mouth is behind."""
 
     width: float = quantity(None, "m", above=0, most=1000)
     depth: float = quantity(None, "m", above=0, most=1000)
@@ -56,9 +56,14 @@ _MEASURED: dict[str, type] = {"box": _Box, "regular": _Regular, "u": _UShape}
 
 
 def obstacle_from_table(table: dict[str, Any], keys: tuple[str | int, ...], build: Callable[..., Any]) -> Obstacle:
-    """The obstacle of one table, whose ``keys`` in the file errors are about; ``build`` makes a dataclass of a table.
+    """Make the obstacle of one table.
 
-    Raises WorldError or what ``build`` raises, with its place in ``at``.
+    Args:
+        table: The table, which is left as it is.
+        keys: Its place in the file, which errors name.
+        build: Makes a dataclass, its first argument, of a table.
+
+    Raises WorldError, and what ``build`` raises, with the place in ``at``.
     """
     rest = dict(table)
     kinds = (*OBSTACLES, *_MEASURED)

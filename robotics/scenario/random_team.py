@@ -15,9 +15,16 @@ class TeamError(InputError):
 def random_team(
     robots: int, seed: int = 0, *, speed: float = 0.25, controller: str = "virtual-structure", radio: str = "complete"
 ) -> Scenario:
-    """A team of ``robots`` on random paths that every robot can drive; the longest is driven at ``speed`` [m/s].
+    """Make a team on random paths that every robot can drive.
 
-    ``radio`` is a graph's name. Raises TeamError, or ScenarioError for a controller or graph that does not suit.
+    Args:
+        robots: Their number, 2 to 2000.
+        seed: Of the random paths.
+        speed: The speed on the longest path [m/s].
+        controller: The specification of the controller.
+        radio: The name of the graph.
+
+    Raises TeamError, or ScenarioError for a controller or graph that does not suit.
     """
     name = f"team-{robots}"
     return parse_scenario(team_toml(robots, seed, speed=speed, controller=controller, radio=radio), name, name)
@@ -26,10 +33,10 @@ def random_team(
 def team_toml(
     robots: int, seed: int = 0, *, speed: float = 0.25, controller: str = "virtual-structure", radio: str = "complete"
 ) -> str:
-    """The scenario of :func:`random_team` as the text of a TOML file.
+    """Write the scenario of :func:`random_team` as the text of a TOML file; the arguments are the same.
 
     Starts are drawn on a square lattice of 1.5 m, ends 4 to 9 m away, tangents at random; a path that no robot can
-    follow at the speed is drawn again. Nothing keeps the paths apart: they cross.
+    follow at the speed is drawn again. Nothing keeps the paths apart: they cross. Raises TeamError.
     """
     if not 2 <= robots <= 2000:
         raise TeamError(f"a team has 2 to 2000 robots, got {robots}")
@@ -64,7 +71,7 @@ def _pair(point: np.ndarray) -> str:
 def _random_path(
     rng: np.random.Generator, start: np.ndarray, speed: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
-    """Start, end, tangents at both [m], and the length [m], of a path with radii of 0.3 m or more."""
+    """Draw the start, the end, the tangents at both [m] and the length [m] of a path with radii of 0.3 m or more."""
     for _ in range(100):
         bearing, reach = rng.uniform(-np.pi, np.pi), rng.uniform(4.0, 9.0)
         end = np.round(start + reach * np.array([np.cos(bearing), np.sin(bearing)]), 3)

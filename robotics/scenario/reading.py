@@ -1,6 +1,6 @@
-"""Scenario files: TOML into :class:`robotics.scenario.description.Scenario`.
+"""Reading scenario files: TOML into :class:`robotics.scenario.description.Scenario`.
 
-Everything wrong with a file is a ScenarioError that names the file, the line, the field and what is accepted.
+Any fault of a file is a ScenarioError that names the file, the line, the field and what is accepted.
 """
 
 import re
@@ -33,14 +33,14 @@ from robotics.vehicle.robot import Robot
 
 
 def scenario_names(kind: str | None = None) -> list[str]:
-    """The scenarios that come with the package; with ``kind`` those of one kind, "tracking" or "formation"."""
+    """The names of the scenarios that come with the package; with ``kind`` those of one kind, such as "team"."""
     folder = resources.files("robotics") / "scenarios"
     names = sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
     return names if kind is None else [name for name in names if load_scenario(name).kind == kind]
 
 
 def load_scenario(name: str | FilePath) -> Scenario:
-    """The scenario of that name, or in that ``.toml`` file. Raises ScenarioError; warns of a name that is now old."""
+    """Read the scenario of that name, or a ``.toml`` file. Raises ScenarioError; warns of an old name."""
     name = current_name(str(name))
     if name in scenario_names():
         file = resources.files("robotics") / "scenarios" / f"{name}.toml"
@@ -58,10 +58,16 @@ def load_scenario(name: str | FilePath) -> Scenario:
 
 
 def parse_scenario(text: str, name: str, file: str = "<text>") -> Scenario:
-    """The scenario that ``text`` (TOML) describes; ``file`` is what messages call it. Raises ScenarioError."""
+    """Make the scenario that a TOML text describes. Raises ScenarioError.
+
+    Args:
+        text: The TOML text.
+        name: The name of the scenario.
+        file: The name of the file in messages.
+    """
     try:
         table = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # besides TOMLDecodeError: an endless number, an endless nesting
+    except (ValueError, RecursionError) as error:  # TOMLDecodeError, or a number or a nesting that does not end
         line = re.search(r"at line (\d+)", str(error))
         end = f":{text.count(chr(10)) + 1}" if isinstance(error, tomllib.TOMLDecodeError) else ""
         where = f":{line[1]}" if line else end
@@ -73,9 +79,9 @@ def parse_scenario(text: str, name: str, file: str = "<text>") -> Scenario:
 
 
 def scenario_from_table(table: dict[str, Any], name: str) -> Scenario:
-    """The scenario of a TOML file's ``table``, which is left as it is.
+    """Make the scenario called ``name`` of a TOML file's ``table``, which is left as it is.
 
-    Raises an InputError whose ``at`` says which keys of the table it is about.
+    Raises an InputError whose ``at`` holds the keys of the table that it is about.
     """
     rest = dict(table)
     common = rest.pop("robot", {})
@@ -126,7 +132,7 @@ def _expect_table(value: Any, keys: tuple[str | int, ...]) -> None:
 
 
 def _build(kind: type, table: dict[str, Any], keys: tuple[str | int, ...], **given: Any) -> Any:
-    """A dataclass from a TOML table: every key known, every value of the field's type, nothing missing."""
+    """Make a dataclass of a TOML table: every key known, every value of the field's type, nothing missing."""
     hints = get_type_hints(kind)
     known = {f.name: f for f in fields(kind) if f.init and f.name not in given and f.name != "name"}
     values = dict(given)
@@ -209,7 +215,7 @@ def _convert(value: Any, hint: Any, f: Any, keys: tuple[str | int, ...]) -> Any:
 
 
 def _sensors(rows: list[Any], keys: tuple[str | int, ...]) -> dict[str, RangeSensor]:
-    """Range sensors by name: a table each, or one for all of a preset, whose fields it may change."""
+    """Read range sensors by name: one table for each, or one for all of a preset, whose fields it may change."""
     found: dict[str, RangeSensor] = {}
     for i, row in enumerate(rows):
         at = (*keys, i)

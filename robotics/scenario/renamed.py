@@ -1,4 +1,4 @@
-"""Scenarios that have a new name: the old one still works in this release, with a warning."""
+"""Scenarios with a new name: the old name still works in this release, with a warning."""
 
 import warnings
 
@@ -29,7 +29,7 @@ class RenamedWarning(UserWarning, DeprecationWarning):
 
 
 def current_name(name: str) -> str:
-    """The scenario's name today. Warns with RenamedWarning if ``name`` is an old one."""
+    """The present name of the scenario ``name``. Warns with RenamedWarning if that is an old one."""
     new = NEW_NAMES.get(name)
     if new is None:
         return name

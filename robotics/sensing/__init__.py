@@ -1,1 +1,1 @@
-"""How a robot knows where it is, and what is around it."""
+"""The sensors by which a robot knows where it is and what is around it."""

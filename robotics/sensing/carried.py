@@ -10,7 +10,7 @@ from robotics.sensing.sonar import Echoes, Ranges, RangeSensor, SensorArray
 
 
 def sensor_names(sensors: Sequence[Mapping[str, RangeSensor]]) -> tuple[str, ...]:
-    """The names of all sensors that any robot carries, in the order in which they are first met."""
+    """The names of all sensors that any robot carries, in the order of the first robot that has them."""
     return tuple(dict.fromkeys(name for carried in sensors for name in carried))
 
 
@@ -19,8 +19,8 @@ class _Group:
     """Robots that carry the same sensors."""
 
     array: SensorArray
-    robots: np.ndarray  # their places
-    columns: np.ndarray  # of their sensors in the readings of all
+    robots: np.ndarray  # their places, from 0
+    columns: np.ndarray  # of their sensors, in the readings of all sensors
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,12 @@ class CarriedSensors:
     def opened(
         cls, sensors: Sequence[Mapping[str, RangeSensor]], seeds: Sequence[int], tick: float
     ) -> "CarriedSensors":
-        """``sensors``, by name, of each robot, in the runs of ``seeds``, for periods of ``tick`` [s].
+        """Make the sensors of a simulation. Raises SonarError where a sensor's period does not suit ``tick``.
 
-        Raises SonarError.
+        Args:
+            sensors: The sensors of each robot, by name.
+            seeds: One for each run.
+            tick: The control period [s].
         """
         names = sensor_names(sensors)
         groups: list[_Group] = []
@@ -55,16 +58,20 @@ class CarriedSensors:
         return cls(names, tuple(groups), len(sensors))
 
     def init(self) -> tuple[Echoes, ...]:
-        """Nothing seen yet."""
+        """Return the state at the start: nothing was seen yet."""
         return tuple(group.array.init(self.robots) for group in self.groups)
 
     def sense(
         self, state: tuple[Echoes, ...], k: int, pose: np.ndarray, sizes: np.ndarray, geometry: Geometry
     ) -> tuple[Ranges, tuple[Echoes, ...]]:
-        """What they read in control period ``k``.
+        """Return the readings of all sensors, and the state after them.
 
-        ``pose`` (3, runs, robots) is x [m], y [m], heading [rad], the truth; ``sizes`` and ``geometry`` are those of
-        :mod:`robotics.environment.collision`.
+        Args:
+            state: As of the period before.
+            k: The control period.
+            pose: The true x [m], y [m] and heading [rad] (3, runs, robots).
+            sizes: The robots' sizes, of :func:`robotics.environment.collision.footprints`.
+            geometry: The obstacles, of as many runs or of one world for all.
         """
         found = [
             group.array.sense(echoes, k, pose[0], pose[1], pose[2], sizes, geometry)

@@ -1,8 +1,8 @@
 """Posture sensors: the true pose with noise, odometry, and the filter that joins both.
 
-Encoders tell how far each wheel has turned, a whole number of counts; a robot that believes its wheels or its axle
-to be a little other than they are drifts. A pose sensor is noisy but does not drift. The complementary filter
-predicts by odometry and corrects the prediction by a share of what the pose sensor says.
+Encoders tell how far each wheel has turned, as a whole number of counts; a robot that has its wheels' or its axle's
+size a little wrong drifts. A pose sensor is noisy but does not drift. The complementary filter predicts by odometry
+and corrects the prediction by a share of its difference from the pose sensor.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,8 +18,9 @@ from robotics.quantity import check_quantities, quantity
 from robotics.random_streams import RELATIVE_STREAM, WHEEL_STREAM
 from robotics.vehicle import plant as p
 
-# Periods of noise drawn at a time, and numbers in all: bounds memory without a call a period and run
-_NOISE_BLOCK, _MOST_DRAWS = 256, 4_000_000
+# Noise is drawn for many periods at a time: fewer calls, in bounded memory
+_NOISE_BLOCK = 256  # periods
+_MOST_DRAWS = 4_000_000  # numbers
 
 
 class SensingError(InputError):
@@ -28,24 +29,24 @@ class SensingError(InputError):
 
 @dataclass(frozen=True, kw_only=True)
 class Sensing:
-    """How a robot knows its posture.
+    """The posture sensor of a robot. Raises SensingError for fields that do not suit each other.
 
-    ``posture`` "odometry": from its encoders alone, starting from where it believes to stand (``start``).
-    "pose": the true pose with white noise, drawn afresh every period; with a ``filter_gain`` below 1 a complementary
-    filter joins both, predicting by odometry and correcting by that share.
+    ``posture`` "odometry": the posture comes from the encoders alone, beginning where the robot believes to stand
+    (``start``). "pose": it is the true pose with white noise, drawn afresh every period; with a ``filter_gain`` below 1
+    a complementary filter predicts by odometry and corrects by that share.
     """
 
     posture: Literal["odometry", "pose"] = "odometry"
     position_noise: float = quantity(0.0, "m", least=0, most=10)  # standard deviation in x and in y, for "pose"
     heading_noise: float = quantity(0.0, "rad", least=0, most=pi)  # standard deviation, for "pose"
     relative_noise: float = quantity(0.0, "1", least=0, most=1)  # x and y times 1 + this × normal (thesis 4.5: 0.1)
-    noise_start: float = quantity(0.0, "s", least=0)  # the noise acts from then on
-    noise_end: float | None = quantity(None, "s", above=0)  # and until then; none: to the end
+    noise_start: float = quantity(0.0, "s", least=0)  # the noise begins
+    noise_end: float | None = quantity(None, "s", above=0)  # the noise ends; None: with the run
     filter_gain: float = quantity(1.0, "1", above=0, most=1)  # 1: no filter
-    # What odometry takes a wheel's radius and the axle to be: relative standard deviations over the seeds
+    # Errors of the sizes that odometry assumes, the wheels' radii and the axle: relative standard deviations over seeds
     wheel_error: float = quantity(0.0, "1", least=0, most=0.2)
     axle_error: float = quantity(0.0, "1", least=0, most=0.2)
-    # How far the robot truly stands from where it believes to stand: standard deviations over the seeds
+    # Distance of the true start from where the robot believes to stand: standard deviations over the seeds
     start_position: float = quantity(0.0, "m", least=0, most=10)
     start_heading: float = quantity(0.0, "rad", least=0, most=pi)
 
@@ -64,25 +65,23 @@ class Sensing:
 
 @dataclass(frozen=True)
 class PostureSensors:
-    """How all robots of a scenario know their postures. Arrays are (robots,), or (3, robots) for x, y, heading."""
+    """The posture sensors of all robots. Arrays are (robots,), or (3, robots) for x, y, heading."""
 
-    pose: np.ndarray  # bool: by a pose sensor; else by odometry
-    posed: int  # how many are
+    pose: np.ndarray  # bool: whether by a pose sensor; else by odometry
+    posed: int  # the number of robots with a pose sensor
     noise: np.ndarray  # (3, robots) m, m, rad: standard deviations
     relative: np.ndarray  # 1: standard deviation of x and y as a share of each
-    since: np.ndarray  # s: noise from then on
-    until: np.ndarray  # s: and no longer
+    since: np.ndarray  # s: the noise begins
+    until: np.ndarray  # s: the noise ends
     always: bool  # all noise acts from the start to the end
-    gain: np.ndarray  # of the filter; 1: none
+    gain: np.ndarray  # 1: of the filter; 1 where there is none
     draws: Iterator[np.ndarray] | None  # normal numbers (3, runs, robots), period by period
     relative_draws: Iterator[np.ndarray] | None
-    # Which robots those concern: an index
-    noisy: Any
-    scaled: Any
-    filtered: Any  # None: no robot
-    # s: no robot's noise goes on for longer
-    noise_ends: float
-    relative_ends: float
+    noisy: Any  # an index of the robots with absolute noise
+    scaled: Any  # of those with relative noise
+    filtered: Any  # of those with a filter; None: no robot
+    noise_ends: float  # s: no robot has absolute noise after that
+    relative_ends: float  # s: no robot has relative noise after that
 
     @classmethod
     def of(
@@ -92,9 +91,13 @@ class PostureSensors:
         generators: Sequence[np.random.Generator],
         seeds: Sequence[int],
     ) -> "PostureSensors":
-        """The sensors of robots with ``sensing``, one each, for ``ticks`` periods.
+        """Make the posture sensors of a simulation.
 
-        The absolute noise comes from ``generators``, one a run; the rest from ``seeds``.
+        Args:
+            sensing: One for each robot.
+            ticks: The number of control periods.
+            generators: One for each run; the absolute noise comes from these.
+            seeds: One for each run; the relative noise comes from these.
         """
         pose = np.array([s.posture == "pose" for s in sensing])
         noise = np.array([[s.position_noise] * 2 + [s.heading_noise] for s in sensing]).T
@@ -125,10 +128,15 @@ class PostureSensors:
     def measure(
         self, time: float, state: np.ndarray, estimate: np.ndarray | None, v: np.ndarray, w: np.ndarray, dt: float
     ) -> np.ndarray:
-        """The measured postures (3, runs, robots) at ``time`` [s].
+        """Measure the postures (3, runs, robots): x [m], y [m], heading [rad].
 
-        ``state`` is the plant's (channels, runs, robots); ``estimate`` the postures of the period before, ``v`` and
-        ``w`` (runs, robots) what the encoders told since, ``dt`` [s] ago.
+        Args:
+            time: The time [s].
+            state: The plant's state (channels, runs, robots).
+            estimate: The postures of the period before (3, runs, robots); None before the first.
+            v: The speed since then by the encoders (runs, robots) [m/s].
+            w: The angular velocity since then by the encoders (runs, robots) [rad/s].
+            dt: The time since then [s].
         """
         odometry = state[p.ODO_X : p.ODO_HEADING + 1]
         if not self.posed:
@@ -157,7 +165,7 @@ class PostureSensors:
 
 
 def _which(robots: np.ndarray) -> Any:
-    """An index of the ``robots`` (robots,) bool; of all of them one that copies nothing."""
+    """An index of the ``robots`` (robots,) bool; for all of them a slice, which copies nothing."""
     return slice(None) if robots.all() else np.flatnonzero(robots)
 
 
@@ -171,9 +179,9 @@ def _normal(generators: Sequence[np.random.Generator], periods: int, robots: int
 
 
 def wheel_errors(sensing: Sequence[Sensing], seeds: Sequence[int]) -> np.ndarray | None:
-    """What each robot takes its right wheel, left wheel and axle to be, as a share of the truth: (3, lanes).
+    """The sizes of right wheel, left wheel and axle that odometry assumes, over the true ones (3, lanes).
 
-    None where every robot knows its own wheels.
+    None where every robot knows its sizes.
     """
     spread = np.array([[s.wheel_error, s.wheel_error, s.axle_error] for s in sensing]).T
     if not spread.any():
@@ -184,9 +192,13 @@ def wheel_errors(sensing: Sequence[Sensing], seeds: Sequence[int]) -> np.ndarray
 
 @kernel
 def wheel_odometry(parameters, state, before, period):  # type: ignore[no-untyped-def]
-    """What the encoders have counted (2, lanes), and v [m/s] and ω [rad/s] (2, lanes) since   thesis (2.25).
+    """Return the encoders' counts (2, lanes), and v [m/s] and ω [rad/s] (2, lanes) since the last   thesis (2.25).
 
-    ``before`` (2, lanes) are the counts ``period`` seconds ago.
+    Args:
+        parameters: The plant's (PARAMETERS, lanes).
+        state: The plant's state (CHANNELS, lanes).
+        before: The counts of the last period (2, lanes).
+        period: The time since then [s].
     """
     counts, velocities = np.empty_like(before), np.empty_like(before)
     for lane in range(before.shape[1]):

@@ -1,6 +1,6 @@
 """Rays of all sensors of all robots of all runs against obstacles and the other robots, in one compiled pass.
 
-For each robot the bodies in view of any of its sensors are taken into its frame once: those whose circle meets a cone.
+The bodies whose circle meets the cone of any of a robot's sensors are taken into the robot's frame once.
 A ray that meets a surface at more than the sensor's incidence angle is reflected away, and no echo comes back; the
 shortest echo of a cone's rays counts. A sensor inside a disc or a polygon reads 0.
 """
@@ -23,9 +23,19 @@ SENSOR_ROWS = 13
 def cast(x, y, heading, sizes, circles, bodies, segments, counts, table, rays, first_ray, due):  # type: ignore[no-untyped-def]
     """The shortest echo of every sensor [m] (runs, robots, sensors): infinite where there is none, or none is due.
 
-    ``table`` (SENSOR_ROWS, sensors), ``rays`` (2, rays): directions in the robot's frame, those of sensor q from
-    ``first_ray[q]`` to ``first_ray[q + 1]``; poses (runs, robots), sizes and geometry
-    as of robotics.environment.collision.
+    Args:
+        x: (runs, robots) [m].
+        y: (runs, robots) [m].
+        heading: (runs, robots) [rad].
+        sizes: Those of :func:`robotics.environment.collision.footprints`.
+        circles: Of :class:`robotics.environment.world.Geometry`, as the next three.
+        bodies: Of the geometry.
+        segments: Of the geometry.
+        counts: Of the geometry.
+        table: The sensors (SENSOR_ROWS, sensors).
+        rays: Unit directions in the robot's frame (2, rays).
+        first_ray: The rays of sensor q are those from ``first_ray[q]`` to ``first_ray[q + 1]`` (sensors + 1,).
+        due: Whether a sensor looks now (sensors,) bool.
     """
     runs, robots = x.shape
     sensors = table.shape[1]
@@ -33,8 +43,8 @@ def cast(x, y, heading, sizes, circles, bodies, segments, counts, table, rays, f
     reach = 0.0
     for q in range(sensors):
         reach = max(reach, table[RANGE, q] + np.sqrt(table[MOUNT_X, q] ** 2 + table[MOUNT_Y, q] ** 2))
-    # Of one robot: circles (x, y, radius) in view; first edge, one past the last, and if they enclose a solid; edges.
-    # Of one sensor: its rays' nearest hits, and how far the surface's line is from the sensor
+    # For one robot: the circles (x, y, radius) in view; their first edge, one past the last, and 1 if they enclose a
+    # solid; the edges. For one sensor: its rays' nearest hits, and the distance of the surface's line from the sensor
     seen = np.empty((circles.shape[1] + robots, 3))
     spans = np.empty((circles.shape[1] + robots, 3), np.int64)
     edges = np.empty((segments.shape[1] + 4 * robots, 4))
@@ -85,7 +95,7 @@ def cast(x, y, heading, sizes, circles, bodies, segments, counts, table, rays, f
 
 @kernel
 def _in_view(table, due, x, y, radius):  # type: ignore[no-untyped-def]
-    """May any sensor see a body in a circle about (x, y), in the robot's frame?"""
+    """Whether any sensor may see a body in a circle about (x, y), in the robot's frame."""
     view = False
     for q in range(table.shape[1]):
         view |= due[q] & _in_cone(table, q, x - table[MOUNT_X, q], y - table[MOUNT_Y, q], radius)
@@ -94,11 +104,11 @@ def _in_view(table, due, x, y, radius):  # type: ignore[no-untyped-def]
 
 @kernel
 def _in_cone(table, q, dx, dy, radius):  # type: ignore[no-untyped-def]
-    """May sensor ``q`` see a body in a circle about (dx, dy) from it? Without branches, which are hard to foresee."""
+    """Whether sensor ``q`` may see a body in a circle about (dx, dy) from it; without branches, for speed."""
     far = table[RANGE, q] + radius
     along = table[COS_AXIS, q] * dx + table[SIN_AXIS, q] * dy
     across = abs(table[COS_AXIS, q] * dy - table[SIN_AXIS, q] * dx)
-    # A cone no wider than a half plane is what two of them have in common.
+    # A cone no wider than a half plane is the intersection of two half planes.
     beside = (along < -radius) | (across * table[COS_HALF, q] - along * table[SIN_HALF, q] > radius)
     return (dx * dx + dy * dy <= far * far) & ((table[COS_HALF, q] <= 0) | (not beside))
 
@@ -159,7 +169,7 @@ def _look(table, rays, first_ray, due, circles, spans, edges, hits, out):  # typ
 
 @kernel
 def _meet_edge(ax, ay, bx, by, area, rays, first, last, hits):  # type: ignore[no-untyped-def]
-    """Where rays from the origin meet the segment from a to b: the nearest hits so far, and how far its line is."""
+    """Update the nearest ``hits`` of rays from the origin with the segment from a to b, and its line's distance."""
     height = abs(area) / np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
     for n in range(first, last):
         # The ends are on either side of the ray's line, and the edge is not behind.
@@ -172,7 +182,7 @@ def _meet_edge(ax, ay, bx, by, area, rays, first, last, hits):  # type: ignore[n
 
 @kernel
 def _inside(x, y, edges, span):  # type: ignore[no-untyped-def]
-    """Is a point in a body, being in its circle? Then a ray from there crosses the sides an odd number of times."""
+    """Whether a point in a body's circle is in the body: a ray from there crosses an odd number of sides."""
     inside = span[0] == span[1]
     if span[2] == 1:
         for k in range(span[0], span[1]):
@@ -184,7 +194,7 @@ def _inside(x, y, edges, span):  # type: ignore[no-untyped-def]
 
 @kernel
 def _meet_disc(dx, dy, radius, rays, first, last, hits):  # type: ignore[no-untyped-def]
-    """Where rays from the origin meet a circle outside: the nearest hits so far, and how far the tangent there is."""
+    """Update the nearest ``hits`` of rays from the origin with a circle, and the distance of the tangent there."""
     for n in range(first, last):
         along, beside = rays[0, n] * dx + rays[1, n] * dy, rays[0, n] * dy - rays[1, n] * dx
         if abs(beside) <= radius:
@@ -198,8 +208,9 @@ def _meet_disc(dx, dy, radius, rays, first, last, hits):  # type: ignore[no-unty
 def overhear(echoes, x, y, heading, sizes, circles, bodies, segments, counts, table, due, talks):  # type: ignore[no-untyped-def]
     """Shorten ``echoes`` to half the distance of a foreign sensor whose ping is heard straight on (crosstalk).
 
-    That is so where both sensors are due, each is in the other's cone and range, nothing stands between, and the
-    hearing one ``talks`` (runs, robots, sensors) bool: it happens to listen while the other pings.
+    A ping is heard where both sensors are due, each is in the other's cone and range, nothing stands between them, and
+    the hearing sensor happens to listen meanwhile: ``talks`` (runs, robots, sensors) bool. The other arguments are as
+    of :func:`cast`.
     """
     runs, robots = x.shape
     sensors = table.shape[1]
@@ -231,7 +242,7 @@ def overhear(echoes, x, y, heading, sizes, circles, bodies, segments, counts, ta
 
 @kernel
 def _mounted(x, y, heading, sensor):  # type: ignore[no-untyped-def]
-    """Where a sensor is [m], and the direction of its axis."""
+    """The place of a sensor [m], and the direction of its axis."""
     c, s = np.cos(heading), np.sin(heading)
     return (
         x + c * sensor[MOUNT_X] - s * sensor[MOUNT_Y],
@@ -243,7 +254,7 @@ def _mounted(x, y, heading, sensor):  # type: ignore[no-untyped-def]
 
 @kernel
 def _hidden(ax, ay, bx, by, circles, bodies, segments, count):  # type: ignore[no-untyped-def]
-    """Is an obstacle between the points a and b?"""
+    """Whether an obstacle is between the points a and b."""
     ex, ey = bx - ax, by - ay
     for n in range(count):
         dx, dy = circles[n, 0] - ax, circles[n, 1] - ay
@@ -264,7 +275,7 @@ def _hidden(ax, ay, bx, by, circles, bodies, segments, count):  # type: ignore[n
 
 @kernel
 def _covered(ax, ay, bx, by, i, j, x, y, heading, sizes):  # type: ignore[no-untyped-def]
-    """Is a robot other than ``i`` and ``j`` between the points a and b?"""
+    """Whether a robot other than ``i`` and ``j`` is between the points a and b."""
     for k in range(x.shape[0]):
         if k in (i, j):
             continue

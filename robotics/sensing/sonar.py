@@ -1,14 +1,14 @@
-"""Range sensors: sonars and lidars, their noise, what they miss, and what they overhear.
+"""Range sensors: sonars and lidars, with noise, lost echoes and crosstalk.
 
-A sensor sends a cone of rays (one for a beam of a lidar) and reads the shortest echo. Nothing seen reads infinite, as
-in REP 117; what is nearer than the minimum range reads the minimum. The noise is normal, with the standard deviation
-√(noise² + (relative_noise · distance)²), and never takes a reading out of the range. Between its updates a sensor
-keeps its reading.
+A sensor sends a cone of rays (one for a beam of a lidar) and reads the shortest echo. It reads infinite where it sees
+nothing, as in REP 117; a thing nearer than the minimum range reads the minimum. The noise is normal, with the standard
+deviation √(noise² + (relative_noise · distance)²), and never takes a reading out of the range. Between its updates a
+sensor keeps its reading.
 
 An echo is lost beyond the incidence angle, where a smooth surface reflects the sound away; a sharp corner that points
 at the sensor has no other surface, so that corners below 2 (90° − incidence) are not seen head-on. At random an echo
 is lost with the probability ``dropout``, and another robot's ping is heard with the probability ``crosstalk`` if it
-arrives straight on: half its way reads as a distance.
+arrives straight on: half its way is then read as a distance.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,6 +23,7 @@ from fuzzy.errors import InputError
 from robotics.environment.collision import as_poses, for_runs
 from robotics.environment.world import Geometry
 from robotics.quantity import check_quantities, quantity
+from robotics.random_streams import SONAR_STREAM
 from robotics.sensing.raycasting import (
     COS_AXIS,
     COS_HALF,
@@ -42,9 +43,11 @@ from robotics.sensing.raycasting import (
     overhear,
 )
 
-SONAR_STREAM = 5  # of a seed's random streams, beside those of robotics.radio.channel
-_DRAWS = 4096  # random numbers of one kind that a run draws at a time: bounds memory, and does not depend on the runs
-_NORMAL, _LOST, _TALK = 1, 2, 3  # kinds of random numbers, each from a generator of its own
+_DRAWS = 4096  # random numbers of one kind that a run draws at a time: bounds memory, whatever the number of runs
+# Kinds of random numbers, each from a generator of its own
+_NORMAL = 1  # noise
+_LOST = 2  # lost echoes
+_TALK = 3  # crosstalk
 
 
 class SonarError(InputError):
@@ -53,11 +56,13 @@ class SonarError(InputError):
 
 @dataclass(frozen=True, kw_only=True)
 class RangeSensor:
-    """One sensor of a robot, in the robot's frame: x forward, y left, from the axle midpoint."""
+    """One range sensor in the robot's frame: x forward, y left, from the axle midpoint. Raises SonarError."""
 
     x: float = quantity(0.0, "m", least=-10, most=10)  # where it is mounted
     y: float = quantity(0.0, "m", least=-10, most=10)
-    axis: float = quantity(0.0, "rad", least=-2 * pi, most=2 * pi)  # where it looks, from straight ahead to the left
+    axis: float = quantity(
+        0.0, "rad", least=-2 * pi, most=2 * pi
+    )  # its direction, counted from straight ahead to the left
     half_cone: float = quantity(0.0, "rad", least=0, most=pi)
     rays: int = 1  # spread evenly over the cone, its edges included; a single one on the axis
     range: float = quantity(2.0, "m", above=0, most=1000)
@@ -65,11 +70,13 @@ class RangeSensor:
     period: float = quantity(0.05, "s", above=0, most=60)  # from update to update
     noise: float = quantity(0.0, "m", least=0, most=10)  # standard deviation
     relative_noise: float = quantity(0.0, "1", least=0, most=1)  # of the distance
-    incidence: float = quantity(pi / 2, "rad", above=0, most=pi / 2)  # from the surface's normal; beyond: no echo
+    incidence: float = quantity(
+        pi / 2, "rad", above=0, most=pi / 2
+    )  # from the surface's normal; beyond it there is no echo
     dropout: float = quantity(0.0, "1", least=0, most=1)  # of echoes, independently
-    crosstalk: float = quantity(0.0, "1", least=0, most=1)  # that a robot straight on pings meanwhile
-    failure_start: float | None = quantity(None, "s", least=0)  # from then on it sees nothing; none: it never fails
-    failure_end: float | None = quantity(None, "s", above=0)  # and until then; none: to the end
+    crosstalk: float = quantity(0.0, "1", least=0, most=1)  # the probability that a robot straight on pings meanwhile
+    failure_start: float | None = quantity(None, "s", least=0)  # from then on it sees nothing; None: it never fails
+    failure_end: float | None = quantity(None, "s", above=0)  # until then; None: to the end
 
     def __post_init__(self) -> None:
         check_quantities(self, SonarError)
@@ -91,7 +98,7 @@ def _sonar(x: float, y: float, axis: float, half_cone: float, reach: float) -> R
     )  # fmt: skip
 
 
-# Two sonars on the nose and one on each side (thesis 6.2); the thesis says neither where nor what they can do.
+# Two sonars on the nose and one on each side (thesis 6.2); the thesis gives neither their places nor their ranges.
 SONAR: Mapping[str, RangeSensor] = {
     "front-left": _sonar(0.115, 0.06, pi / 9, 37 * pi / 180, 2.0),
     "front-right": _sonar(0.115, -0.06, -pi / 9, 37 * pi / 180, 2.0),
@@ -102,10 +109,16 @@ FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT = range(4)  # the order of SONAR
 
 
 def lidar(beams: int = 121, span: float = 4 * pi / 3, reach: float = 4.0) -> dict[str, RangeSensor]:
-    """A scanner above the axle: ``beams`` from right to left over ``span`` [rad], up to ``reach`` [m], by name.
+    """The beams of a scanner above the axle, by name: beam-1, beam-2 and so on, from right to left.
 
-    The names are beam-1, beam-2 and so on. Ten scans a second, with 1 cm + 1 % of noise: a small scanner such as the
-    Hokuyo URG-04LX. Raises SonarError.
+    It makes ten scans a second with 1 cm + 1 % of noise, as a small scanner such as the Hokuyo URG-04LX.
+
+    Args:
+        beams: Their number.
+        span: The angle from the first to the last [rad].
+        reach: Their range [m].
+
+    Raises SonarError for another number than 2 to 10 000, and as :class:`RangeSensor`.
     """
     if isinstance(beams, bool) or not isinstance(beams, int) or not 2 <= beams <= 10_000:
         raise SonarError(f"beams must be a whole number >= 2 and <= 10000, got {beams!r}").about("beams")
@@ -122,7 +135,7 @@ PRESETS: dict[str, Mapping[str, RangeSensor]] = {"sonar": SONAR, "lidar": LIDAR}
 
 @dataclass(frozen=True, eq=False)
 class Ranges:
-    """What all range sensors read now. ``ranges["left"]`` is (runs, robots) [m]; infinite: nothing seen."""
+    """The present readings of all range sensors. ``ranges["left"]`` is (runs, robots) [m]; infinite: nothing seen."""
 
     names: tuple[str, ...]
     values: np.ndarray  # (runs, robots, sensors) m; infinite also where a robot does not carry that sensor
@@ -139,10 +152,10 @@ class Ranges:
 
 
 class Echoes(NamedTuple):
-    """What the sensors remember."""
+    """The memory of range sensors."""
 
     readings: np.ndarray  # (runs, robots, sensors) m
-    block: int  # which block of random numbers the draws are; -1: none yet
+    block: int  # the number of the block of random numbers in ``draws``; -1: none yet
     draws: tuple[np.ndarray | None, ...]  # normal, lost, talk: (updates, runs, robots, sensors)
 
 
@@ -156,11 +169,13 @@ class SensorArray:
     every: np.ndarray  # (sensors,) control periods from update to update
     seeds: tuple[int, ...] = field(repr=False)
     stride: int  # control periods from any update to the next
-    failures: np.ndarray | None = field(repr=False)  # (2, sensors) control periods: failed from, until; none fails
+    failures: np.ndarray | None = field(
+        repr=False
+    )  # (2, sensors) control periods: failed from, until; None: none fails
 
     @classmethod
     def opened(cls, sensors: Sequence[RangeSensor], seeds: Sequence[int], tick: float) -> "SensorArray":
-        """``sensors`` in the runs of ``seeds``, for control periods of ``tick`` [s]. Raises SonarError."""
+        """Make ``sensors`` for the runs of ``seeds``, for control periods of ``tick`` [s]. Raises SonarError."""
         if not sensors:
             raise SonarError("at least one range sensor is needed")
         every = np.array([max(1, round(sensor.period / tick)) for sensor in sensors])
@@ -181,7 +196,7 @@ class SensorArray:
         )
 
     def init(self, robots: int) -> Echoes:
-        """Nothing seen yet."""
+        """Return the memory at the start for ``robots`` robots: nothing was seen yet."""
         return Echoes(np.full((len(self.seeds), robots, len(self.every)), np.inf), -1, (None, None, None))
 
     def echoes(
@@ -189,8 +204,7 @@ class SensorArray:
     ) -> np.ndarray:
         """The exact distances that all sensors would read now [m] (runs, robots, sensors): no noise, no minimum.
 
-        ``x``, ``y`` [m] and ``heading`` [rad] are (runs, robots), ``sizes`` and ``geometry`` as of
-        :mod:`robotics.environment.collision`.
+        The arguments are as of :func:`robotics.environment.collision.obstacle_contacts`.
         """
         return self._cast(np.ones(len(self.every), dtype=bool), x, y, heading, sizes, geometry)
 
@@ -204,9 +218,10 @@ class SensorArray:
         sizes: np.ndarray,
         geometry: Geometry,
     ) -> tuple[np.ndarray, Echoes]:
-        """The readings [m] (runs, robots, sensors) in control period ``k``; infinite: nothing seen.
+        """Return the readings [m] (runs, robots, sensors) in control period ``k``, infinite where nothing is seen.
 
-        The rest as of :meth:`echoes`. A period's noise depends on the seed and ``k`` alone.
+        The memory after them is returned too. The poses, sizes and geometry are as of :meth:`echoes`. The noise of a
+        period depends on the seed and ``k`` only.
         """
         due = k % self.every == 0
         if not due.any():
@@ -295,7 +310,7 @@ def _column(sensor: RangeSensor) -> np.ndarray:
 
 @kernel
 def _read(exact, held, due, table, normal, lost):  # type: ignore[no-untyped-def]
-    """The readings of all sensors: those due anew, with noise and losses, the others as they are ``held``."""
+    """The readings of all sensors: those that are due with noise and losses, the others as they are ``held``."""
     out = np.empty_like(exact)
     for r in range(exact.shape[0]):
         for i in range(exact.shape[1]):

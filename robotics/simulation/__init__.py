@@ -1,1 +1,1 @@
-"""The one simulation, and the runs that it makes."""
+"""The simulation, and the runs that it makes."""

@@ -1,4 +1,4 @@
-"""The recorded channels: what a run keeps of every period, and where in the state it is found.
+"""The recorded channels: the numbers that a run keeps of every period, and their places in the state.
 
 To record something more, let the step that makes it put it into :class:`robotics.simulation.state.State` and declare it
 here; runs then keep, save, load and cut it by its axes.
@@ -19,7 +19,7 @@ Axes = tuple[str, ...]  # of "sample", "channel", "run", "robot", "sender", "sen
 
 @dataclass(frozen=True, kw_only=True)
 class Scalars:
-    """Numbers of each robot, kept as one array: names with their units, and where a state has them."""
+    """Numbers of each robot, kept as one array: their names and units, and their place in a state."""
 
     units: Mapping[str, str]
     of: Callable[[State], Any]
@@ -27,13 +27,13 @@ class Scalars:
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """One recorded array: its axes, where a state has a period's part of it, and what it holds of stopped robots."""
+    """One recorded array: its axes, its place in a state, and the value that it holds for stopped robots."""
 
     axes: Axes
-    of: Callable[[State], Any] | None = None  # None from there: this period has none
+    of: Callable[[State], Any] | None = None  # a result of None: this period has none
     scalars: tuple[Scalars, ...] = ()  # in place of ``of``
     dtype: Any = float
-    stopped: float | int | None = None  # in place of the values of a robot that was stopped; none: they stay
+    stopped: float | int | None = None  # in place of the values of a robot that was stopped; None: they stay
 
 
 SAMPLES = (
@@ -41,7 +41,7 @@ SAMPLES = (
         units={"x": "m", "y": "m", "heading": "rad", "v": "m/s", "w": "rad/s"},
         of=lambda state: state.truth[: p.W + 1],
     ),
-    Scalars(  # what the law saw
+    Scalars(  # as the law saw it
         units={"x_measured": "m", "y_measured": "m", "heading_measured": "rad"},
         of=lambda state: state.posture,
     ),
@@ -61,7 +61,7 @@ SAMPLES = (
 TEAM = (
     # the law's own path parameter; not-a-number if it has none
     Scalars(units={"progress": "1"}, of=lambda s: np.nan if s.command.progress is None else s.command.progress),
-    # where the law wants the robot to be
+    # the target that the law has chosen
     Scalars(units={"x_target": "m"}, of=lambda state: state.target.x),
     Scalars(units={"y_target": "m"}, of=lambda state: state.target.y),
     Scalars(units={"heading_target": "rad"}, of=lambda state: state.target.heading),
@@ -78,11 +78,11 @@ RECORDS: dict[str, Record] = {
     "samples": Record(axes=("sample", "channel", "run", "robot"), scalars=SAMPLES, stopped=np.nan),
     # of a team's run
     "team": Record(axes=("sample", "channel", "run", "robot"), scalars=TEAM, stopped=np.nan),
-    # s: how old each robot's knowledge of each other is, where a run keeps it; infinite: it never heard of it
+    # s: the age of the last message of each robot that each other heard, if a run keeps it; infinite: it heard none
     "links": Record(axes=("sample", "run", "robot", "sender"), of=_ages, dtype=np.float32),
     # codes of robotics.laws.modes.MODES
     "modes": Record(axes=("sample", "run", "robot"), of=lambda s: s.command.mode, dtype=np.int8, stopped=STOPPED),
-    # m: what the range sensors read, those of robotics.sensing.carried.sensor_names
+    # m: readings of the range sensors, those of robotics.sensing.carried.sensor_names
     "ranges": Record(
         axes=("sample", "run", "robot", "sensor"),
         of=lambda state: None if state.ranges is None else state.ranges.values,
@@ -92,7 +92,7 @@ RECORDS: dict[str, Record] = {
 
 
 def units_of(scalars: tuple[Scalars, ...]) -> dict[str, str]:
-    """The names of all ``scalars`` in their order, with their units."""
+    """The names of all ``scalars``, in their order, with their units."""
     return {name: unit for part in scalars for name, unit in part.units.items()}
 
 

@@ -1,4 +1,4 @@
-"""A run: what happened, sample by sample, for every seed and robot; a table, a file, and back."""
+"""A run: all samples of every seed and robot; its table, its file, and back."""
 
 import json
 import zlib
@@ -30,18 +30,18 @@ class RunError(InputError):
 
 @dataclass(frozen=True)
 class About:
-    """What ran."""
+    """The scenario, the controller and the robots of a run."""
 
     scenario: str
     kind: str  # of the scenario: "tracking", "formation" or "team"
     controller: str
-    level: str  # "velocity" or "torque": what the command is
+    level: str  # "velocity" or "torque": the meaning of the command
     robots: tuple[Robot, ...]
-    sensors: tuple[Mapping[str, RangeSensor], ...]  # what each robot carries, by name
+    sensors: tuple[Mapping[str, RangeSensor], ...]  # the sensors that each robot carries, by name
 
 
 class Recorded(NamedTuple):
-    """A recorded array with what its axes are."""
+    """A recorded array with the names of its axes."""
 
     values: np.ndarray
     axes: Axes
@@ -71,37 +71,37 @@ class Run:
 
     @property
     def controller(self) -> str:
-        """What drove the robots, by name."""
+        """The name of the controller that drove the robots."""
         return self.about.controller
 
     @property
     def level(self) -> str:
-        """ "velocity" or "torque": what ``command_1`` and ``command_2`` are."""
+        """The meaning of ``command_1`` and ``command_2``: "velocity" or "torque"."""
         return self.about.level
 
     @property
     def samples(self) -> np.ndarray:
-        """(samples, channels, runs, robots): CHANNELS; not-a-number after a robot was stopped."""
+        """The samples of CHANNELS (samples, channels, runs, robots); not-a-number after a robot was stopped."""
         return self.recorded["samples"].values
 
     @property
     def team(self) -> np.ndarray | None:
-        """(samples, channels, runs, robots): TEAM_CHANNELS of a team's run; likewise."""
+        """The samples of TEAM_CHANNELS in a team's run, as :attr:`samples`; otherwise None."""
         return self._values("team")
 
     @property
     def links(self) -> np.ndarray | None:
-        """(samples, runs, receivers, senders) s: the age of messages, if it was to be kept."""
+        """The ages of messages [s] (samples, runs, receivers, senders), or None if the run does not keep them."""
         return self._values("links")
 
     @property
     def modes(self) -> np.ndarray | None:
-        """(samples, runs, robots) int8: codes of robotics.laws.modes.MODES, if the law has modes."""
+        """The codes of robotics.laws.modes.MODES (samples, runs, robots) int8, or None if the law has no modes."""
         return self._values("modes")
 
     @property
     def ranges(self) -> np.ndarray | None:
-        """(samples, runs, robots, sensors) m: what the range sensors read, if the law needs any."""
+        """The readings of the range sensors [m] (samples, runs, robots, sensors), or None if the law needs none."""
         return self._values("ranges")
 
     def _values(self, name: str) -> np.ndarray | None:
@@ -127,7 +127,7 @@ class Run:
         return replace(self, seeds=(seed,), recorded=recorded, stopped=self.stopped[which])
 
     def time_innermost(self) -> "Run":
-        """The same run with time last in memory: sums over time then add up alike whatever runs are beside it."""
+        """The same run with time last in memory, so that sums over time do not depend on the number of runs."""
         arrays = {
             name: np.moveaxis(np.ascontiguousarray(np.moveaxis(record.values, 0, -1)), -1, 0)
             for name, record in self.recorded.items()
@@ -141,7 +141,7 @@ class Run:
 
     @property
     def diverged(self) -> np.ndarray:
-        """(runs, robots) bool: was the robot stopped?"""
+        """Whether each robot was stopped (runs, robots) bool."""
         return self.stopped >= 0
 
     def divergences(self) -> list[str]:
@@ -153,7 +153,7 @@ class Run:
         ]
 
     def frame(self) -> "pd.DataFrame":
-        """A pandas table: one row a seed, robot and sample; the reference beside the channels."""
+        """A pandas table with one row for each seed, robot and sample; it has the reference beside the channels."""
         import pandas as pd
 
         runs, robots, n = len(self.seeds), self.samples.shape[3], len(self.time)
@@ -190,7 +190,7 @@ class Run:
 
 
 def load_run(path: str | Path) -> Run:
-    """The run in a file that :meth:`Run.save` wrote, this version's or an older one's. Raises RunError."""
+    """Read the run from a file that :meth:`Run.save` of this version or an older one wrote. Raises RunError."""
     try:
         with Path(path).open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             recorded = {name: Recorded(file[name], record.axes) for name, record in RECORDS.items() if name in file}
@@ -214,7 +214,7 @@ def load_run(path: str | Path) -> Run:
 
 
 def _as_json(about: About) -> dict[str, Any]:
-    """``about`` in JSON's types; robots that are alike stand once."""
+    """``about`` in JSON's types; robots that are alike are written once."""
     kinds = [{"robot": asdict(r), "sensors": {n: asdict(s) for n, s in c.items()}} for r, c in _pairs(about)]
     distinct = [kind for i, kind in enumerate(kinds) if kind not in kinds[:i]]
     plain = {name: getattr(about, name) for name in ("scenario", "kind", "controller", "level")}
@@ -226,7 +226,7 @@ def _pairs(about: About) -> Iterator[tuple[Robot, Mapping[str, RangeSensor]]]:
 
 
 def _from_json(table: dict[str, Any], robots: int, recorded: Mapping[str, Recorded]) -> About:
-    """What :func:`_as_json` wrote; of format 1, which did not say more, with standard robots and their sonars."""
+    """Read what :func:`_as_json` wrote; format 1 does not name the robots, which become standard ones with sonars."""
     named = (table["scenario"], table.get("kind", "team" if "team" in recorded else "tracking"), table["controller"])
     if table["format"] == 1:
         four = "ranges" in recorded and recorded["ranges"].values.shape[-1] == len(SONAR)

@@ -1,4 +1,4 @@
-"""From when to when in a run: the part of one seed that is shown, and the spans of its faults."""
+"""Spans of time in a run: the span that is shown of one seed, and the spans of its faults."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from fuzzy.errors import InputError
 from robotics.radio.faults import FAULTS
 from robotics.simulation.run import Run
 
-KINDS = {code: kind for kind, code in FAULTS.items()}  # what the codes of the channel "fault" mean
+KINDS = {code: kind for kind, code in FAULTS.items()}  # the meaning of the codes of the channel "fault"
 
 
 class ReplayError(InputError):
@@ -16,7 +16,7 @@ class ReplayError(InputError):
 
 
 class FaultSpan(NamedTuple):
-    """A robot at fault for a while."""
+    """A span of time in which a robot is at fault."""
 
     robot: int  # from 0
     kind: str  # a value of KINDS
@@ -25,7 +25,7 @@ class FaultSpan(NamedTuple):
 
 
 def seed_place(run: Run, seed: int | None) -> int:
-    """Where ``seed`` (none: the first) stands among those of the run. Raises ReplayError."""
+    """The place (from 0) of ``seed`` among those of the run; None means the first. Raises ReplayError."""
     if seed is None:
         return 0
     if seed not in run.seeds:
@@ -35,7 +35,7 @@ def seed_place(run: Run, seed: int | None) -> int:
 
 
 def span(run: Run, start: float | None, end: float | None) -> tuple[float, float]:
-    """From when to when [s] to look; None: from the run's beginning, to its end. Raises ReplayError."""
+    """The span of time [s] to show; None means the run's beginning or its end. Raises ReplayError."""
     first, last = float(run.time[0]), float(run.time[-1])
     start, end = first if start is None else start, last if end is None else end
     if not first <= start < end <= last:
@@ -46,7 +46,7 @@ def span(run: Run, start: float | None, end: float | None) -> tuple[float, float
 
 
 def fault_spans(run: Run, place: int) -> tuple[FaultSpan, ...]:
-    """When which robots were at fault in the run of the seed at that ``place``, by robot and time."""
+    """The spans in which robots were at fault in the run of the seed at ``place``, by robot and time."""
     if run.team is None:
         return ()
     codes = np.nan_to_num(run["fault"][place]).astype(int)
@@ -60,6 +60,6 @@ def fault_spans(run: Run, place: int) -> tuple[FaultSpan, ...]:
 
 
 def _after(run: Run, sample: np.ndarray) -> np.ndarray:
-    """The time of a sample [s]; one beyond the last lies one period after it."""
+    """The time of a sample [s]; that of the sample beyond the last is one period later."""
     time = np.append(run.time, 2 * run.time[-1] - run.time[-2])
     return np.asarray(time[sample])

@@ -1,1 +1,1 @@
-"""The robot and what moves it: parameters, and the plant."""
+"""The robot: its parameters, its inverse dynamics, and the plant that moves it."""

@@ -1,4 +1,4 @@
-"""The inverse dynamics of many robots: which wheel torques make an acceleration."""
+"""The inverse dynamics of many robots: the wheel torques that give an acceleration."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from robotics.vehicle.robot import Robot
 
 
 class InverseDynamics(NamedTuple):
-    """(2.19) for a center of mass on the axle (d = 0); each field is (robots,)."""
+    """The inverse dynamics (2.19) for a center of mass on the axle (d = 0); each field is (robots,)."""
 
     mass: np.ndarray  # kg
     inertia: np.ndarray  # kg m²
@@ -18,13 +18,13 @@ class InverseDynamics(NamedTuple):
 
     @classmethod
     def nominal(cls, robots: Sequence[Robot]) -> "InverseDynamics":
-        """With the mass and the inertia of thesis (2.3) for d = 0: what the laws of chapter 2 know, as in (2.10)."""
+        """Take the mass and the inertia of thesis (2.3) for d = 0, as in (2.10); the laws of chapter 2 know these."""
         inertia = [r.body_inertia + 2 * r.wheel_mass * r.half_axle**2 + 2 * r.wheel_inertia for r in robots]
         return cls._of(robots, [r.mass for r in robots], inertia)
 
     @classmethod
     def effective(cls, robots: Sequence[Robot]) -> "InverseDynamics":
-        """With all that the wheels' torques accelerate and turn: also the spinning wheels, and d in the inertia."""
+        """Take all that the wheels' torques accelerate and turn: also the spinning wheels, and d in the inertia."""
         return cls._of(robots, [r.effective_mass for r in robots], [r.effective_inertia for r in robots])
 
     @classmethod
@@ -33,7 +33,7 @@ class InverseDynamics(NamedTuple):
         return cls(*(np.array(row) for row in (mass, inertia, radii, axles)))
 
     def torques(self, acceleration: np.ndarray) -> np.ndarray:
-        """The torques of the right and the left wheel [N m] (2, runs, robots) for v' [m/s²] and ω' [rad/s²], likewise.
+        """The torques of the right and the left wheel [N m] for v' [m/s²] and ω' [rad/s²], both (2, runs, robots).
 
         τ = Γ⁻¹ u',  Γ⁻¹ = r/(2L) [L m, I; L m, −I]   thesis (2.19)
         """

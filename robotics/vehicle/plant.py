@@ -1,11 +1,11 @@
-"""The plant: encoders, wheel loops, motors and the rigid body, all robots of all runs in one pass.
+"""The plant: encoders, wheel loops, motors and the rigid body of all robots of all runs in one pass.
 
-A tick is the high-level period (50 ms); it makes steps of 10 ms, as the robot's microcontroller does: read the
+A tick is the high-level period (50 ms). It consists of steps of 10 ms, as in the robot's microcontroller: read the
 encoders, run the wheel loops, hold the voltage. Inside a step the velocities are integrated by Runge-Kutta
 (order 4) and the pose follows the exact arc of each substep.
 
-State is an array (channels, lanes): a lane is one robot of one run, and no lane sees another. Lanes are worked in
-blocks of a constant size, which the compiler turns into vector instructions without changing a bit of the result.
+The state is an array (channels, lanes): a lane is one robot of one run, and no lane sees another. Lanes are computed
+in blocks of a constant size, which the compiler turns into vector instructions without changing a bit of the result.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from fuzzy.compiled.jit import kernel
 from robotics.vehicle.robot import Robot
 
 Level = Literal["velocity", "torque"]
-STEP = 0.01  # s, the wheel loops' period (thesis 2.1.3.1)
+STEP = 0.01  # s: the wheel loops' period (thesis 2.1.3.1)
 
 # Channels of the state -----------------------------------------------------------------------------------------
 X, Y, HEADING = 0, 1, 2  # m, m, rad: the true pose of the axle midpoint
@@ -39,7 +39,7 @@ CHANNELS = 26
 (
     P_MASS, P_INERTIA, P_COUPLING, P_RADIUS, P_HALF_AXLE, P_VOLTAGE, P_KT, P_KE, P_TORQUE_LIMIT, P_FRICTION,
     P_FRICTION_SPEED, P_COUNT, P_KP, P_KI, P_KD, P_B0, P_B1, P_B2, P_A1, P_A2, P_V_MAX, P_W_MAX, P_WHEEL_MAX,
-    P_ODO_RIGHT, P_ODO_LEFT, P_ODO_HALF_AXLE,  # what odometry takes the wheels' radii and the axle to be
+    P_ODO_RIGHT, P_ODO_LEFT, P_ODO_HALF_AXLE,  # the wheels' radii and the half axle that odometry assumes
 ) = range(26)  # fmt: skip
 PARAMETERS = 26
 
@@ -51,7 +51,7 @@ _ROWS = _S + 8
 
 
 def parameters(robot: Robot, step: float = 0.01) -> np.ndarray:
-    """``robot`` as one lane's parameters (PARAMETERS,), with the filter's coefficients for ``step`` [s]."""
+    """Return one lane's parameters (PARAMETERS,) of ``robot``, with the filter's coefficients for ``step`` [s]."""
     b0, b1, b2, a1, a2 = _low_pass(robot.filter_frequency, step)
     rows = {
         P_MASS: robot.effective_mass,
@@ -85,7 +85,7 @@ def parameters(robot: Robot, step: float = 0.01) -> np.ndarray:
 
 
 def _low_pass(frequency: float, step: float) -> tuple[float, float, float, float, float]:
-    """Butterworth-like low-pass (damping 0.7) by the bilinear transform: y = b0 u + b1 u₁ + b2 u₂ − a1 y₁ − a2 y₂."""
+    """A Butterworth-like low-pass (damping 0.7) by the bilinear transform: y = b0 u + b1 u₁ + b2 u₂ − a1 y₁ − a2 y₂."""
     if frequency == 0.0:
         return 1.0, 0.0, 0.0, 0.0, 0.0
     k = tan(pi * frequency * step)
@@ -96,7 +96,7 @@ def _low_pass(frequency: float, step: float) -> tuple[float, float, float, float
 def initial_state(pose: np.ndarray, believed: np.ndarray | None = None) -> np.ndarray:
     """The state (CHANNELS, lanes) of robots at rest at ``pose`` (lanes, 3): x [m], y [m], heading [rad].
 
-    Odometry starts from ``believed`` (lanes, 3), where the robots believe to stand; default: where they do.
+    Odometry starts from ``believed`` (lanes, 3), the poses that the robots believe to have; by default the true ones.
     """
     state = np.zeros((CHANNELS, len(pose)))
     state[[X, Y, HEADING]] = pose.T
@@ -106,35 +106,45 @@ def initial_state(pose: np.ndarray, believed: np.ndarray | None = None) -> np.nd
 
 @dataclass(frozen=True)
 class Plant:
-    """What turns commands into motion: the robots' parameters and the time grid."""
+    """The plant of a simulation, which turns commands into motion: the robots' parameters and the time grid."""
 
     parameters: np.ndarray  # (PARAMETERS, lanes)
     steps: int = 5  # steps a tick
     step: float = 0.01  # s
     substeps: int = 4  # Runge-Kutta steps a step: the pose is then within 1e-7 m of the limit after 5 s
-    kinematic: bool = False  # the command becomes the velocity at once
+    kinematic: bool = False  # the velocity is the command, without delay
 
     def advance(
         self, state: np.ndarray, earlier: np.ndarray, command: np.ndarray, late_steps: int, level: Level
     ) -> np.ndarray:
-        """The state (CHANNELS, lanes) one tick later.
+        """Return the state one tick later (CHANNELS, lanes).
 
-        ``command`` (2, lanes) is v [m/s], ω [rad/s] for the level "velocity", or the right and left wheel torque
-        [N m] for "torque". The first ``late_steps`` steps still hold ``earlier``, the command before (latency).
+        Args:
+            state: The state now (CHANNELS, lanes).
+            earlier: The command before ``command`` (2, lanes).
+            command: v [m/s] and ω [rad/s] for the level "velocity", the right and the left wheel's torque [N m] for
+                "torque" (2, lanes).
+            late_steps: The number of steps that still hold ``earlier`` (latency).
+            level: "velocity" or "torque".
         """
         code = 2 if self.kinematic else {"velocity": 0, "torque": 1}[level]
         return _tick(state, self.parameters, earlier, command, late_steps, self.steps, self.step, self.substeps, code)
 
 
 def velocity_limits(robots: Sequence[Robot]) -> np.ndarray:
-    """What bounds each robot's velocity (4, robots): v_max, ω_max, half axle L, r ω_wheel."""
+    """The bounds of each robot's velocity (4, robots): v_max [m/s], ω_max [rad/s], half axle L [m], r ω_wheel [m/s]."""
     return np.array([(r.v_max, r.w_max, r.half_axle, r.wheel_speed_limit) for r in robots]).T
 
 
 def saturate(limits: np.ndarray, v: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The velocities [m/s, rad/s] that the plant makes of a command (..., robots).
+    """Return the velocities v [m/s] and ω [rad/s] within the limits that the plant makes of a command.
 
-    Each is clamped, then both are scaled onto the wheels' diamond |v| + L |ω| <= r ω_wheel, which keeps the curvature.
+    Each is clamped; then both are scaled onto the wheels' diamond |v| + L |ω| <= r ω_wheel, which keeps the curvature.
+
+    Args:
+        limits: As of :func:`velocity_limits` (4, robots).
+        v: The commanded speed (..., robots) [m/s].
+        w: The commanded angular velocity (..., robots) [rad/s].
     """
     v_max, w_max, half_axle, wheel = limits
     v = np.minimum(np.maximum(v, -v_max), v_max)
@@ -147,7 +157,7 @@ def saturate(limits: np.ndarray, v: np.ndarray, w: np.ndarray) -> tuple[np.ndarr
 def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[no-untyped-def]
     """A motor's torque at a wheel speed. ``hold`` 1: the voltage is held; 0: the drive holds the torque kt · voltage.
 
-    Either way the supply reaches only so far against the back-EMF, and the tyre slips at the limit.
+    Either way the supply minus the back-EMF bounds the torque, and the tyre slips at the limit.
     """
     back = ke * speed
     torque = kt * min(max(voltage - hold * back, -supply - back), supply - back)
@@ -158,13 +168,13 @@ def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[
 def _accelerations(  # type: ignore[no-untyped-def]
     v, w, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
 ):
-    """v' and ω' at the axle midpoint, the motors' power and the friction's, from the wheels' drives.
+    """Return v' and ω' at the axle midpoint, the motors' power and the friction's, from the wheels' drives.
 
     (m + 2 J_w/r²) v'     = (τr + τl)/r + m_c d ω²
     (I0 + 2 J_w L²/r²) ω' = L (τr − τl)/r − m_c d v ω
 
     the reduced form of thesis (2.1)-(2.9) with d ≠ 0 at the axle midpoint; d = 0 gives (2.10). Radius, mass and
-    inertia come as their reciprocals: this is the innermost loop.
+    inertia are given as their reciprocals, since this is the innermost loop.
     """
     speed_r = (v + half * w) * per_r
     speed_l = (v - half * w) * per_r
@@ -182,6 +192,7 @@ def _accelerations(  # type: ignore[no-untyped-def]
 
 @kernel
 def _tick(state, parameters, earlier, command, late_steps, steps, step, substeps, code):  # type: ignore[no-untyped-def]
+    """Move all lanes by ``steps`` steps; ``code`` is 0 for velocities, 1 for torques, 2 for the kinematic plant."""
     lanes = state.shape[1]
     out = np.empty_like(state)
     z = np.empty(_ROWS * _BLOCK)
@@ -220,7 +231,7 @@ def _tick(state, parameters, earlier, command, late_steps, steps, step, substeps
 
 @kernel
 def _loops(z, step, code):  # type: ignore[no-untyped-def]
-    """From the held command (in the voltage rows) to the voltages of this step, or the velocity if kinematic."""
+    """Turn the held command (in the voltage rows) into the voltages of this step, or the velocity if kinematic."""
     for i in range(_BLOCK):
         r = z[(CHANNELS + P_RADIUS) * _BLOCK + i]
         half = z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i]
@@ -234,7 +245,7 @@ def _loops(z, step, code):  # type: ignore[no-untyped-def]
         true_l = (z[V * _BLOCK + i] - half * z[W * _BLOCK + i]) / r
         hold = 1.0
         if code == 1:
-            # The drive holds the commanded torque: what a current loop faster than 10 ms does.
+            # The drive holds the commanded torque, as a current loop faster than 10 ms does.
             hold = 0.0
             ur = first / kt
             ul = second / kt
@@ -264,7 +275,7 @@ def _loops(z, step, code):  # type: ignore[no-untyped-def]
             wish_l = kp * (ref_l - speed_l) + z[INTEGRAL_L * _BLOCK + i] - kd * rate_l
             ur = min(max(wish_r, -volts), volts)
             ul = min(max(wish_l, -volts), volts)
-            # Back-calculation: what saturation cuts off runs out of the integral with the loop's own time kp/ki.
+            # Back-calculation: the part that saturation cuts off leaves the integral with the loop's own time kp/ki.
             back = ki / max(kp, 1e-12)
             z[INTEGRAL_R * _BLOCK + i] += step * (ki * (ref_r - speed_r) + back * (ur - wish_r))
             z[INTEGRAL_L * _BLOCK + i] += step * (ki * (ref_l - speed_l) + back * (ul - wish_l))
@@ -284,7 +295,7 @@ def _loops(z, step, code):  # type: ignore[no-untyped-def]
 
 @kernel
 def _move(z, h, hold):  # type: ignore[no-untyped-def]
-    """One Runge-Kutta step of the velocities over ``h`` seconds, and the arc that the pose follows meanwhile."""
+    """Do one Runge-Kutta step of the velocities over ``h`` seconds, and move the pose along its arc meanwhile."""
     for i in range(_BLOCK):
         per_mass = 1 / z[(CHANNELS + P_MASS) * _BLOCK + i]
         per_inertia = 1 / z[(CHANNELS + P_INERTIA) * _BLOCK + i]
@@ -336,7 +347,7 @@ def _move(z, h, hold):  # type: ignore[no-untyped-def]
 
 @kernel
 def _glide(z, step):  # type: ignore[no-untyped-def]
-    """The kinematic plant: the velocity is the command, and the arc is exact."""
+    """Move the kinematic plant: the velocity is the command, and the arc is exact."""
     for i in range(_BLOCK):
         r = z[(CHANNELS + P_RADIUS) * _BLOCK + i]
         half = z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i]
@@ -369,7 +380,7 @@ def _arc(z, i, x, y, heading, cos, sin, forward, sideways, turn):  # type: ignor
 
 @kernel
 def _odometry(z, step):  # type: ignore[no-untyped-def]
-    """Read the encoders after the step: wheel speeds for the loops, and the pose that their counts tell."""
+    """Read the encoders after the step: the wheel speeds for the loops, and the pose by odometry."""
     for i in range(_BLOCK):
         per_radian = z[(CHANNELS + P_COUNT) * _BLOCK + i]
         radius_r = z[(CHANNELS + P_ODO_RIGHT) * _BLOCK + i]

@@ -1,8 +1,8 @@
 """The EtsRo: a differential-drive robot, its motors, encoders, wheel loops and limits.
 
-Sources: thesis 2.1.3.1 (set-up) and 2.1.3.2 (dynamic parameters). What the thesis leaves open is marked "assumed";
-the motor is fitted to its 7.5 V and 175 rpm. Where two figures contradict each other (the wheel radius 4.5 or
-4.0 cm, the speed limit 1.12 m/s against 175 rpm), the field's comment says which one stands here.
+Sources: thesis 2.1.3.1 (set-up) and 2.1.3.2 (dynamic parameters). Values that the thesis leaves open are marked
+"assumed"; the motor is fitted to its 7.5 V and 175 rpm. Where two figures contradict each other (the wheel radius 4.5
+or 4.0 cm, the speed limit 1.12 m/s against 175 rpm), the field's comment says which of them is used.
 """
 
 from dataclasses import dataclass
@@ -37,7 +37,9 @@ class Robot:
     back_emf: float = quantity(0.409, "V s/rad", above=0)  # supply voltage / no-load speed
     torque_limit: float = quantity(0.35, "N m", above=0)  # a wheel: about where the tyre slips (assumed)
     friction_torque: float = quantity(0.02, "N m", least=0)  # a wheel, Coulomb (assumed)
-    friction_speed: float = quantity(0.2, "rad/s", above=0)  # over which the friction turns around (assumed)
+    friction_speed: float = quantity(
+        0.2, "rad/s", above=0
+    )  # the speed range over which friction changes sign (assumed)
     # Encoders and wheel loops, every 10 ms (gains tuned: overshoot below 6 %, 2 % settling below 0.35 s)
     counts_per_turn: float = quantity(6000.0, "counts", above=0)
     kp: float = quantity(0.8, "V s/rad", least=0)
@@ -72,15 +74,15 @@ class Robot:
 
     @property
     def effective_mass(self) -> float:
-        """m + 2 J_w / r² [kg]: what the wheels' torques accelerate forwards."""
+        """m + 2 J_w / r² [kg]: the mass that the wheels' torques accelerate forwards."""
         return self.mass + 2 * self.wheel_spin_inertia / self.wheel_radius**2
 
     @property
     def effective_inertia(self) -> float:
-        """I0 + 2 J_w L² / r² [kg m²]: what the wheels' torques turn."""
+        """I0 + 2 J_w L² / r² [kg m²]: the inertia that the wheels' torques turn."""
         return self.yaw_inertia + 2 * self.wheel_spin_inertia * (self.half_axle / self.wheel_radius) ** 2
 
     @property
     def wheel_speed_limit(self) -> float:
-        """Highest speed of a wheel over the ground [m/s]: |v| + L |ω| cannot exceed it."""
+        """The highest speed of a wheel over the ground [m/s]; |v| + L |ω| cannot exceed it."""
         return self.wheel_radius * self.wheel_speed_max

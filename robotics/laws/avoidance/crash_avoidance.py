@@ -1,22 +1,29 @@
 """Crash avoidance by priorities, thesis 6.1: fuzzy cooperation whose robots turn away from each other, and stop.
 
-Robots tell each other where they are. A robot that is no farther than d_min from one of lower number stands still
-until that one has moved away; one that is as near to robots of higher number only goes on, and turns:
+Robots tell each other where they are. A robot that is no farther than d_min from a robot of lower number stands still
+until that one has moved away; a robot that is as near to robots of higher number only drives on, and turns:
 
-    d_ij ≤ d_min, j < i  ⇒  v_i = ω_i = 0                                (6.5); ω(n + 1) = ω(n) would leave it spinning
+    d_ij ≤ d_min, j < i  ⇒  v_i = ω_i = 0                                (6.5)
     otherwise  α_i(new) = λ_i + α_i + η_i                                (6.4)
     η_i = −Σ_j sign(bearing of j) η(d_ij)                                away from the others
 
-with η(d_ij) the rule base ``eta``: 0 at d_min, and still growing where two robots overlap, so that one that has driven
-into another is turned away from it and not let through. Bearings and distances are heard, so measured. A robot that
-stands keeps no angular velocity. It shows how far local rules carry, and is measured beside
-:mod:`robotics.laws.avoidance.right_of_way`: a robot that waits on another's path is run into, and the other waits for
-nobody.
+with η(d_ij) the rule base ``eta``: 0 at d_min, and still growing where two robots overlap, so that a robot that has
+driven into another is turned away from it and not let through. Bearings and distances follow from the messages, whose
+places are measured.
 
-"literal" has the clock as printed, 1 − tanh(Σ d_RP²): it all but stops while somebody waits. "lag-clock" waits only
-for who lags. "yielding" does not wait for robots that yield either, holds the target near the robot and lets it turn
-on the spot; d_min 0.9 to 1 m suits it best. With a robot's own x in the printed condition x_j < x_i nothing could be
-made of two robots side by side: the number alone decides, as the text says.
+Chosen here: a robot that stands has ω = 0, where the printed ω(n + 1) = ω(n) would leave it spinning. The number alone
+decides who stands, as the thesis's text says; the printed condition x_j < x_i says nothing of two robots side by side.
+
+Variants, by the clock of :mod:`robotics.laws.teams.cooperation`:
+
+"literal": the clock as printed, 1 − tanh(Σ d_RP²); it all but stops while a robot waits.
+"lag-clock": the clock waits only for robots that lag.
+"yielding": the clock does not wait for robots that yield either; the target is held near the robot, which may turn on
+the spot. A d_min of 0.9 to 1 m suits it best.
+
+There is no proof that robots keep apart, and they do not always: a robot that waits on another's path is run into, and
+the other waits for nobody. The law shows how far local rules carry, and is measured beside
+:mod:`robotics.laws.avoidance.right_of_way`.
 """
 
 from dataclasses import dataclass, field
@@ -24,12 +31,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
+from fuzzy.compiled.sugeno import CompiledSugeno
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.modes import TRACK, YIELD
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import FuzzyCooperation
-from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.laws.tracking.fuzzy_tracking import compiled_curve
 from robotics.paths.posture import wrapped
 from robotics.quantity import check_quantities, quantity
 
@@ -38,12 +45,12 @@ TOUCHING = 0.3  # m: where two robots touch; η is 1.2 rad there, whatever d_min
 
 @dataclass(frozen=True, kw_only=True)
 class CrashAvoidance(Law[Any]):
-    """How near is too near, how far to turn, and the cooperation underneath."""
+    """Crash avoidance: how near is too near, how far to turn, and the cooperation underneath."""
 
     variant: Literal["literal", "lag-clock", "yielding"] = "literal"
     d_min: float = quantity(0.6, "m", above=0.31, most=5)
-    eta: float = quantity(1.0, "1", least=0, most=5)  # what η(d_ij) is multiplied by
-    rule_base: str = ""  # for tracking; none: Table 5.6 as printed, for "yielding" as repaired
+    eta: float = quantity(1.0, "1", least=0, most=5)  # a factor on η(d_ij)
+    rule_base: str = ""  # for tracking; if empty, Table 5.6 as printed, or for "yielding" as repaired
     eta_rule_base: str = "eta"
     cooperation: FuzzyCooperation = field(init=False, repr=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
@@ -59,22 +66,19 @@ class CrashAvoidance(Law[Any]):
                 variant=self.variant, rule_base=self.rule_base or "tracking-literal", look_ahead=0.05
             )
         object.__setattr__(self, "cooperation", below)
-        turn = load_rule_base(self.eta_rule_base)
-        if len(turn.inputs) != 1 or len(turn.outputs) != 1:
-            raise ControllerError(f"{self.eta_rule_base}: η has one input, the distance, and one output")
-        object.__setattr__(self, "turn", compile_sugeno(turn))
+        object.__setattr__(self, "turn", compiled_curve(self.eta_rule_base, "η", "the distance"))
 
     def init(self, setting: Setting, runs: int) -> Any:
-        """What the cooperation remembers. Raises ControllerError where the graph is not connected."""
+        """Return the memory of the cooperation. Raises ControllerError where the graph is not connected."""
         return self.cooperation.init(setting, runs)
 
     def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
-        """(6.4), (6.5)."""
+        """Stand still by (6.5), or turn by (6.4)."""
         heard = seen.heard
         dx = heard["x"] - seen.x[:, :, None]  # (runs, receivers, senders)
         dy = heard["y"] - seen.y[:, :, None]
         distance = np.hypot(dx, dy)
-        close = heard.hears & (distance <= self.d_min)  # not who has never been heard
+        close = heard.hears & (distance <= self.d_min)  # false for a robot that was never heard
         number = np.arange(seen.x.shape[1])
         stands = (close & (number < number[:, None])).any(axis=-1)
         bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
@@ -88,7 +92,7 @@ class CrashAvoidance(Law[Any]):
         return wish._replace(first=v, second=w, v=v, w=w, message=message, mode=mode), memory
 
     def turn_at(self, distance: np.ndarray) -> np.ndarray:
-        """|η| [rad] at ``distance`` [m] of any shape: the rule base, stretched so that it ends at d_min."""
+        """|η| [rad] at ``distance`` [m], of any shape: the rule base, stretched so that it ends at d_min."""
         near, far = self.turn.fis.inputs[0].universe
         stretched = far - (self.d_min - distance) * (far - TOUCHING) / (self.d_min - TOUCHING)
         known = np.clip(np.where(np.isnan(stretched), far, stretched), near, far)

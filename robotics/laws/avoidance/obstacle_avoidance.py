@@ -2,28 +2,35 @@
 
     ro ≤ ro_min  ⇒  α** = α + Θ(ro)                                      (6.7)
 
-with Θ the rule base ``theta``, 0 at ro_min. The thesis prints the condition as ≥ in one place, and gives no sign.
+with ro the nearest front reading and Θ the rule base ``theta``, 0 at ro_min. The thesis prints the condition as ≥ in
+one place, and gives no sign; here the robot turns away from the smaller of the two front readings.
 
-"literal": two modes. While a sonar reads ro_min or less, Θ of the nearest front reading turns the robot away from the
-smaller of the two, a side reading below ``push_range`` turns it ``push`` away, and v is reduced to ro / ro_min (at
-least a quarter; 0 below 0.12 m); else it tracks. It forgets an obstacle as soon as no cone sees it, and its target
-pulls it back: it grazes corners, and never leaves a trap.
+"literal": the thesis's two modes. While ro ≤ ro_min the robot turns by Θ; a side reading below ``push_range`` turns it
+``push`` away; v is reduced to ro / ro_min of itself (at least a quarter; 0 below 0.12 m). Otherwise the robot tracks.
+It forgets an obstacle as soon as no cone sees it, and its target pulls it back: it grazes corners, and
+never leaves a trap.
 
-"committed": see :mod:`robotics.laws.avoidance.obstacle_modes`. Rule 11 does not act while avoiding (a robot that was
-turned away from its target would stand still), and the target is held ``reach`` ahead of the robot's place on the path.
-Robots tell each other where they are, and stop, as in :mod:`robotics.laws.avoidance.right_of_way`, before one ahead.
-What is very near may be coming nearer: a robot stands still, or leaves straight ahead if that is free, until it has
-seen that nothing moves (:func:`robotics.laws.avoidance.obstacle_modes.stand_still`); it may be run into, but does not
-drive into what moves.
+"committed": the modes of :mod:`robotics.laws.avoidance.obstacle_modes`. Chosen here:
 
-In both a robot stops for one nearer than ``d_pass`` ahead of it that goes round an obstacle (case studies 2 and 3). The
-lower number goes first, in "committed" also who avoids before who tracks. In "committed" nobody waits longer than 6 s;
-in "literal" there is no limit.
+* Rule 11 does not act while a robot avoids (one that was turned away from its target would stand still), and the
+  target is held ``reach`` ahead of the robot's place on the path.
+* Robots tell each other where they are, and stop before another robot ahead, as in
+  :mod:`robotics.laws.avoidance.right_of_way`.
+* A thing that is very near may be coming nearer: the robot stands still, or leaves straight ahead if that is free,
+  until it has seen that nothing moves (:func:`robotics.laws.avoidance.obstacle_modes.stand_still`). It may be run into,
+  but does not drive into a thing that moves.
 
-In both what a sonar reads grows no faster than 2 m/s, so that an echo lost for a moment is not an obstacle gone
-(without that the literal scheme hits in 26 % of class A instead of 2 %); and a robot that avoids and has made no
-progress along its path for longer than ``patience`` no longer slows the clock of the others (case study 4). As soon as
-it comes free they wait for it as before.
+Chosen for both variants:
+
+* A robot stops for another that is nearer than ``d_pass``, ahead of it and going round an obstacle (case studies 2 and
+  3). The robot with the lower number goes first; in "committed" a robot that avoids also goes before one that tracks,
+  and nobody waits longer than 6 s. In "literal" there is no limit.
+* A reading grows no faster than 2 m/s ("committed": 1 m/s in front, 0.6 m/s at the sides), so that an echo lost for a
+  moment is not taken for an obstacle gone. Without that the literal scheme hits in 26 % of class A instead of 2 %.
+* A robot that avoids and has made no progress along its path for longer than ``patience`` no longer slows the clock of
+  the others (case study 4). As soon as it comes free they wait for it as before.
+
+Stability: the tracking below is that of :mod:`robotics.laws.teams.cooperation`; avoidance is shown by sampling only.
 """
 
 from dataclasses import dataclass, field
@@ -31,84 +38,83 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
+from fuzzy.compiled.sugeno import CompiledSugeno
 from robotics.laws.avoidance.obstacle_modes import (
     BEST,
     GROWTH,
     MODE,
     ROWS,
     STALLED,
-    STOP,
+    STOP_DISTANCE,
     WAY,
     Mounting,
     next_mode,
     nothing_watched,
     stand_still,
 )
-from robotics.laws.avoidance.priority import CONE, Others, blocked, others
+from robotics.laws.avoidance.priority import CONE, WHEREABOUTS, Others, blocked, others, whereabouts
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
 from robotics.laws.setting import Setting
-from robotics.laws.teams.cooperation import JOINED, FuzzyCooperation
-from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.laws.teams.cooperation import ON_PATH, FuzzyCooperation
+from robotics.laws.tracking.fuzzy_tracking import compiled_curve
 from robotics.paths.posture import wrapped
 from robotics.quantity import check_quantities, quantity
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR
 
-ABEAM = 1.45  # rad: a robot beyond that is not approached by driving on
-SIDE_MARGIN = 0.06  # m: so much farther than ``near`` one may come from the side
-TURN_AWAY = 0.8  # rad/s, from it
-BESIDE_AHEAD = 1.3  # rad: a robot that avoids is let pass there
-LONGEST_WAIT = 6.0  # s
-RISE = 2.0  # m/s: a reading grows no faster
-COMMITTED_RISE = np.array([1.0, 1.0, 0.6, 0.6])  # m/s: these steer, and lose echoes at corners
+ABEAM = 1.45  # rad from the heading: a robot beyond that comes no nearer by driving on
+SIDE_MARGIN = 0.06  # m: a robot turns away from another at its side that is nearer than ``near`` and this
+TURN_AWAY = 0.8  # rad/s, from that one
+PASSING_CONE = 1.3  # rad from the heading: a robot that avoids is let pass where it is within
+LONGEST_WAIT = 6.0  # s: a robot lets others pass for no longer
+LITERAL_RISE = 2.0  # m/s: a reading grows no faster
+COMMITTED_RISE = np.array([1.0, 1.0, 0.6, 0.6])  # m/s, in the order of SONAR; the side ones lose echoes at corners
 IN_THE_WAY = 0.6  # m: robots that are known to be farther away are not avoided as obstacles
-LEAVE, LEAVING = 0.4, 0.5  # m, m/s: with so much ahead it drives away from what comes from elsewhere
-FASTEST = 0.6  # m/s: of a robot that catches up, among obstacles it does not know
-EARLY_TIME = 1.0  # s: to lose a lead in
-JOINING, CREEP = 0.1, 0.06  # m/s: at least, of one ahead of time that drives back to its path, and that avoids
+LEAVING_ROOM = 0.4  # m: with more ahead, a robot drives away from a thing that is too near
+LEAVING_SPEED = 0.5  # m/s: no faster than this
+CATCH_UP_SPEED = 0.6  # m/s: a robot that catches up drives no faster among obstacles it does not know
+EARLY_TIME = 1.0  # s in which a robot loses its lead
+JOINING_SPEED = 0.1  # m/s: a robot ahead of time drives back to its path no slower
+CREEP_SPEED = 0.06  # m/s: a robot ahead of time that avoids drives no slower
 
 
 class _Memory(NamedTuple):
-    """What the cooperation remembers, and what the robots saw."""
+    """The memory of the cooperation, and what the robots saw."""
 
     below: Any
     state: np.ndarray  # (ROWS, runs, robots) of robotics.laws.avoidance.obstacle_modes
     ranges: np.ndarray  # (runs, robots, sensors) m
-    waits: np.ndarray  # (runs, robots) s: for how long it has let a robot pass
+    waits: np.ndarray  # (runs, robots) s for which it has let another robot pass
     watch: np.ndarray  # (WATCH, runs, robots) of robotics.laws.avoidance.obstacle_modes
     mounting: Mounting
 
 
 @dataclass(frozen=True, kw_only=True)
 class ObstacleAvoidance(Law[_Memory]):
-    """From where on and how far to turn away, and the cooperation underneath."""
+    """Obstacle avoidance: from where on and how far to turn away, and the cooperation underneath."""
 
     variant: Literal["committed", "literal"] = "committed"
     ro_min: float = quantity(0.5, "m", above=0.15, most=2)  # the thesis's scheme wants 0.8
     theta: float = quantity(1.0, "1", least=0, most=2)  # what Θ(ro) is multiplied by
-    reach: float = quantity(0.5, "m", above=0)  # "committed": the target while avoiding is so far ahead
-    patience: float = quantity(15.0, "s", above=0)  # so long the group waits for a robot
-    near: float = quantity(0.34, "m", above=0)  # "committed": another robot nearer than that stops one, at rest
-    d_pass: float = quantity(0.75, "m", least=0, most=5)  # a robot that avoids is let pass where it is so near
-    push: float = quantity(0.6, "rad", least=0, most=3)  # "literal"
-    push_range: float = quantity(0.35, "m", least=0)  # "literal"
+    reach: float = quantity(0.5, "m", above=0)  # "committed": how far ahead the target is held while avoiding
+    patience: float = quantity(15.0, "s", above=0)  # the group waits no longer for a robot without progress
+    near: float = quantity(0.34, "m", above=0)  # "committed": at rest, another robot ahead and nearer stops it
+    d_pass: float = quantity(0.75, "m", least=0, most=5)  # a robot that avoids is let pass where it is nearer
+    push: float = quantity(0.6, "rad", least=0, most=3)  # "literal": the turn away from a side reading
+    push_range: float = quantity(0.35, "m", least=0)  # "literal": a side reading below this turns the robot
     rule_base: str = "tracking"
     theta_rule_base: str = "theta"
     cooperation: FuzzyCooperation = field(init=False, repr=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
 
     needs = tuple(SONAR)  # two on the nose and one on each side
-    message = (*FuzzyCooperation.message, "avoids", "x", "y", "v_x", "v_y")
+    message = (*FuzzyCooperation.message, "avoids", *WHEREABOUTS)
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
         kind: Any = "repaired" if self.variant == "committed" else "lag-clock"
         object.__setattr__(self, "cooperation", FuzzyCooperation(variant=kind, rule_base=self.rule_base))
-        turn = load_rule_base(self.theta_rule_base)
-        if len(turn.inputs) != 1 or len(turn.outputs) != 1:
-            raise ControllerError(f"{self.theta_rule_base}: Θ has one input, the distance, and one output")
-        object.__setattr__(self, "turn", compile_sugeno(turn))
+        object.__setattr__(self, "turn", compiled_curve(self.theta_rule_base, "Θ", "the distance"))
 
     @property
     def idle(self) -> frozenset[str]:
@@ -116,7 +122,7 @@ class ObstacleAvoidance(Law[_Memory]):
         return frozenset({"push", "push_range"} if self.variant == "committed" else {"reach", "near"})
 
     def init(self, setting: Setting, runs: int) -> _Memory:
-        """All track. Raises ControllerError where the graph is not connected."""
+        """Let all robots track. Raises ControllerError where the graph is not connected."""
         shape = (runs, len(setting.robots))
         state = np.zeros((ROWS, *shape))
         nothing = np.full((*shape, len(self.needs)), np.inf)
@@ -132,14 +138,14 @@ class ObstacleAvoidance(Law[_Memory]):
             fresh = seen.ranges.of(self.needs)
             if self.variant == "committed" and them is not None:
                 fresh = _without_robots(seen, them, fresh, memory.mounting)
-            rise = RISE if self.variant == "literal" else COMMITTED_RISE
+            rise = LITERAL_RISE if self.variant == "literal" else COMMITTED_RISE
             memory = memory._replace(ranges=np.minimum(fresh, memory.ranges + rise * dt))
         if self.variant == "literal":
             return self._literal(seen, them, memory, dt)
         return self._committed(seen, them, memory, fresh, dt)
 
     def theta_at(self, distance: np.ndarray) -> np.ndarray:
-        """|Θ| [rad] at ``distance`` [m] of any shape: the rule base, its range stretched to end at ro_min."""
+        """|Θ| [rad] at ``distance`` [m], of any shape: the rule base, its range stretched to end at ro_min."""
         close, far = self.turn.fis.inputs[0].universe
         stretched = far - (self.ro_min - distance) * (far - close) / (self.ro_min - close)
         known = np.clip(stretched, close, far)
@@ -194,9 +200,9 @@ class ObstacleAvoidance(Law[_Memory]):
         mode = state[MODE]
         away = state[WAY] * self.theta_at(steer.front)
         aim = wish.target._replace(x=ahead.x, y=ahead.y, heading=ahead.heading)  # type: ignore[union-attr]
-        # Rule 11 is out: the target counts as ahead.
+        # Rule 11 does not act: the target counts as ahead.
         _, turning = self.cooperation.tracker.toward(seen, aim, np.ones_like(alpha), steer.alpha - alpha + away)
-        v = np.where(mode == TRACK, np.minimum(np.minimum(wish.v, steer.v), FASTEST), steer.v)
+        v = np.where(mode == TRACK, np.minimum(np.minimum(wish.v, steer.v), CATCH_UP_SPEED), steer.v)
         v = np.minimum(v, self._in_time(wish, place, off, mode))
         w = np.where(mode == TRACK, wish.w, np.where(mode == AVOID, turning, steer.w))
         # The others wait for the way back to the path as well.
@@ -205,11 +211,11 @@ class ObstacleAvoidance(Law[_Memory]):
         wish = wish._replace(message={**wish.message, "place": said})
         code = mode.astype(int)
         avoids = mode != TRACK
-        # Case studies 2 and 3; but nobody waits for ever, for the other may be waiting as well.
+        # Case studies 2 and 3. The wait is bounded: the other may be waiting as well, which would be a deadlock.
         passing = self._lets_pass(seen, them, avoids)
         waits = np.where(passing, memory.waits + dt, 0.0)
         stands = passing & (waits <= LONGEST_WAIT)
-        state[STALLED] -= np.where(stands & avoids, dt, 0.0)  # to let another pass is not to be stuck
+        state[STALLED] -= np.where(stands & avoids, dt, 0.0)  # a robot that lets another pass is not stuck
         stops, aside = self._stops(seen, them)
         stops |= stands
         v = np.where(stops | (aside != 0), 0.0, v)
@@ -217,38 +223,38 @@ class ObstacleAvoidance(Law[_Memory]):
         stops |= aside != 0
         watch, halted = stand_still(memory.watch, fresh, seen.v, seen.w, dt)
         front = memory.ranges[..., [FRONT_LEFT, FRONT_RIGHT]].min(axis=-1)
-        leaves = halted & (front > LEAVE) & ~stops
-        v, w = np.where(halted, np.where(leaves, np.minimum(front - STOP, LEAVING), 0.0), v), np.where(halted, 0.0, w)
+        leaves = halted & (front > LEAVING_ROOM) & ~stops
+        v = np.where(halted, np.where(leaves, np.minimum(front - STOP_DISTANCE, LEAVING_SPEED), 0.0), v)
+        w = np.where(halted, 0.0, w)
         code = np.where(stops | (halted & ~leaves), YIELD, code) + np.where(alone & (mode != TRACK), LEFT_BEHIND, 0)
         command = self._said(seen, wish, v, w, code, avoids & ~alone)
         return command, memory._replace(below=below, state=state, waits=waits, watch=watch)
 
     def _in_time(self, wish: Command, place: np.ndarray, off: np.ndarray, mode: np.ndarray) -> np.ndarray:
-        """The speed [m/s] of a robot that shall not be farther along its path than the others are (runs, robots).
+        """The speed [m/s] (runs, robots) above which a robot would get farther along its path than the others are.
 
-        It holds off the path only, where the target is not what is due. Where the others wait for the way back to the
-        path, that way is still to be gone; it never stops quite, for that would count as being stuck.
+        The bound holds off the path only, where the target is not the sample due. The way back to the path counts as
+        way still to be driven. The bound is never 0, for a robot that stops counts as stuck.
         """
         due = wish.target
         assert due is not None
         tracks = mode == TRACK
         early = np.where(tracks, place, place - off) - due.s
-        free = np.where(tracks, off <= JOINED, mode == FOLLOW)
-        return np.where(free, np.inf, np.maximum(due.v - early / EARLY_TIME, np.where(tracks, JOINING, CREEP)))
+        free = np.where(tracks, off <= ON_PATH, mode == FOLLOW)
+        slowest = np.where(tracks, JOINING_SPEED, CREEP_SPEED)
+        return np.where(free, np.inf, np.maximum(due.v - early / EARLY_TIME, slowest))
 
     def _said(
         self, seen: Observation, wish: Command, v: np.ndarray, w: np.ndarray, mode: np.ndarray, avoids: np.ndarray
     ) -> Command:
         assert wish.message is not None
-        cos, sin = np.cos(seen.heading), np.sin(seen.heading)
-        message = {**wish.message, "avoids": avoids, "x": seen.x, "y": seen.y}
-        message |= {"v_x": seen.v * cos, "v_y": seen.v * sin}
+        message = {**wish.message, "avoids": avoids, **whereabouts(seen)}
         return wish._replace(first=v, second=w, v=v, w=w, message=message, mode=mode)
 
     def _lets_pass(self, seen: Observation, them: Others | None, avoids: np.ndarray) -> np.ndarray:
-        """Does a robot stop for one that goes round an obstacle (runs, robots)?
+        """Whether each robot stops for another that goes round an obstacle (runs, robots) bool.
 
-        Of two that do, the one with the lower number goes first.
+        Where both go round one, the robot with the lower number goes first.
         """
         if them is None:
             return np.zeros(seen.x.shape, dtype=bool)
@@ -257,12 +263,12 @@ class ObstacleAvoidance(Law[_Memory]):
         if self.variant == "committed":
             first = first | ~avoids[:, :, None]
         passing = seen.heard.hears & (seen.heard["avoids"] > 0.5) & (them.distance < self.d_pass)
-        return np.asarray((passing & first & (np.abs(them.bearing) < BESIDE_AHEAD)).any(axis=-1))
+        return np.asarray((passing & first & (np.abs(them.bearing) < PASSING_CONE)).any(axis=-1))
 
     def _stops(self, seen: Observation, them: Others | None) -> tuple[np.ndarray, np.ndarray]:
-        """Does a robot stop for another ahead (runs, robots), and which way does it turn from one beside it?
+        """Whether each robot stops for another ahead, and which way it turns from one at its side; both (runs, robots).
 
-        The way is 1 to the left, -1 to the right, and 0 where no other is too near beside.
+        The way is 1 to the left, -1 to the right, and 0 where no other is too near at its side.
         """
         if them is None:
             return np.zeros(seen.x.shape, dtype=bool), np.zeros(seen.x.shape)
@@ -275,7 +281,10 @@ class ObstacleAvoidance(Law[_Memory]):
 
 
 def _without_robots(seen: Observation, them: Others, ranges: np.ndarray, mounting: Mounting) -> np.ndarray:
-    """``ranges`` without the echoes of robots that are known to be there, but not so near as to be in the way."""
+    """``ranges`` [m] without the echoes of other robots that are known and not so near as to be in the way.
+
+    ``ranges`` and the result are (runs, robots, sensors); an echo that is left out reads infinite.
+    """
     cos, sin = np.cos(seen.heading)[:, :, None], np.sin(seen.heading)[:, :, None]
     x, y = cos * them.dx + sin * them.dy, cos * them.dy - sin * them.dx
     apart = np.hypot(x, y) > IN_THE_WAY

@@ -1,10 +1,16 @@
-"""Committed avoidance: which way round an obstacle, kept until it is passed; and along its wall if that leads nowhere.
+"""The modes of committed obstacle avoidance: track, avoid on one side, follow the wall.
 
-A robot tracks until a front sonar reads less than ``near``. Then it avoids: it turns away, the side of the first
-detection is kept until front and side have been free for a while, and its target must not pull it towards the obstacle
-while that is beside it. Where the place on the path does not grow any more (a trap), it follows the wall, always on the
-same side [Lumelsky 1987, Bug 2], and leaves it on the path beyond the place where it got stuck. All of a robot's state
-is a column of :data:`ROWS` numbers.
+    track  → avoid     a front sonar reads less than ``near``
+    avoid  → track     front and side have been free for FREE_TIME
+    avoid  → follow    the place on the path has not grown for STALL seconds (a trap)
+    follow → avoid     the robot is BEYOND the place where it got stuck, and its way is free
+
+A robot that avoids turns away from the obstacle and keeps the side of the first detection; while the obstacle is beside
+it, its target must not pull it there. A robot that follows the wall keeps it on the same side [Lumelsky 1987, Bug 2],
+and tries the other way round after FLIP seconds. The thesis has none of this: (6.7) alone forgets an obstacle as soon
+as no cone sees it. The numbers below were tuned by simulation; no proof goes with them.
+
+A robot's state is a column of :data:`ROWS` numbers, so that one compiled pass serves all robots of all runs.
 """
 
 from collections.abc import Sequence
@@ -18,52 +24,81 @@ from robotics.laws.modes import AVOID, FOLLOW, TRACK
 from robotics.paths.posture import wrapped_compiled
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, RangeSensor
 
-# What is remembered: mode; way round, 1 to the left, -1 to the right; s for which all has been free; since the tracking
-# ended, the largest place [m], s since it grew, and the largest place less the distance from the path; s along the
-# wall, since the last flip; the angle [rad] turned without a wall; is there a wall? and where it was seen last, x and
-# y [m]; by how much the left front reads more than the right one, smoothed [m]
+# Rows of a robot's state
+MODE = 0  # TRACK, AVOID or FOLLOW
+WAY = 1  # round the obstacle: 1 to the left, -1 to the right
+FREE = 2  # s for which front and side have been free
+BEST = 3  # m: the largest place on the path since the robot stopped tracking
+STALLED = 4  # s since BEST grew
+NET = 5  # m: the largest place minus the distance from the path, since the robot stopped tracking
+ALONG = 6  # s along the wall, since the robot last changed its way round
+TURNED = 7  # rad turned without a wall in sight
+WALL = 8  # 1: there is a wall; 0: there is none yet
+WALL_X = 9  # m: where the wall was seen last
+WALL_Y = 10  # m
+LEAN = 11  # m: by how much the left front sonar reads more than the right one, smoothed
 ROWS = 12
-MODE, WAY, FREE, BEST, STALLED, NET, ALONG, TURNED, WALL, WALL_X, WALL_Y, LEAN = range(ROWS)
 
-BESIDE = 0.45  # m: what a side sonar reads where an obstacle is beside the robot
-HELD = 0.3  # m: with so little ahead a robot's target does not pull it at all towards the obstacle
-TIGHT, LOOSE = 0.21, 0.29  # m: nor with TIGHT beside it; more and more up to LOOSE, but by PULL at most
-PULL = 1.0  # rad
-UNSEEN = 0.5  # rad: the same where nothing is seen beside, for a front sonar may just have lost it
-SHY = 4.0  # rad/m: it turns away where there is less than TIGHT beside it
-RELIEF = 0.16  # m: an obstacle that only one front sonar sees is not in the way, and may be so much nearer
-NOTICED, SMOOTH, ALIKE = 1.0, 0.8, 0.02  # m, s, m: which of the front readings is smaller, and are they alike?
-CLEAR = 1.2  # s for which all has to be free before the side is given up
+# Noticing an obstacle
+NOTICED = 1.0  # m: from here on it is smoothed which of the front readings is smaller
+LEAN_SMOOTHING = 0.8  # s: the time constant of that
+ALIKE = 0.02  # m: front readings that differ by no more are alike
+NEW_OBSTACLE = 0.3  # m: an obstacle that is so much nearer on the other side is another one
+
+# Avoiding: how far the target may pull the robot towards the obstacle beside it
+SIDE_REACH = 0.45  # m: where a side sonar reads less, there is an obstacle beside the robot
+NO_PULL_AHEAD = 0.3  # m: with less ahead the target does not pull
+TIGHT = 0.21  # m: with less beside the robot it does not pull either, and the robot turns away
+LOOSE = 0.29  # m: with more beside the robot it pulls in full
+MOST_PULL = 1.0  # rad: it never pulls by more
+UNSEEN = 0.5  # rad: the same where nothing is seen beside the robot, for a front sonar may just have lost it
+SHY = 4.0  # rad/m: how the robot turns away where there is less than TIGHT beside it
+RELIEF = 0.16  # m: an obstacle that only one front sonar sees counts as so much farther away
+FREE_TIME = 1.2  # s for which all has to be free before the robot tracks again
+
+# Speed
 CRUISE = 0.28  # m/s, while avoiding
-STOP, SLOW = 0.12, 0.4  # m: the speed falls to 0 where the front reads STOP, from STOP + SLOW on
-ANOTHER = 0.3  # m: so much nearer on the other side an obstacle is a new one
-GROWTH = 0.05  # m: what counts as progress along the path
-STALL = 6.0  # s without
+STOP_DISTANCE = 0.12  # m: the speed is 0 where the front reads this or less
+SLOWING_DISTANCE = 0.4  # m: it falls over this distance before STOP_DISTANCE
+
+# Getting stuck, and following a wall
+GROWTH = 0.05  # m: a place on the path that has grown by more is progress
+STALL = 6.0  # s without progress: the robot follows the wall
 FLIP = 45.0  # s along a wall before the other way round is tried
-DISTANCE = 0.25  # m, from the side sonar to the wall that is followed
+WALL_DISTANCE = 0.25  # m, from the side sonar to the wall that is followed
 CORNER = 0.35  # m: radius of the turn round the end of a wall
-BLOCKED = 0.27  # m: what a front sonar reads before a corner to turn away from
-SEEN = 0.7  # m: a wall that a front sonar sees so near is still there
-BEYOND, OPEN = 0.1, 0.35  # m: past where it got stuck, and with so much ahead, a robot may leave the wall
-RELAX = 0.3  # m: with every flip it may leave it earlier, for it may have been farther while it still avoided
+BLOCKED = 0.27  # m: with less in front, the robot turns away from the corner it is in
+SEEN = 0.7  # m: a wall that a front sonar sees no farther away is still there
+BEYOND = 0.1  # m: so far past the place where it got stuck a robot may leave the wall
+OPEN = 0.35  # m: and with so much ahead
+RELAX = 0.3  # m: with every flip it may leave earlier, for it may have been farther while it still avoided
 
 
-# What is remembered of what moves: the nearest reading, smoothed, and what it was when it last changed [m]; s since
-# then, and since it stands still (0: it does not); so near it stood last [m], s for which there has been room, and how
-# far it has gone since it was to stand still [m]
+# Rows of what is remembered of things that may move
+NEAREST_READING = 0  # m, smoothed
+READING_AT_CHANGE = 1  # m: NEAREST_READING when it last changed
+QUIET = 2  # s since then
+HALTED = 3  # s for which the robot has stood still; 0: it does not
+FLOOR = 4  # m: the robot stops only for what is nearer; infinite: for all that is too near
+ROOMY_FOR = 5  # s for which there has been room
+GONE = 6  # m driven since the robot was to stand still
 WATCH = 7
-NEAREST, CHANGED, QUIET, HALTED, FLOOR, ROOM, GONE = range(WATCH)
-TOO_NEAR, SWEEP = 0.11, 0.012  # m; m s/rad: corners are 0.05 m farther out than the sides, and turn with it
-CHANGE, SMOOTHED = 0.02, 0.25  # m, s
-RESTS, LOST = 1.0, 3.0  # s without a change: it stands still; as long as it takes to pass where nothing is seen
+
+TOO_NEAR = 0.11  # m: the robot stops for what is nearer
+SWEEP = 0.012  # m s/rad: and a little earlier when it turns, for its corners are 0.05 m farther out than its sides
+CHANGE = 0.02  # m: a reading that differs by more has changed
+WATCH_SMOOTHING = 0.25  # s: the time constant of NEAREST_READING
+RESTS = 1.0  # s without a change: the thing stands still
+LOST = 3.0  # s: the same where nothing is seen; as long as something takes to pass
 LONGEST_HALT = 6.0  # s
-AWAY = 0.6  # m: who has left so far has got away
-NEARER = 0.03  # m: so much nearer than what turned out to stand still it stops again
-ROOMY, AFTER = 0.25, 2.0  # m, s: with so much room for so long that is forgotten
+AWAY = 0.6  # m: a robot that has driven so far has got away
+NEARER = 0.03  # m: for a thing that turned out to stand still, it stops again when it is so much nearer
+ENOUGH_ROOM = 0.25  # m: with so much room
+ROOM_TIME = 2.0  # s: for so long, FLOOR is forgotten
 
 
 class Steering(NamedTuple):
-    """What the state says to do; each (runs, robots)."""
+    """The motion that a robot's mode asks for; each field is (runs, robots)."""
 
     alpha: np.ndarray  # rad: where to go, from the heading; Θ is still to be added
     v: np.ndarray  # m/s at most; along a wall: as is
@@ -72,17 +107,17 @@ class Steering(NamedTuple):
 
 
 class Mounting(NamedTuple):
-    """Where the four sonars of each robot are."""
+    """The places of the four sonars of each robot, in its own frame."""
 
     x: np.ndarray  # (sonars, robots) m
     y: np.ndarray  # (sonars, robots) m
     axis: np.ndarray  # (sonars, robots) rad
     half_cone: np.ndarray  # (sonars, robots) rad
-    walls: np.ndarray  # (WALLS, robots): what tells where a wall is
+    walls: np.ndarray  # (WALLS, robots): the numbers from which the place of a wall follows
 
     @classmethod
     def of(cls, robots: Sequence[Sequence[RangeSensor]]) -> "Mounting":
-        """Of each robot the sonars in the order of FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, alike on both sides."""
+        """Make it from each robot's sonars, in the order FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, alike on both sides."""
         rows = np.array([[(s.x, s.y, s.axis, s.half_cone) for s in sonars] for sonars in robots]).T
         walls = []
         for sonars in robots:
@@ -92,10 +127,15 @@ class Mounting(NamedTuple):
         return cls(rows[0], rows[1], rows[2], rows[3], np.ascontiguousarray(np.array(walls).T))
 
 
-# Of one robot, rows of Mounting.walls: where the left front sonar is [m], how far to the left the side one is [m], how
-# far to the side a front cone reaches [rad]; of a wall beside that is seen there, distance = slant · reading − set back
+# Rows of Mounting.walls. A front sonar sees a wall beside the robot at the edge of its cone; the wall's distance from
+# the side sonar is then SLANT · reading − SET_BACK.
+FRONT_X = 0  # m: the left front sonar
+FRONT_Y = 1  # m
+SIDE_Y = 2  # m: how far to the left the left side sonar is
+EDGE = 3  # rad: the outer edge of the left front cone
+SLANT = 4  # 1: sin EDGE
+SET_BACK = 5  # m: how much farther out the side sonar is than the front one
 WALLS = 6
-FRONT_X, FRONT_Y, SIDE_Y, EDGE, SLANT, SET_BACK = range(WALLS)
 
 
 def next_mode(
@@ -111,54 +151,74 @@ def next_mode(
     dt: float,
     walls: np.ndarray,
 ) -> tuple[np.ndarray, Steering]:
-    """The next state and what to do.
+    """Choose every robot's mode for this period, and the motion that it asks for.
 
-    ``state`` is (ROWS, runs, robots), ``ranges`` (runs, robots, 4) [m] those of
-    :data:`robotics.sensing.sonar.SONAR` without what is missing for a moment, ``fresh`` as read; ``pose``
-    (3, runs, robots) x [m], y [m], heading [rad]. ``alpha``
-    [rad] is the bearing of a point a little ahead on the path, ``place`` [m] the abscissa of the nearest one, ``off``
-    [m] how far that is, ``remaining`` [m] how far the end of the path; all (runs, robots). An obstacle nearer than
-    ``near`` [m] is avoided. ``walls`` is that of :class:`Mounting`.
+    Args:
+        state: The state of the period before (ROWS, runs, robots).
+        ranges: What the sonars of :data:`robotics.sensing.sonar.SONAR` read (runs, robots, 4) [m], echoes that are lost
+            for a moment filled in.
+        fresh: The same as read, with the gaps.
+        pose: x [m], y [m] and heading [rad] (3, runs, robots).
+        alpha: The bearing of a point a little ahead on the path (runs, robots) [rad].
+        place: The abscissa of the path's nearest point (runs, robots) [m].
+        off: The distance from that point (runs, robots) [m].
+        remaining: The distance from the end of the path (runs, robots) [m].
+        near: An obstacle that is nearer is avoided [m].
+        dt: The control period [s].
+        walls: As of :class:`Mounting` (WALLS, robots).
+
+    Returns the state after the period and the :class:`Steering`.
     """
     after, steer = _next_mode(state, ranges, fresh, pose, alpha, place, off, remaining, near, dt, walls)
     return after, Steering(*steer)
 
 
 def nothing_watched(runs: int, robots: int) -> np.ndarray:
-    """Nothing was seen yet: the memory of :func:`stand_still`."""
+    """Return the memory of :func:`stand_still` at the start (WATCH, runs, robots): nothing was seen yet."""
     watch = np.zeros((WATCH, runs, robots))
-    watch[NEAREST] = watch[CHANGED] = watch[FLOOR] = np.inf
+    watch[NEAREST_READING] = watch[READING_AT_CHANGE] = watch[FLOOR] = np.inf
     return watch
 
 
 @kernel
 def stand_still(watch, fresh, v, w, dt):  # type: ignore[no-untyped-def]
-    """The next ``watch``, and does a robot stand still (runs, robots)? So that not it drives into what comes nearer.
+    """Stop a robot that has something very near, so that it does not drive into a thing that comes nearer.
 
-    ``watch`` (WATCH, runs, robots) begins as :func:`nothing_watched`, ``fresh`` (runs, robots, 4) [m] is as read, ``v``
-    [m/s] and ``w`` [rad/s] (runs, robots) how it moves. Of what is very near a robot does not know if it moves: it
-    stops, looks for a while if the nearest reading changes, and goes on if not, or after LONGEST_HALT; or it leaves,
-    for AWAY.
+    A robot does not know whether a near thing moves. It stops and watches whether its nearest reading changes; it goes
+    on when that has not changed for a while, after LONGEST_HALT, or once it has driven AWAY.
+
+    Args:
+        watch: What is remembered (WATCH, runs, robots); at the start :func:`nothing_watched`.
+        fresh: What the sonars read (runs, robots, 4) [m].
+        v: The robot's speed (runs, robots) [m/s].
+        w: Its angular velocity (runs, robots) [rad/s].
+        dt: The control period [s].
+
+    Returns ``watch`` after the period, and whether each robot stands still (runs, robots) bool.
     """
     after, stands = watch.copy(), np.zeros(w.shape, dtype=np.bool_)
     for r in range(w.shape[0]):
         for i in range(w.shape[1]):
             one = after[:, r, i]
-            now = min(fresh[r, i].min(), 2 * ROOMY)
-            one[NEAREST] = now if one[NEAREST] > 2 * ROOMY else one[NEAREST] + dt / SMOOTHED * (now - one[NEAREST])
-            if not abs(one[NEAREST] - one[CHANGED]) <= CHANGE:
-                one[CHANGED], one[QUIET] = one[NEAREST], 0.0
+            now = min(fresh[r, i].min(), 2 * ENOUGH_ROOM)
+            nearest = one[NEAREST_READING]
+            smoothed = nearest + dt / WATCH_SMOOTHING * (now - nearest)
+            one[NEAREST_READING] = now if nearest > 2 * ENOUGH_ROOM else smoothed
+            if not abs(one[NEAREST_READING] - one[READING_AT_CHANGE]) <= CHANGE:
+                one[READING_AT_CHANGE], one[QUIET] = one[NEAREST_READING], 0.0
             one[QUIET] += dt
-            one[ROOM] = one[ROOM] + dt if now > ROOMY else 0.0
+            one[ROOMY_FOR] = one[ROOMY_FOR] + dt if now > ENOUGH_ROOM else 0.0
             if one[HALTED] > 0:
                 one[HALTED] += dt
                 one[GONE] += dt * abs(v[r, i])
-                if one[GONE] > AWAY and one[NEAREST] > ROOMY:
-                    one[HALTED], one[FLOOR], one[ROOM] = 0.0, np.inf, 0.0
-                elif one[QUIET] >= (RESTS if one[NEAREST] < ROOMY else LOST) or one[HALTED] > LONGEST_HALT:
-                    one[HALTED], one[FLOOR], one[ROOM] = 0.0, min(one[NEAREST], TOO_NEAR) - NEARER, 0.0
+                if one[GONE] > AWAY and one[NEAREST_READING] > ENOUGH_ROOM:
+                    one[HALTED], one[FLOOR], one[ROOMY_FOR] = 0.0, np.inf, 0.0
+                elif one[QUIET] >= (RESTS if one[NEAREST_READING] < ENOUGH_ROOM else LOST) or (
+                    one[HALTED] > LONGEST_HALT
+                ):
+                    one[HALTED], one[FLOOR], one[ROOMY_FOR] = 0.0, min(one[NEAREST_READING], TOO_NEAR) - NEARER, 0.0
             else:
-                if one[ROOM] > AFTER:
+                if one[ROOMY_FOR] > ROOM_TIME:
                     one[FLOOR] = np.inf
                 if now < min(TOO_NEAR + SWEEP * abs(w[r, i]), one[FLOOR]):
                     one[HALTED], one[GONE] = dt, 0.0
@@ -174,7 +234,7 @@ def _next_mode(state, ranges, fresh, pose, alpha, place, off, remaining, near, d
             one = after[:, r, i]
             seen = ranges[r, i]
             front = min(seen[FRONT_LEFT], seen[FRONT_RIGHT])
-            # What is behind the end of the path is in nobody's way.
+            # An obstacle beyond the end of the path is in nobody's way.
             limit = min(near, remaining[r, i] + 0.05)
             if one[MODE] == TRACK:
                 _lean(one, seen, front, dt)
@@ -184,10 +244,10 @@ def _next_mode(state, ranges, fresh, pose, alpha, place, off, remaining, near, d
                 _avoid(one, seen, front, limit, place[r, i], off[r, i], dt)
             elif one[MODE] == FOLLOW:
                 _follow(one, seen, front, limit, alpha[r, i], place[r, i], off[r, i], dt)
-            ease = min(max((front - STOP) / SLOW, 0.0), 1.0)
+            ease = min(max((front - STOP_DISTANCE) / SLOWING_DISTANCE, 0.0), 1.0)
             steer[0, r, i], steer[1, r, i], steer[3, r, i] = alpha[r, i], CRUISE * ease, front
             if one[MODE] == TRACK:
-                steer[1, r, i] = max(1.2 * (front - STOP), 0.0)
+                steer[1, r, i] = max(1.2 * (front - STOP_DISTANCE), 0.0)
             elif one[MODE] == AVOID:
                 beside, other = seen[RIGHT], seen[FRONT_LEFT]
                 if one[WAY] < 0:
@@ -195,10 +255,10 @@ def _next_mode(state, ranges, fresh, pose, alpha, place, off, remaining, near, d
                 if other >= limit:
                     steer[3, r, i] += RELIEF
                 if alpha[r, i] * one[WAY] < 0:
-                    pull = alpha[r, i] * min(max((front - HELD) / (limit - HELD), 0.0), 1.0)
-                    most = PULL if beside < BESIDE else UNSEEN
+                    pull = alpha[r, i] * min(max((front - NO_PULL_AHEAD) / (limit - NO_PULL_AHEAD), 0.0), 1.0)
+                    most = MOST_PULL if beside < SIDE_REACH else UNSEEN
                     pull = min(max(pull, -most), most)
-                    if beside < BESIDE:
+                    if beside < SIDE_REACH:
                         pull *= min(max((beside - TIGHT) / (LOOSE - TIGHT), 0.0), 1.0)
                     steer[0, r, i] = pull
                 steer[0, r, i] += one[WAY] * SHY * max(TIGHT - beside, 0.0)
@@ -211,16 +271,16 @@ def _next_mode(state, ranges, fresh, pose, alpha, place, off, remaining, near, d
 
 @kernel
 def _lean(one, seen, front, dt):  # type: ignore[no-untyped-def]
-    """Which front sonar reads more: of an obstacle that comes nearer, smoothed."""
+    """Update LEAN: which front sonar reads more. It is smoothed while an obstacle comes nearer."""
     apart = min(seen[FRONT_LEFT], 3.0) - min(seen[FRONT_RIGHT], 3.0)
     if front > NOTICED or one[LEAN] == 0:
         one[LEAN] = apart
-    one[LEAN] += dt / SMOOTH * (apart - one[LEAN])
+    one[LEAN] += dt / LEAN_SMOOTHING * (apart - one[LEAN])
 
 
 @kernel
 def _begin(one, alpha, place, off):  # type: ignore[no-untyped-def]
-    """Away from the smaller reading; where both are alike, the way that the path goes."""
+    """Begin to avoid: away from the smaller front reading, or, where both are alike, the way that the path goes."""
     apart = one[LEAN] if abs(one[LEAN]) > ALIKE else alpha
     one[MODE], one[WAY] = AVOID, 1.0 if apart >= 0 else -1.0
     one[FREE] = one[STALLED] = 0.0
@@ -229,18 +289,18 @@ def _begin(one, alpha, place, off):  # type: ignore[no-untyped-def]
 
 @kernel
 def _avoid(one, seen, front, limit, place, off, dt):  # type: ignore[no-untyped-def]
-    """Back to tracking, or along the wall?"""
+    """Go on avoiding, or go back to tracking, or begin to follow the wall."""
     beside, ahead, other = seen[RIGHT], seen[FRONT_RIGHT], seen[FRONT_LEFT]
     if one[WAY] < 0:
         beside, ahead, other = seen[LEFT], other, ahead
-    if other < limit and ahead > other + ANOTHER and beside >= BESIDE:
+    if other < limit and ahead > other + NEW_OBSTACLE and beside >= SIDE_REACH:
         one[WAY] = -one[WAY]  # another obstacle, on the other side
-    one[FREE] = one[FREE] + dt if front >= limit and beside >= BESIDE else 0.0
+    one[FREE] = one[FREE] + dt if front >= limit and beside >= SIDE_REACH else 0.0
     one[STALLED] += dt
     one[NET] = max(one[NET], place - off)
     if place > one[BEST] + GROWTH:
         one[BEST], one[STALLED] = place, 0.0
-    if one[FREE] >= CLEAR:
+    if one[FREE] >= FREE_TIME:
         one[MODE] = TRACK
     elif one[STALLED] > STALL:
         one[MODE] = FOLLOW
@@ -249,7 +309,7 @@ def _avoid(one, seen, front, limit, place, off, dt):  # type: ignore[no-untyped-
 
 @kernel
 def _follow(one, seen, front, limit, alpha, place, off, dt):  # type: ignore[no-untyped-def]
-    """Off the wall, or round the other way?"""
+    """Go on along the wall, or leave it, or try the other way round."""
     one[STALLED] += dt
     one[ALONG] += dt
     beyond = max(place - one[BEST], place - off - one[NET]) > BEYOND  # at the path's end the place does not grow
@@ -265,29 +325,29 @@ def _follow(one, seen, front, limit, alpha, place, off, dt):  # type: ignore[no-
 
 @kernel
 def _along(one, seen, fresh, pose, alpha, dt, wall):  # type: ignore[no-untyped-def]
-    """v [m/s] and ω [rad/s] along the wall, which is on the right if the way round is to the left."""
+    """v [m/s] and ω [rad/s] along the wall, which is on the right where the way round is to the left."""
     way = one[WAY]
     front = min(seen[FRONT_LEFT], seen[FRONT_RIGHT])
     ahead, beside = (seen[FRONT_RIGHT], seen[RIGHT]) if way > 0 else (seen[FRONT_LEFT], seen[LEFT])
     _remember(one, fresh, pose, wall)
-    speed = 0.25 * min(max((front - STOP) / 0.2, 0.0), 1.0)
+    speed = 0.25 * min(max((front - STOP_DISTANCE) / 0.2, 0.0), 1.0)
     if front < BLOCKED:
         one[WALL], one[TURNED] = 1.0, 0.0
         return speed * 0.5, way * 1.5
     if one[WALL] == 0:  # find one first
-        if beside < BESIDE or ahead < 0.4:
+        if beside < SIDE_REACH or ahead < 0.4:
             one[WALL] = 1.0
         return speed, min(max(2.0 * alpha, -1.5), 1.5)
     if ahead < SEEN:
         one[TURNED] = 0.0
-        edge = (DISTANCE + wall[SET_BACK]) / wall[SLANT]
-        away = 4.0 * (edge - ahead) + 3.0 * max(DISTANCE - min(beside, BESIDE), -0.2)
+        edge = (WALL_DISTANCE + wall[SET_BACK]) / wall[SLANT]
+        away = 4.0 * (edge - ahead) + 3.0 * max(WALL_DISTANCE - min(beside, SIDE_REACH), -0.2)
         return speed, way * min(max(away, -1.0), 1.5)
-    if beside < BESIDE:
+    if beside < SIDE_REACH:
         one[TURNED] = 0.0
-        away = 2.0 * (DISTANCE - beside) - 0.2 + 8.0 * max(0.14 - beside, 0.0)
+        away = 2.0 * (WALL_DISTANCE - beside) - 0.2 + 8.0 * max(0.14 - beside, 0.0)
         return speed, way * min(max(away, -0.6), 1.0)
-    # Round its end: a circle about where it was seen last
+    # Round the end of the wall: a circle about where it was seen last
     dx, dy = one[WALL_X] - pose[0], one[WALL_Y] - pose[1]
     distance = max(np.sqrt(dx * dx + dy * dy), 0.1)
     bearing = -way * wrapped_compiled(np.arctan2(dy, dx) - pose[2])  # from ahead, to the wall's side
@@ -301,10 +361,10 @@ def _along(one, seen, fresh, pose, alpha, dt, wall):  # type: ignore[no-untyped-
 
 @kernel
 def _remember(one, fresh, pose, wall):  # type: ignore[no-untyped-def]
-    """Where the wall is: beside the robot, or else at the outer edge of the front cone, where it is lost first."""
+    """Remember where the wall is: beside the robot, or else at the front cone's outer edge, where it is lost first."""
     way = one[WAY]
     ahead, beside = (fresh[FRONT_RIGHT], fresh[RIGHT]) if way > 0 else (fresh[FRONT_LEFT], fresh[LEFT])
-    if beside < BESIDE:
+    if beside < SIDE_REACH:
         x, y = 0.0, wall[SIDE_Y] + beside
     elif ahead < SEEN:
         x, y = wall[FRONT_X] + ahead * np.cos(wall[EDGE]), wall[FRONT_Y] + ahead * np.sin(wall[EDGE])

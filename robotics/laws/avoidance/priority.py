@@ -1,4 +1,4 @@
-"""Who stops before whom: the rule by which every robot brakes for another that is ahead of it."""
+"""The rule by which every robot brakes for another that is ahead of it: which of two stops, and which goes on."""
 
 from typing import NamedTuple
 
@@ -7,13 +7,14 @@ import numpy as np
 from robotics.laws.law import Observation
 from robotics.paths.posture import wrapped
 
-CONE = 0.9  # rad: what is ahead
-BRAKING = 1.0  # m/s²
-MOVES = 0.01  # m/s: a robot that is slower faces nobody
+CONE = 0.9  # rad to either side of the heading: a robot within is ahead
+BRAKING = 1.0  # m/s²: the deceleration by which the braking distance is reckoned
+MOVES = 0.01  # m/s: a robot that is slower drives towards nobody
+WHEREABOUTS = ("x", "y", "v_x", "v_y")  # the values that :func:`whereabouts` gives and :func:`others` reads
 
 
 class Others(NamedTuple):
-    """Where the others are by now, as each robot sees it from what it heard; each field is (runs, robots, others)."""
+    """The others' present places as each robot predicts them from messages; each field is (runs, robots, others)."""
 
     dx: np.ndarray  # m, in the world's axes
     dy: np.ndarray  # m
@@ -23,8 +24,14 @@ class Others(NamedTuple):
     bearing: np.ndarray  # rad in [-π, π), from the robot's own heading
 
 
+def whereabouts(seen: Observation) -> dict[str, np.ndarray]:
+    """Each robot's place "x", "y" [m] and velocity "v_x", "v_y" [m/s] for its message, (runs, robots) each."""
+    cos, sin = np.cos(seen.heading), np.sin(seen.heading)
+    return {"x": seen.x, "y": seen.y, "v_x": seen.v * cos, "v_y": seen.v * sin}
+
+
 def others(seen: Observation) -> Others:
-    """The others' places by their messages "x", "y" [m] and "v_x", "v_y" [m/s]; not-a-number before the first."""
+    """The others' places by the values WHEREABOUTS of their messages; not-a-number before the first message."""
     heard = seen.heard
     dx = heard.now("x", by="v_x") - seen.x[:, :, None]
     dy = heard.now("y", by="v_y") - seen.y[:, :, None]
@@ -33,14 +40,15 @@ def others(seen: Observation) -> Others:
 
 
 def blocked(seen: Observation, them: Others, near: float) -> np.ndarray:
-    """(runs, robots) bool: is another robot ahead, nearer than ``near`` [m] and the braking distance?
+    """Whether each robot must stop for another ahead of it (runs, robots) bool.
 
-    Of two robots that drive towards each other the one with the lower number goes on.
+    It must for a robot that is nearer than ``near`` [m] and its own braking distance. Where two robots drive towards
+    each other, the one with the lower number goes on. ``them`` is what :func:`others` makes of ``seen``.
     """
     speed = np.abs(seen.v)
     limit = (near + speed**2 / (2 * BRAKING) + 0.1 * speed)[:, :, None]
     ahead = (them.distance < limit) & (np.abs(them.bearing) < CONE) & seen.heard.hears
-    # The other's heading is that of its speed.
+    # The other is taken to head where its velocity points.
     other = np.hypot(them.v_x, them.v_y)
     towards = -(them.dx * them.v_x + them.dy * them.v_y) > np.cos(CONE) * them.distance * other
     number = np.arange(seen.x.shape[1])

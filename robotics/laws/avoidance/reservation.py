@@ -3,13 +3,13 @@
 All paths are cut into the same number of cells, and time into ticks of a common clock; a plan says in which cell each
 robot is at each tick. Robots plan one after the other, by priority: each finds, by dynamic programming over the grid,
 the plan that stays nearest to its nominal timing and keeps clear of all that planned before it. At a tick it stays,
-moves one cell (the nominal speed), or two. Where somebody finds no plan, it is the first in the next order, and after
-all orders a longer horizon is tried; where none of these has a plan, there is none. Robots may be made to arrive
-together: then nobody is at its end before the last moment, and whoever would be in the way there comes last.
+moves one cell (the nominal speed), or two. A robot that finds no plan is the first in the next order, and after all
+orders a longer horizon is tried; where none of these has a plan, there is none. Robots may be made to arrive together:
+then none is at its end before the last moment, and a robot that would be in the way there comes last.
 
-What makes the plan safe on robots is that it is a plan of the clock, not of time: who is late slows the clock of all
-(:mod:`robotics.laws.avoidance.right_of_way`), so that the robots stay together in it. Clear means farther apart than
-``clearance``, also if one robot is up to ``margin`` ticks of the clock ahead of the other.
+The plan is safe on robots because it is a plan of the clock, not of time: a robot that is late slows the clock of all
+(:mod:`robotics.laws.avoidance.right_of_way`), so that the robots stay together in it. Two robots are clear of each
+other when they are farther apart than ``clearance``, also if one is up to ``margin`` ticks of the clock ahead.
 
 After prioritised planning in configuration space-time [Erdmann & Lozano-Pérez 1987].
 """
@@ -21,8 +21,8 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 
-CELLS = 160
-FACTORS = (1.0, 1.1, 1.2, 1.35, 1.6, 2.0, 2.6, 3.4)  # of the nominal duration: horizons tried
+CELLS = 160  # of each path, and ticks of the nominal duration
+FACTORS = (1.0, 1.1, 1.2, 1.35, 1.6, 2.0, 2.6, 3.4)  # times the nominal duration: the horizons tried
 PARKED = 0.035  # m: a robot nearer to its end may count as arrived
 _STOP = 2e-4  # cost of a tick at rest, in squared shares of the path
 
@@ -32,13 +32,13 @@ class Plan:
     """Plans of all robots of many runs."""
 
     progress: np.ndarray  # (runs, robots, ticks + 1): share of the path at every tick, from 0 to 1
-    found: np.ndarray  # (runs,) bool: is there a plan? Where not, the row is the nominal timing
+    found: np.ndarray  # (runs,) bool: whether there is a plan; where not, the row is the nominal timing
     factor: np.ndarray  # (runs,) the plan's duration over the nominal one
     orders: np.ndarray  # (runs,) int: how many orders were tried
 
     @property
     def ticks_per_duration(self) -> int:
-        """How many ticks the nominal duration has."""
+        """The number of ticks in the nominal duration."""
         return CELLS
 
 
@@ -50,12 +50,16 @@ def plan_right_of_way(
     seed: int = 0,
     together: np.ndarray | None = None,
 ) -> Plan:
-    """Plans for ``nodes`` (runs, robots, CELLS + 1, 2) [m], the paths at equal shares of their lengths.
+    """Plan the robots of every run so that they keep clear of each other.
 
-    ``clearance`` [m] is between the robots' centers; ``margin`` () or (runs,) is a share of the nominal duration. In
-    the first order robot 1 has precedence; those that no failure suggests are drawn with ``seed``. ``together`` (runs,)
-    is the share of the nominal duration at the end of the plan within which all arrive; without it they may arrive
-    earlier.
+    Args:
+        nodes: The paths at equal shares of their lengths (runs, robots, CELLS + 1, 2) [m].
+        clearance: The least distance between the robots' centers [m].
+        margin: How far two robots' clocks may differ, as a share of the nominal duration, () or (runs,).
+        orders: The number of orders that are tried for each horizon. In the first, robot 1 has precedence.
+        seed: Of the random orders, which are tried beside those that a failure suggests.
+        together: The share of the nominal duration, at the end of the plan, within which all arrive (runs,); without
+            it they may arrive earlier.
     """
     runs, robots = nodes.shape[:2]
     rng = np.random.default_rng(seed)
@@ -104,7 +108,7 @@ def _plan_runs(nodes, clear, margin, tried, horizons, late, cells, ticks, count)
                             cells[run, i, k] = CELLS
                     break
                 if o % 3 == 2 and o + 1 < tried.shape[0]:
-                    order[:] = tried[o + 1]  # lest the same few take turns for ever
+                    order[:] = tried[o + 1]  # or the same few robots might take turns endlessly
                 else:
                     first = order[failed]
                     for place in range(failed, 0, -1):
@@ -116,7 +120,7 @@ def _plan_runs(nodes, clear, margin, tried, horizons, late, cells, ticks, count)
 
 @kernel
 def _hopeless(nodes, clear):  # type: ignore[no-untyped-def]
-    """Is there a pair of robots that cannot pass each other at any timing?"""
+    """Whether some two robots cannot pass each other at any timing."""
     for i in range(nodes.shape[0]):
         for j in range(i):
             for end in (0, CELLS):
@@ -131,7 +135,7 @@ def _hopeless(nodes, clear):  # type: ignore[no-untyped-def]
 
 @kernel
 def _passable(a, b, clear):  # type: ignore[no-untyped-def]
-    """Is there a way through the plane of two robots' cells, from both starts to both ends, without going back?"""
+    """Whether there is a way through the plane of two robots' cells, from both starts to both ends, never back."""
     row = np.zeros(CELLS + 1, dtype=np.bool_)
     for i in range(CELLS + 1):
         before = False  # the cell (i - 1, j - 1)
@@ -147,7 +151,7 @@ def _passable(a, b, clear):  # type: ignore[no-untyped-def]
 
 @kernel
 def _within(nodes, clear):  # type: ignore[no-untyped-def]
-    """Between which cells of robot i cell k of j is too near, (robots i, robots j, CELLS + 1, 2); the end excluded."""
+    """The first and one past the last cell of robot i too near cell k of robot j, (i, j, CELLS + 1, 2)."""
     robots = nodes.shape[0]
     near = np.zeros((robots, robots, CELLS + 1, 2), dtype=np.int16)
     for i in range(robots):
@@ -171,7 +175,7 @@ def _square(a, b):  # type: ignore[no-untyped-def]
 
 @kernel
 def _plan_one(nodes, near, cells, order, place, limits, cost, blocked):  # type: ignore[no-untyped-def]
-    """Plan robot ``order[place]`` around those before it in the order; False if there is no way."""
+    """Plan robot ``order[place]`` around those before it in the order. Returns False if there is no plan."""
     clear, margin, horizon, late = limits
     robot = order[place]
     parked = CELLS  # the first cell that counts as the end

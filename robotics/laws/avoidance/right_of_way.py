@@ -1,18 +1,24 @@
-"""Right of way: robots on crossing paths that never touch and never wait for ever; thesis 6.1, by another method.
+"""Right of way: robots on crossing paths that never touch and never deadlock; thesis 6.1, by another method.
 
 The plan of :mod:`robotics.laws.avoidance.reservation` says where each robot is at each moment of a common clock. Every
-robot keeps a copy of the clock, follows its own plan by it, and tells the others how far it has come. A robot that is
-late, or not heard of any more, slows the clocks of all, as the copies agree on the slowest: what the plan keeps apart
-in the clock stays apart in the room, whoever is held up.
+robot keeps a copy z of the clock, follows its own plan by it, and tells the others how far it has come:
+
+    z_i' = clip(1 − (d_i − d0)/d1, 0, 1) (1 − e^{−t}),  then  z_i := min(z_i, z_j)
+
+with d_i the largest lag [m] behind the plan of which robot i knows, its own or another's, d0 = ``slack`` and d1 =
+``softness``. A robot that is late, or not heard of any more, thus slows the clocks of all: robots that the plan keeps
+apart by the clock stay apart in space, whichever is held up. Each robot drives to its place due by the tracker,
+(2.30) and (2.32) of :mod:`robotics.laws.tracking.lyapunov`, whose stability condition holds here too. The clocks of two
+robots may differ by ``margin`` before the plan's clearance is lost.
 
 Where there is no plan because a robot waits at its start or is parked at its end on another's path, the other's path is
 bent around it (:mod:`robotics.laws.avoidance.sidestep`); where many meet in one place, they go round it. If that is not
-enough, robots come a little nearer to each other, and at last some may arrive early. Where there is no plan even so,
-the team is refused before it starts.
+enough, robots come a little nearer to each other, and at last some may arrive early. Where there is still no plan, the
+team is refused before it starts.
 
 Against what no plan foresees (a robot off its path, a message too late) each robot brakes by itself: it stops while
-another is within ``near`` and its own braking distance, and ahead of it. Of two that stand in each other's way the
-one with the lower number goes first.
+another is ahead of it, within ``near`` and its own braking distance. Where two robots stand in each other's way, the
+one with the lower number goes first (:mod:`robotics.laws.avoidance.priority`).
 """
 
 from dataclasses import dataclass, field, replace
@@ -21,10 +27,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.laws.avoidance.priority import blocked, others
+from robotics.laws.avoidance.priority import WHEREABOUTS, blocked, others, whereabouts
 from robotics.laws.avoidance.reservation import CELLS, Plan, plan_right_of_way
 from robotics.laws.avoidance.sidestep import roundabout, sidestepped
-from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
 from robotics.laws.modes import TRACK, YIELD
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
@@ -32,24 +38,23 @@ from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.paths.joined import PathTable, join_tables
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
-from robotics.radio.graph import is_connected
 
 PLANNED_SPREAD = 0.6  # s: within which the plan lets all arrive
 SIDESTEP_MARGIN = 0.1  # m: how much farther than the clearance a side-step goes
-LONG = 1.6  # of the nominal duration: for a longer plan, a roundabout is tried too
+LONG = 1.6  # times the nominal duration: for a longer plan, a roundabout is tried too
 
 
 class _Way(NamedTuple):
-    """A way to make a plan where there is none as the paths are."""
+    """One way to find a plan where the paths as they are have none."""
 
-    bent: bool
-    mirrored: bool = False
-    clearance_scale: float = 1.0
-    together: bool = True
+    bent: bool  # paths are bent around who waits or is parked on them
+    mirrored: bool = False  # they are bent to the other side
+    clearance_scale: float = 1.0  # a factor on the clearance
+    together: bool = True  # all arrive together
     rounded: bool = False  # a roundabout where many meet
 
     def bent_paths(self, tables: list[np.ndarray], clear: float) -> list[np.ndarray] | None:
-        """The paths bent in this way; None if it does not apply."""
+        """The tables of one run's paths bent to keep ``clear`` [m] in this way; None where it does not apply."""
         if self.rounded:
             around = roundabout(tables, clear)
             if around is None:
@@ -75,31 +80,31 @@ _WAYS = (
 
 
 class _Memory(NamedTuple):
-    """Each (runs, robots), but for what says otherwise."""
+    """Each field is (runs, robots) unless it says otherwise."""
 
     clock: np.ndarray  # s of the nominal duration, up to the plan's end
-    pace: np.ndarray
-    place: np.ndarray  # m
+    pace: np.ndarray  # 1: of that clock
+    place: np.ndarray  # m: abscissa of the nearest point
     plan: np.ndarray  # (runs, robots, ticks + 1)
     end: np.ndarray  # (runs, 1) s: the plan's duration
     duration: np.ndarray  # (runs, 1) s: the nominal one
-    found: np.ndarray  # (runs, 1) bool: is there a plan? Robots without stay where they are
-    paths: PathTable  # with the side-steps
+    found: np.ndarray  # (runs, 1) bool: whether there is a plan; robots without one stay where they are
+    paths: PathTable  # the paths as they are driven, side-steps included
 
 
 @dataclass(frozen=True, kw_only=True)
 class RightOfWay(Law[_Memory]):
-    """Distances of the plan and of the emergency rule, and the tracker's gains."""
+    """Right of way: distances of the plan and of the emergency rule, and the tracker."""
 
     clearance: float = quantity(0.5, "m", above=0.31)  # between centers, in the plan
-    margin: float = quantity(1.2, "s", least=0, most=60)  # clocks may differ by so much
-    slack: float = quantity(0.05, "m", least=0)  # a lag that does not slow the clock
-    softness: float = quantity(0.15, "m", above=0)  # over which a larger one stops it
+    margin: float = quantity(1.2, "s", least=0, most=60)  # how far two clocks may differ
+    slack: float = quantity(0.05, "m", least=0)  # d0: a lag that does not slow the clock
+    softness: float = quantity(0.15, "m", above=0)  # d1: a lag of d0 + d1 stops it
     near: float = quantity(0.34, "m", above=0)  # the emergency rule's distance at rest
     reach: float = quantity(0.5, "m", above=0)  # the target is no farther ahead of the robot's place
     tracker: Lyapunov = field(default_factory=Lyapunov)
 
-    message = ("place", "clock", "pace", "x", "y", "v_x", "v_y")
+    message = ("place", "clock", "pace", *WHEREABOUTS)
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
@@ -110,15 +115,13 @@ class RightOfWay(Law[_Memory]):
         return OUTAGE
 
     def init(self, setting: Setting, runs: int) -> _Memory:
-        """The plans. Raises ControllerError where the graph is not connected, or a scenario has no safe plan.
+        """Make the plans. Raises ControllerError where the graph is not connected, or a scenario has no safe plan.
 
-        Of an ensemble the runs without one are refused: ``Command.refused`` says which.
+        In an ensemble the runs without a plan are refused: ``Command.refused`` says which.
         """
-        if setting.kind != "team":
-            raise ControllerError(f'{setting.name}: right of way needs a scenario of kind = "team"')
+        check_team(setting)
+        check_connected(setting)
         robots = len(setting.robots)
-        if not is_connected(setting.radio.adjacency(robots)):
-            raise ControllerError(f"{setting.name}: the graph {setting.radio.graph!r} is not connected")
         spans = np.atleast_2d(setting.references.ends)[:, :1]
         plan, paths, longer = self._planned(setting.references.joined, robots, spans[:, 0])
         if not setting.ensemble and not plan.found.any():
@@ -143,10 +146,10 @@ class RightOfWay(Law[_Memory]):
         )
 
     def _planned(self, paths: PathTable, robots: int, durations: np.ndarray) -> tuple[Plan, PathTable, np.ndarray]:
-        """The plan of every run, the paths it is for, and what the nominal duration is multiplied by.
+        """The plan of every run, the paths that it is for, and a factor (runs,) on the nominal duration.
 
-        It is by the first of the ways that has one; but the quickest of the roundabouts, where there are some.
-        The nominal duration grows with the longest path.
+        The plan is that of the first of the ways that has one, or that of the quickest roundabout where there are any.
+        The nominal duration grows with the longest path. ``durations`` [s] is () or (runs,).
         """
         nodes = _nodes(paths, robots)
         durations = np.broadcast_to(durations, len(nodes))
@@ -185,14 +188,14 @@ class RightOfWay(Law[_Memory]):
         return plan, replace(joined, lengths=joined.lengths.reshape(paths.lengths.shape)), longer
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        """The clock, the plan, the tracker, the brake."""
+        """Run the clock, look up the plan, track it, and brake."""
         heard = seen.heard
         paths, lengths = memory.paths, memory.paths.lengths
         place = paths.nearest(seen.x, seen.y, memory.place, search_reach(heard, seen.time))
         # the clock
         own, rate = _due(memory.plan, memory.clock[:, None] / memory.duration[..., None] * CELLS)
         own, rate = own[:, 0], rate[:, 0]
-        # A message says where its sender was and what its clock showed then: how late it comes adds no lag of its own.
+        # A message says where its sender was and what its clock showed then: its delay adds no lag of its own.
         their_share, their_clock = heard["place"], heard["clock"]
         due, _ = _due(memory.plan, np.nan_to_num(their_clock) / memory.duration[..., None] * CELLS)
         lags = np.where(heard.hears & ~np.isnan(their_share), (due - their_share) * lengths[..., None, :], -np.inf)
@@ -209,9 +212,7 @@ class RightOfWay(Law[_Memory]):
         mode = np.where(stops & memory.found, YIELD, TRACK)
         v, w = np.where(brake, 0.0, wish.v), np.where(brake, 0.0, wish.w)
         share = place / lengths
-        cos, sin = np.cos(seen.heading), np.sin(seen.heading)
-        message = {"place": share, "clock": memory.clock, "pace": pace, "x": seen.x, "y": seen.y}
-        message |= {"v_x": seen.v * cos, "v_y": seen.v * sin}
+        message = {"place": share, "clock": memory.clock, "pace": pace, **whereabouts(seen)}
         clock = np.minimum(memory.clock + dt * pace, memory.end)
         clock = np.minimum(clock, smallest_heard(clock, heard.now("clock", by="pace") + dt, heard.hears))
         after = memory._replace(clock=clock, pace=pace, place=place)
@@ -219,7 +220,7 @@ class RightOfWay(Law[_Memory]):
 
 
 def _nodes(paths: PathTable, robots: int) -> np.ndarray:
-    """The paths at equal shares of their lengths, (runs, robots, CELLS + 1, 2) m."""
+    """Points of the paths at equal shares of their lengths (runs, robots, CELLS + 1, 2) [m]."""
     shares = np.linspace(0, 1, CELLS + 1)
     points = [np.stack(paths.at(share * paths.lengths)[:2], axis=-1) for share in shares]
     return np.stack(points, axis=-2).reshape(-1, robots, CELLS + 1, 2)

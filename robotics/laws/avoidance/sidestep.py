@@ -5,12 +5,14 @@ robots go. The path of the one that would run into it is shifted sideways there,
 
     p(s) → p(s) + n(s) Σ_k h_k (1 − ((s − s_k) / w_k)²)³        |s − s_k| < w_k
 
-n being its normal to the left, and measured again. It begins and ends where it did. Where two paths have a stretch in
-common in opposite directions, both robots keep to the right of it: the shift grows from 0 at the path's ends by
-u³ (10 − 15 u + 6 u²), which has no jump in curvature either.
+n being its normal to the left, and the path's length is measured again. Its ends stay where they were. Where two paths
+have a stretch in common in opposite directions, both robots keep to the right of it: the shift grows from 0 at the
+path's ends by u³ (10 − 15 u + 6 u²), which has no jump in curvature either.
 
-A crowd, where the paths of many robots cross, is turned into a roundabout: they all pass its middle to the right, at
+A crowd, where the paths of many robots cross, is turned into a roundabout: all robots pass its middle to the right, at
 such a distance that they can be on the way around it at the same time.
+
+All of this is a choice; the thesis bends no paths.
 """
 
 from collections.abc import Sequence
@@ -21,20 +23,25 @@ import numpy as np
 from fuzzy.compiled.jit import kernel
 from robotics.paths.path import CURVATURE, HEADING, U, X, Y
 
-WIDTH, NARROWEST = 1.6, 0.6  # m: half the length of a bump, and what there must be room for
-SHARPEST = 5.0  # 1/m: no path is bent further
-CROWD = 4  # so many paths through one place make a roundabout
-_SPACING = 1.25  # of the clearance: what each robot has on a roundabout
-_TURNS = (1.2, 1.6)  # m: within which a path leaves for the roundabout, and comes back
-_ROUNDS = 8
-_FACING = -0.8  # cosine of the angle between two paths that run against each other
+WIDTH = 1.6  # m: half the length of a bump
+NARROWEST = 0.6  # m: the least half length; where there is no room for it, a path is not bent
+SHARPEST = 5.0  # 1/m: no path is bent to a higher curvature
+CROWD = 4  # the number of paths through one place that make a roundabout
+_SPACING = 1.25  # times the clearance: the arc of a roundabout that each robot has
+_TURNS = (1.2, 1.6)  # m tried: the way within which a path leaves for the roundabout, and comes back
+_ROUNDS = 8  # how often a path is bent anew around the points that are still too near
+_FACING = -0.8  # cosine of the angle between two paths: below it they run against each other
 
 
 def sidestepped(tables: Sequence[np.ndarray], clear: float, mirrored: bool = False) -> list[np.ndarray]:
-    """``tables`` (5, nodes) of one team's paths (:class:`robotics.paths.path.Path`), bent where others start or end.
+    """Bend one team's paths around the places where others start or end.
 
-    ``clear`` [m] is what they keep from there, where there is room; the shift is away from the other robot, and
-    ``mirrored`` to the other side, past it. A path that would become too sharp is left as it is.
+    Args:
+        tables: The tables (5, nodes) of the paths, as of :class:`robotics.paths.path.Path`.
+        clear: The distance [m] to keep from those places, where there is room.
+        mirrored: Whether a path passes on the far side of the other robot; otherwise it is shifted away from it.
+
+    A path that would become too sharp is left as it is.
     """
     ends = [(table[:2, 0], table[:2, -1]) for table in tables]
     bent = [
@@ -45,9 +52,9 @@ def sidestepped(tables: Sequence[np.ndarray], clear: float, mirrored: bool = Fal
 
 
 def roundabout(tables: Sequence[np.ndarray], clear: float) -> list[np.ndarray] | None:
-    """``tables`` (5, nodes) of one team's paths, those through the largest crowd bent around it.
+    """Bend those of one team's paths, ``tables`` (5, nodes) each, that lead through the largest crowd around it.
 
-    On the way around it each robot has 5/4 of ``clear`` [m]. None where there is no crowd, or no room to turn.
+    On the way around it each robot has 5/4 of ``clear`` [m]. Returns None where there is no crowd, or no room to turn.
     """
     points = np.concatenate([table[:2, ::8].T for table in tables])
     distances = np.array([_distances(table, points) for table in tables])  # to the inner parts of the paths
@@ -78,7 +85,7 @@ def roundabout(tables: Sequence[np.ndarray], clear: float) -> list[np.ndarray] |
 
 
 def _distances(table: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """How far ``points`` (points, 2) are from a path without its ends; infinite where it is too short."""
+    """The distances [m] of ``points`` (points, 2) from a path without its ends; infinite where it is too short."""
     s = _abscissae(table)
     inner = table[:2, np.minimum(s, s[-1] - s) >= WIDTH / 2]
     if not inner.size:
@@ -116,7 +123,7 @@ def _around(table: np.ndarray, points: np.ndarray, clear: float, mirrored: bool)
 
 
 def _keeping_right(tables: list[np.ndarray], clear: float) -> list[np.ndarray]:
-    """The paths, both shifted to the right where two run against each other."""
+    """Shift two paths that run against each other to the right, both."""
     tables = list(tables)
     for i in range(len(tables)):
         for j in range(i):
@@ -139,7 +146,7 @@ def _keeping_right(tables: list[np.ndarray], clear: float) -> list[np.ndarray]:
 
 @kernel
 def _stretches(a, b, clear):  # type: ignore[no-untyped-def]
-    """First and last node (2, 2) of paths ``a`` and ``b`` that run against each other within √clear; -1: none."""
+    """The first and last nodes (2, 2) at which paths ``a`` and ``b`` run against each other within √clear; -1: none."""
     result = np.empty((2, 2), dtype=np.int64)
     result[:, 0] = max(a.shape[1], b.shape[1])
     result[:, 1] = -1
@@ -159,7 +166,7 @@ def _bump(u: np.ndarray) -> np.ndarray:
 
 
 def _rising(u: np.ndarray) -> np.ndarray:
-    """From 0 to 1, without jumps in curvature."""
+    """A step from 0 to 1 over ``u`` in [0, 1], without jumps in curvature."""
     u = np.clip(u, 0.0, 1.0)
     return u**3 * (10 - 15 * u + 6 * u**2)
 

@@ -9,17 +9,18 @@ leader's path, x_f the followers' mean x and dx = x_l − x_f the leader's lead,
     ω_f = v_f κ(x_l − dx)                   open loop, as in the thesis
           − K_y v_f e_i − K_ψ ψ_i           correction "own-pose": each follower by its own e_i, ψ_i
 
-where e is a robot's lateral offset from its own path [m, > 0 to the left] and ψ its heading less the path's [rad].
+where e is a robot's lateral offset from its own path [m, > 0 to the left] and ψ its heading minus the path's [rad].
 The thesis describes the first two lines in words; the numbers, and the third line's feedback, are choices. (5.7)
-takes x_l, y_l and θ_l only; but what five formations ask for is no function of these three, see
-``datasets/README.md``, and so dx is a fourth input where a network has it.
+takes x_l, y_l and θ_l only; but the velocities of five formations are no function of these three, see
+``datasets/README.md``, and so dx is a fourth input of a network that has it.
 
-Along its path the leader's lateral error obeys e'' + (K_ψ/v) e' + K_y e = 0 per metre: damped (1 or more) up to
-v = K_ψ/(2 √K_y) = 0.2 m/s, 0.67 at 0.3 m/s.
+Stability: along its path the leader's lateral error obeys e'' + (K_ψ/v) e' + K_y e = 0 per metre, for K_y, K_ψ > 0
+with a damping of 1 or more up to v = K_ψ/(2 √K_y) = 0.2 m/s, and of 0.67 at 0.3 m/s. So do the followers' errors
+under "own-pose"; open loop, nothing corrects them.
 
 The followers' controller reads the leader's posture, and the leader's the followers' x, directly from the shared
-observation: the thesis's set-up, where one computer commands all robots. A radio that delays or loses these would
-stand between; here there is none.
+observation: in the thesis's set-up one computer commands all robots. There is no radio between that would delay or lose
+these.
 """
 
 from dataclasses import dataclass, field, replace
@@ -40,13 +41,13 @@ from robotics.paths.path import Path, X
 from robotics.paths.posture import wrapped
 from robotics.quantity import check_quantities, quantity
 
-INPUTS = ("x_l", "y_l", "theta_l", "dx")  # m, m, rad, m: what a network may ask for, by name
+INPUTS = ("x_l", "y_l", "theta_l", "dx")  # m, m, rad, m: the names of the inputs that a network may have
 OUTPUTS = ("v_l", "w_l", "v_f", "w_f")  # m/s, rad/s, m/s, rad/s
 Correction = Literal["own-pose", "none"]
 
 
 class Velocities(NamedTuple):
-    """What leader and followers shall do; each field has the shape of the leader's posture."""
+    """The velocities of the leader and of the followers; each field has the shape of the leader's posture."""
 
     v_l: np.ndarray  # m/s
     w_l: np.ndarray  # rad/s
@@ -55,16 +56,26 @@ class Velocities(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What a formation controller remembers."""
+    """The memory of a formation controller."""
 
     first_lead: np.ndarray  # (runs,) m: dx at the start; not-a-number before it
-    together: np.ndarray  # (runs,) bool: has the leader met the followers?
-    over: np.ndarray  # (runs,) bool: has the leader reached the end of its path? Then all stand still.
-    paths: tuple[Path, ...]  # each robot's
+    together: np.ndarray  # (runs,) bool: whether the leader has met the followers
+    over: np.ndarray  # (runs,) bool: whether the leader has reached the end of its path; then all stand still
+    paths: tuple[Path, ...]  # one for each robot
 
 
 def correction(path: Path, x: Any, y: Any, heading: Any, v: Any, ky: float, kpsi: float) -> np.ndarray:
-    """−K_y v e − K_ψ ψ [rad/s] for robots at these poses, driving at ``v`` [m/s] along ``path``."""
+    """Return −K_y v e − K_ψ ψ [rad/s] for robots that drive along one path; the arrays have any one shape.
+
+    Args:
+        path: The path, along which x grows.
+        x: The robots' x [m].
+        y: Their y [m].
+        heading: Their heading [rad].
+        v: Their speed [m/s].
+        ky: K_y [1/m²].
+        kpsi: K_ψ [1/s].
+    """
     point = path.beside(x)
     lateral = (y - point.y) * np.cos(point.heading)
     return -ky * v * lateral - kpsi * wrapped(heading - point.heading)
@@ -73,9 +84,17 @@ def correction(path: Path, x: Any, y: Any, heading: Any, v: Any, ky: float, kpsi
 def law(
     path: Path, x: np.ndarray, y: np.ndarray, heading: np.ndarray, dx: np.ndarray, speed: float, ky: float, kpsi: float
 ) -> Velocities:
-    """The law of this module's head, followers open loop, for a leader at (x, y, heading) with lead ``dx``.
+    """Evaluate the law of this module's head, followers open loop; the arrays have any one shape.
 
-    ``path`` is the leader's; ``speed`` is v_d [m/s]; the arrays have any one shape.
+    Args:
+        path: The leader's path.
+        x: The leader's x [m].
+        y: The leader's y [m].
+        heading: The leader's heading [rad].
+        dx: The leader's lead [m].
+        speed: v_d [m/s].
+        ky: K_y [1/m²].
+        kpsi: K_ψ [1/s].
     """
     v_l = speed * np.clip(1 - dx, 0.0, 3.0)
     v_f = speed * np.clip(1 + dx / 4, 0.5, 1.0)
@@ -84,10 +103,15 @@ def law(
 
 
 def literal_speeds(first_lead: np.ndarray, together: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray]:
-    """v_l and v_f [m/s] as thesis 5.2.1 has them: the leader's speed depends on where it started.
+    """Return v_l and v_f [m/s] as thesis 5.2.1 has them: the leader's speed depends on where it started.
 
-    3, 2, 1, 0, 0 times v_d for a start 4 and 2 m behind, level, 2 and 4 m ahead, until it meets the followers; v_d
-    from then on, and for the followers always.
+    It is 3, 2, 1, 0, 0 times v_d for a start 4 and 2 m behind, level, 2 and 4 m ahead, until the leader meets the
+    followers; v_d from then on, and for the followers always.
+
+    Args:
+        first_lead: dx at the start [m], of any shape.
+        together: Whether the leader has met the followers, bool, of the same shape.
+        speed: v_d [m/s].
     """
     v_l = speed * np.where(together, 1.0, np.clip(1 - first_lead / 2, 0.0, 3.0))
     return v_l, np.full_like(v_l, speed)
@@ -95,7 +119,7 @@ def literal_speeds(first_lead: np.ndarray, together: np.ndarray, speed: float) -
 
 @dataclass(frozen=True, kw_only=True)
 class FormationTeacher(Law[Memory]):
-    """The law itself as a controller. ``speeds`` "literal" makes the thesis's data, "lead" is the law above."""
+    """The law of the module's head as a controller; its ``speeds`` "literal" are those of the thesis's data."""
 
     speed: float = quantity(0.1, "m/s", above=0)  # v_d
     ky: float = quantity(4.0, "1/m²", least=0)
@@ -107,11 +131,11 @@ class FormationTeacher(Law[Memory]):
         check_quantities(self, ControllerError)
 
     def init(self, setting: Setting, runs: int) -> Memory:
-        """Not begun."""
+        """Begin with no formation met. Raises ControllerError where x does not grow along every path."""
         return _begin(setting, runs)
 
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
-        """The law at the measured postures."""
+        """Evaluate the law at the measured postures."""
         memory = _remember(seen, memory)
         path, dx = memory.paths[0], lead(seen.x)
         x, y, heading = seen.x[:, 0], seen.y[:, 0], seen.heading[:, 0]
@@ -126,11 +150,11 @@ class FormationTeacher(Law[Memory]):
 
 @dataclass(frozen=True, kw_only=True)
 class LeaderFollower(Law[Memory]):
-    """Four Sugeno systems, v_l, w_l, v_f and w_f of (5.7), in the place of the law.
+    """Four Sugeno systems, v_l, w_l, v_f and w_f of (5.7), that have learned the law and drive in its place.
 
     ``networks`` is the path of one .fis file with these four outputs, or of a folder that holds v_l.fis, w_l.fis,
     v_f.fis and w_f.fis, or a name of robotics/rulebases. The inputs of each are some of x_l, y_l, theta_l and dx, by
-    name.
+    name. Raises ControllerError for other inputs or outputs.
 
     "formation" is what ``robotics learn datasets/formation-well-posed.csv --check
     datasets/formation-well-posed-check.csv -o robotics/rulebases/formation`` makes; "thesis" the thesis's own.
@@ -152,11 +176,11 @@ class LeaderFollower(Law[Memory]):
         return frozenset({"ky", "kpsi"} if self.correction == "none" else ())
 
     def init(self, setting: Setting, runs: int) -> Memory:
-        """Not begun."""
+        """Begin with no formation met. Raises ControllerError where x does not grow along every path."""
         return _begin(setting, runs)
 
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
-        """(5.7)."""
+        """Evaluate the networks (5.7)."""
         memory = _remember(seen, memory)
         known = {"x_l": seen.x[:, 0], "y_l": seen.y[:, 0], "theta_l": wrapped(seen.heading[:, 0]), "dx": lead(seen.x)}
         found: dict[str, np.ndarray] = {}
@@ -168,9 +192,9 @@ class LeaderFollower(Law[Memory]):
 
 
 def load_networks(name: str) -> tuple[Sugeno, ...]:
-    """The systems under that name, file or folder, which together have the four outputs. Raises ControllerError.
+    """Read the systems of that name, file or folder, which together have the four outputs. Raises ControllerError.
 
-    A system that would warn of an input outside its universe does not: it is evaluated there, as MATLAB does it.
+    They do not warn of an input outside its universe, but are evaluated there, as in MATLAB.
     """
     folder = FilePath(name)
     packaged = resources.files("robotics") / "rulebases" / name if name.isidentifier() else None
@@ -190,7 +214,7 @@ def load_networks(name: str) -> tuple[Sugeno, ...]:
 
 
 def lead(x: np.ndarray) -> np.ndarray:
-    """dx [m] (runs,): the leader's x less the followers' mean, from ``x`` (runs, robots)."""
+    """dx [m] (runs,): the leader's x minus the followers' mean, from ``x`` (runs, robots) [m]."""
     return x[:, 0] - x[:, 1:].mean(axis=1)
 
 
@@ -212,7 +236,7 @@ def _remember(seen: Observation, memory: Memory) -> Memory:
 
 
 def _command(seen: Observation, wish: Velocities, memory: Memory, own: Correction, ky: float, kpsi: float) -> Command:
-    """The leader's command, and the followers', each with its own correction; 0 for all once it is over."""
+    """The command of the leader and of the followers, each with its own correction; 0 for all once it is over."""
     v, w = np.empty_like(seen.x), np.empty_like(seen.x)
     v[:, 0], w[:, 0] = wish.v_l, wish.w_l
     v[:, 1:], w[:, 1:] = wish.v_f[:, None], wish.w_f[:, None]

@@ -1,18 +1,26 @@
 """Hierarchical fuzzy cooperation: the tracking rule base under a clock that all share, thesis 5.3.
 
-Every path is cut into the same number of samples, so that a longer path has them farther apart and is driven faster;
-ς_i = s_i / L_i is a robot's progress, z the clock that says which sample is due. The upper level runs the clock,
+Every path is cut into the same number of samples, which lie farther apart on a longer path, so that it is driven
+faster; ς_i = s_i / L_i is a robot's progress, z the clock that says which sample is due. The upper level runs it,
 
     z' = (1/T) (1 − e^{−t}) (1 − tanh((d − d0)₊² / d1²))        after (5.14)
 
-d being how far [m] the robot that is most behind lags along its path; the lower level is the rule base of Table 5.6
-towards the sample due. As printed, (1 − tanh(Σ d_RP²)) counts robots ahead as well: they wait for a clock that waits
-for them, and test 2 never starts ("literal"; "lag-clock" is the same with the clock above). e^{k2 (t − t0)} must decay.
+with d the lag [m] along its path of the robot that is most behind; the lower level drives each robot towards the sample
+due by the rule base of Table 5.6. The factor e^{k2 (t − t0)} of (5.14) must decay, and is here the (1 − e^{−t}).
 
-``repaired`` besides: the target is held at most ``reach`` metres ahead of the robot's own place on the path, so that a
-robot far off its path drives to the path and not across it, even before it is due; "ahead" (rule 11) is told along
-the path, for beside it the robot's own x says nothing; and the robot looks ``look_ahead`` seconds ahead, which takes
-the lag away. Each robot keeps a copy of the clock, and the copies agree on the slowest.
+Variants:
+
+``literal``: the clock as printed, (1 − tanh(Σ d_RP²)). It counts robots that are ahead as well: they wait for a clock
+that waits for them, and test 2 never starts.
+``lag-clock``: the same with the clock above.
+``repaired``: the clock above, and three choices. The target is held at most ``reach`` metres ahead of the robot's own
+place on the path, so that a robot far off its path drives to the path and not across it, even before it is due. Rule
+11 takes "ahead" along the path, since off the path the robot's own x says nothing. The target is taken ``look_ahead``
+seconds ahead, which removes the lag.
+
+Each robot keeps a copy of the clock, and the copies agree on the slowest (a choice: the thesis has one clock). The
+clock all but stops for a robot that lags by much more than d0. Stability: the lower level's local certificate is that
+of :mod:`robotics.laws.tracking.fuzzy_tracking`; there is no proof for the whole.
 """
 
 from dataclasses import dataclass, field
@@ -20,38 +28,37 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
-from robotics.radio.graph import is_connected
 
-BESIDE = 0.04  # m: a robot this near the end of its path has arrived
-JOINED = 0.03  # m: a robot this near its path is on it
+AT_END = 0.04  # m: a robot that is nearer to the end of its path has arrived
+ON_PATH = 0.03  # m: a robot that is no farther from its path is on it
 
 
 class _Memory(NamedTuple):
-    """Each (runs, robots), but for what says otherwise."""
+    """Each field is (runs, robots) unless it says otherwise."""
 
     clock: np.ndarray  # s: the scenario's time that each robot's copy of the clock shows
     pace: np.ndarray  # 1: of that copy
     place: np.ndarray  # m: abscissa of the nearest point
     lengths: np.ndarray  # (robots,) or (runs, robots) m
-    end: np.ndarray  # (1,) or (runs, 1) s
+    end: np.ndarray  # (1,) or (runs, 1) s: the last reference arrives
 
 
 @dataclass(frozen=True, kw_only=True)
 class FuzzyCooperation(Law[_Memory]):
-    """The rule base, how its target is chosen, and the clock."""
+    """Fuzzy cooperation: the rule base, how its target is chosen, and the clock."""
 
     variant: Literal["repaired", "lag-clock", "literal"] = "repaired"
     rule_base: str = "tracking"
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     reach: float = quantity(0.4, "m", above=0)  # "repaired": the target is no farther ahead of the robot's place
     lag: float = quantity(0.25, "m", least=0)  # d0: a lag that does not slow the clock
-    softness: float = quantity(0.4, "m", above=0)  # d1
+    softness: float = quantity(0.4, "m", above=0)  # d1: the lag beyond d0 at which the clock runs at 24 %
     tracker: FuzzyTracking = field(init=False, repr=False)
 
     message = ("place", "speed", "clock", "pace")
@@ -66,12 +73,11 @@ class FuzzyCooperation(Law[_Memory]):
         return frozenset({"literal": {"reach", "lag", "softness"}, "lag-clock": {"reach"}}.get(self.variant, ()))
 
     def init(self, setting: Setting, runs: int) -> _Memory:
-        """The clock at 0. Raises ControllerError where the graph is not connected."""
-        if setting.kind != "team" and len(setting.robots) > 1:
-            raise ControllerError(f'{setting.name}: cooperation needs a scenario of kind = "team"')
+        """Set the clocks to 0. Raises ControllerError where the robots are no team, or the graph is not connected."""
         robots = len(setting.robots)
-        if not is_connected(setting.radio.adjacency(robots)):
-            raise ControllerError(f"{setting.name}: the graph {setting.radio.graph!r} is not connected")
+        if robots > 1:
+            check_team(setting)
+        check_connected(setting)
         zero = np.zeros((runs, robots))
         paths = setting.references.joined
         pose = np.broadcast_to(setting.starts, (runs, robots, 3))
@@ -80,7 +86,7 @@ class FuzzyCooperation(Law[_Memory]):
         return _Memory(zero, zero, near, paths.lengths, setting.references.ends.max(axis=-1, keepdims=True))
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        """The clock, and Table 5.6 towards the sample due."""
+        """Run the clock, and drive towards the sample due by Table 5.6."""
         return self.steered(seen, memory, dt)
 
     def steered(
@@ -91,9 +97,15 @@ class FuzzyCooperation(Law[_Memory]):
         turn: np.ndarray | None = None,
         excused: np.ndarray | None = None,
     ) -> tuple[Command, _Memory]:
-        """:meth:`control` with ``turn`` [rad] (runs, robots) added to α.
+        """Do as :meth:`control`, with a turn added and some robots excused from the clock.
 
-        The clock does not wait for the ``excused`` (runs, robots) bool; they say so by a place that is not a number.
+        Args:
+            seen: What the robots know.
+            memory: As of the period before.
+            dt: The control period [s].
+            turn: Added to α (runs, robots) [rad]; none by default.
+            excused: Robots for which the clock does not wait (runs, robots) bool; they broadcast a place that is not a
+                number. None by default.
         """
         heard = seen.heard
         paths, lengths = seen.references.joined, memory.lengths
@@ -118,21 +130,21 @@ class FuzzyCooperation(Law[_Memory]):
             worst = np.maximum(own, lags.max(axis=-1))
             slowing = np.tanh((np.maximum(worst - self.lag, 0.0) / self.softness) ** 2)
         pace = (1 - np.exp(-seen.time)) * (1 - slowing)
-        # the sample to drive to
+        # The sample to drive to
         late = self.look_ahead * pace if self.variant == "repaired" else self.look_ahead
         target = seen.references.each_at(np.minimum(clock + late, memory.end))
         behind: np.ndarray | None = None
         if self.variant == "repaired":
             # At the path's end the nearest point is the end from both sides: there the robot's own x tells.
             dx, dy = target.x - seen.x, target.y - seen.y
-            over = (target.s >= lengths) & (np.hypot(dx, dy) < BESIDE)
+            over = (target.s >= lengths) & (np.hypot(dx, dy) < AT_END)
             ahead = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy
             behind = np.where(over, np.where(ahead > 0, ahead, -1.0), target.s - place)
             held = np.minimum(target.s, place + self.reach)
             # A robot that is ahead of time but off its path drives to the path before it waits.
             near = paths.at(place)
             off = np.hypot(near.x - seen.x, near.y - seen.y)
-            joining = (off > JOINED) & ~over
+            joining = (off > ON_PATH) & ~over
             behind = np.where(joining, np.maximum(behind, off), behind)
             held = np.where(joining, np.maximum(held, place + np.minimum(off, self.reach) / 2), held)
             point = paths.at(held)

@@ -1,11 +1,11 @@
 """Exponential sliding mode with a communication graph, thesis chapter 3.
 
-What (3.4) leaves open or prints wrongly is decided so:
+Chosen here, where (3.4) leaves it open or prints it wrongly:
 
 * the error is one of position, of a hand point ``hand`` metres ahead of the axle: with a velocity error (3.4) holds an
   algebraic loop (relative degree 0). h = p + b (cos ψ, sin ψ), h_d likewise on the reference.
 * errors are taken in the frame of the path, e = R_dᵀ (h_d − h): e_x along it, e_y across.
-* robots couple along their paths only, each in shares of its own length,
+* robots couple along their paths only, each in shares of its own path's length,
       ē_i = e_i + Σ_j a_ij (e_i − L_i/L_j e_j)     (the x components)
   with a_ij = −l_ij: the Laplacian's own entries, as (3.5) prints them, push apart. Coupling in the world's frame
   pushes robots off their paths.
@@ -17,7 +17,11 @@ What (3.4) leaves open or prints wrongly is decided so:
     [v'; ω'] = G⁻¹ (h'' − G' [v; ω]),  G = [cos ψ, −b sin ψ; sin ψ, b cos ψ]
     τ = Γ⁻¹ [v'; ω']                                                  (2.19), or v and ω by integration
 
-The paths' frames turn slowly beside these errors; their turning is left out of e'. ∫ ē stops while |ē| > 0.6 m.
+The paths' frames turn slowly compared with these errors; their turning is left out of e'. ∫ ē stops while |ē| > 0.6 m.
+
+Stability: on S = 0 the modes of e obey e'' + μ λ_d e' + μ λ_p e = 0 with μ an eigenvalue of the coupling from e to ē.
+An undirected graph has μ >= 1, so that λ_d, λ_p > 0 suffice; synchronisation needs it connected (theorem 3.1). S is
+reached as in :mod:`robotics.laws.tracking.sliding_mode`.
 
 Forms: ``cross-coupled`` as above; ``thesis`` with e for ē and the coupling Σ a_ij (e_i − e_j) in S only; ``literal``
 the same with a_ij = l_ij in the world's frame, which diverges for a = 1, λ_d = 2.
@@ -28,13 +32,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import differences
 from robotics.laws.tracking.sliding_mode import attraction
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
-from robotics.radio.graph import is_connected, weights
+from robotics.radio.graph import weights
 from robotics.vehicle.inverse_dynamics import InverseDynamics
 from robotics.vehicle.plant import Level, saturate, velocity_limits
 
@@ -42,19 +46,21 @@ INTEGRATED_ERROR = 0.6  # m: no integration of larger errors
 
 
 class _Memory(NamedTuple):
-    integral: np.ndarray  # (2, runs, robots) ∫ ē dt
+    """What a robot remembers, and what does not change."""
+
+    integral: np.ndarray  # (2, runs, robots) m s: ∫ ē dt
     command: np.ndarray  # (2, runs, robots) v [m/s], ω [rad/s]
     reference: Reference | None  # of the period before
     weights: np.ndarray  # (robots, robots): a_ij
     ratio: np.ndarray  # (robots, robots): L_i / L_j
     lengths: np.ndarray  # (robots,) m
-    limits: np.ndarray
+    limits: np.ndarray  # (4, robots): of the velocities
     dynamics: InverseDynamics
 
 
 @dataclass(frozen=True, kw_only=True)
 class GraphSlidingMode(Law[_Memory]):
-    """Gains; the defaults of the reaching law are the thesis's (2.1.3.2)."""
+    """Graph sliding mode: form and gains. The defaults of the reaching law are the thesis's (2.1.3.2)."""
 
     form: Literal["cross-coupled", "thesis", "literal"] = "cross-coupled"
     coupling: float = quantity(1.0, "1", least=0)  # a: the weight of every link
@@ -77,19 +83,14 @@ class GraphSlidingMode(Law[_Memory]):
         return self.realisation
 
     def init(self, setting: Setting, runs: int) -> _Memory:
-        """At rest. Raises ControllerError where the graph is not connected."""
-        robots = len(setting.robots)
-        if setting.kind != "team":
-            raise ControllerError(f'{setting.name}: this law needs a scenario of kind = "team"')
+        """Begin at rest. Raises ControllerError where the graph is not connected, or each run has its own paths."""
+        check_team(setting)
         if setting.ensemble:
             raise ControllerError(f"{setting.name}: this law drives runs with the same paths only, not random ones")
-        a = setting.radio.adjacency(robots)
-        if self.coupling > 0 and not is_connected(a):
-            raise ControllerError(
-                f"{setting.name}: the graph {setting.radio.graph!r} is not connected (theorem 3.1): every robot must "
-                "reach every other, over others if need be"
-            )
-        a = weights(a)
+        if self.coupling > 0:
+            check_connected(setting)  # theorem 3.1
+        robots = len(setting.robots)
+        a = weights(setting.radio.adjacency(robots))
         lengths = setting.references.joined.lengths
         zero = np.zeros((2, runs, robots))
         sign = -1.0 if self.form == "literal" else 1.0
@@ -106,7 +107,7 @@ class GraphSlidingMode(Law[_Memory]):
         )
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        """(3.4)-(3.6) with (2.19), (2.22), (2.23)."""
+        """Reach the surface (3.4)-(3.6) by (2.22), (2.23), with torques (2.19) or their integral."""
         heard = seen.heard
         b, ref = self.hand, seen.reference
         before = memory.reference or ref
@@ -117,7 +118,7 @@ class GraphSlidingMode(Law[_Memory]):
         velocity = np.stack([seen.v * cos - b * seen.w * sin, seen.v * sin + b * seen.w * cos])
         frame = np.zeros_like(ref.heading) if self.form == "literal" else ref.heading
         e, rate = _into(frame, place_d[:, None] - place), _into(frame, velocity_d[:, None] - velocity)
-        # coupling
+        # Coupling
         pulls, pull_rates = np.zeros_like(e), np.zeros_like(rate)
         components = ("e_x",) if self.form == "cross-coupled" else ("e_x", "e_y")
         for i, name in enumerate(components):
@@ -157,7 +158,10 @@ class GraphSlidingMode(Law[_Memory]):
 
 
 def _hand(ref: Reference, a: np.ndarray, w_rate: np.ndarray, b: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Place, velocity and acceleration (2, robots) of the reference's hand point; ``a`` = v', ``w_rate`` = ω'."""
+    """Place, velocity and acceleration (2, robots) of the reference's hand point.
+
+    ``a`` [m/s²] is v' and ``w_rate`` [rad/s²] is ω' of the reference; ``b`` [m] is how far ahead the hand is.
+    """
     cos, sin = np.cos(ref.heading), np.sin(ref.heading)
     ahead, left = np.stack([cos, sin]), np.stack([-sin, cos])
     place = np.stack([ref.x, ref.y]) + b * ahead

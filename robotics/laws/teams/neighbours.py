@@ -1,15 +1,13 @@
-"""What a robot makes of what it has heard: differences, the smallest value, and how long it has been alone."""
+"""Sums over the messages that a robot has heard: differences, the smallest value, and the time of an outage."""
 
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from robotics.radio.channel import Heard
 
-OUTAGE = 0.5  # s without a message: the robot is alone, and stops by its watchdog
-
-# How far from the last place on the path the next one is looked for
-SEARCH_REACH = 0.5  # m
-SEARCH_REACH_AFTER_OUTAGE = 3.0  # m
+OUTAGE = 0.5  # s without a message: the robot is alone, and its watchdog stops it
+SEARCH_REACH = 0.5  # m: how far from its last place on the path a robot looks for the next
+SEARCH_REACH_AFTER_OUTAGE = 3.0  # m: the same for a robot that was alone
 
 
 def differences(mine: np.ndarray, theirs: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -31,12 +29,12 @@ def smallest_heard(mine: np.ndarray, theirs: np.ndarray, hears: np.ndarray) -> n
 
 
 def alone_for(heard: Heard, time: float) -> np.ndarray:
-    """How long each robot has heard nobody [s] (runs, robots): the age of its newest message, at most ``time`` [s]."""
+    """The time [s] (runs, robots) since the newest message that each robot heard was sent, at most ``time`` [s]."""
     return np.asarray(_least(np.full(heard.age.shape[:2], float(time)), heard.age, heard.hears))
 
 
 def search_reach(heard: Heard, time: float) -> np.ndarray:
-    """How far from its last place each robot looks for its next one on its path [m] (runs, robots)."""
+    """The distance [m] (runs, robots) from its last place within which each robot looks for the next on its path."""
     return np.where(alone_for(heard, time) > OUTAGE, SEARCH_REACH_AFTER_OUTAGE, SEARCH_REACH)
 
 

@@ -1,4 +1,4 @@
-"""Virtual structure: path parameters that agree, each robot tracking its own, thesis chapter 4.
+"""Virtual structure: path parameters that agree, and each robot tracks the point at its own, thesis chapter 4.
 
     s_i' = v_L − κ c_i + η_i                                   (4.10)
     η_i' = −γ κ c_i                                            (4.11)
@@ -6,21 +6,22 @@
     v_d = L_i s_i',  ω_d = κ(s_i) v_d                          (4.1), (4.2)
 
 and the tracker (2.30), (2.32). a_ij = −l_ij: with the Laplacian's own entries, as (4.10) prints them, the coupling
-drives the robots apart ("literal"). s_0 is the virtual leader, who follows the timing of the scenario.
+drives the robots apart ("literal"). s_0 is the virtual leader, which follows the timing of the scenario.
 
-With 0 < γ < 1 and κ > 1/(4 γ (1 − γ²) λ_min(L + B)) the proof of theorem 4.1 holds (it prints λ_max, for which Q is
-indefinite). The system itself is stable for every κ, γ > 0.
+Stability: the proof of theorem 4.1 holds with 0 < γ < 1 and κ > 1/(4 γ (1 − γ²) λ_min(L + B)) (it prints λ_max, for
+which Q is indefinite). The system itself is stable for every κ, γ > 0.
 
-Variants, by what s_i is:
+Variants, by the meaning of s_i:
 
 ``virtual``: a number that each robot integrates by itself. Equal at the start, they stay equal, and a robot that is
-held up shows in nobody's s_i.
-``measured``: where the robot is: the nearest point of its path. Without (4.11), whose integral a fault winds up.
+held up shows in none of the s_i.
+``measured``: the place of the robot, which is the nearest point of its path. There is no (4.11) here, since a fault
+would wind up its integral.
 ``waiting``: as measured; the leader goes on only as far as the slowest robot lets it; a robot that gets no command
-for 0.5 s stops, and looks for its place on the path again afterwards.
+for 0.5 s stops, and afterwards looks for its place on the path again.
 
-The leader is no robot: each robot keeps a copy of its clock, and the copies agree on the slowest (a minimum
-consensus), so that no robot is indispensable.
+Chosen here: the leader is no robot, but each robot keeps a copy of its clock, and the copies of ``waiting`` agree on
+the slowest (a minimum consensus), so that no robot is indispensable. s_i' stays between 0 and v_most / L_i.
 """
 
 from dataclasses import dataclass, field
@@ -29,7 +30,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.law import Command, ControllerError, Law, Observation, check_team
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, alone_for, differences, smallest_heard
 from robotics.laws.tracking.lyapunov import Lyapunov
@@ -38,17 +39,16 @@ from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.radio.graph import is_connected, smallest_eigenvalue, unreached, weights
 
-# How far from the last place on the path the next one is looked for
-SEARCH_SHARE = 0.05  # of the path
-SEARCH_SHARE_AFTER_OUTAGE = 0.25  # of the path
+SEARCH_SHARE = 0.05  # of the path: how far from its last place a robot looks for the next
+SEARCH_SHARE_AFTER_OUTAGE = 0.25  # of the path: the same for a robot that was alone
 
 
 class _Memory(NamedTuple):
-    """Each (runs, robots), but for what is (robots,) or (robots, robots)."""
+    """Each field is (runs, robots) unless it says otherwise."""
 
-    s: np.ndarray
+    s: np.ndarray  # 1: the path parameter
     rate: np.ndarray  # 1/s: s_i' of the period before
-    integral: np.ndarray  # η
+    integral: np.ndarray  # 1/s: η
     clock: np.ndarray  # s: each robot's copy of the leader's time
     pace: np.ndarray  # 1: of that copy
     weights: np.ndarray  # (robots, robots): a_ij
@@ -58,7 +58,7 @@ class _Memory(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class VirtualStructure(Law[_Memory]):
-    """Gains of the coordination and of the tracker."""
+    """Virtual structure: gains of the coordination, and the tracker."""
 
     variant: Literal["virtual", "measured", "waiting"] = "waiting"
     kappa: float = quantity(1.0, "1/s", above=0)  # κ
@@ -67,7 +67,7 @@ class VirtualStructure(Law[_Memory]):
     # catch_up = 0: (2.32) as printed, without feedback while the target stands
     tracker: Lyapunov = field(default_factory=lambda: Lyapunov(catch_up=0.0))
     v_most: float = quantity(0.8, "m/s", above=0)  # 0 <= L_i s_i' <= v_most
-    slack: float = quantity(0.05, "1", above=0)  # of the path: so far behind a robot stops the clock; "waiting"
+    slack: float = quantity(0.05, "1", above=0)  # of the path: a robot that is so far behind stops the clock; "waiting"
     catch_up: float = quantity(1.0, "1", least=1, most=5)  # pace of a clock that is late; "waiting"
     coupling: Literal["corrected", "literal"] = "corrected"  # literal: a_ij = l_ij, as (4.10) prints it
 
@@ -88,12 +88,11 @@ class VirtualStructure(Law[_Memory]):
         return OUTAGE if self.variant == "waiting" else inf
 
     def init(self, setting: Setting, runs: int) -> _Memory:
-        """At the start of the paths. Raises ControllerError where the graph or the gains are not what (4.10) needs."""
+        """Begin at the start of the paths. Raises ControllerError where the graph or the gains do not suit (4.10)."""
         robots = len(setting.robots)
         a = setting.radio.adjacency(robots)
         b = np.full(robots, self.leader)
-        if setting.kind != "team":
-            raise ControllerError(f'{setting.name}: the virtual structure needs a scenario of kind = "team"')
+        check_team(setting)
         if not is_connected(a) and unreached(a, b > 0):
             raise ControllerError(
                 f"{setting.name}: the graph {setting.radio.graph!r} is not connected, and nothing of the leader "
@@ -114,7 +113,7 @@ class VirtualStructure(Law[_Memory]):
         return _Memory(s, zero, zero, zero, zero + 1.0, a, lengths, setting.references.ends.max(axis=-1, keepdims=True))
 
     def _check_gains(self, a: np.ndarray, b: np.ndarray) -> None:
-        """The condition of theorem 4.1, with λ_min."""
+        """Raise ControllerError unless the gains fulfil the condition of theorem 4.1, with λ_min."""
         if self.variant != "virtual" or self.gamma == 0:
             return
         if self.gamma >= 1:
@@ -128,7 +127,7 @@ class VirtualStructure(Law[_Memory]):
             )
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        """(4.10), (4.11), (2.30), (2.32)."""
+        """Move the path parameters by (4.10), (4.11), and track their points by (2.30), (2.32)."""
         heard = seen.heard
         paths, lengths = seen.references.joined, memory.lengths
         s = memory.s
@@ -136,7 +135,7 @@ class VirtualStructure(Law[_Memory]):
             reach = np.where(alone_for(heard, seen.time) > OUTAGE, SEARCH_SHARE_AFTER_OUTAGE, SEARCH_SHARE) * lengths
             s = paths.nearest(seen.x, seen.y, s * lengths, reach) / lengths
         theirs = heard.now("s", by="s_rate")
-        # the leader
+        # The leader
         clock, pace = memory.clock, memory.pace
         leader = seen.references.each_at(np.minimum(clock, memory.end))
         s0, v_leader = leader.s / lengths, leader.v / lengths

@@ -9,7 +9,8 @@ The target is the trajectory's point ``look_ahead`` seconds from now (the thesis
 With the bearing as α the rule base is pure pursuit: both lateral poles are those of s² + (2/T) s + 2/T² for a
 look-ahead of T (damping 0.71, √2/T rad/s), at any speed. That is a local certificate; convergence from afar is
 shown by sampling, not proved. With the path's heading as α the lateral error is unseen: λ is then needed, with
-y_err in the path's frame (the thesis's global y works on paths along +x only; errata A22, A23).
+y_err in the path's frame (the thesis's global y works on paths along +x only; errata A22, A23). Nearer to the target
+than ``deadband`` the bearing is noise, and α is set to 0.
 """
 
 import math
@@ -31,22 +32,22 @@ from robotics.paths.posture import wrapped_compiled
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 
-INPUTS = ("distance", "alpha", "x_err", "heading_err")  # what a tracking rule base may ask for, by name
+INPUTS = ("distance", "alpha", "x_err", "heading_err")  # the names of the inputs that a tracking rule base may have
 
 
 @dataclass(frozen=True, kw_only=True)
 class FuzzyTracking(Law[None]):
-    """A tracking rule base and how it is used."""
+    """Fuzzy tracking: a rule base, and how its target and its inputs are chosen."""
 
     rule_base: str = "tracking"  # a name of robotics/rulebases, or the path of a .fis file
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
-    deadband: float = quantity(0.03, "m", least=0)  # closer than this the bearing is noise: α := 0
-    steering: Literal["bearing", "heading"] = "bearing"  # what α is: to the target point, or to the path's heading
+    deadband: float = quantity(0.03, "m", least=0)  # nearer to the target, α is 0
+    steering: Literal["bearing", "heading"] = "bearing"  # α is the angle to the target point, or to the path's heading
     lateral: Literal["none", "path", "world"] = "none"  # the frame of y_err for λ; "world" is the thesis's
     lateral_rule_base: str = "lateral"
     tracking: CompiledSugeno = field(init=False, repr=False, compare=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
-    inputs: tuple[int, ...] = field(init=False, repr=False)  # which of INPUTS the rule base takes, in its order
+    inputs: tuple[int, ...] = field(init=False, repr=False)  # places in INPUTS of the rule base's inputs
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
@@ -58,21 +59,18 @@ class FuzzyTracking(Law[None]):
             raise ControllerError(f"{self.rule_base}: a tracking rule base has the outputs v and w, in this order")
         object.__setattr__(self, "inputs", tuple(INPUTS.index(v.name) for v in fis.inputs))
         object.__setattr__(self, "tracking", compile_sugeno(fis))
-        turn = load_rule_base(self.lateral_rule_base)
-        if len(turn.inputs) != 1 or len(turn.outputs) != 1:
-            raise ControllerError(f"{self.lateral_rule_base}: λ has one input, y_err, and one output")
-        object.__setattr__(self, "turn", compile_sugeno(turn))
+        object.__setattr__(self, "turn", compiled_curve(self.lateral_rule_base, "λ", "y_err"))
 
     @property
     def idle(self) -> frozenset[str]:
-        """The parameters that have no effect as it is used."""
+        """The parameters that have no effect as the others are set."""
         return frozenset({"lateral_rule_base"} if self.lateral == "none" else ())
 
     def init(self, setting: Setting, runs: int) -> None:
-        """It remembers nothing."""
+        """Remember nothing."""
 
     def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
-        """(2.35), (2.36)."""
+        """Drive towards the point ``look_ahead`` seconds from now by (2.35), (2.36)."""
         v, w = self.toward(seen, seen.references.at(seen.time + self.look_ahead))
         return Command(v, w, v, w), None
 
@@ -83,10 +81,13 @@ class FuzzyTracking(Law[None]):
         x_err: np.ndarray | None = None,
         turn: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """v [m/s] and ω [rad/s], each (runs, robots), towards ``target``, (robots,) or (runs, robots) each field.
+        """Return v [m/s] and ω [rad/s], each (runs, robots), by which a robot drives towards a target.
 
-        ``x_err`` [m] (runs, robots) is how far the robot is behind, if that is not the target's x in its frame (5.9).
-        ``turn`` [rad] (runs, robots) is what else is added to α: η of (6.4).
+        Args:
+            seen: What the robots know.
+            target: Each field (robots,) or (runs, robots).
+            x_err: How far each robot is behind (runs, robots) [m]; by default the target's x in its frame (5.9).
+            turn: Added to α (runs, robots) [rad], such as η of (6.4); none by default.
         """
         if self.lateral != "none":
             y_err = target.y - seen.y
@@ -104,7 +105,7 @@ class FuzzyTracking(Law[None]):
 
 @kernel
 def _known(x, y, heading, to_x, to_y, to_heading, x_err, turn, places, deadband, bearing):  # type: ignore[no-untyped-def]
-    """What the rule base is asked (runs, robots, inputs): of INPUTS those at ``places``; targets may be (1, robots)."""
+    """The rule base's inputs (runs, robots, inputs), those of INPUTS at ``places``; targets may be (1, robots)."""
     known = np.empty((*x.shape, len(places)))
     inputs = np.empty(4)
     for n in range(x.shape[0]):
@@ -132,16 +133,27 @@ def _known(x, y, heading, to_x, to_y, to_heading, x_err, turn, places, deadband,
 
 
 def rule_base_names() -> list[str]:
-    """The rule bases that come with the package."""
+    """The names of the rule bases that come with the package."""
     folder = resources.files("robotics") / "rulebases"
     return sorted(f.name.removesuffix(".fis") for f in folder.iterdir() if f.name.endswith(".fis"))
 
 
 def load_rule_base(name: str) -> Sugeno:
-    """The rule base of that name, or in that ``.fis`` file. Raises ControllerError or FisFileError."""
+    """Read the package's rule base of that name, or a ``.fis`` file. Raises ControllerError or FisFileError."""
     if name in rule_base_names():
         file = resources.files("robotics") / "rulebases" / f"{name}.fis"
         return parse_fis(file.read_text(encoding="utf-8"), f"{name}.fis")
     if Path(name).suffix != ".fis":
         raise ControllerError(expected(name, rule_base_names(), "rule base") + "; or the path of a .fis file")
     return read_fis(name)
+
+
+def compiled_curve(name: str, symbol: str, argument: str) -> CompiledSugeno:
+    """Compile the rule base of that name, which must be a curve: one input, the ``argument``, and one output.
+
+    ``symbol`` is what messages call the curve. Raises ControllerError or FisFileError.
+    """
+    fis = load_rule_base(name)
+    if len(fis.inputs) != 1 or len(fis.outputs) != 1:
+        raise ControllerError(f"{name}: {symbol} has one input, {argument}, and one output")
+    return compile_sugeno(fis)

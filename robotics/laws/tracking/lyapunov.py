@@ -26,7 +26,7 @@ from robotics.quantity import check_quantities, quantity
 
 @dataclass(frozen=True, kw_only=True)
 class Lyapunov(Law[None]):
-    """Gains and form of the law. Default: the tuned gains in the form (2.32), lateral feedback kept at standstill."""
+    """Gains and form of the Lyapunov law. Default: the tuned gains, (2.32), lateral feedback kept at standstill."""
 
     kx: float = quantity(1.0, "1/s", above=0)
     ky: float = quantity(10.0, "1/m²", above=0)
@@ -42,10 +42,10 @@ class Lyapunov(Law[None]):
         check_quantities(self, ControllerError)
 
     def init(self, setting: Setting, runs: int) -> None:
-        """It remembers nothing."""
+        """Remember nothing."""
 
     def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
-        """(2.30) with (2.31) or (2.32)."""
+        """Command (2.30) with (2.31) or (2.32)."""
         target = seen.reference
         e = posture_error(seen.x, seen.y, seen.heading, target)
         sign = 1.0 if self.signs == "corrected" else -1.0

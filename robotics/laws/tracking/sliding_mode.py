@@ -1,6 +1,6 @@
 """Sliding-mode velocity tracking, thesis 2.1.2: conventional, two second-order modes, exponential.
 
-An outer loop (Kanayama's, :mod:`robotics.laws.tracking.lyapunov`) makes the desired velocities u_d = (v_d, ω_d).
+An outer loop (Kanayama's, :mod:`robotics.laws.tracking.lyapunov`) gives the desired velocities u_d = (v_d, ω_d).
 
     e = u_d − u                         (2.13)
     S = e + λ ∫ e dt                    (2.14)
@@ -20,6 +20,9 @@ disturbance's rate. At equal K the exponential law never pushes less than the co
 Realisations: ``torque``, the inverse dynamics (2.19) with the nominal mass and inertia and d = 0; ``velocity``, the
 thesis's architecture, where the velocity command is the integral of the same acceleration and the wheel loops
 follow it.
+
+Chosen here: ∫ e dt stops while the demand is beyond the wheels (anti-windup), and a velocity command leads the speed by
+``lead`` at most. ``discretisation`` says how the second-order laws run in steps: "integrated" as S'', or as printed.
 """
 
 from dataclasses import dataclass, field
@@ -38,34 +41,41 @@ Array = np.ndarray
 
 
 class ReachingLaw(Protocol):
-    """How S is driven to 0."""
+    """A law that drives the surface S to 0."""
 
     def push(self, s: Array, s_dot: Array, push: Array, dt: float) -> Array:
-        """The acceleration added to the equivalent control, from S, S' and the push of the period before."""
+        """Return the acceleration [m/s², rad/s²] that is added to the equivalent control; all are (2, runs, robots).
+
+        Args:
+            s: S [m/s, rad/s].
+            s_dot: S' [m/s², rad/s²].
+            push: The result of the period before.
+            dt: The control period [s].
+        """
         ...
 
 
 @dataclass(frozen=True, kw_only=True)
 class Conventional:
-    """(2.16)."""
+    """The conventional reaching law (2.16)."""
 
     k: float
 
     def push(self, s: Array, s_dot: Array, push: Array, dt: float) -> Array:
-        """K sign S."""
+        """Return K sign S."""
         return self.k * np.sign(s)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Exponential:
-    """(2.22)-(2.23)."""
+    """The exponential reaching law (2.22), (2.23)."""
 
     k: float
     mu0: float
     alpha: float
 
     def push(self, s: Array, s_dot: Array, push: Array, dt: float) -> Array:
-        """K / Q(S) sign S."""
+        """Return K / Q(S) sign S."""
         return self.k / attraction(s, self.mu0, self.alpha) * np.sign(s)
 
 
@@ -79,31 +89,31 @@ Discretisation = Literal["integrated", "algebraic", "memory"]
 
 @dataclass(frozen=True, kw_only=True)
 class ArbitrarySecondOrder:
-    """(2.20)."""
+    """The arbitrary second-order reaching law (2.20)."""
 
     k: float
     discretisation: Discretisation
 
     def push(self, s: Array, s_dot: Array, push: Array, dt: float) -> Array:
-        """Integrated: ∫ K sign(S' + |S|^½ sign S) dt. The others read (2.20) as printed, with S' on the left."""
+        """Return ∫ K sign(S' + |S|^½ sign S) dt if integrated; else (2.20) as printed, with S' on the left."""
         root = np.sqrt(np.abs(s))
         if self.discretisation == "integrated":
             return push + dt * self.k * np.sign(s_dot + root * np.sign(s))
         if self.discretisation == "memory":
             return self.k * np.sign(s_dot + root * np.sign(s))
-        # As printed it is an equation for S', whose solution is S' = −min(K, |S|^½) sign S.
+        # As printed, (2.20) is an equation for S' with the solution S' = −min(K, |S|^½) sign S.
         return np.minimum(self.k, root) * np.sign(s)
 
 
 @dataclass(frozen=True, kw_only=True)
 class QuasiContinuous:
-    """(2.21)."""
+    """The quasi-continuous second-order reaching law (2.21)."""
 
     k: float
     discretisation: Discretisation
 
     def push(self, s: Array, s_dot: Array, push: Array, dt: float) -> Array:
-        """Integrated: ∫ K (S' + |S|^½ sign S)/(|S'| + |S|^½) dt. The others read (2.21) as printed."""
+        """Return ∫ K (S' + |S|^½ sign S)/(|S'| + |S|^½) dt if integrated; else (2.21) as printed."""
         root = np.sqrt(np.abs(s))
         if self.discretisation == "algebraic":
             # S' = −w sign S with w² + (|S|^½ + K) w = K |S|^½
@@ -115,20 +125,20 @@ class QuasiContinuous:
 
 
 class _Memory(NamedTuple):
-    """Each (2, runs, robots), for v and for ω; None before the first period."""
+    """Each array is (2, runs, robots), for v and for ω; None before the first period."""
 
     integral: Array  # ∫ e dt
     s: Array | None  # S
-    push: Array
+    push: Array  # of the reaching law
     desired: Array | None  # u_d
     command: Array | None  # the velocity command
     dynamics: InverseDynamics  # nominal, with d = 0
-    limits: Array  # of the velocities
+    limits: Array  # (4, robots): of the velocities
 
 
 @dataclass(frozen=True, kw_only=True)
 class SlidingMode(Law[_Memory]):
-    """One law for all four modes: the surface, its realisation, and the reaching law of ``mode``.
+    """Sliding-mode control, one law for all four modes: the surface, its realisation, and the reaching law.
 
     Default gains are the thesis's (2.1.3.2): K = 1 (csm), 0.8 (assm, qssm), 0.2 (esm); λ = 10; μ0 = 0.1, α = 3.
     """
@@ -169,7 +179,7 @@ class SlidingMode(Law[_Memory]):
         return frozenset(gains | ({"lead"} if self.realisation == "torque" else set()))
 
     def init(self, setting: Setting, runs: int) -> _Memory:
-        """Integrals at 0, and the nominal dynamics of every robot."""
+        """Begin with the integrals at 0 and the nominal dynamics of every robot."""
         zero = np.zeros((2, runs, len(setting.robots)))
         return _Memory(
             integral=zero,
@@ -182,13 +192,13 @@ class SlidingMode(Law[_Memory]):
         )
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        """(2.13)-(2.19) with the mode's reaching law."""
+        """Command (2.13)-(2.19) with the mode's reaching law."""
         wish, _ = self.outer.control(seen, None, dt)
         desired = np.stack(saturate(memory.limits, wish.v, wish.w))
         u = np.stack([seen.v, seen.w])
         e = desired - u  # (2.13)
         # Anti-windup (a choice; the thesis has none): no integration while the demand is beyond what the wheels can
-        # do, as it is far from the path. Without it the integral of the missing speed is paid back for many seconds.
+        # do, as it is far from the path. Otherwise the integral of the missing speed takes many seconds to decay.
         feasible = (desired[0] == wish.v) & (desired[1] == wish.w)
         integral = memory.integral + dt * np.where(feasible, e, 0.0)
         s = e + self.lam * integral  # (2.14)

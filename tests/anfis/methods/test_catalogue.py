@@ -14,8 +14,8 @@ from anfis import METHODS, Options, TrainingError
 from anfis.commands.application import main
 from anfis.designer.panel import methods
 from anfis.designer.task import Columns, TaskError, learn, task_of
-from anfis.methods.catalogue import Listed, make_method
-from anfis.methods.method import Problem
+from anfis.methods.catalogue import Listed
+from anfis.methods.method import Problem, make_method
 from fuzzy.files.fisfile import format_fis
 from tests.anfis.training_problem import FIS, TRAINED, X, Y
 
