@@ -35,6 +35,7 @@ def test_the_readme_has_what_a_newcomer_needs():
     kinds = [kind for kind, _ in SNIPPETS]
     assert kinds.count("python") == 5
     assert kinds.count("sh") == 7
+    assert kinds.count("toml") == 1
 
 
 def test_snippets_run_in_order(folder):
@@ -43,7 +44,7 @@ def test_snippets_run_in_order(folder):
     for kind, text in SNIPPETS:
         if kind == "python":
             output += _run([sys.executable, "-c", text], folder)
-        elif "make " not in text:
+        elif kind == "sh" and "make " not in text:
             output += _run(["sh", "-e", "-c", text], folder)
     for name in (
         "surface.png",
@@ -68,6 +69,19 @@ def test_snippets_run_in_order(folder):
     ahead, left = 0.9801986733067553, (2 * (0.1 / 1.5) ** 2) ** 2
     expected = (ahead * 0.6 + (1 - ahead) * 0.1) / (ahead + 1 - ahead + 0.5 * left)
     assert float(go([1.0, 0.1])[0]) == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_sensors_of_the_readme_are_what_a_scenario_takes():
+    from robotics.scenario.reading import parse_scenario
+
+    ((_, text),) = (snippet for snippet in SNIPPETS if snippet[0] == "toml")
+    path = 'path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }\ntiming = { speed = 0.2 }\n'
+    robot = f"[[robots]]\nstart = [0.0, 0.0, 0.0]\n{path}"
+    scenario = parse_scenario(text.replace("[[robots]]\n", f"{robot}{robot}"), "readme")
+    all_robots, this_robot = scenario.setting.sensors
+    assert [s.noise for s in all_robots.values()] == [0.03] * 4 + [0.0]
+    assert all_robots["rear"].failure_start == 20.0
+    assert {name: s.range for name, s in this_robot.items()} == {"nose": 3.0}
 
 
 def test_make_targets_named_in_the_readme_exist():
