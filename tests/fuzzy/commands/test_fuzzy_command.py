@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import fuzzy.commands.application
+import fuzzy.commands.show
 from fuzzy.commands.application import main
 from fuzzy.files.fisfile import read_fis, write_fis
 from fuzzy.files.table import table_text
@@ -283,7 +283,7 @@ def test_a_bug_is_no_expected_error(fis, monkeypatch) -> None:
     def broken(_: Path) -> Sugeno:
         raise ValueError("a bug")
 
-    monkeypatch.setattr(fuzzy.commands.application, "_read", broken)
+    monkeypatch.setattr(fuzzy.commands.show, "read_system", broken)
     with pytest.raises(ValueError, match="a bug"):
         main(["show", fis])
 
@@ -292,7 +292,7 @@ def test_an_interrupt_exits_130(fis, monkeypatch) -> None:
     def interrupted(_: Path) -> Sugeno:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(fuzzy.commands.application, "_read", interrupted)
+    monkeypatch.setattr(fuzzy.commands.show, "read_system", interrupted)
     assert main(["show", fis]) == 130
 
 

@@ -1,0 +1,28 @@
+"""The command ``fuzzy explain``: why a system answers what it answers."""
+
+from typing import Annotated
+
+import typer
+
+from fuzzy.commands.shared import FisFile, Json, read_system, usage, values_of
+from fuzzy.shell.terminal import print_json
+
+
+def explain(
+    file: FisFile,
+    values: Annotated[list[str], typer.Argument(metavar="INPUT=VALUE...", help="Every input's value.")],
+    json: Json = False,
+) -> None:
+    """Explain why the system answers what it answers at one point.
+
+    Example: fuzzy explain tipper.fis service=3 food=8
+    """
+    from fuzzy.insight.explanation import explain as explain_point
+
+    fis = read_system(file)
+    given = values_of(fis, values)
+    missing = [v.name for v in fis.inputs if v.name not in given]
+    if missing:
+        usage(f"no value for {', '.join(missing)}; write {' '.join(f'{name}=...' for name in missing)}")
+    explanation = explain_point(fis, [given[v.name] for v in fis.inputs])
+    print_json(explanation.as_dict()) if json else print(explanation)

@@ -1,0 +1,141 @@
+"""The command ``fuzzy identify``: a system from a table of samples."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from fuzzy.commands.samples import (
+    Inputs,
+    Order,
+    Outputs,
+    Plot,
+    Ridge,
+    Table,
+    check_search_picture,
+    draw_search,
+    sample_table,
+    searched,
+    setting_of,
+)
+from fuzzy.commands.shared import Json, usage
+from fuzzy.shell.terminal import print_json
+
+
+class Method(StrEnum):
+    """How the antecedents are found."""
+
+    grid = "grid"
+    subtractive = "subtractive"
+    fcm = "fcm"
+
+
+def identify(
+    file: Table,
+    inputs: Inputs = None,
+    outputs: Outputs = None,
+    method: Annotated[Method, typer.Option(help="How the antecedents are found.")] = Method.subtractive,
+    output_file: Annotated[
+        Path | None,
+        typer.Option("-o", "--output-file", metavar="OUT.fis", help="By default DATA's name with .fis, here."),
+    ] = None,
+    rules: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Search the settings for N rules (subtractive).")
+    ] = None,
+    radius: Annotated[
+        float | None, typer.Option(help="Radius of a cluster, a share of the range (subtractive). [default: 0.5]")
+    ] = None,
+    squash: Annotated[float | None, typer.Option(help="Squash factor (subtractive). [default: 1.25]")] = None,
+    accept: Annotated[float | None, typer.Option(help="Accept ratio (subtractive). [default: 0.5]")] = None,
+    reject: Annotated[float | None, typer.Option(help="Reject ratio (subtractive). [default: 0.15]")] = None,
+    mfs: Annotated[
+        str | None, typer.Option(metavar="N[,N...]", help="Terms an input, or of each (grid). [default: 2]")
+    ] = None,
+    kind: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Membership functions, MATLAB's name (grid). [default: gbellmf]")
+    ] = None,
+    clusters: Annotated[
+        int | None, typer.Option(min=1, help="Number of clusters (fcm). [default: as subtractive finds]")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the random start (fcm). [default: 0]")] = None,
+    order: Order = 1,
+    ridge: Ridge = 0.0,
+    fit: Annotated[bool, typer.Option("--fit/--no-fit", help="Fit the consequents, or leave them 0.")] = True,
+    plot: Plot = None,
+    json: Json = False,
+) -> None:
+    """Make a system from samples: antecedents by a grid or by clusters, consequents by least squares.
+
+    With --rules the settings of subtractive clustering are searched for the best system with that number of rules,
+    as `fuzzy search` does. A header "speed [m/s]" names the column speed.
+
+    Example: fuzzy identify samples.csv --inputs x,y --outputs v --method subtractive --radius 0.5 -o net.fis
+    """
+    import numpy as np
+
+    from fuzzy.files.fisfile import write_fis
+    from fuzzy.fitting.clustering import Options
+    from fuzzy.fitting.identification import identify as identified
+
+    cluster = {"squash": squash, "accept": accept, "reject": reject}
+    settings: dict[str, Any] = {"radius": radius, "mfs": mfs, "kind": kind, "clusters": clusters, "seed": seed}
+    _only(method, Method.grid, {"mfs": mfs, "kind": kind})
+    _only(method, Method.fcm, {"clusters": clusters, "seed": seed})
+    _only(method, Method.subtractive, {"radius": radius, **cluster, "rules": rules, "plot": plot})
+    if rules is not None and any(value is not None for value in (radius, *cluster.values())):
+        usage("--rules searches radius, squash, accept and reject: leave them out")
+    if plot is not None and rules is None:
+        usage("--plot draws the search: it goes with --rules")
+    if rules is not None and not fit:
+        usage("--rules compares fitted systems: leave --no-fit out")
+    check_search_picture(plot)
+    target = Path(f"{file.stem}.fis") if output_file is None else output_file
+    samples = sample_table(file, inputs, outputs)
+    if mfs is not None:
+        counts = [_whole(text) for text in mfs.split(",")]
+        settings["mfs"] = counts[0] if len(counts) == 1 else counts
+    if any(value is not None for value in cluster.values()):
+        settings["options"] = Options(**{name: value for name, value in cluster.items() if value is not None})
+    found = None
+    if rules is not None:
+        found = searched(samples, rules, order, ridge)
+        settings.update(radius=found.best.radius, options=found.best.options)
+        draw_search(found, plot)
+    fis = identified(
+        samples.x,
+        samples.y,
+        method.value,
+        name=target.stem,
+        order=order,  # type: ignore[arg-type]
+        fit=fit,
+        ridge=ridge,
+        **samples.names,
+        **{name: value for name, value in settings.items() if value is not None},
+    )
+    write_fis(fis, target)
+    rmse = np.sqrt(np.mean((fis(samples.x) - samples.y) ** 2, axis=0))
+    if json:
+        errors = {v.name: float(error) for v, error in zip(fis.outputs, rmse, strict=True)}
+        setting = {} if found is None else {"setting": setting_of(found.best)}
+        print_json({"file": str(target), "rules": len(fis.rules), "rmse": errors, **setting})
+        return
+    if found is not None:
+        print(", ".join(f"{name} {value:g}" for name, value in setting_of(found.best).items()))
+    errors_text = ", ".join(
+        f"{v.name} {error:.4g} {v.unit}".rstrip() for v, error in zip(fis.outputs, rmse, strict=True)
+    )
+    print(f"{target}: {len(fis.rules)} rules, RMSE of the samples: {errors_text}")
+
+
+def _only(method: Method, where: Method, values: dict[str, Any]) -> None:
+    given = [f"--{name}" for name, value in values.items() if value is not None]
+    if given and method is not where:
+        usage(f"{', '.join(given)} goes with --method {where.value}, not {method.value}")
+
+
+def _whole(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        usage(f"expected a whole number, got {text!r}")

@@ -1,0 +1,16 @@
+"""The command ``fuzzy rules``: the rules as sentences."""
+
+from fuzzy.commands.shared import FisFile, Json, read_system
+from fuzzy.shell.terminal import print_json
+
+
+def rules(file: FisFile, json: Json = False) -> None:
+    """Print the rules as sentences, one on each line.
+
+    Example: fuzzy rules tipper.fis
+    """
+    sentences = [str(rule) for rule in read_system(file).rules]
+    if json:
+        print_json({"rules": sentences})
+    else:
+        print("".join(sentence + "\n" for sentence in sentences), end="")

@@ -1,0 +1,65 @@
+"""What several commands share: arguments and options, reading a system, and values given as INPUT=VALUE."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import typer
+
+if TYPE_CHECKING:
+    from fuzzy.system import Sugeno
+
+FisFile = Annotated[Path, typer.Argument(metavar="FILE", help="A Sugeno system, a .fis file.", show_default=False)]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
+Picture = Annotated[
+    Path | None,
+    typer.Option("-o", "--output-file", metavar="PICTURE", help="The picture to write: .png, .pdf or .svg."),
+]
+At = Annotated[
+    list[str] | None,
+    typer.Option("--at", metavar="INPUT=VALUE", help="An input's value; repeat it. The others are at midrange."),
+]
+
+
+def read_system(path: Path) -> "Sugeno":
+    """Read the system in a .fis file. Raises FisFileError."""
+    from fuzzy.files.fisfile import read_fis
+
+    return read_fis(path)
+
+
+def usage(message: str) -> NoReturn:
+    """Refuse how the command was called, with this sentence."""
+    raise typer.BadParameter(message)
+
+
+def values_of(fis: "Sugeno", texts: Sequence[str]) -> dict[str, float]:
+    """Parse INPUT=VALUE texts into finite numbers by the input's name."""
+    from fuzzy.naming import expected
+
+    values: dict[str, float] = {}
+    for text in texts:
+        # From the right: a name may hold an equals sign, a number cannot.
+        name, sign, number = text.rpartition("=")
+        if not sign:
+            usage(f"expected INPUT=VALUE, got {text!r}")
+        if name not in [v.name for v in fis.inputs]:
+            usage(expected(name, [v.name for v in fis.inputs], "input"))
+        if name in values:
+            usage(f"two values for the input {name!r}")
+        try:
+            values[name] = float(number)
+        except ValueError:
+            usage(f"the value of {name!r} must be a number, got {number!r}")
+        if values[name] - values[name] != 0:
+            usage(f"the value of {name!r} must be finite, got {number!r}")
+    return values
+
+
+def picture_path(path: Path | None, file: Path, kind: str) -> Path:
+    """The picture to write, refused before anything is drawn if its suffix is unknown."""
+    from fuzzy.figures.drawing import check_picture
+
+    path = Path(f"{file.stem}-{kind}.png") if path is None else path
+    check_picture(path)
+    return path
