@@ -292,10 +292,8 @@ def law_title(controller: str) -> str:
 
 
 def kept_distance(controller: str) -> float | None:
-    """The distance [m] between centers that a law keeps, d_min (6.1) or its plan's clearance; None if it keeps none."""
+    """The distance [m] between centers that a law keeps, by its specification; None if it keeps none, or is unknown."""
     try:
-        law = make_controller(controller)
-    except ControllerError:  # a run from a file or of a controller without a preset
+        return make_controller(controller).kept_distance
+    except ControllerError:  # of a run from a file, or of a law without a preset
         return None
-    found = getattr(law, "d_min", getattr(law, "clearance", None))
-    return None if found is None else float(found)

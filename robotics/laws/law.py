@@ -6,6 +6,7 @@ Arrays carry (runs, robots) in front, and a law is written for all of them at on
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from difflib import get_close_matches
 from math import inf
 from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
@@ -63,6 +64,13 @@ class Law(ABC, Generic[Memory]):
     those of the defaults below that do not fit.
     """
 
+    def __init_subclass__(cls) -> None:
+        """Refuse a misspelt name of this class, which would be silence: the default would act."""
+        own = {name for name in vars(Law) if not name.startswith("_")}
+        for name in {*vars(cls), *vars(cls).get("__annotations__", {})} - own:
+            if not name.startswith("_") and (close := get_close_matches(name, own, n=1, cutoff=0.85)):
+                raise TypeError(f"{cls.__name__}.{name} is no part of a law; is {close[0]} meant?")
+
     message: ClassVar[tuple[str, ...]] = ()  # the names of the values that each robot broadcasts
     needs: ClassVar[tuple[str, ...]] = ()  # the names of the range sensors that each robot must carry
 
@@ -75,6 +83,11 @@ class Law(ABC, Generic[Memory]):
     def watchdog(self) -> float:
         """The time [s] without a new command after which a robot stops by itself."""
         return inf
+
+    @property
+    def kept_distance(self) -> float | None:
+        """The distance [m] between the centers of two robots that it keeps; None: it keeps none."""
+        return None
 
     @property
     def idle(self) -> frozenset[str]:

@@ -68,6 +68,11 @@ class CrashAvoidance(Law[Any]):
         object.__setattr__(self, "cooperation", below)
         object.__setattr__(self, "turn", compiled_curve(self.eta_rule_base, "η", "the distance"))
 
+    @property
+    def kept_distance(self) -> float:
+        """d_min of (6.1) [m]."""
+        return self.d_min
+
     def init(self, setting: Setting, runs: int) -> Any:
         """Return the memory of the cooperation. Raises ControllerError where the graph is not connected."""
         return self.cooperation.init(setting, runs)

@@ -114,6 +114,11 @@ class RightOfWay(Law[_Memory]):
         """After how long [s] without a new command a robot stops."""
         return OUTAGE
 
+    @property
+    def kept_distance(self) -> float:
+        """The clearance of its plan [m]."""
+        return self.clearance
+
     def init(self, setting: Setting, runs: int) -> _Memory:
         """Make the plans. Raises ControllerError where the graph is not connected, or a scenario has no safe plan.
 

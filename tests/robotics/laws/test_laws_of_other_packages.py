@@ -12,6 +12,7 @@ import pytest
 from fuzzy.errors import InputError
 from robotics.laws import catalogue
 from robotics.laws.catalogue import CATALOGUE, make_controller, presets, unusable_laws
+from robotics.laws.law import Law
 
 PROJECT = """
 [build-system]
@@ -169,6 +170,12 @@ def test_one_that_cannot_be_loaded_is_said_and_harms_nobody(told):
     assert code == 0
     assert "Carrot: a point 0.3 m ahead" in out
     assert "the law 'broken' of the package carrot-on-a-stick cannot be loaded" in err
+
+
+@pytest.mark.parametrize("name", ["watchdgo", "mesage", "kept_distances"])
+def test_a_misspelt_part_of_a_law_is_no_silence(name):
+    with pytest.raises(TypeError, match=f"Bad.{name} is no part of a law; is .* meant"):
+        type("Bad", (Law,), {name: ()})
 
 
 @pytest.mark.parametrize(
