@@ -171,14 +171,17 @@ def placed(shape: np.ndarray, x: np.ndarray, y: np.ndarray, heading: np.ndarray)
     """A shape turned and moved to every pose (n, points, 2).
 
     Args:
-        shape: The shape (points, 2).
+        shape: The shape (points, 2), or one for every pose (n, points, 2).
         x: The places (n,), in the unit of the shape.
         y: Likewise.
         heading: The headings (n,) [rad].
     """
     cos, sin = np.cos(heading), np.sin(heading)
     turn = np.stack([np.stack([cos, -sin], axis=-1), np.stack([sin, cos], axis=-1)], axis=-2)
-    return np.asarray(np.einsum("rij,pj->rpi", turn, shape) + np.stack([x, y], axis=-1)[:, None])
+    return np.asarray(
+        np.einsum("rij,rpj->rpi", turn, np.broadcast_to(shape, (len(x), *np.shape(shape)[-2:])))
+        + np.stack([x, y], axis=-1)[:, None]
+    )
 
 
 def page_title(run: Run, order: Sequence[int]) -> str:

@@ -65,13 +65,12 @@ def player_data(
         channels["progress"] = _packed(film.progress)
     paths = _thinned(film)
     channels |= {"path_x": _packed(paths[:, 0]), "path_y": _packed(paths[:, 1])}
-    machine = max(run.about.robots, key=lambda robot: robot.length)
     return {
         "format": 1,
         "title": film.title,
         "seed": film.seed,
         "robots": robots,
-        "size": [machine.length, machine.width],  # m; all are drawn like the longest
+        "sizes": [[robot.length, robot.width] for robot in run.about.robots],  # m
         "time": _coded(film.time.astype("<f4")),
         "channels": channels,
         "bounds": [round(value, 4) for value in film.bounds],

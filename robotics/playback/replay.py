@@ -16,6 +16,7 @@ from robotics.sensing.sonar import RangeSensor
 from robotics.simulation.mode_changes import ModeChange, mode_changes_in
 from robotics.simulation.run import Run
 from robotics.simulation.spans import FaultSpan, ReplayError, _after, fault_spans, seed_place
+from robotics.vehicle.robot import Robot
 
 _MOST_STALE = 40_000  # spans of stale messages kept: the longest
 
@@ -72,6 +73,7 @@ class Replay:
     obstacles: Geometry | None = field(default=None, repr=False)  # its first axis: the frames, or 1 if all rest
     ranges: np.ndarray | None = field(default=None, repr=False)  # (robots, sensors, frames) m; inf: nothing
     sensors: tuple[Mapping[str, RangeSensor], ...] = field(default=(), repr=False)  # what each robot carries, by name
+    robots: tuple[Robot, ...] = field(default=(), repr=False)  # those that ran
     modes: np.ndarray | None = field(default=None, repr=False)  # codes of robotics.laws.modes.MODES
     handovers: tuple[ModeChange, ...] = field(default=(), repr=False)  # changes of mode, in the order of time
 
@@ -196,6 +198,7 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
         obstacles,
         ranges,
         run.about.sensors,
+        run.about.robots,
         modes,
         handovers,
     )

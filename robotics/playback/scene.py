@@ -1,7 +1,6 @@
 """The moving picture of a run, frame by frame: the scene from above, and below it a chart with a moving cursor."""
 
 from dataclasses import dataclass
-from math import hypot
 from typing import Any
 
 import numpy as np
@@ -32,7 +31,6 @@ from robotics.laws.modes import MODES, STOPPED
 from robotics.measures.standing import stands_still
 from robotics.playback.replay import Replay
 from robotics.simulation.spans import KINDS
-from robotics.vehicle.robot import Robot
 
 _MANY_LINKS = 400  # of more links only the stale ones are drawn
 _STANDS = 0.005, 0.05  # m/s and rad/s: a robot that is slower is drawn hollow
@@ -47,7 +45,7 @@ class Scene:
     figure: Figure
     film: Replay
     enlarged: float  # how many times their size the robots are drawn
-    size: tuple[float, float]  # m, as drawn
+    sizes: np.ndarray  # (robots, 2) m: their lengths and widths, as drawn
     bodies: PolyCollection
     marks: PolyCollection  # which way they head
     hatched: dict[str, PolyCollection]  # by kind of fault
@@ -132,10 +130,10 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     ax.set(xlabel="x [m]", ylabel="y [m]")
     chart = figure.add_axes((_LEFT / DOUBLE, _GAP / height, wide / DOUBLE, _CHART / height))
     robots, few = len(film.x), len(film.x) <= FEW
-    machine = Robot()
+    sizes = np.array([(robot.length, robot.width) for robot in film.robots])
     least = 0.16 if few else 0.09 if robots <= 60 else 0.07  # inches
     # Among obstacles a robot that is drawn too large would seem to touch them.
-    enlarged = 1.0 if film.obstacles is not None else max(1.0, least / (machine.length * scale))
+    enlarged = 1.0 if film.obstacles is not None else max(1.0, least / (sizes[:, 0].min() * scale))
     colors = [COLORS[i % len(COLORS)] for i in range(robots)]
     for nodes in film.paths:
         quiet = TARGET if few else TARGET | {"linewidth": 0.5, "alpha": 0.5}
@@ -168,12 +166,11 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     labels = [ax.text(0, 0, "", **style, clip_on=True) for _ in range(robots)]
     clock = figure.text(1 - _RIGHT / DOUBLE, 1 - 0.2 / height, "", ha="right", fontsize=9, fontfamily="monospace")
     cursor = chart.axvline(film.time[0], color="black", linewidth=1.0)
-    size = (machine.length * enlarged, machine.width * enlarged)
     return Scene(
         figure,
         film,
         enlarged,
-        size,
+        sizes * enlarged,
         bodies,
         marks,
         hatched,
@@ -200,9 +197,8 @@ def show_frame(scene: Scene, time: float) -> None:
     still = stands_still(now.v, _STANDS[0]) & stands_still(now.w, _STANDS[1])
     hollow = still | stopped | np.array([bool(kind) for kind in kinds])
     colors = np.array([COLORS[i % len(COLORS)] for i in range(len(x))])
-    long, across = scene.size
-    body = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * (long, across)
-    arrow = np.array([[0.44, 0.0], [-0.3, 0.24], [-0.3, -0.24]]) * (long, across)
+    body = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * scene.sizes[:, None]
+    arrow = np.array([[0.44, 0.0], [-0.3, 0.24], [-0.3, -0.24]]) * scene.sizes[:, None]
     outlines, arrows = placed(body, x, y, heading), placed(arrow, x, y, heading)
     scene.bodies.set_verts(list(outlines))
     scene.bodies.set_facecolor(list(np.where(hollow, "white", colors)))
@@ -225,12 +221,12 @@ def show_frame(scene: Scene, time: float) -> None:
     doing = [film.mode_at(i, time) for i in range(len(x))]
     _show_modes(scene, doing, places)
     scene.stops.set_data(x[stopped], y[stopped])
-    shift = hypot(long, across) / 2
+    shifts = 0.4 * np.hypot(*scene.sizes.T)
     for i, (label, kind) in enumerate(zip(scene.labels, kinds, strict=True)):
         about = MODES[doing[i]] if 0 < doing[i] < STOPPED and (few or doing[i] > 3) else ""
         trouble = "stopped" if stopped[i] else WORDS.get(kind, about)
         label.set_text(f"{i + 1}: {trouble}" if trouble else f"{i + 1}" if few else "")
-        label.set_position((x[i] + 0.8 * shift, y[i] + 0.8 * shift))
+        label.set_position((x[i] + shifts[i], y[i] + shifts[i]))
     scene.clock.set_text(f"t = {time:6.2f} s")
     scene.cursor.set_xdata([time, time])
 
@@ -238,9 +234,9 @@ def show_frame(scene: Scene, time: float) -> None:
 def _show_modes(scene: Scene, doing: list[int], places: np.ndarray) -> None:
     """A ring around every robot that does something else than track; the label says what."""
     busy = [i for i, code in enumerate(doing) if 0 < code < STOPPED]
-    angle, radius = np.linspace(0, 2 * np.pi, 33), 0.62 * hypot(*scene.size)
-    circle = radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    scene.rings.set_segments([places[i] + circle for i in busy])
+    angle, radii = np.linspace(0, 2 * np.pi, 33), 0.62 * np.hypot(*scene.sizes.T)
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    scene.rings.set_segments([places[i] + radii[i] * circle for i in busy])
     if busy:
         scene.rings.set_color([MODE_COLORS[doing[i] & 3] for i in busy])
         scene.rings.set_linestyle([MODE_LINES[doing[i] & 3] for i in busy])

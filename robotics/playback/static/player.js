@@ -319,7 +319,7 @@ function mount(model, el, time) {
       mx = frame.left + across / 2,
       my = frame.top + down / 2;
     // Among obstacles a robot that is drawn too large would seem to touch them.
-    const grown = data.obstacles ? 1 : Math.max(1, (few ? 18 : count > 60 ? 8 : 11) / (data.size[0] * scale));
+    const grown = data.obstacles ? 1 : Math.max(1, (few ? 18 : count > 60 ? 8 : 11) / (data.shortest * scale));
     view = { size, scale, grown, frame, x: (v) => mx + scale * (v - cx), y: (v) => my - scale * (v - cy) };
     still = make("canvas");
     still.width = scene.width;
@@ -591,8 +591,7 @@ function mount(model, el, time) {
   }
 
   function drawRobot(pen, i, [px, py], t, place, marked) {
-    const long = data.size[0] * view.scale * view.grown,
-      across = data.size[1] * view.scale * view.grown;
+    const [long, across] = data.sizes[i].map((metres) => metres * view.scale * view.grown);
     const kind = data.fault(i, t),
       stopped = data.stopped(i, t),
       color = theme.color(i);

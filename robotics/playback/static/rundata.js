@@ -86,6 +86,7 @@ export function unpack(run) {
     sonar,
     obstacles,
     body,
+    shortest: Math.min(...run.sizes.map(([length]) => length)),
   };
 }
 

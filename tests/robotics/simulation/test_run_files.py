@@ -110,7 +110,9 @@ def test_a_recorded_channel_more_is_one_declaration(monkeypatch, tmp_path):
 def test_figures_of_a_run_with_other_sensors_show_their_true_mounting(mixed):
     from robotics.playback.player import player_data
 
-    sonar = player_data(mixed)["sonar"]
+    data = player_data(mixed)
+    assert data["sizes"] == [[0.23, 0.20], [0.5, 0.45], [0.23, 0.20]]
+    sonar = data["sonar"]
     first, second = sonar["sensors"][0], sonar["sensors"][1]
     assert len(first) == len(second) == 5
     assert first[4] is None
