@@ -32,10 +32,17 @@ class SimulationError(InputError):
 
 
 def drive(setting: Setting, law: Law[Any], seeds: Sequence[int], faults: Faults | None = None) -> Iterator[State]:
-    """The periods of ``law`` in ``setting``, a run for every seed; each as it is before its robots move.
+    """Drive robots period by period; yield the state of each period before its robots move.
 
     A robot whose command is not finite, or that is farther than ``setting.divergence`` from its target, is stopped.
-    ``faults`` are those of the setting, if not given. Raises SimulationError, and what the law raises.
+
+    Args:
+        setting: A compiled scenario, or an ensemble.
+        law: The law that drives all robots.
+        seeds: The seeds, one for each run.
+        faults: The faults of every run; by default those of the setting.
+
+    Raises SimulationError, and what the law raises.
     """
     simulation = Simulation.opened(setting, law, seeds, faults)
     state = simulation.start()
@@ -50,7 +57,11 @@ def drive(setting: Setting, law: Law[Any], seeds: Sequence[int], faults: Faults 
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """What does not change while a simulation goes on, and the steps of a period, each from a State to a State."""
+    """What does not change while a simulation goes on, and the steps of a period, each from a State to a State.
+
+    A step changes no state. Noise and losses are drawn from the seeds' generators in the order of time, so a step with
+    noise is taken once in every period.
+    """
 
     setting: Setting
     law: Law[Any]
@@ -69,7 +80,7 @@ class Simulation:
     def opened(
         cls, setting: Setting, law: Law[Any], seeds: Sequence[int], faults: Faults | None = None
     ) -> "Simulation":
-        """All that is needed to begin. Raises SimulationError, RadioError, SonarError, or ControllerError."""
+        """Open a simulation; arguments as of :func:`drive`. Raises SimulationError, RadioError, or ControllerError."""
         seeds = checked_seeds(seeds)
         check_needs(setting, law)
         robots = len(setting.robots)
@@ -99,7 +110,7 @@ class Simulation:
         )
 
     def start(self) -> State:
-        """Before the first period: at rest, nothing sensed, nothing heard."""
+        """The state before the first period: at rest, nothing sensed, nothing heard."""
         shape = len(self.seeds), len(self.setting.robots)
         rest, none = np.zeros((2, shape[0] * shape[1])), np.zeros(shape)
         counts, _ = wheel_odometry(self.plant.parameters, self.begin, rest, self.setting.period)
@@ -129,7 +140,7 @@ class Simulation:
         )
 
     def sense(self, state: State) -> State:
-        """What the robots measure: encoders, postures, ranges; and where the reference is by now."""
+        """Measure encoders, postures and ranges, and look up where the reference is by now."""
         period, truth = self.setting.period, state.truth
         lanes = truth.reshape(len(truth), -1)
         counts, velocities = wheel_odometry(self.plant.parameters, lanes, state.counts, period)
@@ -143,7 +154,7 @@ class Simulation:
         return state.then(ranges=ranges, echoes=echoes)
 
     def hear(self, state: State) -> State:
-        """Who is at fault, and what the radio brings."""
+        """Find out who is at fault, and receive what the radio brings."""
         if self.faults is not None:
             state = state.then(condition=self.faults.at(state.time))
         if self.channel is None or state.air is None:
@@ -152,7 +163,7 @@ class Simulation:
         return state.then(heard=heard, air=air)
 
     def decide(self, state: State) -> State:
-        """What the law commands."""
+        """Ask the law for its command."""
         assert state.posture is not None
         x, y, heading = state.posture
         references = self.setting.references
@@ -163,7 +174,7 @@ class Simulation:
         return state.then(command=command, memory=memory, target=command.target or state.reference)
 
     def obey(self, state: State) -> State:
-        """What becomes of the command: a robot at fault holds its last order or stands; who is lost is noticed."""
+        """Make the order of the command: a robot at fault holds its last one or stands. Notice who is lost."""
         command, target, condition = state.command, state.target, state.condition
         wish = np.empty_like(state.order)
         wish[0], wish[1] = command.first, command.second
@@ -181,14 +192,14 @@ class Simulation:
         return state.then(order=wish, lost=lost, held_for=held_for)
 
     def say(self, state: State) -> State:
-        """What the robots broadcast."""
+        """Broadcast the message of every robot."""
         if self.channel is None or state.air is None or state.command.message is None:
             return state
         x, y = state.truth[p.X], state.truth[p.Y]
         return state.then(air=self.channel.send(state.air, state.k, state.command.message, x, y, state.condition))
 
     def move(self, state: State) -> State:
-        """The next period: lost robots are stopped, and the plant has moved for one period."""
+        """Stop the robots that are lost, and move the plant by one period."""
         order, stopped = state.order, state.stopped
         all_drive = state.all_drive and np.count_nonzero(state.lost) == 0
         if not all_drive:
@@ -225,11 +236,19 @@ def simulate(
 ) -> Run:
     """Run ``controller`` on ``scenario`` once for every seed.
 
-    ``name`` is what the run calls the controller (default: its class); ``progress`` is called every period. With
-    ``links`` the run keeps how old each robot's knowledge of each other was, (samples, runs, robots, robots).
-    ``faults`` may differ from run to run; those of the scenario, if not given.
     A robot whose command is not finite, or that is farther than ``scenario.divergence`` from its target, is
     stopped: ``Run.stopped`` says when, and its samples after that are not-a-number.
+
+    Args:
+        scenario: The scenario.
+        controller: The law that drives all robots.
+        seeds: Whole numbers >= 0, one for each run.
+        name: What the run calls the controller; by default its class.
+        links: Whether the run keeps how old each robot's knowledge of each other was, as ``Run.links``.
+        faults: The faults of every run, which may differ; by default those of the scenario.
+        progress: Called after every period.
+
+    Raises SimulationError for the seeds, ControllerError where the law cannot drive the scenario.
     """
     return record(scenario.setting, controller, seeds, name=name, links=links, faults=faults, progress=progress)
 
