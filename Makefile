@@ -8,11 +8,11 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
 # JavaScript and CSS are checked where there is a Node.js that eslint runs on: nothing else needs it.
 NEW_ENOUGH := const [a, b] = process.versions.node.split(".").map(Number); process.exit(a > 20 || (a === 20 && b > 18) ? 0 : 1)
-browser = @if command -v npm > /dev/null && node -e '$(NEW_ENOUGH)'; then $(MAKE) --no-print-directory $(1); \
+browser = +@if command -v npm > /dev/null && node -e '$(NEW_ENOUGH)'; then $(MAKE) --no-print-directory $(1); \
 	else echo "JavaScript and CSS are skipped, because Node.js 20.19 or newer with npm is not installed."; fi
 
 .DEFAULT_GOAL := help
-.PHONY: help venv demo design test check-all lint lint-browser format format-browser bench clean
+.PHONY: help venv demo design test check-all lint lint-types lint-scripts lint-browser format format-browser bench clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -61,10 +61,15 @@ test: $(VENV)/.development ## lint, types and tests: the gate of every commit
 check-all: test ## make test, and the tests marked long: before a release, or when an issue is called resolved
 	$(BIN)/python -m pytest -m long
 
-lint: $(VENV)/.development ## what the tools say: ruff, mypy
+lint: $(VENV)/.development ## what the tools say: ruff, mypy, prettier, eslint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	@$(MAKE) --no-print-directory -j2 --output-sync=target lint-types lint-scripts
+
+lint-types: $(VENV)/.development
 	$(BIN)/mypy
+
+lint-scripts:
 	$(call browser,lint-browser)
 
 format: $(VENV)/.development ## mend what ruff can mend

@@ -171,7 +171,7 @@ def test_interrupted_comparison_keeps_its_rows(tmp_path):
         "robotics",
         "compare",
         "--seeds",
-        "100",
+        "20",
         "--no-report",
         "--out",
         str(tmp_path),
@@ -187,8 +187,8 @@ def test_interrupted_comparison_keeps_its_rows(tmp_path):
     assert process.returncode == 130, error
     assert "Traceback" not in error
     rows = len(pd.read_csv(results))
-    assert f"{rows} of {100 * 6 * len(scenario_names('tracking'))} rows are in {results}" in error
-    assert rows % 100 == 0
+    assert f"{rows} of {20 * 6 * len(scenario_names('tracking'))} rows are in {results}" in error
+    assert rows % 20 == 0
 
 
 def leaves(command, words=()):

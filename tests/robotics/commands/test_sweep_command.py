@@ -213,11 +213,12 @@ def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm):
     finish(place, out, before)
 
 
-def test_workers_give_the_same_table_and_die_with_their_sweep(place, tmp_path, warm):
-    """Killed 3 times with two processes at work, which must not stay behind."""
+@pytest.mark.parametrize("kills", [1, pytest.param(6, marks=pytest.mark.long)])
+def test_workers_give_the_same_table_and_die_with_their_sweep(place, tmp_path, warm, kills):
+    """Killed with two processes at work, which must not stay behind."""
     random = np.random.default_rng(1)
     out, before = tmp_path / "out", dict[str, Any]()
-    for _ in range(3):
+    for _ in range(kills):
         child = warm.start(command(place, out, "--workers", "2"))
         count = len(before) + int(random.integers(1, 5))
         wait_until(lambda count=count: len(landed(out)) >= count, child.is_running)
