@@ -108,10 +108,12 @@ def check_needs(setting: Setting, law: Law[Any]) -> None:
     for i, carried in enumerate(setting.sensors, start=1):
         missing = [name for name in law.needs if name not in carried]
         if missing:
-            has = f"it carries {', '.join(carried)}" if carried else "it carries none"
+            few = [*carried] if len(carried) <= 6 else [*[*carried][:2], "...", [*carried][-1]]
+            has = f"it carries {', '.join(few)}" if carried else "it carries none"
             raise ControllerError(
                 f"{setting.name}: robot {i} lacks the range sensor{'s' * (len(missing) > 1)} {', '.join(missing)} that "
-                f"{type(law).__name__} needs; {has}; add a table [[sensors]] with this name"
+                f"{type(law).__name__} needs; {has}; add a table [[sensors]] with "
+                f'{"this name" if len(missing) == 1 else "each name"}, or with preset = "sonar"'
             )
 
 
