@@ -12,7 +12,7 @@ browser = +@if command -v npm > /dev/null && node -e '$(NEW_ENOUGH)'; then $(MAK
 	else echo "JavaScript and CSS are skipped, because Node.js 20.19 or newer with npm is not installed."; fi
 
 .DEFAULT_GOAL := help
-.PHONY: help venv demo design test check-all lint lint-types lint-scripts lint-browser format format-browser bench clean
+.PHONY: help venv demo design test check-all lint lint-style lint-types lint-scripts lint-browser format format-browser bench clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -52,19 +52,24 @@ demo: $(VENV)/.runtime ## compare controllers, teams and formations: out/report.
 design: $(VENV)/.designer ## the designer in a browser: make design FILE=go.fis
 	$(BIN)/fuzzy design $(FILE)
 
-# Two workers at once would compile every kernel twice: one run compiles them while types are checked.
-test: $(VENV)/.development ## lint, types and tests: the gate of every commit
-	@$(BIN)/robotics run trap-u --quiet > /dev/null & \
-	$(MAKE) --no-print-directory lint; status=$$?; wait; exit $$status
-	$(BIN)/python -m pytest
+# Types and scripts are checked while the tests run; what was found is printed after them. Two workers at once would
+# compile every kernel twice, so one run compiles them first.
+test: $(VENV)/.development lint-style ## lint, types and tests: the gate of every commit
+	@$(MAKE) --no-print-directory lint-types lint-scripts > $(VENV)/lint.log 2>&1 & lint=$$!; \
+	$(BIN)/robotics run trap-u --quiet > /dev/null; \
+	$(BIN)/python -m pytest; tested=$$?; \
+	wait $$lint; linted=$$?; cat $(VENV)/lint.log; exit $$((tested | linted))
 
 check-all: test ## make test, and the tests marked long: before a release, or when an issue is called resolved
 	$(BIN)/python -m pytest -m long
 
 lint: $(VENV)/.development ## what the tools say: ruff, mypy, prettier, eslint
+	@$(MAKE) --no-print-directory lint-style
+	@$(MAKE) --no-print-directory -j2 --output-sync=target lint-types lint-scripts
+
+lint-style: $(VENV)/.development
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	@$(MAKE) --no-print-directory -j2 --output-sync=target lint-types lint-scripts
 
 lint-types: $(VENV)/.development
 	$(BIN)/mypy
