@@ -139,6 +139,7 @@ def test_what_a_kernel_is_made_of_in_another_file_may_change(toy):
     assert hits == [0] * 7 + [1]
 
 
+@pytest.mark.long
 @compiled
 def test_a_line_more_above_a_kernel_compiles_nothing_anew(toy):
     first, _ = python(RUN, toy)
@@ -147,7 +148,9 @@ def test_a_line_more_above_a_kernel_compiles_nothing_anew(toy):
 
 
 @compiled
-@pytest.mark.parametrize("inside", [True, False], ids=["__pycache__", "NUMBA_CACHE_DIR"])
+@pytest.mark.parametrize(
+    "inside", [True, pytest.param(False, marks=pytest.mark.long)], ids=["__pycache__", "NUMBA_CACHE_DIR"]
+)
 def test_old_files_go(toy, inside):
     environment = {} if inside else {"NUMBA_CACHE_DIR": str(toy / "elsewhere")}
     python(RUN, toy, **environment)

@@ -193,11 +193,12 @@ def finish(place, out, before, *options):
     assert (out / "results.parquet").read_bytes() == expected(place)
 
 
-def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm):
-    """Killed 17 times: a random number of chunks after each start and a random moment later."""
+@pytest.mark.parametrize("kills", [5, pytest.param(17, marks=pytest.mark.long)])
+def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm, kills):
+    """Killed a random number of chunks after each start, and a random moment later."""
     random = np.random.default_rng(0)
     out, before = tmp_path / "out", dict[str, Any]()
-    for _ in range(17):
+    for _ in range(kills):
         child = warm.start(command(place, out))
         count, moment = len(before) + int(random.integers(0, 4)), random.uniform(0, 0.05)
         wait_until(lambda count=count: len(landed(out)) >= count, child.is_running)

@@ -142,6 +142,7 @@ def test_the_command_learns_and_the_robots_drive(tmp_path, capsys):
     assert np.shape(metrics["alignment_time_s"]) == (1, 3)
 
 
+@pytest.mark.long
 def test_the_chapter_draws_the_checking_formation_and_the_network_over_it():
     from robotics.thesis.formations import _learning_pictures
 
