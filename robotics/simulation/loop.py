@@ -114,12 +114,13 @@ class Simulation:
         shape = len(self.seeds), len(self.setting.robots)
         rest, none = np.zeros((2, shape[0] * shape[1])), np.zeros(shape)
         counts, _ = wheel_odometry(self.plant.parameters, self.begin, rest, self.setting.period)
+        reference = self._reference(0, 0.0)
         return State(
             k=0,
             time=0.0,
             truth=self.begin.reshape(-1, *shape),
             counts=counts,
-            reference=self._reference(0, 0.0),
+            reference=reference,
             posture=None,
             v=none,
             w=none,
@@ -130,7 +131,7 @@ class Simulation:
             heard=Heard.nothing(*shape),
             memory=self.law.init(self.setting, shape[0]),
             command=Command(none, none, none, none),
-            target=self._reference(0, 0.0),
+            target=reference,
             order=np.zeros((2, *shape)),
             held_for=0.0,
             stopped=np.full(shape, -1),

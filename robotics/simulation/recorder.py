@@ -23,7 +23,7 @@ class Recorder:
         """Room for all samples of ``runs`` runs of ``setting``; ``links`` keeps the ages of messages too."""
         self.length = setting.ticks + 1
         self.limits = p.velocity_limits(setting.robots)
-        self.count = self.limited = 0  # samples kept; those whose demands have been brought within the limits
+        self.limited = 0  # samples whose demands have been brought within the limits
         left_out = {"team": setting.kind != "team", "links": not links}
         self.records = {name: record for name, record in RECORDS.items() if not left_out.get(name)}
         self.parts = {name: _parts(record) for name, record in self.records.items()}
@@ -51,7 +51,6 @@ class Recorder:
             if not state.all_drive and record.stopped is not None:
                 row[..., state.stopped >= 0] = record.stopped
         self.last = state
-        self.count = state.k + 1
 
     def _row(self, name: str, record: Record, k: int, shape: tuple[int, ...]) -> np.ndarray:
         """Where one period of a record goes; all before the first that has it is 0."""
@@ -67,12 +66,13 @@ class Recorder:
         """
         assert self.last is not None  # something was kept
         stopped = np.where(self.last.lost, self.last.k, self.last.stopped)[which]
-        end = min(setting.ticks + 1, self.count)
+        kept = self.last.k + 1
+        end = min(setting.ticks + 1, kept)
         times = setting.times[:end]
-        new = self.arrays["samples"][self.limited : self.count]
+        new = self.arrays["samples"][self.limited : kept]
         v, w = _DEMANDS
         new[:, v], new[:, w] = p.saturate(self.limits, new[:, v], new[:, w])
-        self.limited = self.count
+        self.limited = kept
         recorded = {
             array: Recorded(values[:end], RECORDS[array].axes).only("run", which)
             for array, values in self.arrays.items()

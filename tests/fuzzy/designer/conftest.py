@@ -1,10 +1,14 @@
-"""One browser for each file of tests: all its pages are tabs of it."""
+"""A browser for each file of tests, whose pages are its tabs; a design's file for the tests that edit one."""
 
 import shutil
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
+
+import fuzzy
+from tests.fuzzy.designer.design_messages import system
 
 FLAGS = (
     "--no-sandbox",
@@ -28,3 +32,12 @@ def browser() -> Iterator[Any]:
         window = driver.chromium.launch(executable_path=chromium, args=list(FLAGS))
         yield window
         window.close()
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """A design's file in a folder of its own."""
+    folder = tmp_path / "designs"
+    folder.mkdir()
+    fuzzy.write_fis(system(), folder / "demo.fis")
+    return folder / "demo.fis"

@@ -1,11 +1,13 @@
-"""A design to edit, and random messages for Hypothesis: edits that make sense and some that do not."""
+"""A design to edit, where its unsaved work lies, and random messages for Hypothesis, not all of which make sense."""
 
+from pathlib import Path
 from typing import Any
 
 from hypothesis import strategies as st
 
 import fuzzy
 from fuzzy.designer.design import CHOICES
+from fuzzy.designer.document import Document
 from fuzzy.designer.edits import EDITS
 from fuzzy.membershipfunction import MATLAB_NAMES
 from fuzzy.system import Linear, Sugeno, Variable
@@ -23,6 +25,19 @@ def system(name: str = "demo") -> Sugeno:
         "if bearing is right then w is cw",
     ]
     return Sugeno([distance, bearing], [v, w], rules, name=name)
+
+
+def near(b: float, **more) -> dict:
+    """A message that moves the peak of near."""
+    return {"edit": "term", "variable": "distance", "term": "near", "parameters": [0, b, 1], **more}
+
+
+def peak(document: Document) -> float:
+    return document.design.system["distance"].terms["near"].b
+
+
+def unsaved(file: Path) -> Path:
+    return file.parent / ".fuzzy-design" / f"{file.name}.json"
 
 
 JUNK: Any = st.none() | st.booleans() | st.integers(-3, 12) | st.integers() | st.floats() | st.text(max_size=4)

@@ -1,42 +1,14 @@
 """No path leads a document out of its folder, and what cannot be opened or kept gives a sentence."""
 
-import warnings
 from pathlib import Path
 
 import pytest
 
 import fuzzy
 from fuzzy.designer.document import Document, DocumentError, confined
-from tests.fuzzy.designer.design_messages import system
+from tests.fuzzy.designer.design_messages import near, system, unsaved
 
-
-@pytest.fixture
-def file(tmp_path) -> Path:
-    """A design's file in a folder of its own."""
-    folder = tmp_path / "designs"
-    folder.mkdir()
-    fuzzy.write_fis(system(), folder / "demo.fis")
-    return folder / "demo.fis"
-
-
-@pytest.fixture(autouse=True)
-def _hedges_are_read_without_a_word():
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fuzzy.FisFileWarning)
-        yield
-
-
-def near(b: float, **more) -> dict:
-    """A message that moves the peak of near."""
-    return {"edit": "term", "variable": "distance", "term": "near", "parameters": [0, b, 1], **more}
-
-
-def peak(document: Document) -> float:
-    return document.design.system["distance"].terms["near"].b
-
-
-def unsaved(file: Path) -> Path:
-    return file.parent / ".fuzzy-design" / f"{file.name}.json"
+pytestmark = pytest.mark.filterwarnings("ignore::fuzzy.FisFileWarning")  # hedges, which FIS files lack
 
 
 def tree(folder: Path) -> dict[str, bytes]:

@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-import warnings
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -16,32 +15,9 @@ import fuzzy
 from fuzzy.designer.design import file_text
 from fuzzy.designer.document import DEPTH, Document, DocumentError
 from fuzzy.designer.views import document_data
-from tests.fuzzy.designer.design_messages import messages, system
+from tests.fuzzy.designer.design_messages import messages, near, peak, system, unsaved
 
-
-@pytest.fixture
-def file(tmp_path) -> Path:
-    """A design's file in a folder of its own."""
-    folder = tmp_path / "designs"
-    folder.mkdir()
-    fuzzy.write_fis(system(), folder / "demo.fis")
-    return folder / "demo.fis"
-
-
-@pytest.fixture(autouse=True)
-def _hedges_are_read_without_a_word():
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fuzzy.FisFileWarning)
-        yield
-
-
-def near(b: float, **more) -> dict:
-    """A message that moves the peak of near."""
-    return {"edit": "term", "variable": "distance", "term": "near", "parameters": [0, b, 1], **more}
-
-
-def peak(document: Document) -> float:
-    return document.design.system["distance"].terms["near"].b
+pytestmark = pytest.mark.filterwarnings("ignore::fuzzy.FisFileWarning")  # hedges, which FIS files lack
 
 
 # History ------------------------------------------------------------------------------------------------------
@@ -302,10 +278,6 @@ def test_a_killed_process_loses_nothing(file):
 
 
 # Unsaved work -------------------------------------------------------------------------------------------------
-
-
-def unsaved(file: Path) -> Path:
-    return file.parent / ".fuzzy-design" / f"{file.name}.json"
 
 
 def test_unsaved_work_is_the_whole_design(file):
