@@ -112,21 +112,30 @@ def summarise(table: pd.DataFrame) -> pd.DataFrame:
     The interval is Student's over the seeds, mean ± t s/√n: it says how well n seeds fix the mean, not how far runs
     scatter. A metric that is infinite in any run (never settled, never arrived) has the mean inf and no interval.
     """
-    from scipy.stats import t
-
     rows = []
     present = {metric: about for metric, about in ALL_METRICS.items() if metric in table}
     for (scenario, name), group in table.groupby(["scenario", "controller"], sort=False):
         for metric, about in present.items():
             # Robots of one run are not independent: the run's mean counts once.
             values = group.groupby("seed")[metric].mean().to_numpy()
-            n, mean = len(values), float(np.mean(values))
-            half = float("nan")
-            if n > 1 and np.isfinite(mean):
-                half = float(t.ppf(0.975, n - 1) * np.std(values, ddof=1) / np.sqrt(n))
-            row = {"scenario": scenario, "controller": name, "metric": metric, "unit": about.unit, "seeds": n}
-            rows.append(row | {"mean": mean, "low": mean - half, "high": mean + half})
+            low, high = interval(values)
+            row = {"scenario": scenario, "controller": name, "metric": metric, "unit": about.unit, "seeds": len(values)}
+            rows.append(row | {"mean": float(np.mean(values)), "low": low, "high": high})
     return pd.DataFrame(rows)
+
+
+def interval(values: np.ndarray) -> tuple[float, float]:
+    """Student's 95 % interval of the mean of ``values`` (seeds,), mean ± t s/√n.
+
+    Not-a-number for fewer than two seeds, and where the mean is not finite.
+    """
+    from scipy.stats import t
+
+    n, mean = len(values), float(np.mean(values))
+    if n < 2 or not np.isfinite(mean):
+        return float("nan"), float("nan")
+    half = float(t.ppf(0.975, n - 1) * np.std(values, ddof=1) / np.sqrt(n))
+    return mean - half, mean + half
 
 
 def terms(comparison: Comparison) -> pd.DataFrame:

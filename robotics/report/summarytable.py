@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import t
 
-from robotics.experiments.comparison import Comparison, summarise
+from robotics.experiments.comparison import Comparison, interval, summarise
 from robotics.laws.catalogue import label
 from robotics.measures.registry import metrics_of
 
@@ -106,16 +105,6 @@ def _marks(values: list[np.ndarray], means: np.ndarray) -> list[str]:
         elif not np.isfinite(known[n]):
             marks.append("")
         else:
-            low, high = paired_interval(other - values[best])
+            low, high = interval(other - values[best])
             marks.append("≈ lowest" if low <= 0 <= high else "")
     return marks
-
-
-def paired_interval(differences: np.ndarray) -> tuple[float, float]:
-    """Student's 95 % interval of the mean of ``differences`` (seeds,); not-a-number for fewer than two seeds."""
-    n = len(differences)
-    if n < 2:
-        return float("nan"), float("nan")
-    mean = float(np.mean(differences))
-    half = float(t.ppf(0.975, n - 1) * np.std(differences, ddof=1) / np.sqrt(n))
-    return mean - half, mean + half
