@@ -4,14 +4,14 @@ import shlex
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import INTERRUPTED, print_json
-from robotics.commands.shared import Json, Quiet, report_divergences
+from robotics.commands.shared import UNTIL_CONTACT, Json, Quiet, report_divergences
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
@@ -99,6 +99,7 @@ def compare(
             {
                 "summary": study.summary.to_dict(orient="records"),
                 "claims": [vars(claim) for claim in study.claims],
+                "contacts": _contacts(study),
                 "diverged": study.comparison.divergences,
                 "files": study.files,
                 "versions": versions(),
@@ -136,6 +137,7 @@ def _print_study(study: "Study") -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from robotics.experiments.comparison import contact_runs
     from robotics.laws.catalogue import label
     from robotics.measures.registry import headlines
 
@@ -145,18 +147,35 @@ def _print_study(study: "Study") -> None:
     for scenario in comparison.scenarios:
         table = Table(title=f"{scenario.name}: {scenario.title}", title_justify="left", caption_justify="left")
         table.add_column("controller")
-        shown = headlines(scenario.kind)
+        shown = headlines(scenario.kind, scenario.setting.has_others)
         for metric in shown.values():
             table.add_column(f"{metric.short}\n[{metric.unit}]".replace("[", "\\["), justify="right")
         mine = summary[summary["scenario"] == scenario.name]
         for law in comparison.controllers:
             rows = mine[mine["controller"] == law].set_index("metric")
-            table.add_row(label(law), *(_cell(*rows.loc[name, ["mean", "high"]]) for name in shown))
+            count, runs = contact_runs(comparison.table, scenario.name, law)
+            mark = f"\n✕ contact in {count} of {runs} runs" if count else ""
+            table.add_row(label(law) + mark, *(_cell(*rows.loc[name, ["mean", "high"]]) for name in shown))
         console.print(table)
     print(f"mean over {len(comparison.seeds)} seeds ± half the 95 % confidence interval")
+    if any(row["with_contact"] for row in _contacts(study)):
+        print(UNTIL_CONTACT)
     for claim in study.claims:
         print(f"\n{claim.name} ({claim.source}): {claim.verdict.upper()}\n  {claim.measured}")
     print(f"\n{study.shown}")
+
+
+def _contacts(study: "Study") -> list[dict[str, Any]]:
+    """How many runs of each controller on each scenario had a contact, where there is something to touch."""
+    from robotics.experiments.comparison import contact_runs
+
+    rows = []
+    for scenario in study.comparison.scenarios:
+        for law in study.comparison.controllers:
+            count, runs = contact_runs(study.comparison.table, scenario.name, law)
+            row = {"scenario": scenario.name, "controller": law, "with_contact": count, "runs": runs}
+            rows += [row] if scenario.setting.has_others else []
+    return rows
 
 
 def _cell(mean: float, high: float) -> str:

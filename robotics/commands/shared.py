@@ -13,7 +13,9 @@ from robotics.experiments.versions import versions
 if TYPE_CHECKING:
     from robotics.simulation.run import Run
 
+UNTIL_CONTACT = "✕: runs with a contact count up to the first one, but for contacts and least clearance"
 _COLUMNS = 6  # robots that get a column each
+_SHOWN = 5  # runs whose first contact is named
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress bar.")]
@@ -49,6 +51,7 @@ def print_run(run: "Run", page: Path | None, json: bool, outcome: Mapping[str, A
                 "level": run.level,
                 "seeds": list(run.seeds),
                 "metrics": {name: v[:, 0] if v.shape[1] == 1 else v for name, v in values.items()},
+                "contacts": _contact_rows(run),
                 "diverged": run.diverged,
                 "versions": versions(),
             }
@@ -57,6 +60,7 @@ def print_run(run: "Run", page: Path | None, json: bool, outcome: Mapping[str, A
         )
     else:
         _print_metrics(values, len(run.seeds))
+        _print_contacts(run)
         if outcome is not None:
             print(", ".join(f"{name} {outcome[name]}" for name in ("collisions", "deadlocks", "contacts", "arrived")))
         if page is not None:
@@ -79,6 +83,33 @@ def _print_metrics(values: Mapping[str, Any], seeds: int) -> None:
     if seeds > 1 or robots > 1:
         columns = "; one column a robot" if robots <= _COLUMNS else f"; least, median and largest of {robots} robots"
         print(f"(mean over {seeds} seeds{columns if robots > 1 else ''})")
+
+
+def _contact_rows(run: "Run") -> list[dict[str, Any]]:
+    """Every contact of every seed, in JSON's types; robots and obstacles count from 1."""
+    from robotics.measures.contacts import contacts
+
+    rows = []
+    for place, seed in enumerate(run.seeds):
+        for c in contacts(run, place):
+            names = {"seed": seed, "robot": c.robot + 1}
+            names |= {"other": c.other + 1} if c.other is not None else {"obstacle": (c.obstacle or 0) + 1}
+            rows.append(names | {"start_s": c.start, "end_s": c.end, "depth_m": c.depth, "x_m": c.x, "y_m": c.y})
+    return rows
+
+
+def _print_contacts(run: "Run") -> None:
+    """Say which runs had a contact, and the first of each of the first few."""
+    from robotics.measures.contacts import contact_sentences
+
+    lines = contact_sentences(run)
+    if not lines:
+        return
+    print(f"✕ contact in {len(lines)} of {len(run.seeds)} run{'s' * (len(run.seeds) > 1)}; {UNTIL_CONTACT[3:]}")
+    for line in lines[:_SHOWN]:
+        print(f"  {line}")
+    if len(lines) > _SHOWN:
+        print(f"  and {len(lines) - _SHOWN} more")
 
 
 def print_outcome(figures: Mapping[str, Any], json: bool) -> None:

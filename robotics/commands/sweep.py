@@ -86,6 +86,7 @@ def sweep(
                 "seeds": list(range(plan.sweep.first_seed, plan.sweep.first_seed + plan.sweep.seeds)),
                 "runs": done.runs,
                 "diverged": done.diverged,
+                "with_contact": done.contacts,
                 "chunks": done.chunks,
                 "computed": done.computed,
                 "versions": versions(),
@@ -94,7 +95,8 @@ def sweep(
         return
     counts = ((len(plan.points), "point"), (len(plan.sweep.controllers), "controller"), (plan.sweep.seeds, "seed"))
     shown = " × ".join(f"{count} {name}{'s' if count != 1 else ''}" for count, name in counts)
+    touched = f"✕ contact in {done.contacts} of {done.runs} runs; " if done.contacts else ""
     print(
-        f"{done.results}: {done.rows} rows, {shown}; {done.diverged} rows of robots that diverged; "
+        f"{done.results}: {done.rows} rows, {shown}; {done.diverged} rows of robots that diverged; {touched}"
         f"{done.computed} of {done.chunks} chunks computed now"
     )

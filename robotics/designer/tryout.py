@@ -21,6 +21,7 @@ from fuzzy.system import Sugeno
 from robotics.laws.catalogue import label, make_controller, preset_of, presets
 from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking
+from robotics.measures.contacts import contact_sentences, contacts, who
 from robotics.measures.registry import measure_all, tried
 from robotics.measures.tracking import cross_track_error
 from robotics.playback.player import player_data
@@ -74,7 +75,7 @@ class Attempt(NamedTuple):
     """A run, and the notes on it."""
 
     run: Run
-    notes: tuple[str, ...]  # sentences: inputs that left their universes, robots that were stopped
+    notes: tuple[str, ...]  # sentences: inputs that left their universes, contacts, robots that were stopped
 
 
 # What there is to choose ----------------------------------------------------------------------------------------
@@ -199,7 +200,8 @@ def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
         f"was more than {scenario.divergence:g} m from its reference"
         for robot in np.flatnonzero(run.diverged[0])
     ]
-    return Attempt(run, (*notes, *stops))
+    touches = [f"{line.partition(': ')[2]}; what comes after it is not measured" for line in contact_sentences(run)]
+    return Attempt(run, (*notes, *touches, *stops))
 
 
 # What is shown --------------------------------------------------------------------------------------------------
@@ -218,7 +220,7 @@ def course_data(trial: TryoutTrial) -> dict[str, Any]:
         "starts": [list(member.start) for member in scenario.robots],
         "metrics": [
             {"name": name, "title": metric.title, "unit": metric.unit, "larger": metric.larger}
-            for name, metric in tried(scenario.kind).items()
+            for name, metric in tried(scenario.kind, scenario.setting.has_others).items()
         ],
     }
 
@@ -236,8 +238,9 @@ def rival_data(specification: str, trial: TryoutTrial) -> dict[str, Any]:
 def shown(attempt: Attempt, kind: str, label: str) -> dict[str, Any]:
     """What the panel shows of a run, in JSON's types; not-a-number is null, infinite is "never".
 
-    For a single robot these are label, notes, metrics, and x, y [m] and cross_track [m] over time [s]; for a team the
-    player's data take the place of the curves. A metric is the mean over the robots (the least, if larger is better).
+    For a single robot these are label, notes, metrics, contacts (time [s], x, y [m], words), and x, y [m] and
+    cross_track [m] over time [s]; for a team the player's data take the place of the curves. A metric is the mean over
+    the robots (the least, if larger is better).
 
     Args:
         attempt: The run.
@@ -246,8 +249,10 @@ def shown(attempt: Attempt, kind: str, label: str) -> dict[str, Any]:
     """
     run = attempt.run
     measured = measure_all(run)
-    metrics = {n: _number((np.min if m.larger else np.mean)(measured[n][0])) for n, m in tried(kind).items()}
-    data: dict[str, Any] = {"label": label, "notes": list(attempt.notes), "metrics": metrics}
+    wanted = {name: metric for name, metric in tried(kind, others=True).items() if name in measured}
+    metrics = {n: _number((np.min if m.larger else np.mean)(measured[n][0])) for n, m in wanted.items()}
+    touched = [[c.start, c.x, c.y, who(c.robot, c.other, c.obstacle)] for c in contacts(run)]
+    data: dict[str, Any] = {"label": label, "notes": list(attempt.notes), "metrics": metrics, "contacts": touched}
     if kind == "team":
         return data | {"player": player_data(run)}
     return data | {

@@ -34,7 +34,7 @@ class Comparison:
     scenarios: tuple[Scenario, ...]
     controllers: dict[str, Law[Any]]  # by specification, such as "csm" or "csm:k=0.3"
     seeds: tuple[int, ...]
-    table: pd.DataFrame  # one row a seed and robot: KEYS, the metrics, diverged (bool)
+    table: pd.DataFrame  # one row a seed and robot: KEYS, the metrics, diverged and contact (bool) as of rows_of
     runs: dict[tuple[str, str], Run]  # by scenario name and specification
 
     @property
@@ -94,7 +94,11 @@ def check_comparison(scenarios: Sequence[Scenario], specifications: Sequence[str
 
 
 def rows_of(run: Run) -> pd.DataFrame:
-    """The rows of the table that belong to ``run``."""
+    """The rows of the table that belong to ``run``.
+
+    Where there is something to touch, ``contact`` says of all robots of a run whether one of them had a contact: their
+    metrics are those up to the first one.
+    """
     runs, robots = run.stopped.shape
     columns: dict[str, Any] = {
         "scenario": run.scenario,
@@ -102,8 +106,21 @@ def rows_of(run: Run) -> pd.DataFrame:
         "seed": np.repeat(run.seeds, robots),
         "robot": np.tile(np.arange(1, robots + 1), runs),
     }
-    columns |= {name: values.ravel() for name, values in measure_all(run).items()}
-    return pd.DataFrame(columns | {"diverged": run.diverged.ravel()})
+    values = measure_all(run)
+    columns |= {name: found.ravel() for name, found in values.items()}
+    columns["diverged"] = run.diverged.ravel()
+    if "contacts" in values:
+        columns["contact"] = np.repeat((values["contacts"] > 0).any(axis=1), robots)
+    return pd.DataFrame(columns)
+
+
+def contact_runs(table: pd.DataFrame, scenario: str, controller: str) -> tuple[int, int]:
+    """The number of runs with a contact, and of all runs, of a controller on a scenario in a comparison's table."""
+    rows = table[(table["scenario"] == scenario) & (table["controller"] == controller)]
+    if "contact" not in rows:
+        return 0, rows["seed"].nunique()
+    touched = rows["contact"].eq(True).groupby(rows["seed"]).any()
+    return int(touched.sum()), len(touched)
 
 
 def summarise(table: pd.DataFrame) -> pd.DataFrame:
@@ -116,6 +133,8 @@ def summarise(table: pd.DataFrame) -> pd.DataFrame:
     present = {metric: about for metric, about in ALL_METRICS.items() if metric in table}
     for (scenario, name), group in table.groupby(["scenario", "controller"], sort=False):
         for metric, about in present.items():
+            if about.needs_others and group[metric].isna().all():  # a single robot in an empty world
+                continue
             # Robots of one run are not independent: the run's mean counts once.
             values = group.groupby("seed")[metric].mean().to_numpy()
             low, high = interval(values)

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from fuzzy.figures.drawing import DOUBLE, new_figure, style
-from robotics.experiments.comparison import Comparison, summarise
+from robotics.experiments.comparison import Comparison, contact_runs, summarise
 from robotics.figures.drawing import Look, looks_of
 from robotics.laws.catalogue import label
 from robotics.measures.registry import ALL_METRICS, headlines
@@ -26,7 +26,7 @@ def plot_comparison(
     """Draw a panel for each metric, in it a row for each controller: seeds as dots, mean and 95 % interval as a bar.
 
     An axis is logarithmic where its values span more than a decade. The number of runs that never settled or arrived is
-    written at the right edge.
+    written at the right edge, that of runs with a contact below the controller's name.
 
     Args:
         comparison: The comparison.
@@ -38,8 +38,8 @@ def plot_comparison(
     table = comparison.table[comparison.table["scenario"] == scenario]
     if table.empty:
         raise ValueError(f"scenario {scenario!r} was not compared")
-    kind = next(s.kind for s in comparison.scenarios if s.name == scenario)
-    metrics = list(headlines(kind)) if metrics is None else metrics
+    setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
+    metrics = list(headlines(setting.kind, setting.has_others)) if metrics is None else metrics
     summary = summarise(table)
     names = list(comparison.controllers)
     chosen = looks_of(names, looks)
@@ -52,7 +52,11 @@ def plot_comparison(
             _draw_metric(ax, table, summary[summary["metric"] == metric], metric, names, chosen)
         for ax in grid.flat[len(metrics) :]:
             ax.remove()
-        titles = [textwrap.fill(label(name).replace(",", ", "), 24) for name in names]
+        touched = [contact_runs(table, scenario, name) for name in names]
+        titles = [
+            textwrap.fill(label(name).replace(",", ", "), 24) + (f"\n✕ contact in {count} of {runs}" if count else "")
+            for name, (count, runs) in zip(names, touched, strict=True)
+        ]
         grid[0, 0].set_yticks(range(len(names)), titles)
         grid[0, 0].set_ylim(len(names) - 0.4, -0.6)
         for tick in (t for row in grid for t in row[0].get_yticklabels()):

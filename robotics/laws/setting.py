@@ -48,6 +48,11 @@ class Setting:
         return self.starts.ndim == 3
 
     @property
+    def has_others(self) -> bool:
+        """Whether there is something that a robot can touch: another robot, or an obstacle."""
+        return len(self.robots) > 1 or self.world is not None
+
+    @property
     def times(self) -> np.ndarray:
         """The times of the samples (ticks + 1,) [s], both ends included."""
         return np.arange(self.ticks + 1) * self.period

@@ -1,13 +1,14 @@
-"""Metrics of avoidance: what robots that meet each other or obstacles came to, judged by their exact rectangles."""
+"""Metrics of avoidance: how robots that meet each other or obstacles fared; contacts are those of their true sizes."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from robotics.environment.collision import footprints
+from robotics.environment.swept import OBSTACLE, OTHER
 from robotics.laws.modes import LEFT_BEHIND, STOPPED
 from robotics.measures.arrival import arrival_time
-from robotics.measures.clearance import clearances, robot_gaps, robots_touch, touching
+from robotics.measures.clearance import clearances, robot_gaps
+from robotics.measures.contacts import judge
 from robotics.measures.standing import stands_still
 from robotics.measures.tracking import cross_track_error
 from robotics.simulation.run import Run
@@ -51,18 +52,18 @@ class AvoidanceMetrics:
 
 def avoidance_metrics(run: Run, nominal: float) -> AvoidanceMetrics:
     """The metrics of the first seed of a team's ``run``, whose paths take ``nominal`` [s] without detours."""
-    x, y, heading = (run[name][0].T for name in ("x", "y", "heading"))
+    episodes = judge(run.only(run.seeds[0])).episodes
     arrivals, free = arrival_time(run)[0], clearances(run, 0)
     there = np.isfinite(arrivals)
     cross = np.abs(cross_track_error(run)[0])
     step = float(run.time[1] - run.time[0])
     ends = np.where(there, arrivals, run.time[-1])[:, None] - STOPPING
     standing = stands_still(run["v"][0]) & (run.time > STARTING) & (run.time < ends)
-    modes = np.zeros((1, x.shape[1]), dtype=int) if run.modes is None else run.modes[:, 0].astype(int)
+    modes = np.zeros((1, len(arrivals)), dtype=int) if run.modes is None else run.modes[:, 0].astype(int)
     left = ((modes & LEFT_BEHIND > 0) & (modes < STOPPED)).any(axis=0)
     return AvoidanceMetrics(
-        bool(robots_touch(x, y, heading, footprints(run.about.robots)).any()),
-        bool(touching(free).any()),
+        bool((episodes[:, OTHER] >= 0).any()),
+        bool((episodes[:, OBSTACLE] >= 0).any()),
         float(min(np.nanmin(gap) for gap in robot_gaps(run, 0).values())),
         float(free.min()),
         arrivals,

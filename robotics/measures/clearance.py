@@ -1,30 +1,11 @@
-"""Distances between robots and to obstacles, and the one definition of a touch: a distance of 0 between surfaces."""
+"""Distances between robots and to obstacles at a run's samples; contacts are those of robotics.measures.contacts."""
 
 from itertools import combinations
 
 import numpy as np
 
-from robotics.environment.collision import footprints, obstacle_clearance, robot_contacts
+from robotics.environment.collision import footprints, obstacle_clearance
 from robotics.simulation.run import Run
-
-TOUCH = 0.0  # m between two surfaces: at this distance they touch
-
-
-def touching(clearance: np.ndarray) -> np.ndarray:
-    """Whether surfaces at the distance ``clearance`` [m] touch; an array of bool of the same shape."""
-    return np.asarray(clearance <= TOUCH)
-
-
-def robots_touch(x: np.ndarray, y: np.ndarray, heading: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Whether any two robots touch (runs,) bool, by their exact rectangles.
-
-    Args:
-        x: The robots' centers (runs, robots) [m].
-        y: Likewise.
-        heading: The robots' headings (runs, robots) [rad].
-        sizes: The rectangles, as :func:`robotics.environment.collision.footprints` gives them.
-    """
-    return np.asarray((robot_contacts(x, y, heading, sizes) >= 0).any(axis=1))
 
 
 def robot_gaps(run: Run, place: int) -> dict[tuple[int, int], np.ndarray]:

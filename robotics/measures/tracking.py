@@ -21,8 +21,8 @@ KINDS = ("tracking", "formation", "team")  # of scenarios
 class Metric(NamedTuple):
     """One number that is measured of a run, and where it is shown.
 
-    An entry in METRICS, FORMATION_METRICS or TEAM_METRICS is all that a metric needs: tables of results, reports,
-    pictures and the designer read from it what they show.
+    An entry in METRICS, FORMATION_METRICS, TEAM_METRICS or CONTACT_METRICS is all that a metric needs: tables of
+    results, reports, pictures and the designer read from it what they show.
     """
 
     measure: Callable[[Run], np.ndarray]  # of a run: (runs, robots)
@@ -33,6 +33,7 @@ class Metric(NamedTuple):
     short: str = ""  # its title in those
     tried: tuple[str, ...] = ()  # kinds in which the designer's panel "Try it" shows it
     larger: bool = False  # whether larger values are better
+    needs_others: bool = False  # whether it is measured only where there are other robots or obstacles
 
 
 def tracking_error(run: Run) -> PostureError:

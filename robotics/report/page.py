@@ -93,6 +93,7 @@ def write_report(
         first_seed=comparison.seeds[0],
         sections=sections,
         several=any(len(scenario.robots) > 1 for scenario in comparison.scenarios),
+        touchable=any(scenario.setting.has_others for scenario in comparison.scenarios),
         chapters=chapters,
         images=images,
         films={film.caption: film.make() for chapter in chapters for film in chapter.films},
@@ -164,7 +165,7 @@ def _pictures(comparison: Comparison, scenario: Scenario) -> list[Picture]:
     looked = looks(comparison.controllers)
     runs = [comparison.runs[name, specification] for specification in comparison.controllers]
     who = ", ".join(label(specification) for specification in comparison.controllers)
-    several, shown = len(scenario.robots) > 1, headlines(scenario.kind)
+    several, shown = len(scenario.robots) > 1, headlines(scenario.kind, scenario.setting.has_others)
     larger = any(metric.larger for metric in shown.values())
     pictures = [
         Picture(

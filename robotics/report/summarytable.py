@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robotics.experiments.comparison import Comparison, interval, summarise
+from robotics.experiments.comparison import Comparison, contact_runs, interval, summarise
 from robotics.laws.catalogue import label
 from robotics.measures.registry import metrics_of
 
@@ -28,11 +28,12 @@ class Row(NamedTuple):
 
 
 class SummaryTable(NamedTuple):
-    """The table of one scenario, and how many robots of each controller were stopped."""
+    """The table of one scenario, how many robots of each controller were stopped, and how many runs had a contact."""
 
     controllers: list[str]  # as titles
     rows: list[Row]
     diverged: list[tuple[int, int]]  # robots that were stopped, and all robots
+    contacts: list[tuple[int, int]]  # runs with a contact, and all runs; empty where there is nothing to touch
 
 
 def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
@@ -41,19 +42,21 @@ def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
     summary = summarise(table).set_index(["metric", "controller"])
     names = list(comparison.controllers)
     rows = []
-    kind = next(s.kind for s in comparison.scenarios if s.name == scenario)
-    for metric, about in metrics_of(kind).items():
+    setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
+    contacts = [contact_runs(table, scenario, name) for name in names] if setting.has_others else []
+    touched = [count > 0 for count, _ in contacts] or [False] * len(names)
+    for metric, about in metrics_of(setting.kind, setting.has_others).items():
         numbers = summary.loc[metric].loc[names, ["mean", "low", "high"]].to_numpy(dtype=float)
         by_seed = {n: table.loc[table["controller"] == n].groupby("seed")[metric].mean().to_numpy() for n in names}
         factor, unit = scale(about.unit, numbers[:, 0])
-        marks = [""] * len(names) if about.larger else _marks(list(by_seed.values()), numbers[:, 0])
+        marks = [""] * len(names) if about.larger else _marks(list(by_seed.values()), numbers[:, 0], touched)
         cells = [
             _cell(factor * row, int(np.isposinf(by_seed[name]).sum()), len(by_seed[name]), mark)
             for name, row, mark in zip(names, numbers, marks, strict=True)
         ]
         rows.append(Row(about.title, unit, cells))
     stopped = [table.loc[table["controller"] == n, "diverged"] for n in names]
-    return SummaryTable([label(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped])
+    return SummaryTable([label(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
 
 
 def scale(unit: str, means: np.ndarray) -> tuple[float, str]:
@@ -92,15 +95,20 @@ def _rounded(value: float, places: int) -> str:
     return text.replace("-", "−") if float(text) else text.lstrip("-")
 
 
-def _marks(values: list[np.ndarray], means: np.ndarray) -> list[str]:
-    """Mark the controller with the lowest mean, and those that the seeds, paired, cannot tell apart from it."""
-    known = np.where(np.isfinite(means), means, np.inf)
+def _marks(values: list[np.ndarray], means: np.ndarray, touched: list[bool]) -> list[str]:
+    """Mark the controller with the lowest mean, and those that the seeds, paired, cannot tell apart from it.
+
+    One that has ``touched`` anything is none of them, whatever its numbers.
+    """
+    known = np.where(np.isfinite(means) & ~np.array(touched), means, np.inf)
     if len(values) < 2 or not np.isfinite(known).any() or np.ptp(means) == 0:
         return [""] * len(values)
     best = int(np.argmin(known))
     marks = []
     for n, other in enumerate(values):
-        if known[n] == known[best]:
+        if touched[n]:
+            marks.append("")
+        elif known[n] == known[best]:
             marks.append("lowest")
         elif not np.isfinite(known[n]):
             marks.append("")

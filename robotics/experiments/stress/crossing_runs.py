@@ -5,13 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from robotics.environment.collision import footprints
+from robotics.environment.swept import Watch
 from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.outcome import HELD, LIMIT, Disturbance, StressOutcome
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import at_goal
-from robotics.measures.clearance import robots_touch
 from robotics.radio.description import Radio
 from robotics.radio.faults import Fault, Faults
 from robotics.random_streams import FAULT_STREAM
@@ -102,9 +101,8 @@ def run_ensemble(
     runs, robots = len(seeds), len(ensemble.robots)
     paths, durations = ensemble.references.joined, ensemble.references.ends[:, 0]
     ends = paths.at(paths.lengths)
-    sizes = footprints(ensemble.robots)
     arrivals = np.full((runs, robots), np.inf)
-    collided = np.zeros(runs, dtype=bool)
+    watch: Watch | None = None
     nearest = np.full(runs, np.inf)
     refused = np.zeros(runs, dtype=bool)
     pairs = np.triu_indices(robots, 1)
@@ -113,11 +111,13 @@ def run_ensemble(
     for state in drive(ensemble, controller, seeds, faults):
         if state.k == 0 and state.command.refused is not None:
             refused = state.command.refused
-        x, y, heading = state.truth[: p.HEADING + 1]
+        x, y = state.truth[: p.Y + 1]
         gaps = np.hypot(x[:, pairs[0]] - x[:, pairs[1]], y[:, pairs[0]] - y[:, pairs[1]]).min(axis=1)
         nearest = np.where(goes_on, np.minimum(nearest, gaps), nearest)
-        if (gaps < 2 * sizes[2].max()).any():
-            collided |= goes_on & robots_touch(x, y, heading, sizes)
+        if watch is None:
+            watch = Watch.opened(ensemble.robots, state.time, state.truth[: p.W + 1])
+        else:
+            watch, _ = watch.to(state.time, state.truth[: p.W + 1], going=goes_on)
         there = at_goal(x, y, ends, paths.lengths)
         arrivals = np.where(there & np.isinf(arrivals) & goes_on[:, None], state.time, arrivals)
         goes_on = ~(np.isfinite(arrivals).all(axis=1) | refused) & (state.time < limit)
@@ -125,4 +125,6 @@ def run_ensemble(
             advance()
         if not goes_on.any():
             break
-    return StressOutcome(tuple(seeds), durations, arrivals, collided, refused, nearest)
+    assert watch is not None  # there is a first state
+    collided, clearance = np.isfinite(watch.first).any(axis=(0, 2)), watch.least.min(axis=(0, 2))
+    return StressOutcome(tuple(seeds), durations, arrivals, collided, refused, nearest, clearance)

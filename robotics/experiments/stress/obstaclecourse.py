@@ -13,13 +13,13 @@ import numpy as np
 
 from robotics.environment.collision import footprints, obstacle_clearance
 from robotics.environment.obstaclefields import GAP, random_field, random_trap
+from robotics.environment.swept import TO_OBSTACLE, TO_ROBOT, Watch
 from robotics.environment.world import Disc, World, WorldError, compile_worlds
 from robotics.experiments.stress.outcome import Disturbance, StressOutcome
 from robotics.laws.law import Law
 from robotics.laws.modes import FOLLOW
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import at_goal, together
-from robotics.measures.clearance import robots_touch, touching
 from robotics.paths.joined import join_tables, table_length
 from robotics.paths.path import Line, Path, Quintic, X, Y
 from robotics.paths.quintic_table import quintic_table
@@ -129,7 +129,6 @@ class ObstacleOutcome(StressOutcome):
     """The outcome of every run among obstacles; ``collided`` says only whether two robots touched."""
 
     hit: np.ndarray  # (runs,) bool: a robot touched an obstacle
-    clearance: np.ndarray  # (runs,) m: the least distance of a robot's rectangle from an obstacle
     trapped: np.ndarray  # (runs,) bool: a robot followed a wall
     caused: np.ndarray  # (runs,) bool: a robot drove into an obstacle; else the obstacle drove into it
 
@@ -147,7 +146,6 @@ class ObstacleOutcome(StressOutcome):
         figures["contacts"] = int((self.collided | self.hit).sum())
         figures["obstacle_contacts"] = int(self.hit.sum())
         figures["contacts_caused"] = int((self.collided | self.caused).sum())
-        figures["min_clearance_m"] = float(self.clearance.min())
         figures["followed_wall"] = int(self.trapped.sum())
         if not np.isfinite(figures["min_distance_m"] or 0.0):
             figures["min_distance_m"] = None  # of one robot there is none
@@ -192,6 +190,8 @@ def run_course(
 ) -> ObstacleOutcome:
     """Drive until in every run all robots have arrived or something touched, or the time is up.
 
+    The clearance of a run is that up to the period of its first contact.
+
     Args:
         ensemble: The courses.
         controller: The law that drives the robots.
@@ -204,28 +204,25 @@ def run_course(
     ends = paths.at(paths.lengths)
     sizes = footprints(ensemble.robots)
     arrivals = np.full((runs, robots), np.inf)
-    collided, hit, trapped, caused = (np.zeros(runs, dtype=bool) for _ in range(4))
-    nearest, clearance = np.full(runs, np.inf), np.full(runs, np.inf)
+    trapped, caused = np.zeros(runs, dtype=bool), np.zeros(runs, dtype=bool)
+    nearest = np.full(runs, np.inf)
     pairs = np.triu_indices(robots, 1)
-    before, place = np.zeros((runs, robots)), ensemble.world.at(0.0)
+    watch: Watch | None = None
     for state in drive(ensemble, controller, seeds):
-        x, y, heading = state.truth[: p.HEADING + 1]
-        geometry = ensemble.world.at(state.time)
+        poses, geometry = state.truth[: p.W + 1], ensemble.world.at(state.time)
+        x, y = poses[: p.Y + 1]
         if robots > 1:
             gaps = np.hypot(x[:, pairs[0]] - x[:, pairs[1]], y[:, pairs[0]] - y[:, pairs[1]]).min(axis=1)
             nearest = np.minimum(nearest, gaps)
-            if (gaps < 2 * sizes[2].max()).any():
-                collided |= robots_touch(x, y, heading, sizes)
-        free = obstacle_clearance(x, y, heading, sizes, geometry)
-        touched = touching(free)
-        if (touched.any(axis=1) & ~hit).any() and state.k > 0:
-            # Whose motion was it? The robot's, had the obstacle stayed where it was.
-            alone = obstacle_clearance(x, y, heading, sizes, place)
-            nearer = touching(alone) | (before - alone > APPROACH * ensemble.period)
-            caused |= ~hit & (touched & nearer).any(axis=1)
-        before, place = free, geometry
-        clearance = np.minimum(clearance, free.min(axis=1))
-        hit |= touched.any(axis=1)
+        if watch is None:
+            watch = Watch.opened(ensemble.robots, state.time, poses, geometry)
+        else:
+            before = watch
+            watch, _ = before.to(state.time, poses, geometry, going=np.isinf(before.first).all(axis=(0, 2)))
+            newly = np.isfinite(watch.first[TO_OBSTACLE]) & np.isinf(before.first[TO_OBSTACLE])
+            if newly.any():
+                caused |= (newly & _drove(before, state.time, poses, sizes)).any(axis=1)
+        collided, hit = np.isfinite(watch.first[[TO_ROBOT, TO_OBSTACLE]]).any(axis=2)
         if state.command.mode is not None:
             trapped |= (state.command.mode & 3 == FOLLOW).any(axis=1)
         there = at_goal(x, y, ends, paths.lengths)
@@ -234,6 +231,17 @@ def run_course(
             advance()
         if (np.isfinite(arrivals).all(axis=1) | hit | collided).all():
             break
+    assert watch is not None  # there is a first state
     refused = np.zeros(runs, dtype=bool)
-    crossed = (arrivals, collided, refused, nearest)
-    return ObstacleOutcome(tuple(seeds), durations, *crossed, hit, clearance, trapped=trapped, caused=caused)
+    crossed = (arrivals, collided, refused, nearest, watch.least.min(axis=(0, 2)))
+    return ObstacleOutcome(tuple(seeds), durations, *crossed, hit, trapped=trapped, caused=caused)
+
+
+def _drove(before: Watch, time: float, poses: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Whether the robots' own motion since ``before`` led to contact, had the obstacles stayed (runs, robots) bool."""
+    assert before.geometry is not None
+    at_first = Watch.opened(before.robots, before.time, before.poses, before.geometry)
+    alone, _ = at_first.to(time, poses, before.geometry)
+    free = [obstacle_clearance(x, y, psi, sizes, before.geometry) for x, y, psi, *_ in (before.poses, poses)]
+    nearer = free[0] - free[1] > APPROACH * (time - before.time)
+    return np.asarray(np.isfinite(alone.first[TO_OBSTACLE]) | nearer)

@@ -27,6 +27,7 @@ class StressOutcome:
     collided: np.ndarray  # bool: two robots touched
     refused: np.ndarray  # bool: the law said before the start that there is no safe plan
     min_distance: np.ndarray  # m between the centers of two robots
+    clearance: np.ndarray  # m: the least signed clearance of a robot to anything; < 0: how deep they overlapped
 
     @property
     def arrived(self) -> np.ndarray:
@@ -64,6 +65,7 @@ class StressOutcome:
             "time_ratio_median": float(np.median(ratio)) if good.any() else None,
             "time_ratio_p95": float(np.quantile(ratio, 0.95)) if good.any() else None,
             "min_distance_m": float(self.min_distance[moving].min()) if moving.any() else None,
+            "min_clearance_m": float(self.clearance[moving].min()) if moving.any() else None,
             "contacts": int(self.collided.sum()),
             "failed_seeds": {
                 "collision": named(self.collided),

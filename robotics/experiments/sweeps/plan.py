@@ -289,6 +289,12 @@ def identity(plan: SweepPlan) -> dict[str, Any]:
     }
 
 
+def touchable(sweep: Sweep) -> bool:
+    """Whether robots may touch something in any of the runs of ``sweep``: several robots, or obstacles."""
+    whole = {axis.name for axis in sweep.axes if axis.target == "scenario"} & {"robots", "obstacles"}
+    return len(sweep.table.get("robots", ())) > 1 or bool(sweep.table.get("obstacles")) or bool(whole)
+
+
 def digest(value: Any) -> str:
     """The SHA-256 of a value in JSON's types, in hexadecimal."""
     text = json.dumps(value, sort_keys=True, ensure_ascii=False, default=str)

@@ -273,7 +273,7 @@ def _range(name: str, target: Literal["scenario", "controller"], given: dict[str
 
 def _check_columns(source: _Source, axes: tuple[Axis, ...]) -> None:
     """Every axis is a column of the table beside the ones that are always there."""
-    seen = {*KEYS, "diverged"}
+    seen = {*KEYS, "diverged", "contact"}
     for axis in axes:
         if axis.name in seen:
             section = "scenario_fields" if axis.target == "scenario" else "controller_parameters"

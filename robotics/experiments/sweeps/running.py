@@ -31,6 +31,7 @@ from robotics.experiments.sweeps.plan import (
     digest,
     identity,
     scenario_at,
+    touchable,
     versions,
 )
 from robotics.laws.catalogue import make_controller
@@ -53,6 +54,7 @@ class SweepOutcome:
     rows: int  # one a run and robot
     runs: int
     diverged: int  # rows of robots that were stopped
+    contacts: int  # runs in which robots touched each other or an obstacle
     chunks: int
     computed: int  # chunks of this time; the others were there
 
@@ -101,8 +103,15 @@ def _run_pass(sweep: Sweep, part: Pass) -> "pa.Table":
     }
     columns |= {a.name: _column(v, runs * robots) for a, v in zip(sweep.axes, part.values, strict=True)}
     values = measure_all(run)
+    # Whether there are contacts may differ from point to point, the columns may not.
+    touched = values.pop("contacts", np.zeros((runs, robots)))
+    clearance = values.pop("min_clearance_m", np.full((runs, robots), np.inf))
     columns |= {name: np.ascontiguousarray(v, dtype=float).ravel() for name, v in values.items()}
-    return pa.table(columns | {"diverged": run.diverged.ravel()})
+    columns["diverged"] = run.diverged.ravel()
+    if touchable(sweep):
+        columns |= {"contacts": touched.ravel(), "min_clearance_m": clearance.ravel()}
+        columns["contact"] = np.repeat((touched > 0).any(axis=1), robots)
+    return pa.table(columns)
 
 
 def _column(value: Any, rows: int) -> "pa.Array":
@@ -158,8 +167,8 @@ def run_sweep(
             _write(table, _file(folder, number), key)
             if advance is not None:
                 advance()
-        rows, diverged = _gather(plan, folder, key)
-    return SweepOutcome(folder / RESULTS, rows, plan.runs, diverged, plan.chunks, len(todo))
+        rows, diverged, contacts = _gather(plan, folder, key)
+    return SweepOutcome(folder / RESULTS, rows, plan.runs, diverged, contacts, plan.chunks, len(todo))
 
 
 def landed_chunks(plan: SweepPlan, folder: Path) -> int:
@@ -295,12 +304,12 @@ def _write(table: "pa.Table", path: Path, key: str) -> None:
         pq.write_table(table.replace_schema_metadata({"sweep": key}), temporary)
 
 
-def _gather(plan: SweepPlan, folder: Path, key: str) -> tuple[int, int]:
-    """All chunks in one file, in the plan's order; how many rows there are, and how many of stopped robots."""
+def _gather(plan: SweepPlan, folder: Path, key: str) -> tuple[int, int, int]:
+    """All chunks in one file, in the plan's order; how many rows, rows of stopped robots, and runs with contacts."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    rows = diverged = 0
+    rows = diverged = contacts = 0
     with replacing(folder / RESULTS) as temporary:
         writer: pq.ParquetWriter | None = None
         batch: list[pa.Table] = []
@@ -311,9 +320,12 @@ def _gather(plan: SweepPlan, folder: Path, key: str) -> tuple[int, int]:
                     table = pa.concat_tables(batch).combine_chunks()
                     rows, batch = rows + table.num_rows, []
                     diverged += int(np.count_nonzero(table["diverged"].to_numpy()))
+                    if "contact" in table.column_names:
+                        touched = table["contact"].to_numpy() & (table["robot"].to_numpy() == 1)
+                        contacts += int(np.count_nonzero(touched))
                     writer = writer or pq.ParquetWriter(temporary, table.schema)
                     writer.write_table(table)
         finally:
             if writer is not None:
                 writer.close()
-    return rows, diverged
+    return rows, diverged, contacts

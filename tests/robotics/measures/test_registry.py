@@ -21,7 +21,9 @@ SHORT = {
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_short_table_has_its_metrics_with_their_short_titles(kind):
-    assert [metric.short for metric in headlines(kind).values()] == SHORT[kind]
+    assert [metric.short for metric in headlines(kind, others=False).values()] == SHORT[kind]
+    touching = [*SHORT[kind], "contacts", "least clearance"]
+    assert [metric.short for metric in headlines(kind, others=True).values()] == touching
 
 
 def test_try_it_shows_arrivals_first_of_a_team_and_nothing_of_a_formation():
@@ -32,6 +34,8 @@ def test_try_it_shows_arrivals_first_of_a_team_and_nothing_of_a_formation():
         "min_distance_m",
         "rms_cross_track_m",
         "torque_variation_nmps",
+        "contacts",
+        "min_clearance_m",
     ]
     assert len(tried("tracking")) == 8
     assert tried("formation") == {}
@@ -52,4 +56,5 @@ def test_kinds_share_what_every_robot_has():
     common = set.intersection(*(set(metrics_of(kind)) for kind in KINDS))
     assert set(metrics_of("tracking")) == common
     assert len(common) == 14
+    assert set(metrics_of("tracking", others=True)) - common == {"contacts", "min_clearance_m"}
     assert {name for kind in KINDS for name in metrics_of(kind)} == set(ALL_METRICS)

@@ -88,10 +88,12 @@ def test_rates_are_counted_apart():
     inf = np.inf
     arrivals = np.array([[30.0, 30.5], [30.0, inf], [30.0, 32.0], [inf, inf]])
     yes = np.array([False, True, False, False])
-    judged = StressOutcome((5, 6, 7, 8), np.full(4, 30.0), arrivals, yes, yes[[0, 2, 3, 1]], np.full(4, 0.5))
+    refused, clearance = yes[[0, 2, 3, 1]], np.array([0.3, -0.02, 0.2, -1.0])
+    judged = StressOutcome((5, 6, 7, 8), np.full(4, 30.0), arrivals, yes, refused, np.full(4, 0.5), clearance)
     found = judged.summary()
     assert (found["collisions"], found["deadlocks"], found["refused"], found["arrived"]) == (1, 1, 1, 2)
     assert found["arrived_together"] == 1
+    assert found["min_clearance_m"] == -0.02  # of those that started
     assert found["failed_seeds"] == {"collision": [6], "deadlock": [6], "refused": [8], "apart": [7]}
 
 

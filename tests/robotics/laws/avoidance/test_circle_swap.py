@@ -45,7 +45,8 @@ def test_a_roundabout_has_the_same_room_for_everybody_around_the_middle():
 def test_success_is_arriving_in_time_without_a_touch():
     arrivals = np.array([[9.0, 10.0], [41.0, 5.0], [9.0, 10.0], [np.inf, np.inf]])
     touched, refused = np.array([False, False, True, False]), np.array([False, False, False, True])
-    outcome = StressOutcome((0, 1, 2, 3), np.full(4, 10.0), arrivals, touched, refused, np.array([0.5, 0.6, 0.2, 0.9]))
+    nearest, clearance = np.array([0.5, 0.6, 0.2, 0.9]), np.array([0.1, 0.2, -0.1, 0.5])
+    outcome = StressOutcome((0, 1, 2, 3), np.full(4, 10.0), arrivals, touched, refused, nearest, clearance)
     found = figures(outcome, np.full(4, 10.0))
     assert found["success"] == 0.25
     assert (found["collisions"], found["refused"], found["late"]) == (1, 1, 1)
