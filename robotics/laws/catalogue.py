@@ -36,11 +36,20 @@ class Preset:
 
 CATALOGUE: dict[str, Preset] = {
     "fuzzy": Preset(
-        FuzzyTracking, {}, "Fuzzy", "Table 5.6 with rule 11 repaired; look-ahead 0.4 s by design rule, not by search"
+        FuzzyTracking,
+        {},
+        "Fuzzy",
+        "Table 5.6 with rule 11 repaired; look-ahead 0.4 s and steering distance 0.35 m by design rule, not by search",
+    ),
+    "fuzzy-lateral": Preset(
+        FuzzyTracking,
+        {"steering": "heading", "lateral": "path"},
+        "Fuzzy, with λ(y_err)",
+        "(2.36) with the path's heading as α; with the target's bearing, as in \"fuzzy\", λ is inert",
     ),
     "fuzzy-literal": Preset(
         FuzzyTracking,
-        {"rule_base": "tracking-literal", "look_ahead": 0.05},
+        {"rule_base": "tracking-literal", "look_ahead": 0.05, "steering_distance": 0.0},
         "Fuzzy, literal",
         "Table 5.6 as printed, the target being the next sample",
     ),
@@ -88,14 +97,14 @@ CATALOGUE: dict[str, Preset] = {
     ),
     "virtual-structure-thesis": Preset(
         VirtualStructure,
-        {"variant": "virtual", "tracker.ky": 1.0, "tracker.kpsi": 1.0},
+        {"variant": "virtual", "tracker.ky": 1.0, "tracker.kpsi": 1.0, "tracker.catch_up": 0.0},
         "Virtual structure, thesis gains",
         "(4.10), (4.11) with the thesis's 1, 1, 1",
         "team",
     ),
     "virtual-structure-literal": Preset(
         VirtualStructure,
-        {"variant": "virtual", "coupling": "literal"},
+        {"variant": "virtual", "coupling": "literal", "tracker.catch_up": 0.0},
         "Virtual structure, literal",
         "(4.10) with the Laplacian's own entries; diverges",
         "team",
@@ -105,7 +114,7 @@ CATALOGUE: dict[str, Preset] = {
     ),
     "cooperation-literal": Preset(
         FuzzyCooperation,
-        {"variant": "literal", "rule_base": "tracking-literal", "look_ahead": 0.05},
+        {"variant": "literal", "rule_base": "tracking-literal", "look_ahead": 0.05, "steering_distance": 0.0},
         "Fuzzy cooperation, literal",
         "Table 5.6 and (5.14) as printed",
         "team",
@@ -114,13 +123,17 @@ CATALOGUE: dict[str, Preset] = {
         RightOfWay, {}, "Right of way", "reservations of (clock, place) before the start, and a brake", "team"
     ),
     "crash-literal": Preset(
-        CrashAvoidance, {}, "Crash avoidance, literal", "(6.4), (6.5) and (5.14) as printed; d_min 0.6 m", "team"
+        CrashAvoidance,
+        {"lateral": "world"},
+        "Crash avoidance, literal",
+        "(6.4) with λ of (2.36), (6.5) and (5.14) as printed; d_min 0.6 m",
+        "team",
     ),
     "crash-lag-clock": Preset(
         CrashAvoidance,
-        {"variant": "lag-clock"},
+        {"variant": "lag-clock", "lateral": "world"},
         "Crash avoidance, clock of the lag",
-        "(6.4), (6.5) with a clock that waits for robots behind only; d_min 0.6 m",
+        "(6.4) with λ of (2.36), (6.5) with a clock that waits for robots behind only; d_min 0.6 m",
         "team",
     ),
     "crash-yielding": Preset(

@@ -135,8 +135,8 @@ def _pictures() -> list[Picture]:
         ),
         Picture(
             "law-lateral",
-            "Membership functions of y_err and the turn λ over y_err (thesis Figs 2.23 and 2.24). The presets steer "
-            "by the bearing and do not use λ.",
+            "Membership functions of y_err and the turn λ over y_err (thesis Figs 2.23 and 2.24). Of the tracking "
+            "presets only fuzzy-lateral uses λ; the others steer by the bearing, which sees y_err itself.",
             "Five membership functions of y_err, and λ as a rising curve over y_err.",
             plot_lateral,
         ),

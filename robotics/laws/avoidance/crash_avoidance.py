@@ -4,7 +4,7 @@ Robots tell each other where they are. A robot that is no farther than d_min fro
 until that one has moved away; a robot that is as near to robots of higher number only drives on, and turns:
 
     d_ij ≤ d_min, j < i  ⇒  v_i = ω_i = 0                                (6.5)
-    otherwise  α_i(new) = λ_i + α_i + η_i                                (6.4)
+    otherwise  α_i(new) = λ_i + α_i + η_i                                (6.4), λ of (2.36)
     η_i = −Σ_j sign(bearing of j) η(d_ij)                                away from the others
 
 with η(d_ij) the rule base ``eta``: 0 at d_min, and still growing where two robots overlap, so that a robot that has
@@ -16,7 +16,8 @@ decides who stands, as the thesis's text says; the printed condition x_j < x_i s
 
 Variants, by the clock of :mod:`robotics.laws.teams.cooperation`:
 
-"literal": the clock as printed, 1 − tanh(Σ d_RP²); it all but stops while a robot waits.
+"literal": the clock as printed, 1 − tanh(Σ d_RP²); it all but stops while a robot waits. λ as printed is that of the
+global y (``lateral`` "world"), which is wrong on every path that does not run along +x.
 "lag-clock": the clock waits only for robots that lag.
 "yielding": the clock does not wait for robots that yield either; the target is held near the robot, which may turn on
 the spot. A d_min of 0.9 to 1 m suits it best.
@@ -52,6 +53,7 @@ class CrashAvoidance(Law[Any]):
     eta: float = quantity(1.0, "1", least=0, most=5)  # a factor on η(d_ij)
     rule_base: str = ""  # for tracking; if empty, Table 5.6 as printed, or for "yielding" as repaired
     eta_rule_base: str = "eta"
+    lateral: Literal["none", "path", "world"] = "none"  # the frame of y_err for λ; "world" is the thesis's
     cooperation: FuzzyCooperation = field(init=False, repr=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
 
@@ -60,10 +62,15 @@ class CrashAvoidance(Law[Any]):
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
         if self.variant == "yielding":
-            below = FuzzyCooperation(rule_base=self.rule_base or "tracking")
+            # The clock does not make up for the waiting: no robot hurries where others stand in its way.
+            below = FuzzyCooperation(rule_base=self.rule_base or "tracking", lateral=self.lateral, catch_up=1.0)
         else:
             below = FuzzyCooperation(
-                variant=self.variant, rule_base=self.rule_base or "tracking-literal", look_ahead=0.05
+                variant=self.variant,
+                rule_base=self.rule_base or "tracking-literal",
+                look_ahead=0.05,
+                steering_distance=0.0,
+                lateral=self.lateral,
             )
         object.__setattr__(self, "cooperation", below)
         object.__setattr__(self, "turn", compiled_curve(self.eta_rule_base, "η", "the distance"))

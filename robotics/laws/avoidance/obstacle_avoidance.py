@@ -113,7 +113,10 @@ class ObstacleAvoidance(Law[_Memory]):
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
         kind: Any = "repaired" if self.variant == "committed" else "lag-clock"
-        object.__setattr__(self, "cooperation", FuzzyCooperation(variant=kind, rule_base=self.rule_base))
+        # No steering distance: a robot that comes round an obstacle must be back on its path within decimetres. And no
+        # catching up: no robot hurries among obstacles that it does not know.
+        below = FuzzyCooperation(variant=kind, rule_base=self.rule_base, steering_distance=0.0, catch_up=1.0)
+        object.__setattr__(self, "cooperation", below)
         object.__setattr__(self, "turn", compiled_curve(self.theta_rule_base, "Θ", "the distance"))
 
     @property

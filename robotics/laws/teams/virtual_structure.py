@@ -64,8 +64,7 @@ class VirtualStructure(Law[_Memory]):
     kappa: float = quantity(1.0, "1/s", above=0)  # κ
     gamma: float = quantity(0.5, "1/s", least=0)  # γ; 0: without (4.11). Only of the variant "virtual"
     leader: float = quantity(1.0, "1", least=0)  # b_i of every robot
-    # catch_up = 0: (2.32) as printed, without feedback while the target stands
-    tracker: Lyapunov = field(default_factory=lambda: Lyapunov(catch_up=0.0))
+    tracker: Lyapunov = field(default_factory=Lyapunov)  # catch_up=0 there: (2.32) as printed
     v_most: float = quantity(0.8, "m/s", above=0)  # 0 <= L_i s_i' <= v_most
     slack: float = quantity(0.05, "1", above=0)  # of the path: a robot that is so far behind stops the clock; "waiting"
     catch_up: float = quantity(1.0, "1", least=1, most=5)  # pace of a clock that is late; "waiting"
@@ -162,7 +161,8 @@ class VirtualStructure(Law[_Memory]):
             s = np.minimum(s + dt * rate, 1.0)
         clock = clock + dt * pace
         if self.variant == "waiting":
-            clock = np.minimum(clock, smallest_heard(clock, heard.now("clock", by="pace") + dt, heard.hears))
+            theirs = heard.now("clock", by="pace") + dt * np.maximum(heard["pace"], 1.0)
+            clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
         after = memory._replace(s=s, rate=rate, integral=integral, clock=clock, pace=pace)
         return command._replace(message=message, target=target, progress=message["s"]), after
 

@@ -9,8 +9,23 @@ The target is the trajectory's point ``look_ahead`` seconds from now (the thesis
 With the bearing as α the rule base is pure pursuit: both lateral poles are those of s² + (2/T) s + 2/T² for a
 look-ahead of T (damping 0.71, √2/T rad/s), at any speed. That is a local certificate; convergence from afar is
 shown by sampling, not proved. With the path's heading as α the lateral error is unseen: λ is then needed, with
-y_err in the path's frame (the thesis's global y works on paths along +x only; errata A22, A23). Nearer to the target
-than ``deadband`` the bearing is noise, and α is set to 0.
+y_err in the path's frame (the thesis's global y works on paths along +x only; errata A22, A23).
+
+The target of a slow robot is near, 3 cm at 0.08 m/s, where its bearing is noise. Nearer than D, ``steering_distance``,
+α is the bearing of a point D − d_RP beyond the target, straight on along ψ_d − ω_d T/2, the chord from the place due to
+the target; v is still that of the target. And a robot that has passed a target at rest, which is the path's end, stops
+at once: over its 2 cm rule 11 would let it creep on.
+
+* Choice of D: a noise σ of the position, new in every period Δt, turns the heading, ψ' = −(2/T)(ψ + y/D), by
+  σ/D √(Δt/T). In the error norm, where 1 rad counts as 1 m, that is no more than σ from D = √(Δt/T) m = 0.35 m on.
+* Cost: the lateral poles are those of s² + (2/T) s + (2/T) v/D, so that errors decay over D metres, and an error β of
+  the heading or ω̃ of the turn rate leads D (β + ω̃ T/2) off the path, where D was v T. Corners are not cut more than
+  before: along the chord α is the same on any arc for every D.
+* Torques: a wheel's speed is as noisy as σ √((1/T)² + (2b/T)² (1/D² + (σ_ψ/σ)²)), with b half the axle, and under the
+  Lyapunov law as σ √(K_x² + (b v)² (K_y² + (K_ψ σ_ψ/σ)²)). What remains is 1/T = 2.5 1/s against K_x = 1 1/s; a
+  ``filter_gain`` of the posture sensor takes it away, for all laws alike.
+
+With D = 0, as printed, there is nothing of that, and α is 0 nearer to the target than ``deadband``.
 """
 
 import math
@@ -33,6 +48,7 @@ from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 
 INPUTS = ("distance", "alpha", "x_err", "heading_err")  # the names of the inputs that a tracking rule base may have
+RULE_TIME = 0.4  # s: T of the package's rule bases, v = d_RP / T and ω = 2 α / T
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +57,8 @@ class FuzzyTracking(Law[None]):
 
     rule_base: str = "tracking"  # a name of robotics/rulebases, or the path of a .fis file
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
-    deadband: float = quantity(0.03, "m", least=0)  # nearer to the target, α is 0
+    steering_distance: float = quantity(0.35, "m", least=0)  # D: α is the bearing of a point that is no nearer
+    deadband: float = quantity(0.03, "m", least=0)  # nearer to the target α is 0; with D below it only
     steering: Literal["bearing", "heading"] = "bearing"  # α is the angle to the target point, or to the path's heading
     lateral: Literal["none", "path", "world"] = "none"  # the frame of y_err for λ; "world" is the thesis's
     lateral_rule_base: str = "lateral"
@@ -64,7 +81,9 @@ class FuzzyTracking(Law[None]):
     @property
     def idle(self) -> frozenset[str]:
         """The parameters that have no effect as the others are set."""
-        return frozenset({"lateral_rule_base"} if self.lateral == "none" else ())
+        idle = {"lateral_rule_base"} if self.lateral == "none" else set()
+        idle |= {"deadband"} if self.steering == "heading" or self.steering_distance >= self.deadband else set()
+        return frozenset(idle)
 
     def init(self, setting: Setting, runs: int) -> None:
         """Remember nothing."""
@@ -96,15 +115,18 @@ class FuzzyTracking(Law[None]):
             lateral = self.turn(y_err[..., None])[..., 0]  # (2.36)
             turn = lateral if turn is None else lateral + turn
         robots = seen.x.shape[-1]
-        x, y, heading = (np.ascontiguousarray(part).reshape(-1, robots) for part in target[:3])
+        to = tuple(np.ascontiguousarray(part).reshape(-1, robots) for part in target[:5])
         places, bearing = np.array(self.inputs), self.steering == "bearing"
-        known = _known(seen.x, seen.y, seen.heading, x, y, heading, x_err, turn, places, self.deadband, bearing)
+        nearest = self.steering_distance, self.deadband
+        known = _known(seen.x, seen.y, seen.heading, *to, x_err, turn, places, *nearest, bearing)
         command = self.tracking(known)
         return command[..., 0], command[..., 1]
 
 
 @kernel
-def _known(x, y, heading, to_x, to_y, to_heading, x_err, turn, places, deadband, bearing):  # type: ignore[no-untyped-def]
+def _known(  # type: ignore[no-untyped-def]
+    x, y, heading, to_x, to_y, to_heading, to_v, to_w, x_err, turn, places, steering_distance, deadband, bearing
+):
     """The rule base's inputs (runs, robots, inputs), those of INPUTS at ``places``; targets may be (1, robots)."""
     known = np.empty((*x.shape, len(places)))
     inputs = np.empty(4)
@@ -115,8 +137,15 @@ def _known(x, y, heading, to_x, to_y, to_heading, x_err, turn, places, deadband,
             dy = to_y[to, i] - y[n, i]
             inputs[0] = math.hypot(dx, dy)  # d_RP
             inputs[3] = wrapped_compiled(to_heading[to, i] - heading[n, i])
+            cos, sin = math.cos(heading[n, i]), math.sin(heading[n, i])
+            ahead = cos * dx + sin * dy  # (5.9)
+            beyond = steering_distance - inputs[0]
             if not bearing:
                 inputs[1] = inputs[3]
+            elif beyond > 0:
+                chord = inputs[3] - to_w[to, i] * RULE_TIME / 2
+                aside = cos * dy - sin * dx
+                inputs[1] = math.atan2(aside + beyond * math.sin(chord), ahead + beyond * math.cos(chord))
             elif inputs[0] < deadband:
                 inputs[1] = 0.0
             else:
@@ -125,8 +154,10 @@ def _known(x, y, heading, to_x, to_y, to_heading, x_err, turn, places, deadband,
                 inputs[1] += turn[n, i]
             if x_err is not None:
                 inputs[2] = x_err[n, i]
+            elif ahead < 0 and to_v[to, i] == 0 and steering_distance > 0:
+                inputs[2] = -1.0
             else:
-                inputs[2] = math.cos(heading[n, i]) * dx + math.sin(heading[n, i]) * dy  # (5.9)
+                inputs[2] = ahead
             for j in range(len(places)):
                 known[n, i, j] = inputs[places[j]]
     return known

@@ -65,7 +65,7 @@ def test_specifications_change_gains():
 
 
 REFUSED = {
-    "fuzy": "unknown controller 'fuzy'; did you mean 'fuzzy'? Known: fuzzy, fuzzy-literal",
+    "fuzy": "unknown controller 'fuzy'; did you mean 'fuzzy'? Known: fuzzy, fuzzy-lateral, fuzzy-literal",
     "lyapunow:ky=1": "unknown controller 'lyapunow'; did you mean 'lyapunov'?",
     "": "unknown controller ''",
     "pid": "unknown controller 'pid'",

@@ -80,6 +80,18 @@ def test_the_robot_of_lower_number_turns_away(crossing, side, sign):
     assert turns[0] < turns[1] < turns[2] < turns[3]
 
 
+@pytest.mark.parametrize("name", ["crash-literal", "crash-lag-clock"])
+def test_as_printed_lambda_is_added_for_the_global_y(crossing, name):
+    """(6.4) with (2.36): λ = 0.2 rad at 0.15 m, and ω = 2 (λ + α) / 0.4 s; robots 1 and 3 are 3 cm to the right."""
+    places = np.array([(-0.3, 1.97, 0.0), (-5.0, 0.0, 0.0), (-0.3, -2.03, 0.0)])
+    starts = crossing.trajectory.at(0.0)
+    with_it = decide(make_controller(name), crossing, places)
+    without = decide(make_controller(f"{name}:lateral=none"), crossing, places)
+    y_err = starts.y - places[:, 1]
+    np.testing.assert_allclose((with_it[1] - without[1])[[0, 2]], (5 * 0.2 / 0.15 * y_err)[[0, 2]], rtol=0.02)
+    np.testing.assert_array_equal(with_it[0], without[0])
+
+
 def drive(name, controller, duration=56.0):
     """Least distance of centers [m], contact, spread of arrivals [s], arrival over duration."""
     scenario = replace(load_scenario(name), duration=duration)

@@ -429,7 +429,7 @@ def test_without_obstacles_nothing_is_sensed_and_it_cooperates():
     scenario = replace(load_scenario("obstacles-on-two-paths"), obstacles=(), duration=3.0)
     assert scenario.setting.world is None
     a = simulate(scenario, make_controller("obstacles"), (0,))
-    b = simulate(scenario, make_controller("cooperation"), (0,))
+    b = simulate(scenario, make_controller("cooperation:steering_distance=0,catch_up=1"), (0,))
     assert np.array_equal(a["x"], b["x"])
 
 

@@ -6,16 +6,19 @@ import numpy as np
 import pytest
 
 from robotics.experiments.recovery import recovery_curve
-from robotics.laws.catalogue import CATALOGUE, make_controller
+from robotics.laws.catalogue import CATALOGUE, gains_of, make_controller
 from robotics.laws.law import ControllerError
+from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.measures.arrival import arrival_time, end_time, spread
 from robotics.measures.progress import progress_gap, true_progress
 from robotics.measures.teams import measure_team, nearest_distance
 from robotics.measures.tracking import cross_track_error, settling_time, tracking_error
+from robotics.paths.trajectory import Reference
 from robotics.radio.description import Radio
 from robotics.radio.faults import Fault
 from robotics.scenario.random_team import random_team, team_toml
 from robotics.scenario.reading import load_scenario, scenario_names
+from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
 
 
@@ -130,13 +133,19 @@ def test_thesis_gains_hold_on_the_circles_too():
 
 
 def test_noise_on_robot_1():
-    """10 % of the position, afresh every period, for 30 s."""
-    done = run("noisy-position", "virtual-structure-virtual", seeds=range(5))
-    cross = np.abs(cross_track_error(done))
-    assert np.sqrt((cross**2).mean(axis=-1)).max() <= 0.015
-    worst = cross.max(axis=(1, 2))
-    assert np.count_nonzero(worst <= 0.030) >= 4
-    assert worst.max() <= 0.035
+    """10 % of the position, afresh every period, for 30 s.
+
+    Lateral feedback while catching up has its price here: it takes the noise of x for way to catch up.
+    """
+    for law, rms, most in (
+        ("virtual-structure-virtual:tracker.catch_up=0", 0.015, 0.035),
+        ("virtual-structure-virtual", 0.02, 0.05),
+    ):
+        cross = np.abs(cross_track_error(run("noisy-position", law, seeds=range(5))))
+        assert np.sqrt((cross**2).mean(axis=-1)).max() <= rms
+        worst = cross.max(axis=(1, 2))
+        assert np.count_nonzero(worst <= most - 0.005) >= 4
+        assert worst.max() <= most
     filtered = run("outage-10s", "virtual-structure-measured", seeds=range(5), faults=())
     assert np.sqrt((cross_track_error(filtered) ** 2).mean(axis=-1)).max() <= 0.015
 
@@ -228,6 +237,40 @@ def test_fuzzy_cooperation_on_paths_of_three_lengths():
     assert np.abs(cross_track_error(done)).max() <= 0.02
     e = tracking_error(done)
     assert np.sqrt(e.x**2 + e.y**2 + e.heading**2).mean(axis=-1).max() < 0.02  # (5.17), without feed-forward
+
+
+@pytest.mark.parametrize("law", ["cooperation", "virtual-structure-virtual"])
+def test_with_noise_a_team_on_one_timetable_is_precise(law):
+    """3 mm and 3 mrad; by the scenario's own reference, so that a late clock counts."""
+    noise = Sensing(posture="pose", position_noise=0.003, heading_noise=0.003)
+    done = run("unequal-lengths", law, sensing=noise)
+    x, y, heading = (rows.T for rows in done.reference[:3])
+    late = done.time > 15
+    norm = np.sqrt((done["x"][0] - x) ** 2 + (done["y"][0] - y) ** 2 + (done["heading"][0] - heading) ** 2)
+    assert norm[:, late].mean(axis=-1).max() <= 0.006
+
+
+@pytest.mark.parametrize("catch_up", [1.0, 1.25, 1.5])
+def test_the_clock_of_cooperation_reaches_the_timetable(catch_up):
+    """Without catching up it stays 1 s late, as 1 − e^{−t} integrates to t − 1; with 1.5 the lateness is gone."""
+    late = 0.0
+    for t in np.arange(0.0, 12.0, 0.05):
+        late += 0.05 * (1 - (1 - np.exp(-t)) * (1 + (catch_up - 1) * min(late, 1.0)))
+    assert late < 0.02 if catch_up == 1.5 else late > 0.05
+    done = run("unequal-lengths", f"cooperation:catch_up={catch_up}", duration=12.0)
+    due = Reference(*done.reference)
+    behind = np.hypot(due.x[-1, 0] - done["x"][0, 0, -1], due.y[-1, 0] - done["y"][0, 0, -1])
+    assert behind / due.v[-1, 0] == pytest.approx(late, abs=0.02)
+
+
+def test_only_the_laws_as_printed_drive_without_feedback_at_rest():
+    for name in ("virtual-structure-thesis", "virtual-structure-literal"):
+        assert gains_of(make_controller(name))["tracker.catch_up"] == 0
+    for name in ("virtual-structure", "virtual-structure-measured", "virtual-structure-virtual"):
+        assert gains_of(make_controller(name))["tracker.catch_up"] == Lyapunov().catch_up > 0
+    runs = [run("start-off-paths", f"virtual-structure-virtual:tracker.catch_up={c}") for c in (0.3, 0.0)]
+    with_it, without = (settling_time(done, cross_track_error(done)).max() for done in runs)
+    assert with_it < without - 1.0
 
 
 def test_fuzzy_cooperation_from_off_the_paths():

@@ -22,6 +22,7 @@ from robotics.simulation.loop import simulate
 NOISY = Sensing(posture="pose", position_noise=0.005)
 ON_PATH, OFF_PATH = (replace(load_scenario(f"fuzzy-{where}-path"), sensing=Sensing()) for where in ("on", "off"))
 FUZZY: Any = make_controller("fuzzy")
+BARE: Any = make_controller("fuzzy:steering_distance=0")  # the bearing of the target itself, however near
 
 
 # Row E ----------------------------------------------------------------------------------------------------------
@@ -129,6 +130,13 @@ def test_lambda_keeps_random_starts_with_the_bearing_and_makes_them_with_the_hea
     assert np.median(np.minimum(along, 2 * pi - along)) < 0.05
 
 
+def test_the_preset_with_lambda_steers_by_the_heading():
+    assert make_controller("fuzzy-lateral") == make_controller("fuzzy:steering=heading,lateral=path")
+    assert make_controller("fuzzy-lateral").idle == {"deadband"}
+    assert FUZZY.idle == {"lateral_rule_base", "deadband"}
+    assert BARE.idle == {"lateral_rule_base"}
+
+
 @pytest.mark.parametrize(("lateral", "reaches"), [("none", False), ("path", True)])
 def test_heading_steering_reaches_the_path_only_with_lambda(lateral, reaches):
     law = make_controller(f"fuzzy:steering=heading,lateral={lateral}")
@@ -168,6 +176,96 @@ def test_circle_is_followed_exactly(direction):
     member = Member(start=(1.0, 0.0, turn * pi / 2), path=Circle(direction=direction), timing=Timing(speed=0.3))
     run = simulate(Scenario(name="circle", robots=(member,), duration=20.0), FUZZY)
     assert np.abs(np.hypot(run["x"], run["y"]) - 1)[..., run.time > 4].max() <= 0.003
+
+
+# Noise ----------------------------------------------------------------------------------------------------------
+
+AS_GIVEN = load_scenario("fuzzy-on-path")  # 3 mm and 3 mrad of noise
+
+
+def norm(law, scenario=AS_GIVEN):
+    return measure(simulate(scenario, make_controller(law), range(5)))["mean_error_norm"].mean()
+
+
+def test_under_noise_the_error_is_of_the_size_of_the_lyapunov_law():
+    assert norm("fuzzy") <= 2 * norm("lyapunov")
+    assert norm("fuzzy:steering_distance=0") > 4 * norm("lyapunov")
+
+
+@pytest.mark.parametrize(
+    ("law", "gains"),
+    [
+        # what a metre of y and a radian of heading turn [rad/s], at 0.28 m/s
+        ("fuzzy", (2.5, 5 / 0.35, 5.0)),
+        ("fuzzy:steering_distance=0", (2.5, 5 / (0.4 * 0.28), 5.0)),
+        ("lyapunov", (1.0, 10 * 0.28, 5 * 0.28)),
+    ],
+)
+def test_a_wheels_speed_is_as_noisy_as_the_formula_says(law, gains):
+    """σ √(k_x² + b² (k_y² + k_ψ²)) on a straight line, with b = 0.1 m and equal numbers for m and rad."""
+    member = Member(start=(0.0, 0.0, 0.0), path=Line(start=(0.0, 0.0), end=(6.0, 0.0)), timing=Timing(speed=0.28))
+    sensing = Sensing(posture="pose", position_noise=0.001, heading_noise=0.001)
+    run = simulate(
+        Scenario(name="line", robots=(member,), duration=20.0, sensing=sensing), make_controller(law), (0, 1)
+    )
+    wheel = (run["v_demand"] + 0.1 * run["w_demand"])[..., run.time > 3]
+    k_x, k_y, k_heading = gains
+    assert wheel.std() == pytest.approx(0.001 * np.hypot(k_x, 0.1 * np.hypot(k_y, k_heading)), rel=0.15)
+
+
+@pytest.mark.parametrize("speed", [0.08, 0.2])
+def test_the_steering_distance_cuts_no_corner(speed):
+    """A circle of 1 m: a point on it 0.35 m ahead would lead (D² − D v T)/2 = 48 or 41 mm inside."""
+    member = Member(start=(1.0, 0.0, pi / 2), path=Circle(), timing=Timing(speed=speed))
+    run = simulate(Scenario(name="circle", robots=(member,), duration=20.0), FUZZY)
+    assert np.abs(np.hypot(run["x"], run["y"]) - 1)[..., run.time > 4].max() <= 0.002
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+def test_at_the_end_it_arrives_and_stays(noise):
+    sensing = Sensing(posture="pose", position_noise=noise, heading_noise=noise)
+    run = simulate(replace(ON_PATH, sensing=sensing, duration=40.0), FUZZY, range(3))
+    e = tracking_error(run)
+    rest = run.time > 25
+    assert np.hypot(e.x, e.y)[..., rest].max() <= 0.015  # rule 11 alone lets it creep to 20 mm, and with noise 27
+    assert np.abs(e.heading[..., rest]).max() <= 0.02
+    assert np.ptp(run["x"][..., rest], axis=-1).max() <= 0.005
+    assert np.abs(run["w_demand"][..., rest]).mean() <= (0.01 if noise else 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "law", "x", "y", "heading"),
+    [
+        ("fuzzy-off-path", "fuzzy-literal", [2.422955249959749], [-0.058195620135544385], [0.6399737185393926]),
+        (
+            "unequal-lengths",
+            "cooperation-literal",
+            [0.6402932728506866, 0.9164468467223754, 1.155254074961317],
+            [1.0301368860704625, 0.051803458495478974, -1.118817482870926],
+            [0.13054312471932844, 0.15606743285588923, -0.2765017010845245],
+        ),
+        (
+            "two-meetings",
+            "crash-literal:lateral=none",
+            [2.9562043479189186, 2.376749551109191, 3.439689019311724],
+            [0.7273052776209892, 0.6829527995212191, -0.763791892893659],
+            [-0.528749719479752, 0.473868045056129, 0.22306817945688537],
+        ),
+        (
+            "turn-into-neighbour",
+            "obstacles-literal",
+            [3.892600898634445, 3.6715593892581966, 3.8873893574970513],
+            [0.7995308854302016, 0.001123051234738194, -1.8839468402232198],
+            [-9.245187804866385e-05, 0.010561149007511168, -0.21562114690742054],
+        ),
+    ],
+)
+def test_the_literal_laws_drive_as_before_there_was_a_steering_distance(scenario, law, x, y, heading):
+    """Where version 0.2's laws were after 10 s (chapter 6: 20 s) with seed 3."""
+    duration = 10.0 if law in ("fuzzy-literal", "cooperation-literal") else 20.0
+    run = simulate(replace(load_scenario(scenario), duration=duration), make_controller(law), (3,))
+    for channel, values in (("x", x), ("y", y), ("heading", heading)):
+        np.testing.assert_allclose(run[channel][0, :, -1], values, rtol=0, atol=1e-9)
 
 
 # The rule bases -------------------------------------------------------------------------------------------------
@@ -229,15 +327,19 @@ def test_command_is_the_rule_base_at_the_look_ahead_point():
     x0, y0, psi = (np.full((1, 1), float(v)) for v in (x[0], y[0], heading))
     zero = np.zeros((1, 1))
     seen = Observation(5.0, x0, y0, psi, zero, zero, ON_PATH.trajectory.at(5.0), ON_PATH.trajectory)
-    command, _ = FUZZY.control(seen, None, 0.05)
     alpha = np.arctan2(-0.05, 0.12) - 0.2
     x_err = np.cos(0.2) * 0.12 - np.sin(0.2) * 0.05
-    expected = surface(FUZZY, np.hypot(0.12, 0.05), alpha, x_err, target.heading[0] - 0.2)
-    assert (command.first.item(), command.second.item()) == pytest.approx(tuple(expected), abs=1e-12)
+    # The steering point: 0.35 m away less the distance, straight on from the target along the chord
+    chord, beyond = target.heading[0] - 0.2 * target.w[0], 0.35 - np.hypot(0.12, 0.05)
+    steered = np.arctan2(-0.05 + beyond * np.sin(chord), 0.12 + beyond * np.cos(chord)) - 0.2
+    for law, angle in ((BARE, alpha), (FUZZY, steered), (replace(FUZZY, steering_distance=0.12), alpha)):
+        command, _ = law.control(seen, None, 0.05)
+        expected = surface(FUZZY, np.hypot(0.12, 0.05), angle, x_err, target.heading[0] - 0.2)
+        assert (command.first.item(), command.second.item()) == pytest.approx(tuple(expected), abs=1e-12)
     # Within the deadband the bearing is not looked at
     seen = seen._replace(x=np.full((1, 1), target.x[0] - 0.02), y=np.full((1, 1), target.y[0] + 0.02))
-    assert FUZZY.control(seen, None, 0.05)[0].second.item() == 0
-    assert replace(FUZZY, deadband=0.0).control(seen, None, 0.05)[0].second.item() < -1
+    assert BARE.control(seen, None, 0.05)[0].second.item() == 0
+    assert replace(BARE, deadband=0.0).control(seen, None, 0.05)[0].second.item() < -1
 
 
 def test_packaged_rule_bases_have_table_5_6():
