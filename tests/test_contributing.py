@@ -333,7 +333,8 @@ def test_a_robot_parameter(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize("name", [f.name for f in fields(Robot)])
 def test_every_robot_parameter_is_read_and_changes_the_plant_or_the_footprint(name):
-    value = round(getattr(Robot(), name) * 1.01 + 0.01 * (getattr(Robot(), name) == 0), 9)
+    usual = getattr(Robot(), name) or 0.0  # None: a bound that the robot does not have
+    value = round(usual * 1.01 + 0.01 * (usual == 0), 9)
     (robot,) = parse_scenario(HEAD + f"[robot]\n{name} = {value!r}\n" + ROBOT, "one").setting.robots
     assert robot == replace(Robot(), **{name: value}) != Robot()
     same = [np.array_equal(of(robot), of(Robot())) for of in (plant.parameters, lambda r: footprints([r]))]

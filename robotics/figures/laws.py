@@ -1,6 +1,6 @@
 """Pictures of the control laws themselves: the reaching law's push, and the fuzzy rule bases.
 
-These are the thesis's Figs 2.3, 2.19, 2.20, 2.23 and 2.24.
+These are the thesis's Figs 2.3, 2.19, 2.20, 2.23, 2.24, 6.4, 6.5, 6.20 and 6.21.
 """
 
 from collections.abc import Sequence
@@ -95,6 +95,24 @@ def _held(fixed: dict[str, float]) -> str:
 
 def plot_lateral(rule_base: str = "lateral") -> Figure:
     """Draw the membership functions of y_err, and the turn λ over y_err, thesis Figs 2.23 and 2.24."""
+    return _plot_turn(rule_base, "λ", "y_err")
+
+
+def plot_crash_turn(rule_base: str = "eta") -> Figure:
+    """Draw the membership functions of d_ij, and the turn η of (6.4) over d_ij, thesis Figs 6.4 and 6.5."""
+    return _plot_turn(rule_base, "η", "d_ij")
+
+
+def plot_obstacle_turn(rule_base: str = "theta") -> Figure:
+    """Draw the membership functions of ro, and the turn Θ of (6.7) over ro, thesis Figs 6.20 and 6.21.
+
+    The thesis uses these two numbers twice; meant are those of ro and Θ.
+    """
+    return _plot_turn(rule_base, "Θ", "ro")
+
+
+def _plot_turn(rule_base: str, symbol: str, argument: str) -> Figure:
+    """Draw a rule base with one input, the ``argument`` [m]: its membership functions and its turn [rad]."""
     fis = load_rule_base(rule_base)
     with style():
         figure = new_figure(DOUBLE, 2.0)
@@ -102,5 +120,7 @@ def plot_lateral(rule_base: str = "lateral") -> Figure:
         figure.draw_without_rendering()
         plot_memberships(fis, 0, ax=left)
         plot_surface(fis, 0, 0, ax=right)
-        right.set_ylabel("λ [rad]")
+        for ax in (left, right):
+            ax.set_xlabel(f"{argument} [m]")
+        right.set_ylabel(f"{symbol} [rad]")
         return figure

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 import numpy as np
 
 from fuzzy.errors import InputError
+from robotics.laws.modes import StateDiagram
 from robotics.laws.setting import Setting
 from robotics.paths.references import References
 from robotics.paths.trajectory import Reference
@@ -93,6 +94,11 @@ class Law(ABC, Generic[Memory]):
     def idle(self) -> frozenset[str]:
         """The names of the gains that have no effect as the others are set."""
         return frozenset()
+
+    @property
+    def diagrams(self) -> tuple[StateDiagram, ...]:
+        """Its state diagrams; a law without states has none."""
+        return ()
 
     @abstractmethod
     def init(self, setting: Setting, runs: int) -> Memory:

@@ -5,6 +5,9 @@ from functools import partial
 import numpy as np
 
 from robotics.figures.avoidance import plot_avoidance
+from robotics.figures.laws import plot_crash_turn, plot_obstacle_turn
+from robotics.figures.meetings import plot_meetings
+from robotics.figures.states import plot_states
 from robotics.laws.catalogue import label
 from robotics.measures.arrival import ARRIVAL_SPREAD, together
 from robotics.measures.avoidance import AvoidanceMetrics, avoidance_metrics
@@ -195,7 +198,45 @@ def _arrival(m: AvoidanceMetrics) -> tuple[str, str, str]:
 
 
 def _pictures(results: AvoidanceResults) -> list[Picture]:
-    pictures = []
+    pictures = [
+        Picture(
+            "avoidance-eta",
+            "The rule base eta (thesis Figs 6.4, 6.5): the sets of d_ij, and the turn η of (6.4). The thesis's figures "
+            "are missing; the numbers are choices.",
+            "Three triangles over the distance; η falls from 2.4 rad at 0 m to 0 at 0.6 m in a straight line.",
+            plot_crash_turn,
+        ),
+        Picture(
+            "avoidance-theta",
+            "The rule base theta (thesis Figs 6.20, 6.21): the sets of ro, and the turn Θ of (6.7); choices, too.",
+            "Three triangles over the distance; Θ falls from 1.6 rad at 0.15 m to 0 at 0.8 m in a straight line.",
+            plot_obstacle_turn,
+        ),
+        Picture(
+            "avoidance-states-crash",
+            "What a robot does, and what leads from one to the other (thesis Fig 6.7), from the laws' own tables.",
+            "State diagrams of the thesis's crash avoidance and of right of way: tracking and standing.",
+            partial(plot_states, (CRASH_LAWS[0], CRASH_LAWS[-1])),
+        ),
+        Picture(
+            "avoidance-states-obstacles",
+            "The same among obstacles (thesis Fig 6.26): as printed, and keeping to one side; for both, when the group "
+            "goes on without a robot.",
+            "State diagrams of obstacle avoidance: tracking, avoiding, following the wall, yielding; left behind.",
+            partial(plot_states, OBSTACLE_LAWS),
+        ),
+        *(
+            Picture(
+                f"avoidance-meetings-{test}",
+                f"{results.scenarios[test].title}, {label(CRASH_LAWS[0])}: where the robots came nearest (thesis "
+                f"{figure}), 3 s before and after. Rectangles: the robots in true size every second, filled when they "
+                "were nearest; the circle's diameter is their distance.",
+                f"The ways of the robots near each other in {test}, magnified.",
+                partial(plot_meetings, results.runs[test, CRASH_LAWS[0]]),
+            )
+            for test, figure in zip(TESTS, ("Fig 6.10", "Fig 6.15"), strict=True)
+        ),
+    ]
     for scenario, (laws, figures) in FIGURES.items():
         crash = scenario in TESTS
         about = (

@@ -7,6 +7,7 @@ import numpy as np
 
 from robotics.figures.recovery import plot_recovery, plot_scaling
 from robotics.figures.run import plot_run
+from robotics.figures.states import plot_states
 from robotics.laws.catalogue import label
 from robotics.measures.arrival import arrival_time, spread, together
 from robotics.measures.progress import progress_gap
@@ -178,6 +179,15 @@ def _pictures(results: TeamResults) -> list[Picture]:
                 partial(plot_run, results.runs[scenario, law]),
             )
         )
+    pictures.append(
+        Picture(
+            "team-states",
+            "What a robot under fuzzy cooperation does, and what leads from one to the other (thesis Fig 5.24), from "
+            "the law's own table: as printed, and repaired.",
+            "State diagrams of fuzzy cooperation: following, waiting, joining the path, arrived.",
+            partial(plot_states, ("cooperation-literal", "cooperation")),
+        )
+    )
     pictures.append(
         Picture(
             "team-recovery",

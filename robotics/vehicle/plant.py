@@ -1,5 +1,8 @@
 """The plant: encoders, wheel loops, motors and the rigid body of all robots of all runs in one pass.
 
+A commanded velocity is bounded in itself, then in how fast it may change where the robot has such bounds (thesis
+(5.1)), then by what the wheels can turn. Commanded torques are bounded by the motors only.
+
 A tick is the high-level period (50 ms). It consists of steps of 10 ms, as in the robot's microcontroller: read the
 encoders, run the wheel loops, hold the voltage. Inside a step the velocities are integrated by Runge-Kutta
 (order 4) and the pose follows the exact arc of each substep.
@@ -33,16 +36,19 @@ ODO_X, ODO_Y, ODO_HEADING = 17, 18, 19  # m, m, rad: the pose by odometry
 TORQUE_R, TORQUE_L = 20, 21  # N m: motor torques at the start of the last step
 WORK, LOSS = 22, 23  # J: done by the motors; lost to friction
 EFFORT, VARIATION = 24, 25  # N² m² s: ∫ τr² + τl² dt; N m: Σ |Δτr| + |Δτl| from step to step
-CHANNELS = 26
+HELD_V, HELD_W = 26, 27  # m/s, rad/s: the commanded velocity within all its bounds, as the last step held it
+CHANNELS = 28
 
 # Rows of the parameters
 (
     P_MASS, P_INERTIA, P_COUPLING, P_RADIUS, P_HALF_AXLE, P_VOLTAGE, P_KT, P_KE, P_TORQUE_LIMIT, P_FRICTION,
     P_FRICTION_SPEED, P_COUNT, P_KP, P_KI, P_KD, P_B0, P_B1, P_B2, P_A1, P_A2, P_V_MAX, P_W_MAX, P_WHEEL_MAX,
     P_ODO_RIGHT, P_ODO_LEFT, P_ODO_HALF_AXLE,  # the wheels' radii and the half axle that odometry assumes
-) = range(26)  # fmt: skip
-PARAMETERS = 26
+    P_V_RATE, P_W_RATE,
+) = range(28)  # fmt: skip
+PARAMETERS = 28
 
+_ANY_RATE = 1e300  # m/s², rad/s²: no bound of the acceleration; finite, so that parameters can be subtracted
 _BLOCK = 16  # lanes: a multiple of every vector width in use
 # Rows of a block's scratch beyond the state and the parameters
 _S = CHANNELS + PARAMETERS
@@ -80,6 +86,8 @@ def parameters(robot: Robot, step: float = 0.01) -> np.ndarray:
         P_ODO_RIGHT: robot.wheel_radius,
         P_ODO_LEFT: robot.wheel_radius,
         P_ODO_HALF_AXLE: robot.half_axle,
+        P_V_RATE: _ANY_RATE if robot.v_rate_max is None else robot.v_rate_max,
+        P_W_RATE: _ANY_RATE if robot.w_rate_max is None else robot.w_rate_max,
     }
     return np.array([rows[i] for i in range(PARAMETERS)])
 
@@ -112,7 +120,7 @@ class Plant:
     steps: int = 5  # steps a tick
     step: float = 0.01  # s
     substeps: int = 4  # Runge-Kutta steps a step: the pose is then within 1e-7 m of the limit after 5 s
-    kinematic: bool = False  # the velocity is the command, without delay
+    kinematic: bool = False  # the velocity is the command within its bounds, without delay
 
     def advance(
         self, state: np.ndarray, earlier: np.ndarray, command: np.ndarray, late_steps: int, level: Level
@@ -140,6 +148,7 @@ def saturate(limits: np.ndarray, v: np.ndarray, w: np.ndarray) -> tuple[np.ndarr
     """Return the velocities v [m/s] and ω [rad/s] within the limits that the plant makes of a command.
 
     Each is clamped; then both are scaled onto the wheels' diamond |v| + L |ω| <= r ω_wheel, which keeps the curvature.
+    How fast they may change, where a robot has such bounds, plays no part here: it is what the plant makes in the end.
 
     Args:
         limits: As of :func:`velocity_limits` (4, robots).
@@ -254,6 +263,13 @@ def _loops(z, step, code):  # type: ignore[no-untyped-def]
             top_w = z[(CHANNELS + P_W_MAX) * _BLOCK + i]
             v = min(max(first, -top_v), top_v)
             w = min(max(second, -top_w), top_w)
+            # thesis (5.1): |v'| and |ω'| of the command are bounded. The wheels' limit comes last, and wins.
+            most_v = z[(CHANNELS + P_V_RATE) * _BLOCK + i] * step
+            most_w = z[(CHANNELS + P_W_RATE) * _BLOCK + i] * step
+            held_v = z[HELD_V * _BLOCK + i]
+            held_w = z[HELD_W * _BLOCK + i]
+            v = min(max(v, held_v - most_v), held_v + most_v)
+            w = min(max(w, held_w - most_w), held_w + most_w)
             ref_r = (v + half * w) / r  # thesis (2.6), with the labels the right way round
             ref_l = (v - half * w) / r
             fastest = max(abs(ref_r), abs(ref_l))
@@ -261,6 +277,8 @@ def _loops(z, step, code):  # type: ignore[no-untyped-def]
             scale = min(1.0, top / max(fastest, 1e-12))
             ref_r = ref_r * scale
             ref_l = ref_l * scale
+            z[HELD_V * _BLOCK + i] = v * scale
+            z[HELD_W * _BLOCK + i] = w * scale
             if code == 2:
                 z[V * _BLOCK + i] = v * scale
                 z[W * _BLOCK + i] = w * scale

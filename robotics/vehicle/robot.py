@@ -50,6 +50,9 @@ class Robot:
     v_max: float = quantity(1.12, "m/s", above=0)  # 2.1.3.1; never reached: the wheels end at 0.825 m/s
     w_max: float = quantity(5.74, "rad/s", above=0)  # 2.1.3.1
     wheel_speed_max: float = quantity(175 * 2 * pi / 60, "rad/s", above=0)  # 175 rpm
+    # Bounds of (5.1), of a commanded velocity only: how fast it may change. None: at once; the thesis gives no numbers
+    v_rate_max: float | None = quantity(None, "m/s²", above=0)
+    w_rate_max: float | None = quantity(None, "rad/s²", above=0)
 
     def __post_init__(self) -> None:
         check_quantities(self, RobotError)

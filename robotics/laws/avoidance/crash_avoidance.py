@@ -34,13 +34,24 @@ import numpy as np
 
 from fuzzy.compiled.sugeno import CompiledSugeno
 from robotics.laws.law import Command, ControllerError, Law, Observation
-from robotics.laws.modes import TRACK, YIELD
+from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import FuzzyCooperation
 from robotics.laws.tracking.fuzzy_tracking import compiled_curve
 from robotics.paths.posture import wrapped
 from robotics.quantity import check_quantities, quantity
 
+# Thesis Fig 6.7
+DIAGRAM = StateDiagram(
+    {
+        TRACK: Box("tracking", "Table 5.6 at λ + α + η (6.4); η is 0 unless another robot is within d_min"),
+        YIELD: Box("standing", "v = ω = 0 (6.5)"),
+    },
+    (
+        Transition(TRACK, YIELD, "a robot of lower number is within d_min"),
+        Transition(YIELD, TRACK, "no robot of lower number is within d_min"),
+    ),
+)
 TOUCHING = 0.3  # m: where two robots touch; η is 1.2 rad there, whatever d_min is
 
 
@@ -79,6 +90,11 @@ class CrashAvoidance(Law[Any]):
     def kept_distance(self) -> float:
         """d_min of (6.1) [m]."""
         return self.d_min
+
+    @property
+    def diagrams(self) -> tuple[StateDiagram, ...]:
+        """Tracking and standing, thesis Fig 6.7."""
+        return (DIAGRAM,)
 
     def init(self, setting: Setting, runs: int) -> Any:
         """Return the memory of the cooperation. Raises ControllerError where the graph is not connected."""

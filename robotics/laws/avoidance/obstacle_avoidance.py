@@ -54,7 +54,7 @@ from robotics.laws.avoidance.obstacle_modes import (
 )
 from robotics.laws.avoidance.priority import CONE, WHEREABOUTS, Others, blocked, others, whereabouts
 from robotics.laws.law import Command, ControllerError, Law, Observation
-from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
+from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import ON_PATH, FuzzyCooperation
 from robotics.laws.tracking.fuzzy_tracking import compiled_curve
@@ -76,6 +76,55 @@ CATCH_UP_SPEED = 0.6  # m/s: a robot that catches up drives no faster among obst
 EARLY_TIME = 1.0  # s in which a robot loses its lead
 JOINING_SPEED = 0.1  # m/s: a robot ahead of time drives back to its path no slower
 CREEP_SPEED = 0.06  # m/s: a robot ahead of time that avoids drives no slower
+
+# Thesis Fig 6.26, and what became of it here; below each, whether the group waits for the robot
+LITERAL_DIAGRAM = StateDiagram(
+    {
+        TRACK: Box("tracking", "Table 5.6 at α"),
+        AVOID: Box("avoiding", "Table 5.6 at α + Θ(ro) (6.7), slower"),
+        YIELD: Box("standing", "v = ω = 0"),
+    },
+    (
+        Transition(TRACK, AVOID, "ro ≤ ro_min, or a side sonar reads too little"),
+        Transition(AVOID, TRACK, "all sonars read enough"),
+        Transition(TRACK, YIELD, "a robot of lower number avoids ahead, within d_pass"),
+        Transition(AVOID, YIELD, "a robot of lower number avoids ahead, within d_pass"),
+        Transition(YIELD, TRACK, "it is past; all sonars read enough"),
+        Transition(YIELD, AVOID, "it is past; an obstacle is near"),
+    ),
+)
+_IN_THE_WAY = "another robot, or what may move, is too near"
+COMMITTED_DIAGRAM = StateDiagram(
+    {
+        TRACK: Box("tracking", "Table 5.6 at α, no faster than the front reading allows"),
+        AVOID: Box("avoiding", "Table 5.6 at α + Θ(ro), round one side, which is kept"),
+        FOLLOW: Box("following the wall", "along the wall, on the same side"),
+        YIELD: Box("yielding", "stands; on the spot it may turn away from who is beside it"),
+    },
+    (
+        Transition(TRACK, AVOID, "a front sonar reads less than ro_min"),
+        Transition(AVOID, TRACK, "front and side have been free for 1.2 s"),
+        Transition(AVOID, FOLLOW, "no progress on the path for 6 s"),
+        Transition(FOLLOW, AVOID, "past where it got stuck, and free ahead"),
+        Transition(TRACK, YIELD, _IN_THE_WAY),
+        Transition(AVOID, YIELD, _IN_THE_WAY),
+        Transition(FOLLOW, YIELD, _IN_THE_WAY),
+        Transition(YIELD, TRACK, "its way is free, and no obstacle is near"),
+        Transition(YIELD, AVOID, "its way is free, beside an obstacle"),
+        Transition(YIELD, FOLLOW, "its way is free, along a wall"),
+    ),
+)
+GROUP_DIAGRAM = StateDiagram(
+    {
+        0: Box("in the group", "the clock waits for the robot"),
+        LEFT_BEHIND: Box("left behind", "the clock does not wait for it"),
+    },
+    (
+        Transition(0, LEFT_BEHIND, "no progress on the path for longer than patience"),
+        Transition(LEFT_BEHIND, 0, "progress, or it tracks again"),
+    ),
+    mask=LEFT_BEHIND,
+)
 
 
 class _Memory(NamedTuple):
@@ -123,6 +172,11 @@ class ObstacleAvoidance(Law[_Memory]):
     def idle(self) -> frozenset[str]:
         """The parameters that have no effect in this variant."""
         return frozenset({"push", "push_range"} if self.variant == "committed" else {"reach", "near"})
+
+    @property
+    def diagrams(self) -> tuple[StateDiagram, ...]:
+        """The modes of its variant, thesis Fig 6.26; and whether the group waits for the robot."""
+        return (COMMITTED_DIAGRAM if self.variant == "committed" else LITERAL_DIAGRAM, GROUP_DIAGRAM)
 
     def init(self, setting: Setting, runs: int) -> _Memory:
         """Let all robots track. Raises ControllerError where the graph is not connected."""

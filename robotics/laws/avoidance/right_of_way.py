@@ -31,7 +31,7 @@ from robotics.laws.avoidance.priority import WHEREABOUTS, blocked, others, where
 from robotics.laws.avoidance.reservation import CELLS, Plan, plan_right_of_way
 from robotics.laws.avoidance.sidestep import roundabout, sidestepped
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
-from robotics.laws.modes import TRACK, YIELD
+from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
 from robotics.laws.tracking.lyapunov import Lyapunov
@@ -39,6 +39,16 @@ from robotics.paths.joined import PathTable, join_tables
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 
+DIAGRAM = StateDiagram(
+    {
+        TRACK: Box("tracking", "the Lyapunov law to the place that the plan has due, by the clock of all"),
+        YIELD: Box("standing", "v = ω = 0; the clocks of all slow down"),
+    },
+    (
+        Transition(TRACK, YIELD, "another robot is ahead, nearer than near and the braking distance"),
+        Transition(YIELD, TRACK, "none is, or that one has the higher number and drives towards it"),
+    ),
+)
 PLANNED_SPREAD = 0.6  # s: within which the plan lets all arrive
 SIDESTEP_MARGIN = 0.1  # m: how much farther than the clearance a side-step goes
 LONG = 1.6  # times the nominal duration: for a longer plan, a roundabout is tried too
@@ -118,6 +128,11 @@ class RightOfWay(Law[_Memory]):
     def kept_distance(self) -> float:
         """The clearance of its plan [m]."""
         return self.clearance
+
+    @property
+    def diagrams(self) -> tuple[StateDiagram, ...]:
+        """Tracking and standing."""
+        return (DIAGRAM,)
 
     def init(self, setting: Setting, runs: int) -> _Memory:
         """Make the plans. Raises ControllerError where the graph is not connected, or a scenario has no safe plan.

@@ -31,6 +31,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
+from robotics.laws.modes import Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
@@ -41,6 +42,43 @@ AT_END = 0.04  # m: a robot that is nearer to the end of its path has arrived
 ON_PATH = 0.03  # m: a robot that is no farther from its path is on it
 
 
+# What a robot does, as the lower level chooses it in every period
+FOLLOWING, WAITING, JOINING, ARRIVED = range(4)
+# Thesis Fig 5.24 as printed: rule 11 decides
+RULE_11_DIAGRAM = StateDiagram(
+    {
+        FOLLOWING: Box("following", "rules 1-10 of Table 5.6: to the sample due"),
+        WAITING: Box("waiting", "rule 11 of Table 5.6: v and ω fall to 0"),
+    },
+    (
+        Transition(FOLLOWING, WAITING, "the sample due is behind: x_err < 0"),
+        Transition(WAITING, FOLLOWING, "the sample due is ahead: x_err ≥ 0"),
+    ),
+)
+_OFF, _ON, _END = "off its path", "on its path", "the target is the path's end, and near"
+REPAIRED_DIAGRAM = StateDiagram(
+    {
+        WAITING: Box("waiting", "rule 11 of Table 5.6: v and ω fall to 0"),
+        JOINING: Box("joining its path", "Table 5.6 to a point of the path ahead, though it may not be due"),
+        ARRIVED: Box("arrived", "Table 5.6 to the path's end; rule 11 by the robot's own x"),
+        FOLLOWING: Box("following", "Table 5.6 to the sample due, at most reach ahead"),
+    },
+    (
+        Transition(WAITING, JOINING, _OFF),
+        Transition(JOINING, WAITING, f"{_ON}, the target is behind"),
+        Transition(JOINING, ARRIVED, _END),
+        Transition(ARRIVED, JOINING, "the end is not near, off its path"),
+        Transition(WAITING, ARRIVED, _END),
+        Transition(WAITING, FOLLOWING, "the target is ahead"),
+        Transition(FOLLOWING, WAITING, "the target is behind"),
+        Transition(JOINING, FOLLOWING, f"{_ON}, the target is ahead"),
+        Transition(FOLLOWING, JOINING, _OFF),
+        Transition(ARRIVED, FOLLOWING, f"the end is not near, {_ON}"),
+        Transition(FOLLOWING, ARRIVED, _END),
+    ),
+)
+
+
 class _Memory(NamedTuple):
     """Each field is (runs, robots) unless it says otherwise."""
 
@@ -49,6 +87,7 @@ class _Memory(NamedTuple):
     place: np.ndarray  # m: abscissa of the nearest point
     lengths: np.ndarray  # (robots,) or (runs, robots) m
     end: np.ndarray  # (1,) or (runs, 1) s: the last reference arrives
+    phase: np.ndarray  # FOLLOWING, WAITING, JOINING or ARRIVED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,6 +120,11 @@ class FuzzyCooperation(Law[_Memory]):
         idle = {"literal": {"reach", "lag", "softness", "catch_up"}, "lag-clock": {"reach", "catch_up"}}
         return frozenset(idle.get(self.variant, ()))
 
+    @property
+    def diagrams(self) -> tuple[StateDiagram, ...]:
+        """The choices of the lower level, thesis Fig 5.24."""
+        return (REPAIRED_DIAGRAM if self.variant == "repaired" else RULE_11_DIAGRAM,)
+
     def init(self, setting: Setting, runs: int) -> _Memory:
         """Set the clocks to 0. Raises ControllerError where the robots are no team, or the graph is not connected."""
         robots = len(setting.robots)
@@ -92,7 +136,14 @@ class FuzzyCooperation(Law[_Memory]):
         pose = np.broadcast_to(setting.starts, (runs, robots, 3))
         begin = setting.references.at(0.0).s
         near = paths.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
-        return _Memory(zero, zero, near, paths.lengths, setting.references.ends.max(axis=-1, keepdims=True))
+        return _Memory(
+            zero,
+            zero,
+            near,
+            paths.lengths,
+            setting.references.ends.max(axis=-1, keepdims=True),
+            np.full(zero.shape, WAITING),
+        )
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Run the clock, and drive towards the sample due by Table 5.6."""
@@ -145,17 +196,20 @@ class FuzzyCooperation(Law[_Memory]):
         late = self.look_ahead * pace if self.variant == "repaired" else self.look_ahead
         target = seen.references.each_at(np.minimum(clock + late, memory.end))
         behind: np.ndarray | None = None
+        dx, dy = target.x - seen.x, target.y - seen.y
+        ahead = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy
+        phase = np.where(ahead >= 0, FOLLOWING, WAITING)
         if self.variant == "repaired":
+            near = paths.at(place)
+            off = np.hypot(near.x - seen.x, near.y - seen.y)
+            phase = np.where(target.s >= place, FOLLOWING, WAITING)
+            phase = np.where(off > ON_PATH, JOINING, phase)
+            phase = np.where((target.s >= lengths) & (np.hypot(dx, dy) < AT_END), ARRIVED, phase)
+            over, joining = phase == ARRIVED, phase == JOINING
             # At the path's end the nearest point is the end from both sides: there the robot's own x tells.
-            dx, dy = target.x - seen.x, target.y - seen.y
-            over = (target.s >= lengths) & (np.hypot(dx, dy) < AT_END)
-            ahead = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy
             behind = np.where(over, np.where(ahead > 0, ahead, -1.0), target.s - place)
             held = np.minimum(target.s, place + self.reach)
             # A robot that is ahead of time but off its path drives to the path before it waits.
-            near = paths.at(place)
-            off = np.hypot(near.x - seen.x, near.y - seen.y)
-            joining = (off > ON_PATH) & ~over
             behind = np.where(joining, np.maximum(behind, off), behind)
             held = np.where(joining, np.maximum(held, place + np.minimum(off, self.reach) / 2), held)
             point = paths.at(held)
@@ -166,6 +220,6 @@ class FuzzyCooperation(Law[_Memory]):
         if self.variant != "literal":
             theirs = heard.now("clock", by="pace") + dt * np.maximum(heard["pace"], 1.0)
             clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
-        after = memory._replace(clock=clock, pace=pace, place=place)
+        after = memory._replace(clock=clock, pace=pace, place=place, phase=phase)
         moving = due._replace(v=due.v * pace, w=due.w * pace)
         return Command(v, w, v, w, message, moving, place / lengths), after

@@ -11,7 +11,14 @@ from robotics.environment.world import Disc, World, compile_world
 from robotics.experiments.comparison import Comparison, compare, summarise
 from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_run, plot_velocities
 from robotics.figures.drawing import POINTS, looks, only, seeds_as_text, thinned
-from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
+from robotics.figures.laws import (
+    plot_crash_turn,
+    plot_lateral,
+    plot_obstacle_turn,
+    plot_switching,
+    plot_tracking_memberships,
+    plot_tracking_velocities,
+)
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.measures.registry import headlines
 from robotics.measures.tracking import tracking_error
@@ -226,6 +233,21 @@ def test_rule_base_figures_show_the_rule_bases() -> None:
     assert lateral.get_xlabel() == "y_err [m]"
     assert turn.get_ylabel() == "λ [rad]"
     assert y_of(turn.lines[0])[0] == pytest.approx(-0.6)
+
+
+def test_turns_of_avoidance_are_those_of_the_rule_bases() -> None:
+    """The straight lines that the comments of eta.fis and theta.fis give, and the sets that make them."""
+    for figure, argument, symbol, near, far, most, sets in (
+        (plot_crash_turn(), "d_ij", "η", 0.3, 0.6, 1.2, ("Overlapping", "Touching", "Apart")),
+        (plot_obstacle_turn(), "ro", "Θ", 0.15, 0.8, 1.6, ("Near", "Medium", "Far")),
+    ):
+        memberships, turn = figure.axes
+        assert [ax.get_xlabel() for ax in figure.axes] == [f"{argument} [m]"] * 2
+        assert turn.get_ylabel() == f"{symbol} [rad]"
+        distance = x_of(turn.lines[0])
+        np.testing.assert_allclose(y_of(turn.lines[0]), most * (far - distance) / (far - near), atol=1e-9)
+        assert len(memberships.lines) >= 3
+        assert set(sets) <= labels(figure)
 
 
 def test_long_lines_keep_their_extremes() -> None:

@@ -256,6 +256,46 @@ def test_saturation_keeps_the_curvature_and_the_diamond(command):
     np.testing.assert_allclose(end[:, p.W], w, rtol=0, atol=0.1)  # at the supply's edge the loops hunt a little
 
 
+@pytest.mark.parametrize(("command", "seconds"), [((0.3, 0.0), 0.6), ((0.0, -2.0), 1.0), ((0.1, 2.0), 1.0)])
+def test_a_step_to_a_velocity_takes_v_over_a_seconds(command, seconds):
+    """Thesis (5.1) with v' <= 0.5 m/s², ω' <= 2 rad/s²: exactly in the kinematic plant."""
+    slow = replace(ROBOT, v_rate_max=0.5, w_rate_max=2.0)
+    states = driven(slow, [command] * 120, steps=1, kinematic=True)
+    time = TIME_STEP * np.arange(121)
+    rates = np.array([0.5, 2.0]) * np.sign(command)
+    wanted = np.sign(command) * np.minimum(np.abs(rates * time[:, None]), np.abs(command))
+    np.testing.assert_allclose(states[:, [p.V, p.W]], wanted, rtol=0, atol=1e-13)
+    reached = np.abs(states[:, [p.V, p.W]] - command).max(axis=1) < 1e-12
+    assert time[np.argmax(reached)] == pytest.approx(seconds)
+    # Braking is bounded as well, and the way is that of the ramps: v²/(2 a) each, and half a step's.
+    if command[1] == 0.0:
+        stopped = driven(slow, [command] * 60 + [(0.0, 0.0)] * 100, steps=1, kinematic=True)
+        assert stopped[-1, p.V] == 0.0
+        assert stopped[-1, p.X] == pytest.approx(0.3**2 / 0.5, abs=1e-12)
+
+
+def test_bounds_of_acceleration_hold_for_the_wheel_loops_too_and_never_beyond_the_wheels():
+    slow = replace(ROBOT, v_rate_max=0.5, w_rate_max=2.0)
+    states = driven(slow, [(0.3, 0.0)] * 100, steps=1)
+    time = TIME_STEP * np.arange(101)
+    rising = (time > 0.3) & (time < 0.58)
+    assert np.diff(states[rising, p.V]).mean() / TIME_STEP == pytest.approx(0.5, rel=0.05)
+    assert np.abs(states[:, p.V] - np.minimum(0.5 * time, 0.3)).max() < 0.04  # the wheel loops' lag
+    np.testing.assert_allclose(states[:, p.HELD_V], np.minimum(0.5 * time, 0.3), rtol=0, atol=1e-13)
+    # v falls no faster than it may, so ω must wait: both together would be more than the wheels turn.
+    turned = driven(slow, [(0.8, 0.0)] * 200 + [(0.0, 5.7)] * 100, steps=1, kinematic=True)
+    assert (np.abs(turned[:, p.V]) + 0.1 * np.abs(turned[:, p.W]) <= ROBOT.wheel_speed_limit * (1 + 1e-12)).all()
+    # No bounds, or bounds that are never met: the same to the last bit.
+    commands = [(0.4 * sin(0.1 * k), cos(0.2 * k)) for k in range(60)]
+    for settings in ({}, {"kinematic": True}):
+        free = driven(ROBOT, commands, **settings)
+        wide = driven(replace(ROBOT, v_rate_max=1e9, w_rate_max=1e9), commands, **settings)
+        np.testing.assert_array_equal(free, wide)
+    # Torques are bounded by the motors only.
+    torque = [(0.2, 0.1)] * 20
+    np.testing.assert_array_equal(driven(ROBOT, torque, "torque"), driven(slow, torque, "torque"))
+
+
 def test_torque_stays_within_its_limit_and_what_the_supply_reaches():
     for level, command in (("velocity", (0.8, 0.0)), ("torque", (5.0, 5.0))):
         states = driven(ROBOT, [command] * 200 + [(-command[0], 0.0)] * 100, level, steps=1)
