@@ -25,6 +25,7 @@ from robotics.environment.world import OBSTACLES, Obstacle, Piece, outlines
 from robotics.laws.catalogue import CATALOGUE, Preset, make_controller
 from robotics.laws.law import Command, Law
 from robotics.measures.clearance import clearances
+from robotics.measures.evidence import Part, exact
 from robotics.measures.registry import measure_all
 from robotics.measures.tracking import METRICS, Metric
 from robotics.paths.path import SHAPES, PathError
@@ -353,7 +354,18 @@ def test_a_report_chapter(monkeypatch, tmp_path):
         figure.add_subplot().plot([0, 1])
         return figure
 
-    claim = Claim("Tides", "made up", "The sea rises.", "It rose by 2 m.", "holds")
+    part = Part(
+        says="it rises by more than 1 m",
+        form="corrected",
+        estimate=exact(2.0),
+        bound=1.0,
+        sense="above",
+        unit="m",
+        quantity="rise",
+        on="the sea",
+        of="lyapunov",
+    )
+    claim = Claim(name="Tides", source="made up", says="The sea rises.", untested="Storms.", parts=(part,))
     grid = Grid("High water", ("hour", "level"), [("6", "2 m")])
     picture = Picture("tides", "The tide", "A line that rises", draw)
     chapter = Chapter("tides", "Of the tides", ("Twice a day.",), [grid], [], [picture], [claim])
@@ -380,10 +392,20 @@ def test_a_report_chapter(monkeypatch, tmp_path):
     )
     assert begun[0] == "watching the sea"
     assert study.claims == [claim]
-    assert pd.read_csv(tmp_path / "claims.csv").to_dict("records") == [vars(claim)]
+    assert pd.read_csv(tmp_path / "claims.csv", keep_default_na=False).to_dict("records") == [claim.row()]
+    (row,) = pd.read_csv(tmp_path / "evidence.csv", keep_default_na=False).to_dict("records")
+    assert row == claim.evidence()[0]
     assert (tmp_path / "figures" / "tides.png").read_bytes().startswith(b"\x89PNG")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    for words in ("Of the tides", "Twice a day.", "High water", "The tide", "A line that rises", "It rose by 2 m."):
+    for words in (
+        "Of the tides",
+        "Twice a day.",
+        "High water",
+        "The tide",
+        "A line that rises",
+        "it rises by more than 1 m",
+        "2.00 m, asked for &gt; 1 m",
+    ):
         assert words in page
     assert "thesis" not in page.lower()
 

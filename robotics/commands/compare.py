@@ -3,6 +3,7 @@
 import shlex
 import sys
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -47,6 +48,13 @@ def compare(
         bool | None,
         typer.Option("--claims/--no-claims", help="Judge the thesis's claims too. Default: in the suite thesis."),
     ] = None,
+    thorough: Annotated[
+        bool,
+        typer.Option("--thorough", help="Judge claims by 100 seeds, and rates by 1000 runs, in place of 20 and 200."),
+    ] = False,
+    save_runs: Annotated[
+        bool, typer.Option("--save-runs", help="Save the runs that claims are judged by, in FOLDER/runs.")
+    ] = False,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Draw figures and write report.html.")] = True,
     json: Json = False,
     quiet: Quiet = False,
@@ -86,7 +94,7 @@ def compare(
                 laws,
                 range(seed, seed + seeds),
                 begin=begin,
-                chapters=_thesis_chapters() if judged else None,
+                chapters=_thesis_chapters(thorough, save_runs) if judged else None,
                 report=report,
                 command=shlex.join(command),
                 kept=kept,
@@ -98,7 +106,7 @@ def compare(
         print_json(
             {
                 "summary": study.summary.to_dict(orient="records"),
-                "claims": [vars(claim) for claim in study.claims],
+                "claims": [claim.row() for claim in study.claims],
                 "contacts": _contacts(study),
                 "diverged": study.comparison.divergences,
                 "files": study.files,
@@ -127,10 +135,11 @@ def split_controllers(text: str) -> list[str]:
     return result
 
 
-def _thesis_chapters() -> "MakeChapters":
+def _thesis_chapters(thorough: bool, save_runs: bool) -> "MakeChapters":
     from robotics.thesis.chapters import judging
+    from robotics.thesis.experiment import THOROUGH, USUAL
 
-    return judging
+    return partial(judging, effort=THOROUGH if thorough else USUAL, save_runs=save_runs)
 
 
 def _print_study(study: "Study") -> None:

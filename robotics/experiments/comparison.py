@@ -10,6 +10,7 @@ import pandas as pd
 from fuzzy.errors import InputError
 from robotics.laws.catalogue import gains_of, label, make_controller
 from robotics.laws.law import Law
+from robotics.measures.evidence import student
 from robotics.measures.registry import ALL_METRICS, measure_all
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
@@ -137,24 +138,10 @@ def summarise(table: pd.DataFrame) -> pd.DataFrame:
                 continue
             # Robots of one run are not independent: the run's mean counts once.
             values = group.groupby("seed")[metric].mean().to_numpy()
-            low, high = interval(values)
+            low, high = student(values)
             row = {"scenario": scenario, "controller": name, "metric": metric, "unit": about.unit, "seeds": len(values)}
             rows.append(row | {"mean": float(np.mean(values)), "low": low, "high": high})
     return pd.DataFrame(rows)
-
-
-def interval(values: np.ndarray) -> tuple[float, float]:
-    """Student's 95 % interval of the mean of ``values`` (seeds,), mean ± t s/√n.
-
-    Not-a-number for fewer than two seeds, and where the mean is not finite.
-    """
-    from scipy.stats import t
-
-    n, mean = len(values), float(np.mean(values))
-    if n < 2 or not np.isfinite(mean):
-        return float("nan"), float("nan")
-    half = float(t.ppf(0.975, n - 1) * np.std(values, ddof=1) / np.sqrt(n))
-    return mean - half, mean + half
 
 
 def terms(comparison: Comparison) -> pd.DataFrame:

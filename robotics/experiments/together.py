@@ -19,13 +19,15 @@ _GOAL = 0.1  # m: how near its goal a robot has reached it
 _REST = 5.0  # s that are driven after all have reached their goals
 
 
-def run_together(settings: Sequence[Scenario], controller: str, seed: int, longest: float = _LONGEST) -> list[Run]:
+def run_together(
+    settings: Sequence[Scenario], controller: str, seeds: Sequence[int], longest: float = _LONGEST
+) -> list[Run]:
     """Drive several scenarios in one pass; each run is, to the last bit, that of its scenario alone.
 
     Args:
         settings: Scenarios that differ in paths, starts, durations and obstacles only.
         controller: The specification of the controller that drives all of them.
-        seed: The seed of every run.
+        seeds: The seeds with which each of them is driven.
         longest: The time [s] after which the runs end, unless all robots of all runs have reached their goals before.
 
     Raises ControllerError for a controller that does not exist or refuses a scenario, ValueError for scenarios that
@@ -39,22 +41,27 @@ def run_together(settings: Sequence[Scenario], controller: str, seed: int, longe
             raise ValueError(f"{other.name} cannot be driven together with {first.name}")
     duration = min(longest, max(s.duration for s in settings))
     shared = replace(first, duration=duration, obstacles=())
-    worlds = [World(obstacles=s.obstacles, known=False) for s in settings]
-    references = side_by_side([s.trajectory for s in settings])
+    seeds, each = tuple(seeds), len(seeds)
+    repeated = [s for s in settings for _ in range(each)]
+    worlds = [World(obstacles=s.obstacles, known=False) for s in repeated]
+    references = side_by_side([s.trajectory for s in repeated])
     ensemble = replace(
         shared.setting,
-        starts=np.stack([s.starts for s in settings]),
+        starts=np.stack([s.starts for s in repeated]),
         references=references,
         world=compile_worlds(worlds) if any(s.obstacles for s in settings) else None,
     )
     law = make_controller(controller)
-    recorded = Recorder(ensemble, len(settings))
+    recorded = Recorder(ensemble, len(repeated))
     goals = references.joined.at(references.joined.lengths)
     reached = np.inf
-    for state in drive(ensemble, law, [seed] * len(settings)):
+    for state in drive(ensemble, law, seeds * len(settings)):
         recorded.keep(state)
         if np.isinf(reached) and (np.hypot(state.truth[p.X] - goals.x, state.truth[p.Y] - goals.y) < _GOAL).all():
             reached = state.time
         if state.time > reached + _REST:
             break
-    return [recorded.run(s.setting, law.level, (seed,), controller, slice(r, r + 1)) for r, s in enumerate(settings)]
+    return [
+        recorded.run(s.setting, law.level, seeds, controller, slice(r * each, (r + 1) * each))
+        for r, s in enumerate(settings)
+    ]

@@ -2,18 +2,20 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.experiments.recovery import Recovery
 from robotics.experiments.scaling import Scaling
 from robotics.laws.catalogue import label
+from robotics.measures.evidence import rate_of
 
 _MARKERS = "os^Dv"
 
 
 def plot_recovery(recoveries: Sequence[Recovery]) -> Figure:
-    """Draw the share of runs that recover, and the largest distance from the path, over the outage's length."""
+    """Draw the share of runs that recover, with Wilson's interval, and the largest distance from the path."""
     names = list(dict.fromkeys(r.controller for r in recoveries))
     with style():
         figure = new_figure(DOUBLE, 2.6)
@@ -22,7 +24,17 @@ def plot_recovery(recoveries: Sequence[Recovery]) -> Figure:
             mine = [r for r in recoveries if r.controller == name]
             outages = [r.outage for r in mine]
             look = {"color": COLORS[i], "linestyle": LINES[i], "marker": _MARKERS[i], "markersize": 4}
-            left.plot(outages, [100 * r.share for r in mine], label=label(name), **look)
+            shares = [rate_of(r.recovered) for r in mine]
+            ends = np.array([[s.value - s.low, s.high - s.value] for s in shares]).T
+            left.errorbar(
+                outages,
+                [100 * s.value for s in shares],
+                100 * ends,
+                label=label(name),
+                capsize=2,
+                elinewidth=0.8,
+                **look,
+            )
             right.plot(outages, [float(r.deviation.mean()) for r in mine], **look)
         left.axvline(15.0, color="0.45", linewidth=0.8, linestyle=(0, (4, 2)))
         left.text(15.2, 3, "limit in the thesis", fontsize=7, color="0.3")

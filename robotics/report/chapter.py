@@ -2,9 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from matplotlib.figure import Figure
+
+from robotics.measures.evidence import FORMS, Form, Part, Verdict, judge
+from robotics.measures.leading import Lead
+from robotics.report.wording import sentence
 
 
 class Picture(NamedTuple):
@@ -40,18 +44,66 @@ class Grid(NamedTuple):
     rows: Sequence[tuple[str, ...]]
 
 
-Verdict = Literal["holds", "holds in part", "does not hold"]
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Claim:
-    """One claim, what was measured, and whether the claim holds here."""
+    """One claim, and the parts that decide it."""
 
     name: str
     source: str  # where the claim is made
-    statement: str  # what the claim says, in a sentence
-    measured: str  # what was run and what came out, with the numbers
-    verdict: Verdict
+    says: str  # what is claimed, in a sentence
+    untested: str  # what of it is not tested here, in a sentence
+    parts: tuple[Part, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict on all forms together, by :func:`robotics.measures.evidence.judge`."""
+        return judge(self.parts)
+
+    @property
+    def forms(self) -> dict[Form, Verdict]:
+        """The verdict on each form that is judged, by its name."""
+        found = {form: self.of(form) for form in FORMS}
+        return {form: judge(parts) for form, parts in found.items() if parts}
+
+    def of(self, form: Form) -> tuple[Part, ...]:
+        """The parts of one form."""
+        return tuple(part for part in self.parts if part.form == form)
+
+    @property
+    def measured(self) -> str:
+        """What was measured of each part, and what follows: made of the numbers alone."""
+        return " ".join(f"{form.capitalize()}: {'; '.join(map(sentence, self.of(form)))}." for form in self.forms)
+
+    def row(self) -> dict[str, str]:
+        """Its row of claims.csv."""
+        verdicts = {form.replace(" ", "_"): str(self.forms.get(form, "")) for form in FORMS}
+        about = {"name": self.name, "source": self.source, "says": self.says, "verdict": str(self.verdict)}
+        return about | verdicts | {"measured": self.measured, "untested": self.untested}
+
+    def evidence(self) -> list[dict[str, str | float | int]]:
+        """Its rows of evidence.csv, one a part."""
+        return [
+            {
+                "claim": self.name,
+                "form": part.form,
+                "says": part.says,
+                "quantity": part.quantity,
+                "on": part.on,
+                "robot": part.robots,
+                "of": part.of,
+                "against": "; ".join(part.against),
+                "kind": part.estimate.kind,
+                "value": part.estimate.value,
+                "low": part.estimate.low,
+                "high": part.estimate.high,
+                "runs": part.estimate.runs,
+                "unit": part.unit,
+                "sense": part.sense,
+                "bound": part.bound,
+                "outcome": part.outcome,
+            }
+            for part in self.parts
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,4 +118,5 @@ class Chapter:
     pictures: Sequence[Picture | Plate]
     claims: Sequence[Claim]
     films: Sequence[Film] = ()
+    leads: Sequence[Lead] = ()  # who leads where, for the picture at the head of the report
     folded: str = "More tables"  # what the folded-away tables are called

@@ -23,15 +23,19 @@ from robotics.experiments.comparison import Comparison, terms
 from robotics.experiments.versions import versions
 from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_velocities
 from robotics.figures.drawing import looks, seeds_as_text
-from robotics.laws.catalogue import label
+from robotics.figures.leads import plot_leads
+from robotics.laws.catalogue import label, law_title
+from robotics.measures.evidence import FORMS, Outcome, Verdict
 from robotics.measures.registry import headlines
 from robotics.playback.player import player_script
-from robotics.report.chapter import Chapter, Claim, Picture, Plate, Verdict
-from robotics.report.summarytable import SummaryTable, summary_table
+from robotics.report.chapter import Chapter, Claim, Picture, Plate
+from robotics.report.summarytable import SummaryTable, comparison_leads, summary_table
+from robotics.report.wording import reading
 from robotics.scenario.description import Member, Scenario
 from robotics.vehicle.robot import Robot
 
-SYMBOLS: dict[Verdict, str] = {"holds": "✔", "holds in part": "◐", "does not hold": "✘"}
+SYMBOLS: dict[Verdict, str] = {"holds": "✔", "holds in part": "◐", "does not hold": "✘", "cannot be told": "?"}
+OUTCOMES: dict[Outcome, str] = {"holds": "✔", "fails": "✘", "open": "?"}
 _DPI = 200
 _PER_ROBOT = 4  # robots of a scenario that get their own pictures of errors and speeds, at most
 
@@ -73,7 +77,7 @@ def write_report(
     sections = draw_sections(comparison) if sections is None else sections
     images: dict[str, str] = {}
     claims = [*claims, *(claim for chapter in chapters for claim in chapter.claims)]
-    own = [picture for section in sections for picture in section.pictures]
+    own = [plate(_leads(comparison, chapters)), *(picture for section in sections for picture in section.pictures)]
     for picture in [*own, *(plate(picture) for chapter in chapters for picture in chapter.pictures)]:
         with replacing(folder / "figures" / f"{picture.name}.png") as path:
             path.write_bytes(picture.png)
@@ -85,7 +89,11 @@ def write_report(
         sheet=stylesheet() + (here / "static" / "report.css").read_text(encoding="utf-8"),
         comparison=comparison,
         claims=claims,
+        head=own[0],
         symbols=SYMBOLS,
+        outcomes=OUTCOMES,
+        forms=FORMS,
+        reading=reading,
         counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in SYMBOLS},
         terms=terms(comparison).to_dict(orient="records"),
         changed={name: name.partition(":")[2] for name in comparison.controllers},
@@ -131,6 +139,22 @@ def _png(figure: Figure) -> bytes:
         warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
         figure.savefig(buffer, format="png", dpi=_DPI, metadata={"Software": None})
     return buffer.getvalue()
+
+
+def _leads(comparison: Comparison, chapters: Sequence[Chapter]) -> Picture:
+    """The picture at the head of the report."""
+    found = [*comparison_leads(comparison), *(lead for chapter in chapters for lead in chapter.leads)]
+    said = "; ".join(
+        f"{lead.scenario}: {', '.join(law_title(s.law) for s in lead.standings if s.leads) or 'nobody'}"
+        for lead in found
+    )
+    return Picture(
+        "verdicts",
+        "Who leads where: the mean of each law over the leader's, with its 95 % interval. Smaller is better. A law "
+        "that touches something in any run does not lead.",
+        f"A panel for each scenario, with a row for each law. Leading: {said}.",
+        lambda: plot_leads(found),
+    )
 
 
 # What is drawn -------------------------------------------------------------------------------------------------

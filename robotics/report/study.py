@@ -49,8 +49,8 @@ def write_study(
 ) -> Study:
     """Compare controllers on scenarios, and write all results into a folder.
 
-    The files are configuration.json, results.csv (one row for each seed and robot), summary.csv, claims.csv if
-    ``chapters`` are made, and with ``report`` also report.html and figures/.
+    The files are configuration.json, results.csv (one row for each seed and robot), summary.csv, claims.csv and
+    evidence.csv if ``chapters`` are made, and with ``report`` also report.html and figures/.
 
     Args:
         folder: The folder of the results.
@@ -86,7 +86,8 @@ def write_study(
         made = wait()
     claims = [claim for chapter in made for claim in chapter.claims]
     if chapters is not None:
-        write_frame(pd.DataFrame([vars(claim) for claim in claims]), folder / "claims.csv")
+        write_frame(pd.DataFrame([claim.row() for claim in claims]), folder / "claims.csv")
+        write_frame(pd.DataFrame([row for claim in claims for row in claim.evidence()]), folder / "evidence.csv")
     shown = folder / "results.csv"
     if report:
         shown = write_report(comparison, [], folder, chapters=made, command=command, sections=sections)

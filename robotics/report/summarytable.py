@@ -4,9 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robotics.experiments.comparison import Comparison, contact_runs, interval, summarise
+from robotics.experiments.comparison import Comparison, contact_runs, summarise
 from robotics.laws.catalogue import label
-from robotics.measures.registry import metrics_of
+from robotics.measures.evidence import student
+from robotics.measures.leading import Lead, lead
+from robotics.measures.registry import headlines, metrics_of
 
 _PREFIXED = ("m", "rad", "m/s")  # units that may take the prefix milli
 
@@ -57,6 +59,19 @@ def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
         rows.append(Row(about.title, unit, cells))
     stopped = [table.loc[table["controller"] == n, "diverged"] for n in names]
     return SummaryTable([label(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
+
+
+def comparison_leads(comparison: Comparison) -> list[Lead]:
+    """Who leads in each scenario, by the first metric that a comparison's short table shows."""
+    found = []
+    for scenario in comparison.scenarios:
+        metric, about = next(item for item in headlines(scenario.kind).items() if not item[1].larger)
+        table = comparison.table[comparison.table["scenario"] == scenario.name]
+        by_law = {name: table[table["controller"] == name] for name in comparison.controllers}
+        values = {name: rows.groupby("seed")[metric].mean().to_numpy() for name, rows in by_law.items()}
+        contacts = {name: contact_runs(table, scenario.name, name)[0] for name in by_law}
+        found.append(lead(scenario.name, about.short or about.title, about.unit, values, contacts))
+    return found
 
 
 def scale(unit: str, means: np.ndarray) -> tuple[float, str]:
@@ -113,6 +128,6 @@ def _marks(values: list[np.ndarray], means: np.ndarray, touched: list[bool]) -> 
         elif not np.isfinite(known[n]):
             marks.append("")
         else:
-            low, high = interval(other - values[best])
+            low, high = student(other - values[best])
             marks.append("≈ lowest" if low <= 0 <= high else "")
     return marks

@@ -7,7 +7,7 @@ import os
 import queue
 import threading
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import replace
@@ -20,27 +20,24 @@ from fuzzy.shell.progress import Begin
 from robotics.experiments.executors import processes
 from robotics.report.chapter import Chapter, Film
 from robotics.report.page import plate
+from robotics.simulation.run import Run
 from robotics.thesis import avoidance, avoidance_runs, formations, team_runs, teams, tracking
-from robotics.thesis.experiment import ChapterMaker, results_of
+from robotics.thesis.claims import Needed, run_file
+from robotics.thesis.experiment import USUAL, ChapterMaker, Effort, results_of
 
 PROCESSES = 2  # number of processes; this one meanwhile runs and draws the comparison
 CHAPTERS = (  # in the order of the report
     ChapterMaker("judging the tracking laws", tracking.experiments, tracking.chapter_of, 40.0),
     ChapterMaker("learning formations", formations.experiments, formations.chapter_of, 20.0),
-    ChapterMaker(
-        "driving teams", team_runs.experiments, lambda found: teams.chapter_of(team_runs.team_results(found)), 60.0
-    ),
-    ChapterMaker(
-        "avoiding each other",
-        avoidance_runs.experiments,
-        lambda found: avoidance.chapter_of(avoidance_runs.avoidance_results(found)),
-        30.0,
-    ),
+    ChapterMaker("driving teams", team_runs.experiments, teams.chapter_of, 60.0),
+    ChapterMaker("avoiding each other", avoidance_runs.experiments, avoidance.chapter_of, 30.0),
 )
 
 
 @contextmanager
-def judging(begin: Begin, folder: Path, seed: int, draw: bool) -> Iterator[Callable[[], list[Chapter]]]:
+def judging(
+    begin: Begin, folder: Path, seed: int, draw: bool, *, effort: Effort = USUAL, save_runs: bool = False
+) -> Iterator[Callable[[], list[Chapter]]]:
     """Start making CHAPTERS, for a ``with`` block: gives a function that waits for them and returns them.
 
     Leaving by an exception stops the work at once. Raises what the chapters raise.
@@ -50,15 +47,19 @@ def judging(begin: Begin, folder: Path, seed: int, draw: bool) -> Iterator[Calla
         folder: The folder of the report; networks that are learnt go to its folder networks.
         seed: The seed of the experiments.
         draw: Whether pictures and films are made.
+        effort: The number of runs behind a verdict.
+        save_runs: Whether the runs behind the verdicts are saved, in the folder ``runs`` of the report's.
     """
     with Manager() as manager, processes(min(PROCESSES, os.cpu_count() or 1), [__name__]) as workers:
         ticks = manager.Queue()
-        bars = [begin(maker.title, len(maker.experiments(str(folder), seed))) for maker in CHAPTERS]
+        bars = [begin(maker.title, len(maker.experiments(str(folder), seed, effort))) for maker in CHAPTERS]
         threading.Thread(target=_count, args=(ticks, bars), daemon=True).start()
         futures: list[Future[Any]] = [Future()] * len(CHAPTERS)
         # The longest first: the processes are then done at about the same time.
         for i in sorted(range(len(CHAPTERS)), key=lambda i: -CHAPTERS[i].seconds):
-            futures[i] = workers.executor.submit(_made, i, str(folder), seed, draw, partial(ticks.put, i))
+            futures[i] = workers.executor.submit(
+                _made, i, str(folder), seed, effort, draw, partial(ticks.put, i), save_runs
+            )
 
         def judged() -> list[Chapter]:
             chapters = []
@@ -84,13 +85,28 @@ def _count(ticks: "queue.Queue[int | None]", bars: list[Any]) -> None:
         return
 
 
-def _made(place: int, folder: str, seed: int, draw: bool, tick: Callable[[], None]) -> tuple[Chapter, list[Warning]]:
+def _made(
+    place: int, folder: str, seed: int, effort: Effort, draw: bool, tick: Callable[[], None], save_runs: bool = False
+) -> tuple[Chapter, list[Warning]]:
     """In a worker: the chapter at that place of CHAPTERS, drawn, and the warnings on the way."""
     maker = CHAPTERS[place]
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("default")
-        made = maker.chapter(results_of(maker.experiments(folder, seed), tick))
+        results = results_of(maker.experiments(folder, seed, effort), tick)
+        if save_runs:
+            save_results(results, Path(folder) / "runs")
+        made = maker.chapter(results)
         pictures = [plate(picture) for picture in made.pictures] if draw else []
         films = [Film(film.caption, partial(str, film.make())) for film in made.films] if draw else []
     done = replace(made, pictures=pictures, films=films)
     return done, [warning.message for warning in caught if isinstance(warning.message, Warning)]
+
+
+def save_results(results: Mapping[Any, Any], folder: Path) -> None:
+    """Write the runs on the package's scenarios to ``folder``, each as :func:`run_file` calls it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for key, found in results.items():
+        for run in found if isinstance(found, list) else [found]:
+            if isinstance(run, Run):
+                need = key if isinstance(key, Needed) else Needed(run.scenario, run.controller, False)
+                run.save(folder / run_file(need))

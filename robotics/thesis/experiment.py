@@ -1,15 +1,36 @@
 """The experiments behind a chapter of the thesis, as a list, so that progress is counted and not guessed."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from robotics.measures.evidence import FEWEST_RUNS, FEWEST_TRIALS
 from robotics.report.chapter import Chapter
+
+
+@dataclass(frozen=True)
+class Effort:
+    """The number of runs behind a verdict."""
+
+    seeds: int = FEWEST_RUNS  # of each scenario and law
+    trials: int = FEWEST_TRIALS  # of a rate
+
+    def row(self, first: int) -> range:
+        """The seeds of a mean, from ``first`` on."""
+        return range(first, first + self.seeds)
+
+    def many(self, first: int) -> range:
+        """The seeds of a rate, from ``first`` on."""
+        return range(first, first + self.trials)
+
+
+USUAL, THOROUGH = Effort(), Effort(100, 1000)
 
 
 class Experiment(NamedTuple):
     """One thing to run, and the key under which its result is found."""
 
-    key: tuple[Any, ...]
+    key: Hashable
     run: Callable[[], Any]
 
 
@@ -17,8 +38,9 @@ class ChapterMaker(NamedTuple):
     """The way a chapter is made: its experiments, and the chapter that is written from their results."""
 
     title: str  # the text of its progress bar
-    experiments: Callable[[str, int], Sequence[Experiment]]  # from the report's folder and a seed; it runs nothing
-    chapter: Callable[[Mapping[tuple[Any, ...], Any]], Chapter]  # from the results by key
+    # From the report's folder, the first seed and the number of runs; it runs nothing
+    experiments: Callable[[str, int, Effort], Sequence[Experiment]]
+    chapter: Callable[[Mapping[Any, Any]], Chapter]  # from the results by key
     seconds: float  # the time it takes, about: the longest is started first
 
 

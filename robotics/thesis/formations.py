@@ -20,21 +20,24 @@ from fuzzy.figures.structure import plot_structure
 from robotics.experiments.learning.formationdata import Recipe, Table, checking, conditional_mean_floor, formation_data
 from robotics.experiments.learning.formationlearning import Learnt, learn_network, write_networks
 from robotics.figures.run import plot_run
-from robotics.laws.catalogue import make_controller
 from robotics.laws.formation.leader_follower import OUTPUTS, load_networks
+from robotics.measures.evidence import mean_of
 from robotics.measures.formations import measure_formation
-from robotics.report.chapter import Chapter, Claim, Grid, Picture, Verdict
+from robotics.report.chapter import Chapter, Grid, Picture
+from robotics.report.wording import shown
 from robotics.scenario.reading import load_scenario
-from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
-from robotics.thesis.experiment import Experiment
+from robotics.thesis.claims import Needed, judged
+from robotics.thesis.driving import driven
+from robotics.thesis.experiment import Effort, Experiment
+from robotics.thesis.quantities import measured
 
 EXPERIMENTS = ("formation-behind", "formation-ahead")
 # The variants: specification (NETWORKS is the folder of the networks just learnt) and title
 VARIANTS = {
-    "formation:networks=NETWORKS,correction=own-pose": "networks, followers corrected by their own pose",
-    "formation:networks=NETWORKS,correction=none": "networks, followers open loop (thesis)",
-    "formation:networks=thesis,correction=none": "the thesis's own systems, open loop",
+    "formation:networks=NETWORKS,correction=own-pose": "networks, own posture",
+    "formation:networks=NETWORKS,correction=none": "networks, open loop",
+    "formation:networks=thesis,correction=none": "the thesis's systems",
     "formation-teacher": "analytic law (the teacher)",
 }
 # Table 5.1: the thesis's training errors, in the outputs' units
@@ -53,8 +56,8 @@ class _Data(NamedTuple):
     along: Table  # one run along the path, in the order of time, for the pictures
 
 
-def experiments(folder: str, seed: int = 0) -> list[Experiment]:
-    """The experiments of the chapter, with ``seed``: both data sets, their networks, and all variants driven.
+def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
+    """The experiments of the chapter: both data sets of ``seed``, their networks, and all variants driven.
 
     Networks learnt from the well-posed set go to ``folder``/networks, from where they drive. Running may raise OSError.
     """
@@ -63,7 +66,9 @@ def experiments(folder: str, seed: int = 0) -> list[Experiment]:
         *(Experiment(("data", kind), partial(_data, kind, seed)) for kind in SETS),
         *(Experiment(("learnt", *which), partial(_learnt, *which, seed, networks)) for which in product(SETS, OUTPUTS)),
         *(
-            Experiment(("driven", experiment, title), partial(_driven, experiment, title, seed, networks))
+            Experiment(
+                Needed(experiment, title, False), partial(_driven, experiment, title, effort.row(seed), networks)
+            )
             for experiment, title in product(EXPERIMENTS, VARIANTS.values())
         ),
     ]
@@ -87,16 +92,16 @@ def _learnt(kind: Kind, output: str, seed: int, networks: Path) -> Learnt:
     return learnt
 
 
-def _driven(experiment: str, title: str, seed: int, networks: Path) -> Run:
+def _driven(experiment: str, title: str, seeds: Sequence[int], networks: Path) -> Run:
     specification = next(law for law, name in VARIANTS.items() if name == title)
-    law = make_controller(specification.replace("NETWORKS", str(networks)))
-    return simulate(load_scenario(experiment), law, [seed], name=title)
+    law = specification.replace("NETWORKS", str(networks))
+    return driven(Needed(experiment, title, False), load_scenario(experiment), law, seeds)
 
 
 def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
     """Write the chapter from the results of its experiments."""
     learnt: dict[str, list[Learnt]] = {kind: [results["learnt", kind, output] for output in OUTPUTS] for kind in SETS}
-    runs = {(key[1], key[2]): run for key, run in results.items() if key[0] == "driven"}
+    runs = {(key.on, key.of): run for key, run in results.items() if isinstance(key, Needed)}
     literal = results["data", "literal"].table.values
     found = conditional_mean_floor(literal[:, 0], literal[:, 3:])
     floor = dict(zip(OUTPUTS, found.tolist(), strict=True))
@@ -121,7 +126,7 @@ def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
             *_learning_pictures(learnt, {kind: results["data", kind].along for kind in SETS}),
             *_driving_pictures(runs),
         ],
-        _claims(learnt, runs, floor),
+        judged("formation", partial(_values, results)),
         folded="Parameters of the networks, ours and the thesis's",
     )
 
@@ -193,27 +198,24 @@ def _driving(runs: dict[tuple[str, str], Run]) -> Grid:
     rows = []
     for (experiment, title), run in runs.items():
         m = measure_formation(run)
-        aligned = float(m["alignment_time_s"][0, 0])
-        lateral = m["max_lateral_error_m"][0]
-        rows.append(
-            (
-                experiment,
-                title,
-                f"{aligned:.1f}" if np.isfinite(aligned) else "never",
-                f"{m['final_spread_m'][0, 0]:.3f}" if np.isfinite(m["final_spread_m"][0, 0]) else "not reached",
-                f"{lateral[0]:.3f}",
-                f"{lateral[1:].max():.3f}",
-            )
+        lateral = m["max_lateral_error_m"]
+        found = (
+            (m["alignment_time_s"][:, 0], "s"),
+            (m["final_spread_m"][:, 0], "m"),
+            (lateral[:, 0], "m"),
+            (lateral[:, 1:].max(axis=1), "m"),
         )
+        rows.append((experiment, title, *(shown(mean_of(values), unit) for values, unit in found)))
     return Grid(
-        "The two experiments of 5.2.3 on the full plant: leader 3 m behind, and 3 m ahead.",
+        "The two experiments of 5.2.3 on the full plant, with noise: leader 3 m behind, and 3 m ahead. Means with 95 % "
+        "intervals over the seeds; “never”: not in every run.",
         (
             "experiment",
             "controller",
-            "aligned after [s]",
-            "spread of x at the end [m]",
-            "leader's lateral error [m]",
-            "followers' lateral error [m]",
+            "aligned after",
+            "spread of x at the end",
+            "leader's lateral error",
+            "followers' lateral error",
         ),
         rows,
     )
@@ -289,62 +291,9 @@ def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
     return pictures
 
 
-def _claims(learnt: dict[str, list[Learnt]], runs: dict[tuple[str, str], Run], floor: dict[str, float]) -> list[Claim]:
-    errors = {n.output: n.training.history[n.training.best].train for n in learnt["literal"]}
-    reached = [o for o in errors if errors[o] <= 1.1 * THESIS_ERRORS[o]]
-    listed = ", ".join(f"{o} {errors[o]:.1e} (thesis {THESIS_ERRORS[o]:.1e}, floor {floor[o]:.1e})" for o in errors)
-    titles = list(VARIANTS.values())
-    good = {key: _succeeds(run) for key, run in runs.items()}
-    both_open = [good[e, titles[1]] for e in EXPERIMENTS]
-    both_own = [good[e, titles[0]] for e in EXPERIMENTS]
-    own = [good[e, titles[2]] for e in EXPERIMENTS]
-    return [
-        Claim(
-            "Formation data from the leader's posture",
-            "thesis 5.2.1, Table 5.1",
-            "The leader's posture gives all that is needed; eight rules reach the errors of Table 5.1.",
-            f"Literal set, 8 rules, 60 epochs, training RMSE: {listed}. The floor is the scatter of the targets at "
-            "equal inputs (cells of 5 cm in x): no function that is smooth over a cell goes below it.",
-            _verdict(len(reached), len(errors)),
-        ),
-        Claim(
-            "The networks drive leader and followers",
-            "thesis 5.2.3, Figs 5.16-5.19",
-            "From 3 m behind and from 3 m ahead the robots align and go on together, the followers open loop.",
-            "With the lead dx as an input and data off the path too: "
-            + "; ".join(f"{e}, {t}: {_said(runs[e, t])}" for e in EXPERIMENTS for t in (titles[1], titles[0]))
-            + ". Success: aligned, spread at the end below 10 cm, no robot further than 0.5 m from its path.",
-            "holds" if all(both_open) else "holds in part" if any(both_open) or any(both_own) else "does not hold",
-        ),
-        Claim(
-            "The thesis's trained systems",
-            "thesis Tables 5.2-5.5",
-            "The printed systems are those that drove the experiments.",
-            "Driven as printed (Table 5.2 repeats 5.3, so the leader's antecedents are lost): "
-            + "; ".join(f"{e}: {_said(runs[e, titles[2]])}" for e in EXPERIMENTS)
-            + ".",
-            _verdict(sum(own), len(own)),
-        ),
-    ]
-
-
-def _verdict(successes: int, cases: int) -> Verdict:
-    return "holds" if successes == cases else "holds in part" if successes else "does not hold"
-
-
-def _succeeds(run: Run) -> bool:
-    m = measure_formation(run)
-    return bool(
-        np.isfinite(m["alignment_time_s"][0, 0])
-        and m["final_spread_m"][0, 0] < 0.1
-        and m["max_lateral_error_m"][0].max() < 0.5
-    )
-
-
-def _said(run: Run) -> str:
-    m = measure_formation(run)
-    aligned = float(m["alignment_time_s"][0, 0])
-    when = f"aligned after {aligned:.1f} s" if np.isfinite(aligned) else "never aligned"
-    spread = float(m["final_spread_m"][0, 0])
-    end = f"spread {spread:.3f} m" if np.isfinite(spread) else "the end of the path not reached"
-    return f"{when}, {end}, lateral errors up to {m['max_lateral_error_m'][0].max():.2f} m"
+def _values(results: Mapping[Any, Any], need: Needed, quantity: str, robots: str) -> np.ndarray:
+    """The numbers that claims ask for; the literal set has no noise, so that its errors are exact."""
+    if need.on.startswith("literal data, "):
+        learnt: Learnt = results["learnt", "literal", need.on.removeprefix("literal data, ")]
+        return np.array([learnt.training.history[0].train])
+    return measured(results[need], quantity, robots)

@@ -1,8 +1,9 @@
 """The runs of the chapter on teams, thesis 3, 4, 5.3 and 5.4, and how coordination scales."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,15 @@ from robotics.experiments.scaling import Scaling
 from robotics.laws.catalogue import make_controller
 from robotics.measures.arrival import arrival_time, spread
 from robotics.measures.progress import progress_gap, true_progress
-from robotics.measures.tracking import cross_track_error, settling_time, tracking_error
 from robotics.radio.faults import Fault
 from robotics.scenario.random_team import random_team
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
-from robotics.thesis.experiment import Experiment
+from robotics.thesis.claims import Needed, needed
+from robotics.thesis.driving import driven, experiments_of
+from robotics.thesis.experiment import Effort, Experiment
+from robotics.thesis.quantities import measured, timetable_error
 
 # Scenario and controllers of every experiment; the first is the one that is drawn
 EXPERIMENTS: dict[str, tuple[str, ...]] = {
@@ -42,65 +45,57 @@ EXPERIMENTS: dict[str, tuple[str, ...]] = {
 DUELS: dict[str, str] = {
     "virtual-structure-thesis:feed_forward=none": "nonlinear, K 1, 1, 1, without feed-forward",
     "virtual-structure-thesis": "nonlinear, K 1, 1, 1, with feed-forward",
-    "virtual-structure-virtual:feed_forward=none": "nonlinear, K 1, 10, 5, without feed-forward",
     "virtual-structure-virtual": "nonlinear, K 1, 10, 5, with feed-forward",
-    "cooperation:look_ahead=0.05": "fuzzy, target the next sample",
-    "cooperation": "fuzzy, target 0.4 s ahead",
+    "cooperation-literal": "fuzzy as printed",
+    "cooperation": "fuzzy, corrected",
 }
 TESTS = ("unequal-lengths", "start-off-paths")
 OUTAGES = (5.0, 10.0, 15.0, 20.0, 25.0)  # s: the lengths of the outages
 RECOVERERS = ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure")
-RECOVERY_SEEDS = 20
+DECIDED = {"outage of 10 s": 10.0, "outage of 15 s": 15.0, "outage of 20 s": 20.0}  # as claims call them
+HELD_UP = "ahead-and-behind, robot 1 held up"
+HELD = (Fault(robot=1, kind="stall", start=15.0, duration=5.0),)
 SIZES, LOSSES = (10, 50, 200), (0.0, 0.3)
-HELD = (Fault(robot=1, kind="stall", start=15.0, duration=5.0),)  # chapter 3: robot 1 is held up
-COUPLINGS = ("graph-esm:coupling=0", "graph-esm-thesis", "graph-esm")
+
+Results = Mapping[Any, Any]
 
 
-@dataclass(frozen=True, eq=False)
-class TeamResults:
-    """The runs of the chapter on teams."""
-
-    runs: dict[tuple[str, str], Run]  # by scenario and controller
-    recoveries: list[Recovery]
-    scaling: list[Scaling]
-    apart: dict[str, float]  # s: ∫ Σ |z_i − z_j| dt after robot 1 is held up, by controller
-
-
-def experiments(folder: str = "", seed: int = 0) -> list[Experiment]:
-    """The experiments of the chapter on teams, with ``seed``; ``folder`` does not matter."""
-    driven = [(scenario, law) for scenario, laws in EXPERIMENTS.items() for law in laws]
-    driven += [(scenario, law) for scenario in TESTS for law in DUELS if (scenario, law) not in driven]
-    seeds = range(seed, seed + RECOVERY_SEEDS)
+def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
+    """The experiments of the chapter, with ``effort.seeds`` seeds from ``seed`` on; ``folder`` does not matter."""
+    wanted, seeds = needed("teams"), effort.row(seed)
+    driven_ = [Needed(scenario, law, False) for scenario, laws in EXPERIMENTS.items() for law in laws]
+    duels = [Needed(test, law, False) for test in TESTS for law in DUELS]
+    decided = {(need.of, DECIDED[need.on]) for need in wanted if need.on in DECIDED}
     return [
-        *(Experiment(("driven", *pair), partial(_driven, *pair, seed)) for pair in driven),
-        *(Experiment(("held up", law), partial(_held_up, law, seed)) for law in COUPLINGS),
-        *(Experiment(("recovery", law), partial(recovery_curve, [law], OUTAGES, seeds)) for law in RECOVERERS),
+        *experiments_of([*wanted, *driven_, *duels], seeds),
+        *(Experiment(need, partial(_held_up, need, seeds)) for need in wanted if need.on == HELD_UP),
+        *(
+            Experiment(
+                ("recovery", law, o), partial(_recovery, law, o, effort.many(seed) if (law, o) in decided else seeds)
+            )
+            for law, o in product(RECOVERERS, OUTAGES)
+        ),
         *(Experiment(("scaling", n, loss), partial(_scaled, n, loss, seed)) for n in SIZES for loss in LOSSES),
     ]
 
 
-def team_results(found: Mapping[tuple[Any, ...], Any]) -> TeamResults:
-    """The results of :func:`experiments`, sorted by what they are."""
-
-    def of(what: str) -> dict[tuple[Any, ...], Any]:
-        return {key[1:]: value for key, value in found.items() if key[0] == what}
-
-    return TeamResults(
-        {(scenario, law): run for (scenario, law), run in of("driven").items()},
-        [curve for curves in of("recovery").values() for curve in curves],
-        list(of("scaling").values()),
-        {law: apart for (law,), apart in of("held up").items()},
-    )
+def values(results: Results, need: Needed, quantity: str, robots: str) -> np.ndarray:
+    """The numbers of a law's seeds that claims ask for, from the results of :func:`experiments`."""
+    if need.on in DECIDED:
+        return np.asarray(results["recovery", need.of, DECIDED[need.on]].recovered)
+    found = results[need]
+    return found if isinstance(found, np.ndarray) else measured(found, quantity, robots)
 
 
-def _driven(scenario: str, law: str, seed: int) -> Run:
-    return simulate(load_scenario(scenario), make_controller(law), [seed], name=law, links=True)
-
-
-def _held_up(law: str, seed: int) -> float:
-    """The :func:`separation` [s] of the robots after robot 1 is held up."""
+def _held_up(need: Needed, seeds: Sequence[int]) -> np.ndarray:
+    """The :func:`separation` [s] (seeds,) of the robots after robot 1 was held up."""
     held = replace(load_scenario("ahead-and-behind"), faults=HELD)
-    return separation(simulate(held, make_controller(law), [seed], name=law), since=10.0)
+    return separation(driven(need, held, need.of, seeds), since=10.0)
+
+
+def _recovery(law: str, outage: float, seeds: Sequence[int]) -> Recovery:
+    (found,) = recovery_curve([law], [outage], seeds)
+    return found
 
 
 def _scaled(robots: int, loss: float, seed: int) -> Scaling:
@@ -112,24 +107,19 @@ def _scaled(robots: int, loss: float, seed: int) -> Scaling:
     return Scaling(robots, loss, float(spread(arrivals)[0]), late, gap)
 
 
-def separation(run: Run, since: float) -> float:
-    """The integral ∫ Σ |z_i − z_j| dt [s] from ``since`` [s] on; z_i is where robot i truly is on its path."""
-    z = true_progress(run)[0][:, run.time >= since]
-    pairs = np.abs(z[:, None] - z[None])
-    return float(np.nansum(pairs) / 2 * (run.time[1] - run.time[0]))
+def separation(run: Run, since: float) -> np.ndarray:
+    """The integral ∫ Σ |z_i − z_j| dt [s] (runs,) from ``since`` [s] on; z_i is where robot i truly is on its path."""
+    z = true_progress(run)[..., run.time >= since]
+    pairs = np.abs(z[:, :, None] - z[:, None])
+    return np.asarray(np.nansum(pairs, axis=(1, 2, 3)) / 2 * (run.time[1] - run.time[0]))
 
 
 def mean_errors(run: Run) -> np.ndarray:
-    """The errors of thesis (5.17) (robots, 4): means of |x_err|, |y_err| [m], |ψ_err| [rad], and of their norm.
+    """The errors of thesis (5.17) against the scenario's timetable (runs, robots, 4).
 
-    The thesis calls the last "MSE"; it is a mean error norm, with 1 rad counted as 1 m.
+    They are the means of |x_err|, |y_err| [m], |ψ_err| [rad], and of their norm, which the thesis calls "MSE", with 1
+    rad counted as 1 m.
     """
-    e = tracking_error(run)
+    e = timetable_error(run)
     norm = np.sqrt(e.x**2 + e.y**2 + e.heading**2)
-    means = [np.nanmean(v[0], axis=-1) for v in (np.abs(e.x), np.abs(e.y), np.abs(e.heading), norm)]
-    return np.stack(means, axis=1)
-
-
-def path_reached(run: Run) -> np.ndarray:
-    """The time [s] (robots,) from which each robot stays within 5 cm of its path; infinite if it never does."""
-    return np.asarray(settling_time(run, cross_track_error(run))[0])
+    return np.stack([np.nanmean(v, axis=-1) for v in (np.abs(e.x), np.abs(e.y), np.abs(e.heading), norm)], axis=-1)

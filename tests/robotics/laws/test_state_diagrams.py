@@ -57,10 +57,10 @@ def check(law: str, runs: Iterable[Run]) -> None:
 
 def test_obstacle_avoidance_goes_through_its_diagrams() -> None:
     scenarios = [load_scenario(name) for name in COURSES]
-    check("obstacles-literal", run_together(scenarios, "obstacles-literal", 1))
+    check("obstacles-literal", run_together(scenarios, "obstacles-literal", [1]))
     # A disc that crosses its lane stops the robot while it follows the wall of a trap.
     trapped, _ = single_run("obstacles", make_controller("obstacles"), 36, kind="U", moving=3, name="obstacles")
-    check("obstacles", [*run_together(scenarios, "obstacles", 0), trapped])
+    check("obstacles", [*run_together(scenarios, "obstacles", [0]), trapped])
 
 
 @pytest.mark.parametrize("law", ["crash-literal", "crash-yielding"])

@@ -12,11 +12,13 @@ from scipy.stats import ttest_rel
 
 from robotics.commands.application import main
 from robotics.experiments.comparison import DEFAULT_CONTROLLERS, Comparison, compare, summarise
+from robotics.measures.evidence import Part, mean_of
 from robotics.measures.registry import headlines
 from robotics.measures.tracking import METRICS
 from robotics.report.chapter import Claim
 from robotics.report.page import draw_sections, figure_count, write_report
 from robotics.report.summarytable import scale, summary_table
+from robotics.report.wording import reading
 from robotics.scenario.reading import parse_scenario
 
 SCENARIO = """
@@ -33,10 +35,23 @@ path = { shape = "line", start = [0.0, 0.0], end = [5.0, 0.0] }
 timing = { speed = 0.3 }
 """
 LAWS = ("lyapunov", "lyapunov:signs=literal", "csm:k=0.5")
+
+
+def _claim(name: str, says: str, *numbers: float) -> Claim:
+    """A claim with a part for each number, which must be below 1."""
+    parts = tuple(
+        Part(says=f"the {k}th & last is small", form="corrected", estimate=mean_of(np.array([n - 0.1, n, n + 0.1])),
+             bound=1.0, sense="below", unit="m", quantity="q", on="there", of="lyapunov")
+        for k, n in enumerate(numbers)
+    )  # fmt: skip
+    return Claim(name=name, source="thesis 2.1", says=says, untested="Everything <else>.", parts=parts)
+
+
 CLAIMS = [
-    Claim("One", "thesis 2.1", "It says <this>.", "It measured & that.", "holds"),
-    Claim("Two", "thesis 2.2", "Says two.", "Measured two.", "does not hold"),
-    Claim("Three", "thesis 2.3", "Says three.", "Measured three.", "holds in part"),
+    _claim("One", "It says <this>.", 0.5),
+    _claim("Two", "Says two.", 2.0),
+    _claim("Three", "Says three.", 0.5, 2.0),
+    _claim("Four", "Says four.", 0.5, 1.0),
 ]
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 
@@ -135,6 +150,7 @@ def test_page_is_accessible_and_fits_narrow_screens(html: str, page: Page) -> No
 def test_parts_come_in_their_order(page: Page) -> None:
     sections = [attributes.get("id") for attributes in page.all("section")]
     assert sections == [
+        "head",
         "what",
         "verdict",
         "terms",
@@ -147,11 +163,12 @@ def test_parts_come_in_their_order(page: Page) -> None:
 
 
 def test_claims_say_their_verdict_in_words_and_sign(html: str, page: Page) -> None:
-    assert "1 holds, 1 holds in part and 1 does not hold" in page.words
-    for sign, verdict in (("✔", "holds"), ("◐", "holds in part"), ("✘", "does not hold")):
+    assert "1 holds, 1 holds in part, 1 does not hold and 1 cannot be told" in page.words
+    known = (("✔", "holds"), ("◐", "holds in part"), ("✘", "does not hold"), ("?", "cannot be told"))
+    for sign, verdict in known:
         assert f'<span aria-hidden="true">{sign}</span> {verdict}<' in html
     for claim in CLAIMS:
-        for text in (claim.name, claim.source, claim.statement, claim.measured):
+        for text in (claim.name, claim.source, claim.says, claim.untested, *map(reading, claim.parts)):
             assert text in page.words
 
 
@@ -236,7 +253,7 @@ def test_pictures_in_the_page_are_the_files(folder: Path, page: Page, comparison
     files = sorted(path.read_bytes() for path in (folder / "figures").iterdir())
     inlined = sorted(base64.b64decode((image["src"] or "").partition(",")[2]) for image in page.all("img"))
     assert inlined == files
-    assert len(files) == figure_count(comparison)
+    assert len(files) == 1 + figure_count(comparison)  # and who leads
     assert all(data.startswith(b"\x89PNG") and b"tEXt" not in data[:200] for data in files)
     assert sorted(p.suffix for p in folder.iterdir()) == ["", ".html"]  # no temporary files are left
 
@@ -244,7 +261,7 @@ def test_pictures_in_the_page_are_the_files(folder: Path, page: Page, comparison
 def test_same_comparison_gives_the_same_bytes(comparison: Comparison, folder: Path, tmp_path: Path) -> None:
     write(comparison, tmp_path)
     first, second = (sorted(p for p in at.rglob("*") if p.is_file()) for at in (folder, tmp_path))
-    assert len(first) == 1 + figure_count(comparison)
+    assert len(first) == 2 + figure_count(comparison)  # the page, and who leads
     assert [p.name for p in first] == [p.name for p in second]
     for a, b in zip(first, second, strict=True):
         assert a.read_bytes() == b.read_bytes(), a.name

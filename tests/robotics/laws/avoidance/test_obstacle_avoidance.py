@@ -253,7 +253,7 @@ def crossed():
 def passed(law):
     """The runs of ``law`` by scenario."""
     scenarios = [load_scenario(name) for name in COURSES[law]] + [crossed()] * (law == "obstacles")
-    return {run.scenario: run for run in run_together(scenarios, law, 0, LONGEST[law])}
+    return {run.scenario: run for run in run_together(scenarios, law, [0], LONGEST[law])}
 
 
 def ran(name, law):
@@ -366,7 +366,7 @@ def test_the_committed_scheme_escapes(name):
 def test_a_robot_that_comes_free_is_taken_back():
     """Left behind after 2 s, and yet all arrive together: the group waits as soon as the robot tracks again."""
     scenario = replace(load_scenario("trap-u"), duration=75.0)
-    (run,) = run_together([scenario], "obstacles:patience=2", 3, 75.0)
+    (run,) = run_together([scenario], "obstacles:patience=2", [3], 75.0)
     assert np.ptp(arrivals(run)) <= 0.5
     why = "; ".join(mode_change_table(run)["why"])
     assert why.index(TIMED_OUT) < why.index(REJOINED)

@@ -1,0 +1,143 @@
+"""Evidence: numbers with their 95 % intervals, and the one rule that makes verdicts of them.
+
+A claim consists of parts. A part is a number that must lie on one side of a bound, and its interval decides: it holds
+where the whole interval lies on that side, fails where the whole interval lies on the other, and is open otherwise.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, isfinite, sqrt
+from typing import Literal
+
+import numpy as np
+
+FEWEST_RUNS = 20  # of a mean that decides
+FEWEST_TRIALS = 200  # of a rate that decides
+
+Form = Literal["as printed", "corrected", "ideal"]  # the thesis's text, its corrected form, the latter without noise
+FORMS: tuple[Form, ...] = ("as printed", "corrected", "ideal")
+Outcome = Literal["holds", "fails", "open"]
+Verdict = Literal["holds", "holds in part", "does not hold", "cannot be told"]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number and its 95 % interval; of one exact number both ends are that number."""
+
+    value: float
+    low: float
+    high: float
+    runs: int  # from which it comes; 1: exact
+    kind: Literal["mean", "rate", "exact"] = "mean"
+
+
+def exact(value: float) -> Estimate:
+    """A number without chance: of a formula, or of a run without noise."""
+    return Estimate(float(value), float(value), float(value), 1, "exact")
+
+
+def mean_of(values: np.ndarray) -> Estimate:
+    """The mean of ``values`` (seeds,) with Student's interval, mean ± t s/√n.
+
+    One infinite value makes the mean infinite, and its interval too: a robot that never arrives in one run in twenty
+    has no mean time of arrival. Of fewer than two values the interval is everything.
+    """
+    values = np.asarray(values, dtype=float)
+    n, mean = len(values), float(np.mean(values))
+    if np.isnan(mean) or n < 2:
+        return Estimate(mean, -inf, inf, n)
+    if not isfinite(mean):
+        return Estimate(mean, mean, mean, n)
+    low, high = student(values)
+    return Estimate(mean, low, high, n)
+
+
+def student(values: np.ndarray) -> tuple[float, float]:
+    """Student's 95 % interval of the mean of ``values`` (seeds,), mean ± t s/√n.
+
+    Not-a-number for fewer than two seeds, and where the mean is not finite.
+    """
+    from scipy.stats import t
+
+    n, mean = len(values), float(np.mean(values))
+    if n < 2 or not isfinite(mean):
+        return float("nan"), float("nan")
+    half = float(t.ppf(0.975, n - 1) * np.std(values, ddof=1) / sqrt(n))
+    return mean - half, mean + half
+
+
+def rate_of(happened: np.ndarray) -> Estimate:
+    """The share of ``happened`` (trials,) bool with Wilson's 95 % interval [Wilson 1927]."""
+    happened = np.asarray(happened, dtype=bool)
+    n, share = len(happened), float(np.mean(happened))
+    low, high = wilson(int(happened.sum()), n)
+    return Estimate(share, low, high, n, "rate")
+
+
+def wilson(count: int, trials: int) -> tuple[float, float]:
+    """Wilson's 95 % interval of a rate of which ``count`` of ``trials`` are seen [Wilson 1927]."""
+    z = 1.959963984540054  # of the normal distribution, at 97.5 %
+    share = count / trials
+    middle = (share + z * z / (2 * trials)) / (1 + z * z / trials)
+    half = z / (1 + z * z / trials) * sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials))
+    # At the ends the exact bound is 0 or 1; rounding must not leave it.
+    return (0.0 if count == 0 else middle - half), (1.0 if count == trials else middle + half)
+
+
+def compared(
+    ours: np.ndarray, others: Sequence[np.ndarray], more: bool = False
+) -> tuple[Estimate, float, Literal["below", "above"]]:
+    """How ``ours`` (seeds,) lies to the least of ``others`` seed by seed, and the bound that it must keep to be less.
+
+    Where every value is finite this is the mean difference, which must be below 0. Otherwise it is the share of seeds
+    in which ours is not less, which must be below one half. With ``more`` it is the greatest of the others, and ours
+    must be greater.
+    """
+    ours, several = np.asarray(ours, dtype=float), np.stack([np.asarray(other, dtype=float) for other in others])
+    rival = several.max(axis=0) if more else several.min(axis=0)
+    if np.isfinite(ours).all() and np.isfinite(rival).all():
+        apart = ours - rival
+        return (exact(apart[0]) if len(apart) == 1 else mean_of(apart)), 0.0, "above" if more else "below"
+    lost = ~(ours > rival if more else ours < rival)
+    return (exact(float(lost[0])) if len(lost) == 1 else rate_of(lost)), 0.5, "below"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """One thing that a claim says, of one form of the laws, and the number that decides it."""
+
+    says: str
+    form: Form
+    estimate: Estimate
+    bound: float
+    sense: Literal["below", "above"]  # on which side of the bound the number must lie
+    unit: str
+    quantity: str  # what was measured
+    on: str  # the scenario or experiment
+    robots: str = "worst"  # whose number it is: "worst", "mean", or that of one, from "1"
+    of: str  # the law
+    against: tuple[str, ...] = ()  # the laws to which it is compared: the number is then a difference
+    sides: tuple[Estimate, ...] = ()  # of a comparison: ``of`` and ``against`` by themselves
+
+    @property
+    def outcome(self) -> Outcome:
+        """Whether the part holds, fails, or cannot be told."""
+        low, high = self.estimate.low, self.estimate.high
+        if self.sense == "above":
+            low, high = -high, -low
+        bound = self.bound if self.sense == "below" else -self.bound
+        return "holds" if high < bound else "fails" if low >= bound else "open"
+
+
+def judge(parts: Sequence[Part]) -> Verdict:
+    """The verdict on a claim, by what became of its parts.
+
+    All hold: it holds. Some part fails: it holds in part if another holds, and otherwise does not hold. No part fails,
+    but some are open: it cannot be told.
+    """
+    found = {part.outcome for part in parts}
+    if found == {"holds"}:
+        return "holds"
+    if "fails" in found:
+        return "holds in part" if "holds" in found else "does not hold"
+    return "cannot be told"

@@ -1,0 +1,78 @@
+"""Numbers with their intervals in words: what tables, claims and pictures of a report say of them."""
+
+from math import floor, isfinite, log10
+
+from robotics.laws.catalogue import law_title
+from robotics.measures.evidence import Estimate, Part
+
+_PREFIXED = ("m", "rad", "m/s", "rad/s")  # units that may take the prefix milli
+
+
+def shown(estimate: Estimate, unit: str, *, signed: bool = False) -> str:
+    """A number with half its interval and its unit, such as "2.1 ± 0.2 mm"; a rate in per cent with its interval.
+
+    Args:
+        estimate: The number.
+        unit: Its unit, "" or "1" for none; that of a norm of unlike things, such as "m, rad", is left out.
+        signed: Whether a plus is written too.
+    """
+    if estimate.kind == "rate":
+        return f"{100 * estimate.value:.0f} % ({100 * estimate.low:.0f} to {100 * estimate.high:.0f})"
+    if not isfinite(estimate.value):
+        return "never" if unit == "s" and estimate.value > 0 else "without bound" if estimate.value > 0 else "unknown"
+    factor, unit = scaled(unit, estimate.value)
+    value, half = factor * estimate.value, factor * (estimate.high - estimate.low) / 2
+    told = isfinite(half) and half > 1e-6 * abs(value)
+    # Two digits of the interval, but no more than four of the number; three where there is no interval.
+    places = min(_places(half, 2), _places(value, 4)) if told else _places(value, 3)
+    text = ("+" if signed and value > 0 else "") + plain(value, places)
+    if told and float(plain(half, places)) > 0:
+        text += f" ± {plain(half, places)}"
+    return text + _after(unit)
+
+
+def limit(value: float, unit: str, kind: str = "mean") -> str:
+    """A bound with its unit, such as "10 mm"; that of a rate in per cent."""
+    if kind == "rate":
+        return f"{100 * value:g} %"
+    factor, unit = scaled(unit, value)
+    return f"{factor * value:g}{_after(unit)}"
+
+
+def scaled(unit: str, value: float) -> tuple[float, str]:
+    """The factor and the unit with which a number reads most easily: thousandths below a tenth."""
+    return (1000.0, f"m{unit}") if unit in _PREFIXED and 0 < abs(value) < 0.1 else (1.0, unit)
+
+
+def reading(part: Part) -> str:
+    """The number that decides a part, beside its bound; of a comparison both sides too."""
+    sign = "<" if part.sense == "below" else ">"
+    if not part.against:
+        bound = limit(part.bound, part.unit, part.estimate.kind)
+        return f"{law_title(part.of)} {shown(part.estimate, part.unit)}, asked for {sign} {bound}"
+    names = [law_title(name) for name in (part.of, *part.against)]
+    sides = ", ".join(f"{n} {shown(e, part.unit)}" for n, e in zip(names, part.sides, strict=True))
+    if part.estimate.kind == "rate":
+        return f"{sides}; the other way round in {shown(part.estimate, '1')} of the runs, asked for < 50 %"
+    return f"{sides}; difference {shown(part.estimate, part.unit, signed=True)}, asked for {sign} 0"
+
+
+def sentence(part: Part) -> str:
+    """What a part says, what became of it, and the numbers."""
+    known = {"holds": "holds", "fails": "fails", "open": "cannot be told"}
+    return f"{part.says}: {known[part.outcome]} ({reading(part)})"
+
+
+def _after(unit: str) -> str:
+    return f" {unit}" if unit not in ("", "1") and "," not in unit else ""
+
+
+def _places(value: float, digits: int) -> int:
+    """Decimal places, 0 to 6, that show that many significant ``digits`` of ``value``."""
+    return 0 if value == 0 else min(max(digits - 1 - floor(log10(abs(value))), 0), 6)
+
+
+def plain(value: float, places: int) -> str:
+    """A number with so many decimal places, and one kind of minus sign; there is no minus zero."""
+    text = f"{value:.{places}f}"
+    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")

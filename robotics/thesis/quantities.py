@@ -1,0 +1,113 @@
+"""The quantities that decide claims: functions from a run to one number for each seed and robot."""
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from robotics.measures.arrival import arrival_time, spread
+from robotics.measures.avoidance import left_behind_times, off_path_times, standing_times
+from robotics.measures.contacts import Judgement, can_touch, judge, until_contact
+from robotics.measures.progress import true_progress
+from robotics.measures.registry import ALL_METRICS
+from robotics.measures.tracking import cross_track_error, same_for_all, settling_time
+from robotics.paths.posture import PostureError, posture_error
+from robotics.paths.trajectory import Reference
+from robotics.simulation.run import Run
+
+START = 6.0  # s: the start is over
+LATE = (15.0, 20.0)  # s: the span in which a robot that started off its path must have reached it
+LAST = 5.0  # s: the end of a run
+
+
+class Quantity(NamedTuple):
+    """A number that is measured of a run."""
+
+    measure: Callable[[Run], np.ndarray]  # of a run: (runs, robots)
+    unit: str
+    larger: bool = False  # the worst robot is the one with the least
+
+
+def timetable_error(run: Run) -> PostureError:
+    """The posture error (5.9) against the scenario's own timetable, whatever place a law aims at; (5.17).
+
+    Each field is (runs, robots, samples). It is the one measure by which laws with clocks of their own can be compared.
+    """
+    return posture_error(run["x"], run["y"], run["heading"], Reference(*(rows.T[None] for rows in run.reference)))
+
+
+def _norm(e: PostureError) -> np.ndarray:
+    return np.sqrt(e.x**2 + e.y**2 + e.heading**2)
+
+
+def _distance(run: Run) -> np.ndarray:
+    e = timetable_error(run)
+    return np.hypot(e.x, e.y)
+
+
+def _between(run: Run, start: float, end: float = np.inf) -> np.ndarray:
+    return (run.time > start) & (run.time < end)
+
+
+def _rms(values: np.ndarray) -> np.ndarray:
+    return np.asarray(np.sqrt(np.mean(values**2, axis=-1)))
+
+
+def _short_of_goal(run: Run) -> np.ndarray:
+    """The length [m] of path that each robot has not driven at the end."""
+    lengths = np.array([np.hypot(*np.diff(nodes, axis=1)).sum() for nodes in run.paths])
+    return np.asarray((1 - np.nanmax(true_progress(run), axis=-1)) * lengths)
+
+
+@lru_cache(maxsize=2)
+def _judged(run: Run) -> tuple[Judgement, Run]:
+    """The contacts of a run, and what counts of it."""
+    found = judge(run)
+    return found, until_contact(run, found.first)
+
+
+QUANTITIES: Mapping[str, Quantity] = {
+    **{name: Quantity(metric.measure, metric.unit, metric.larger) for name, metric in ALL_METRICS.items()},
+    "contacts": Quantity(lambda r: _judged(r)[0].counts, "1"),
+    "min_clearance_m": Quantity(lambda r: _judged(r)[0].least, "m", larger=True),
+    "late_error_norm": Quantity(
+        lambda r: np.asarray(np.mean(_norm(timetable_error(r))[..., _between(r, START)], axis=-1)), "m, rad"
+    ),
+    "timetable_error_norm": Quantity(lambda r: np.asarray(np.nanmean(_norm(timetable_error(r)), axis=-1)), "m, rad"),
+    "last_distance_m": Quantity(lambda r: _rms(_distance(r)[..., _between(r, r.time[-1] - LAST)]), "m"),
+    "largest_distance_m": Quantity(lambda r: np.asarray(np.nanmax(_distance(r), axis=-1)), "m"),
+    "late_cross_track_m": Quantity(lambda r: _rms(cross_track_error(r)[..., _between(r, *LATE)]), "m"),
+    "settles": Quantity(lambda r: np.isfinite(settling_time(r, _distance(r))), "1", larger=True),
+    "untouched": Quantity(lambda r: _judged(r)[0].counts == 0, "1", larger=True),
+    "off_path_s": Quantity(off_path_times, "s"),
+    "stood_s": Quantity(standing_times, "s"),
+    "left_behind_s": Quantity(left_behind_times, "s"),
+    "short_of_goal_m": Quantity(_short_of_goal, "m"),
+    "others_spread_s": Quantity(same_for_all(lambda r: spread(arrival_time(r)[:, 1:])), "s"),
+}
+
+
+_WHOLE = ("contacts", "min_clearance_m", "untouched")  # these are of the whole run, the others end with a contact
+
+
+def measured(run: Run, quantity: str, robots: str = "worst") -> np.ndarray:
+    """The quantity of every seed (runs,), in its unit; what comes after a seed's first contact does not count.
+
+    Args:
+        run: The run.
+        quantity: A name of QUANTITIES.
+        robots: Whose number is taken: "worst", "mean", or one robot from "1".
+    """
+    about = QUANTITIES[quantity]
+    values = about.measure(_judged(run)[1] if can_touch(run) and quantity not in _WHOLE else run)
+    if robots == "mean":
+        return np.asarray(values.mean(axis=1))
+    if robots != "worst":
+        return np.asarray(values[:, int(robots) - 1])
+    return np.asarray(values.min(axis=1) if about.larger else values.max(axis=1))
+
+
+def runs_touched(run: Run) -> int:
+    """The number of seeds in which a robot touched something."""
+    return int((measured(run, "contacts") > 0).sum())

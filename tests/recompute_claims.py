@@ -1,0 +1,427 @@
+"""Recompute the numbers behind the claims from saved runs, with numpy and shapely alone.
+
+    robotics compare --save-runs --out out && python tests/recompute_claims.py out
+
+reads out/evidence.csv and out/runs, and computes again, by code that shares nothing with the package, every number
+whose runs are there: values, intervals and outcomes. It prints the largest difference, and exits with 1 if one is
+larger than 1e-6 of the number (or of 1, for numbers below 1).
+"""
+
+import csv
+import json
+import math
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.stats
+import shapely
+from shapely import affinity
+from shapely.geometry import LineString, Point, Polygon, box
+
+TOLERANCE = 1e-6
+CHANNELS = ["x", "y", "heading", "v", "w", "x_measured", "y_measured", "heading_measured", "command_1", "command_2",
+            "v_demand", "w_demand", "effort", "torque_variation"]  # fmt: skip
+LEFT_BEHIND, STOPPED = 4, 8  # of the modes' codes
+Array = np.ndarray
+
+
+class SavedRun:
+    """A saved run: arrays are (runs, robots, samples)."""
+
+    def __init__(self, path: Path) -> None:
+        with np.load(path) as file:
+            self.about = json.loads(str(file["about"]))
+            self.time: Array = file["time"]
+            samples = np.moveaxis(file["samples"], 0, -1)  # (channels, runs, robots, samples)
+            self.channels = dict(zip(CHANNELS, samples, strict=True))
+            self.reference = np.moveaxis(file["reference"], 1, -1)[:3]  # x, y, heading: (3, robots, samples)
+            self.paths = [file[f"path_{i}"].T for i in range(samples.shape[2])]
+            self.modes = np.moveaxis(file["modes"], 0, -1) if "modes" in file else None
+            self.geometry = (
+                {n: file[f"obstacles_{n}"] for n in ("circles", "bodies", "segments", "counts")}
+                if "obstacles_circles" in file
+                else None
+            )
+        kinds = self.about["robots"]
+        sizes = [(k["robot"]["length"], k["robot"]["width"]) for k in kinds]
+        self.sizes = [sizes[i] for i in self.about["robot"]]
+        self.step = float(self.time[1] - self.time[0])
+        self.touches = self._first_contacts()
+        self.counted = self._up_to_contact()
+
+    def __getitem__(self, name: str) -> Array:
+        """A channel, up to the first contact of each run."""
+        return np.where(self.counted[:, None], self.channels[name], np.nan)
+
+    def _first_contacts(self) -> Array:
+        """The time of the first contact of every run, infinite where there is none."""
+        if len(self.paths) == 1 and self.geometry is None:
+            return np.full(self.channels["x"].shape[0], np.inf)
+        return np.array([clearance(self, run)[1] for run in range(self.channels["x"].shape[0])])
+
+    def _up_to_contact(self) -> Array:
+        return self.time[None] <= self.touches[:, None]
+
+
+# Geometry ---------------------------------------------------------------------------------------------------------
+
+
+def footprint(x: float, y: float, heading: float, size: tuple[float, float]) -> Polygon:
+    """A robot's rectangle."""
+    return affinity.translate(
+        affinity.rotate(box(-size[0] / 2, -size[1] / 2, size[0] / 2, size[1] / 2), heading, (0, 0), use_radians=True),
+        x,
+        y,
+    )
+
+
+def bodies(geometry: dict[str, Array], sample: int) -> list[Any]:
+    """The obstacles at a sample."""
+    k = min(sample, len(geometry["counts"]) - 1)
+    found: list[Any] = []
+    for (x, y, radius), (first, number, closed, _) in zip(
+        geometry["circles"][k][: geometry["counts"][k]], geometry["bodies"][k], strict=False
+    ):
+        ends = geometry["segments"][k][first : first + number].reshape(-1, 2)
+        found.append((Point(x, y), radius) if number == 0 else Polygon(ends[::2]) if closed else LineString(ends[:2]))
+    return found
+
+
+def gap(robot: Polygon, body: Any) -> float:
+    """The distance from a robot's surface to a body; 0 or less in contact."""
+    if isinstance(body, tuple):
+        center, radius = body
+        return float(robot.distance(center)) - float(radius)
+    return float(robot.distance(body))
+
+
+def pose(run: SavedRun, place: int, robot: int, time: float) -> tuple[float, float, float]:
+    """A robot's pose between samples: the cubic through both samples with the recorded velocities."""
+    k = min(int(time / run.step + 1e-9), len(run.time) - 2)
+    u = (time - run.time[k]) / run.step
+    h00, h10, h01, h11 = (1 + 2 * u) * (1 - u) ** 2, u * (1 - u) ** 2, u * u * (3 - 2 * u), u * u * (u - 1)
+    c = {n: run.channels[n][place, robot, k : k + 2] for n in ("x", "y", "heading", "v", "w")}
+    slopes = {"x": c["v"] * np.cos(c["heading"]), "y": c["v"] * np.sin(c["heading"]), "heading": c["w"]}
+    x, y, heading = (
+        h00 * c[n][0] + h01 * c[n][1] + run.step * (h10 * slopes[n][0] + h11 * slopes[n][1]) for n in slopes
+    )
+    return float(x), float(y), float(heading)
+
+
+def clearance(run: SavedRun, place: int) -> tuple[Array, float]:
+    """The least clearance of every robot where nothing touches, and the time of the first contact."""
+    robots = len(run.sizes)
+    radii = [math.hypot(*size) / 2 for size in run.sizes]
+    x, y = run.channels["x"][place], run.channels["y"][place]
+    least, contact = np.full(robots, np.inf), math.inf
+    speed = np.nanmax(np.abs(run.channels["v"][place]), axis=-1) + 0.2 * np.nanmax(np.abs(run.channels["w"][place]), -1)
+
+    def refine(distance: Callable[[float], float], bound: Array, reach: float) -> tuple[float, float]:
+        """The least distance over time, and when it first is 0; ``bound`` (samples,) lies below it at the samples."""
+        low, first = math.inf, math.inf
+        order = np.argsort(bound)
+        for k in order:
+            if not np.isfinite(bound[k]) or bound[k] - reach * run.step > max(low, 0.0):
+                break
+            for m in range(51):  # every millisecond
+                t = min(max(run.time[k] + (m / 25 - 1) * run.step, 0.0), run.time[-1])
+                d = distance(t)
+                if d <= 0:
+                    first = min(first, t)
+                low = min(low, d)
+        return low, first
+
+    for i in range(robots):
+        for j in range(i + 1, robots):
+            bound = np.hypot(x[i] - x[j], y[i] - y[j]) - radii[i] - radii[j]
+
+            def between(t: float, i: int = i, j: int = j) -> float:
+                a, b = (footprint(*pose(run, place, r, t), run.sizes[r]) for r in (i, j))
+                return float(a.distance(b))
+
+            low, first = refine(between, bound, speed[i] + speed[j])
+            least[[i, j]] = np.minimum(least[[i, j]], low)
+            contact = min(contact, first)
+        if run.geometry is None:
+            continue
+        assert len(run.geometry["counts"]) == 1, "moving obstacles are not read here"
+        for body in bodies(run.geometry, 0):
+            shape = body[0].buffer(body[1], 64) if isinstance(body, tuple) else body
+            bound = shapely.distance(shapely.points(x[i], y[i]), shape) - radii[i] - 1e-3
+            low, first = refine(
+                lambda t, i=i, body=body: gap(footprint(*pose(run, place, i, t), run.sizes[i]), body),  # type: ignore[misc]
+                bound,
+                speed[i],
+            )
+            least[i] = min(least[i], low)
+            contact = min(contact, first)
+    return least, contact
+
+
+def crossing(run: SavedRun) -> Array:
+    """The distance of every sample from its robot's path (runs, robots, samples)."""
+    found = np.full(run["x"].shape, np.nan)
+    for i, nodes in enumerate(run.paths):
+        path = LineString(nodes)
+        shapely.prepare(path)
+        x, y = run["x"][:, i], run["y"][:, i]
+        known = np.isfinite(x)
+        found[:, i][known] = shapely.distance(shapely.points(x[known], y[known]), path)
+    return found
+
+
+def progress(run: SavedRun) -> Array:
+    """The share of its path that each robot has behind it, searched for within half a metre of the one before."""
+    found: Array = np.full(run["x"].shape, np.nan)
+    for i, nodes in enumerate(run.paths):
+        a, b = nodes[:-1], nodes[1:]
+        lengths = np.hypot(*(b - a).T)
+        chords, total = len(lengths), lengths.sum()
+        window = max(2, int(0.5 / (total / chords)))
+        for r in range(len(found)):
+            low, high = 0, max(2, int(0.25 * len(nodes)))
+            for k, p in enumerate(np.stack([run["x"][r, i], run["y"][r, i]], axis=1)):
+                if not np.isfinite(p[0]):
+                    continue
+                near = low + int(np.argmin(((nodes[low : high + 1] - p) ** 2).sum(1)))
+                best, place = math.inf, 0.0
+                for n in (near - 1, near):
+                    if 0 <= n < chords:
+                        t = float(np.clip((p - a[n]) @ (b[n] - a[n]) / lengths[n] ** 2, 0, 1))
+                        d = float(np.hypot(*(a[n] + t * (b[n] - a[n]) - p)))
+                        if d < best:
+                            best, place = d, n + t
+                found[r, i, k] = place / chords
+                low, high = max(near - window, 0), min(near + window, chords)
+    return found
+
+
+# Quantities -------------------------------------------------------------------------------------------------------
+
+
+def errors(run: SavedRun) -> tuple[Array, Array, Array]:
+    """The posture error in the robot's frame."""
+    x, y, heading = (run[n] for n in ("x", "y", "heading"))
+    dx, dy, turn = run.reference[0] - x, run.reference[1] - y, run.reference[2] - heading
+    turn = (turn + math.pi) % (2 * math.pi) - math.pi
+    return np.cos(heading) * dx + np.sin(heading) * dy, np.cos(heading) * dy - np.sin(heading) * dx, turn
+
+
+def norm(run: SavedRun) -> Array:
+    """The error norm, 1 rad counted as 1 m."""
+    ex, ey, turn = errors(run)
+    return np.sqrt(ex**2 + ey**2 + turn**2)
+
+
+def distance(run: SavedRun) -> Array:
+    """The distance from the reference."""
+    ex, ey, _ = errors(run)
+    return np.hypot(ex, ey)
+
+
+def settled(run: SavedRun, values: Array) -> Array:
+    """The time from which values stay below 5 cm."""
+    found = np.full(values.shape[:2], np.inf)
+    for r, i in np.ndindex(*found.shape):
+        outside = np.flatnonzero(~(np.abs(values[r, i]) < 0.05))
+        k = outside[-1] + 1 if len(outside) else 0
+        if k < len(run.time):
+            found[r, i] = run.time[k]
+    return found
+
+
+def arrivals(run: SavedRun) -> Array:
+    """The time at which 99.5 % of the path are driven, within 10 cm of it."""
+    there = (progress(run) >= 0.995) & (crossing(run) < 0.1)
+    return np.where(there.any(-1), run.time[np.argmax(there, -1)], np.inf)
+
+
+def spread(times: Array) -> Array:
+    """Last minus first, the same for every robot."""
+    with np.errstate(invalid="ignore"):
+        apart = np.where(np.isfinite(times).all(1), times.max(1) - times.min(1), np.inf)
+    return np.repeat(apart[:, None], 1, axis=1)
+
+
+def longest(run: SavedRun, flags: Array) -> Array:
+    """The longest stretch of time in which flags hold."""
+    found = np.zeros(flags.shape[:2])
+    for r, i in np.ndindex(*found.shape):
+        text = "".join("1" if f else "0" for f in flags[r, i])
+        found[r, i] = max((len(part) for part in re.findall("1+", text)), default=0) * run.step
+    return found
+
+
+def standing(run: SavedRun) -> Array:
+    """The longest stop on the way."""
+    ends = arrivals(run)
+    ends = np.where(np.isfinite(ends), ends, run.time[-1])[..., None] - 0.5
+    return longest(run, (np.abs(run["v"]) < 0.01) & (run.time > 2.0) & (run.time < ends))
+
+
+def left(run: SavedRun) -> Array:
+    """The longest time in which the group went on without the robot."""
+    if run.modes is None:
+        return np.zeros(run["x"].shape[:2])
+    return longest(run, (run.modes & LEFT_BEHIND > 0) & (run.modes < STOPPED))
+
+
+def lead(run: SavedRun) -> tuple[Array, Array]:
+    """Of a formation: the leader's x minus the followers' mean, and the sample at which the leader ends."""
+    x = run["x"]
+    there = x[:, 0] >= run.paths[0][-1, 0]
+    return x[:, 0] - x[:, 1:].mean(axis=1), np.where(there.any(-1), np.argmax(there, -1), -1)
+
+
+def length(nodes: Array) -> float:
+    """The length of a path."""
+    return float(np.hypot(*np.diff(nodes, axis=0).T).sum())
+
+
+def alignment(run: SavedRun) -> Array:
+    """The time from which the leader is level with its followers, until its end."""
+    gaps, last = lead(run)
+    found = np.full((len(last), 1), np.inf)
+    for r, end in enumerate(last):
+        if end >= 0:
+            apart = np.flatnonzero(~(np.abs(gaps[r, : end + 1]) < 0.1))
+            k = apart[-1] + 1 if len(apart) else 0
+            if k <= end:
+                found[r, 0] = run.time[k]
+    return found
+
+
+def lateral(run: SavedRun) -> Array:
+    """The largest distance from the own path until the leader's end."""
+    _, last = lead(run)
+    cross = crossing(run)
+    return np.array(
+        [np.nanmax(c[:, : (end + 1) if end >= 0 else None], axis=-1) for c, end in zip(cross, last, strict=True)]
+    )
+
+
+def rms(values: Array) -> Array:
+    """The root mean square over time."""
+    return np.sqrt(np.mean(values**2, axis=-1))
+
+
+def least_clearance(run: SavedRun) -> Array:
+    """The least clearance of each robot."""
+    return np.array([clearance(run, place)[0] for place in range(run.channels["x"].shape[0])])
+
+
+QUANTITIES: dict[str, Callable[[SavedRun], Array]] = {
+    "mean_error_norm": lambda r: np.nanmean(norm(r), axis=-1),
+    "timetable_error_norm": lambda r: np.nanmean(norm(r), axis=-1),
+    "late_error_norm": lambda r: np.mean(norm(r)[..., r.time > 6.0], axis=-1),
+    "mean_speed_error_mps": lambda r: np.nanmean(np.abs(r["v_demand"] - r["v"]), axis=-1),
+    "settling_time_s": lambda r: settled(r, distance(r)),
+    "path_settling_time_s": lambda r: settled(r, crossing(r)),
+    "last_distance_m": lambda r: rms(distance(r)[..., r.time > r.time[-1] - 5.0]),
+    "largest_distance_m": lambda r: np.nanmax(distance(r), axis=-1),
+    "late_cross_track_m": lambda r: rms(crossing(r)[..., (r.time > 15.0) & (r.time < 20.0)]),
+    "rms_cross_track_m": lambda r: np.sqrt(np.nanmean(crossing(r) ** 2, axis=-1)),
+    "max_cross_track_m": lambda r: np.nanmax(crossing(r), axis=-1),
+    "settles": lambda r: np.isfinite(settled(r, distance(r))),
+    "arrival_spread_s": lambda r: spread(arrivals(r)),
+    "others_spread_s": lambda r: spread(arrivals(r)[:, 1:]),
+    "max_progress_gap": lambda r: np.nanmax(np.ptp(progress(r), axis=1), axis=-1)[:, None],
+    "short_of_goal_m": lambda r: (
+        (1 - np.nanmax(progress(r), axis=-1)) * [np.hypot(*np.diff(p, axis=0).T).sum() for p in r.paths]
+    ),
+    "stood_s": standing,
+    "off_path_s": lambda r: longest(r, crossing(r) > 0.1),
+    "left_behind_s": left,
+    "alignment_time_s": alignment,
+    "max_lateral_error_m": lateral,
+    "untouched": lambda r: ~np.isfinite(r.touches)[:, None],
+    "min_clearance_m": least_clearance,
+}
+SMALLEST = {"untouched", "min_clearance_m", "settles"}  # the worst robot is the one with the least
+
+
+def of_runs(run: SavedRun, quantity: str, robot: str) -> Array:
+    """One number a run."""
+    values = QUANTITIES[quantity](run)
+    if robot == "mean":
+        return values.mean(axis=1)
+    if robot != "worst":
+        return values[:, int(robot) - 1]
+    return values.min(axis=1) if quantity in SMALLEST else values.max(axis=1)
+
+
+# Intervals --------------------------------------------------------------------------------------------------------
+
+
+def estimate(values: Array) -> tuple[float, float, float]:
+    """The mean with Student's interval, or of booleans the share with Wilson's."""
+    n, mean = len(values), float(np.mean(values))
+    if n == 1 or not math.isfinite(mean):
+        return mean, mean, mean
+    if values.dtype == bool:
+        z = 1.959963984540054
+        middle, half = mean + z * z / (2 * n), z * math.sqrt(mean * (1 - mean) / n + z * z / (4 * n * n))
+        low, high = ((middle + sign * half) / (1 + z * z / n) for sign in (-1, 1))
+        return mean, 0.0 if mean == 0 else low, 1.0 if mean == 1 else high
+    half = float(scipy.stats.t.ppf(0.975, n - 1)) * float(np.std(values, ddof=1)) / math.sqrt(n)
+    return mean, mean - half, mean + half
+
+
+def compared(ours: Array, others: list[Array], more: bool) -> tuple[float, float, float]:
+    """Ours minus the best other; or how often ours is not better, where a value is infinite."""
+    rival = np.max(others, axis=0) if more else np.min(others, axis=0)
+    if np.isfinite(ours).all() and np.isfinite(rival).all():
+        return estimate(ours - rival)
+    return estimate(~(ours > rival if more else ours < rival))
+
+
+def outcome(low: float, high: float, bound: float, sense: str) -> str:
+    """Which side of the bound the interval lies on."""
+    if sense == "above":
+        low, high, bound = -high, -low, -bound
+    return "holds" if high < bound else "fails" if low >= bound else "open"
+
+
+def file_of(row: dict[str, str], law: str) -> str:
+    """The file of a law's runs."""
+    plain = re.sub(r"[^A-Za-z0-9.=-]+", "_", f"{row['on']}--{law}")
+    return f"{plain}{'--ideal' if row['form'] == 'ideal' else ''}.npz"
+
+
+def recompute(folder: Path) -> tuple[float, int, list[str]]:
+    """The largest relative difference, how many rows of evidence.csv were computed again, and what differs."""
+    runs: dict[str, SavedRun] = {}
+    worst, done, wrong = 0.0, 0, []
+    with (folder / "evidence.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        laws = [row["of"], *filter(None, row["against"].split("; "))]
+        files = [file_of(row, law) for law in laws]
+        if row["quantity"] not in QUANTITIES or not all((folder / "runs" / name).exists() for name in files):
+            continue
+        for name in files:
+            if name not in runs:
+                runs[name] = SavedRun(folder / "runs" / name)
+        ours, *others = (of_runs(runs[name], row["quantity"], row["robot"]) for name in files)
+        more = bool(others) and row["sense"] == "above"
+        again = compared(ours, others, more) if others else estimate(ours)
+        for name, found in zip(("value", "low", "high"), again, strict=True):
+            told = float(row[name])
+            apart = 0.0 if told == found else abs(told - found) / max(1.0, abs(told))
+            worst = max(worst, apart)
+            if not apart <= TOLERANCE:
+                wrong.append(f"{row['claim']}, {row['form']}, {row['says']}: {name} {told!r}, recomputed {found!r}")
+        if outcome(again[1], again[2], float(row["bound"]), row["sense"]) != row["outcome"]:
+            wrong.append(f"{row['claim']}, {row['form']}, {row['says']}: the outcome is another")
+        done += 1
+    return worst, done, wrong
+
+
+if __name__ == "__main__":
+    largest, count, differing = recompute(Path(sys.argv[1]))
+    print(f"{count} numbers recomputed, the largest difference is {largest:.2g}", *differing, sep="\n")
+    sys.exit(bool(differing) or count == 0)
