@@ -49,6 +49,7 @@ from robotics.quantity import check_quantities, quantity
 
 INPUTS = ("distance", "alpha", "x_err", "heading_err")  # the names of the inputs that a tracking rule base may have
 RULE_TIME = 0.4  # s: T of the package's rule bases, v = d_RP / T and ω = 2 α / T
+AHEAD = 0.1  # m: a robot that is so far ahead of its target stands by rule 11
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,7 +156,7 @@ def _known(  # type: ignore[no-untyped-def]
             if x_err is not None:
                 inputs[2] = x_err[n, i]
             elif ahead < 0 and to_v[to, i] == 0 and steering_distance > 0:
-                inputs[2] = -1.0
+                inputs[2] = min(ahead, -AHEAD)
             else:
                 inputs[2] = ahead
             for j in range(len(places)):
