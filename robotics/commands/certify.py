@@ -1,4 +1,4 @@
-"""The command ``robotics certify``: how fast and from where the Lyapunov law provably converges."""
+"""The command ``robotics certify``: how fast and from where a tracking law provably converges."""
 
 import math
 from pathlib import Path
@@ -14,6 +14,16 @@ if TYPE_CHECKING:
 
 
 def certify(
+    law: Annotated[
+        str, typer.Option(help="lyapunov, or pdc: parallel compensation, whose own options are the next three.")
+    ] = "lyapunov",
+    rule_base: Annotated[str, typer.Option(help="pdc: the rule base whose sets of distance and alpha it uses.")] = (
+        "tracking"
+    ),
+    distance: Annotated[
+        tuple[float, float], typer.Option(metavar="LOW HIGH", help="pdc: range of the rules' distances, m.")
+    ] = (0.0, 10.0),
+    alpha: Annotated[float, typer.Option(help="pdc: bound of the rules' |alpha|, rad.")] = 0.5,
     kx: Annotated[float, typer.Option(help="Gain K_x, 1/s.")] = 1.0,
     ky: Annotated[float, typer.Option(help="Gain K_y, 1/m².")] = 10.0,
     kpsi: Annotated[float, typer.Option(help="Gain K_ψ, 1/m; with --form 2.31 in 1/s.")] = 5.0,
@@ -31,14 +41,21 @@ def certify(
     plot: Annotated[Path | None, typer.Option(metavar="PICTURE", help="Draw the region: .png, .pdf, .svg.")] = None,
     json: Json = False,
 ) -> None:
-    """Certify the stability of the Lyapunov law: decay rate and region, by linear matrix inequalities.
+    """Certify the stability of the Lyapunov law, decay rate and region, or of parallel compensation, decay rate.
 
-    Example: robotics certify --speed 0.2 0.4 --turn 3.5 --plot region.png
+    Both by linear matrix inequalities. Example: robotics certify --speed 0.2 0.4 --turn 3.5 --plot region.png
     """
     from robotics.experiments import certificate as theory
     from robotics.laws.tracking.lyapunov import Lyapunov
     from robotics.vehicle.robot import Robot
 
+    if law not in ("lyapunov", "pdc"):
+        raise theory.CertificateError(f"--law must be lyapunov or pdc; got {law!r}")
+    if law == "pdc":
+        if plot is not None:
+            raise theory.CertificateError("--plot draws the region of --law lyapunov; of pdc no region is certified")
+        _certify_compensation(rule_base, distance, alpha, json)
+        return
     if plot is not None:
         from fuzzy.figures.drawing import check_picture
 
@@ -100,6 +117,61 @@ def certify(
         f"region's boundary (seed {seed}); the slowest fell at {trial.slowest:.3g} 1/s."
     )
     for title, sentences in (("Certified", report["certified"]), ("Not certified", report["not_certified"])):
+        print(f"\n{title}\n" + "\n".join(f"- {sentence}" for sentence in sentences))
+
+
+def _certify_compensation(rule_base: str, distance: tuple[float, float], alpha: float, json: bool) -> None:
+    from robotics.experiments.certificate import CertificateError
+    from robotics.experiments.compensation import certify_compensation
+    from robotics.laws.tracking.pdc import ParallelCompensation
+
+    law = ParallelCompensation(rule_base=rule_base)
+    found = certify_compensation(law, *distance, alpha)
+    rules, pairs = len(found.points), len(found.pairs)
+    if found.P is None:
+        raise CertificateError(
+            f"no common P was found for these {rules} rules and the {pairs} pairs of them that fire together, though "
+            f"each pair alone has its poles left of {found.slowest_pole:.3g} 1/s; give a lower --alpha, or a narrower "
+            "--distance"
+        )
+    what = [
+        f"Of {law.distances.size * law.alphas.size} rules the {rules} with |alpha| <= {alpha:g} rad and "
+        f"{distance[0]:g} <= d <= {distance[1]:g} m: their linear models under their gains, both blended by the "
+        f"rules' firing strengths, however these change: the error shrinks, as √(X'PX), at least as fast as "
+        f"e^(−{rate(found.decay)} t).",
+    ]
+    without = [
+        "The nonlinear error: the models are linearised about the rules' operating points, so the proof is local, and "
+        "no region is certified.",
+        "The rules left out, and references that need them; the robot's motors, latency, noise and limits.",
+        "The singleton fuzzy rule base (controller fuzzy), which shares the sets but not the gains.",
+    ]
+    if json:
+        print_json(
+            {
+                "law": {"rule_base": rule_base, "look_ahead": law.look_ahead},
+                "rules": [
+                    {"distance": d, "alpha": a, "A": A, "B": B, "K": K}
+                    for (d, a), A, B, K in zip(found.points.tolist(), found.A, found.B, found.K, strict=True)
+                ],
+                "pairs": pairs,
+                "P": found.P,
+                "decay": found.decay,
+                "slowest_pole": found.slowest_pole,
+                "worst_eigenvalue": found.worst_eigenvalue,
+                "certified": what,
+                "not_certified": without,
+            }
+        )
+        return
+    print("law:    (v, ω) = (v_r, ω_r) − Σ h_j K^j (X − X_d),  X = (d, α, ψ)\n")
+    print("   d [m]  α [rad]   K^j: v by d, α, ψ          ω by d, α, ψ")
+    for (d, a), K in zip(found.points, found.K, strict=True):
+        print(f"{d:8.3g} {a:8.3g}" + "".join(f"{round(value, 3) + 0.0:9.3f}" for value in K.ravel()))
+    print(f"\ndecay:  {rate(found.decay)} 1/s, common to {pairs} pairs of {rules} rules")
+    print("P:      " + "\n        ".join("".join(f"{value:11.5g}" for value in row) for row in found.P))
+    print(f"\nChecked\n- The greatest eigenvalue of Q'P + PQ over the pairs is {found.worst_eigenvalue:.3g}.")
+    for title, sentences in (("Certified", what), ("Not certified", without)):
         print(f"\n{title}\n" + "\n".join(f"- {sentence}" for sentence in sentences))
 
 

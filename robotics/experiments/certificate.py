@@ -197,7 +197,7 @@ def certify(model: SectorModel, decay: float | None = None) -> Certificate:
     """
     _cvxpy()
     vertices = model.vertices()
-    fastest = _fastest(model, vertices)
+    fastest, _ = fastest_decay(vertices, _scale(model))
     asked = "" if decay is None else f" with the decay rate {decay:g} 1/s"
     if not fastest > 0:
         raise CertificateError(
@@ -301,30 +301,39 @@ def _inverse(q: np.ndarray) -> np.ndarray | None:
     return (p + p.T) / 2 + 0.0  # no −0
 
 
-def _fastest(model: SectorModel, vertices: np.ndarray) -> float:
-    """The greatest rate of any common P, by bisection to 0.01 %; 0 where none decays."""
-    cp, scale = _cvxpy(), _scale(model)
+def fastest_decay(vertices: np.ndarray, scale: np.ndarray) -> tuple[float, np.ndarray | None]:
+    """The greatest decay rate [1/s] of any common P, by bisection to 0.01 %, and such a P; 0 and None: there is none.
+
+    Args:
+        vertices: Matrices A (n, 3, 3), mirror images of each other in two of the states, so that the first stands
+            alone in P.
+        scale: Units of the states (3,) that make them alike.
+
+    Raises CertificateError without the extra ``certify``.
+    """
+    cp = _cvxpy()
     q, matrices, constraints, rate = _inequalities(cp, vertices, scale)
     margin = cp.Variable()
     constraints += [cp.trace(q) == 3, q >> 1e-6 * np.eye(3), *(m << -margin * np.eye(3) for m in matrices)]
     problem = cp.Problem(cp.Maximize(margin), constraints)
 
-    def rate_near(alpha: float) -> float:
+    def found_near(alpha: float) -> tuple[float, np.ndarray | None]:
         rate.value = alpha
         p = _inverse(q.value * scale * scale[:, None]) if _solved(problem) else None
-        return 0.0 if p is None else decay_rate(vertices, p)
+        return (0.0 if p is None else decay_rate(vertices, p)), p
 
     # No quadratic function falls faster than the slowest pole of a corner.
-    low, high = rate_near(0.0), -float(np.linalg.eigvals(vertices).real.max())
+    (low, best), high = found_near(0.0), -float(np.linalg.eigvals(vertices).real.max())
     if not low > 1e-6 * abs(high):
-        return 0.0
+        return 0.0, None
     while high - low > 1e-4 * high:
         middle = (low + high) / 2
-        found = rate_near(middle)
-        low = max(low, found)
+        found, p = found_near(middle)
+        if found > low:
+            low, best = found, p
         if found < middle:
             high = middle
-    return low
+    return low, best
 
 
 def _largest(model: SectorModel, vertices: np.ndarray, alpha: float) -> np.ndarray | None:

@@ -17,6 +17,7 @@ from robotics.laws.teams.graph_sliding_mode import GraphSlidingMode
 from robotics.laws.teams.virtual_structure import VirtualStructure
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.laws.tracking.lyapunov import Lyapunov
+from robotics.laws.tracking.pdc import ParallelCompensation
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.quantity import accepted
 
@@ -56,6 +57,12 @@ CATALOGUE: dict[str, Preset] = {
     "lyapunov": Preset(Lyapunov, {}, "Lyapunov", "(2.30), (2.32) with 1, 10, 5: damping 0.79 by formula"),
     "lyapunov-thesis": Preset(
         Lyapunov, {"ky": 1.0, "kpsi": 1.0}, "Lyapunov, thesis gains", "(2.30), (2.32) with the thesis's 1, 1, 1"
+    ),
+    "pdc": Preset(
+        ParallelCompensation,
+        {},
+        "Parallel compensation",
+        "(2.41) on the sets of Table 5.6; linear-quadratic gains by Bryson's rule, not by search",
     ),
     "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
     "assm": Preset(

@@ -1,7 +1,8 @@
 """The paths of several robots in one table: points and nearest points of all robots in one compiled pass."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -20,12 +21,18 @@ class PathTable:
     table: np.ndarray = field(repr=False)  # (5, nodes of all paths): as of Path, one path after the other
     first: np.ndarray = field(repr=False)  # as lengths, but flat: the column at which each begins
     cells: np.ndarray = field(repr=False)  # as lengths, but flat: the number of its nodes minus 1
+    # As of Path, one for each path; None: the shares of all paths are those of their lengths
+    shares: tuple[np.ndarray, ...] | None = field(default=None, repr=False)
 
     @property
     def paths(self) -> tuple[Path, ...]:
         """The single paths, robot after robot; with another path in every run, run after run."""
         rows = zip(self.lengths.ravel(), self.first, self.cells, strict=True)
-        return tuple(Path(float(length), np.ascontiguousarray(self.table[:, k : k + n + 1])) for length, k, n in rows)
+        shares: Sequence[np.ndarray | None] = self.shares or [None] * self.lengths.size
+        return tuple(
+            Path(float(length), np.ascontiguousarray(self.table[:, k : k + n + 1]), share)
+            for (length, k, n), share in zip(rows, shares, strict=True)
+        )
 
     def at(self, s: np.ndarray) -> PathPoint:
         """The points of each robot's path at abscissae ``s`` (..., robots) [m]; beyond an end the point stays there.
@@ -35,6 +42,49 @@ class PathTable:
         flat = np.ascontiguousarray(s, dtype=float).reshape(-1, self.lengths.size)
         rows = _points_of_all(self.table, self.first, self.cells, self.lengths.ravel(), flat)
         return PathPoint(*(row.reshape(np.shape(s)) for row in rows))
+
+    def share(self, s: np.ndarray) -> np.ndarray:
+        """The progress, 0 to 1, at abscissae ``s`` (..., robots) [m]: alike for robots that are level with each other.
+
+        It is the share of a path's own length, in a formation that of the virtual path.
+        """
+        if self.shares is None:
+            return s / self.lengths
+        return self._interpolated(s, [(nodes, rows[0]) for nodes, rows in self._nodes()])
+
+    def place(self, share: np.ndarray) -> np.ndarray:
+        """The abscissae [m] at the progress ``share`` (..., robots); what :meth:`share` inverts."""
+        if self.shares is None:
+            return share * self.lengths
+        return self._interpolated(share, [(rows[0], nodes) for nodes, rows in self._nodes()])
+
+    def stretch(self, share: np.ndarray) -> np.ndarray:
+        """The way [m] on each path for each unit of progress, at ``share`` (..., robots): the lengths, or nearly so."""
+        if self.shares is None:
+            return self.lengths
+        return self._interpolated(share, list(self.shares))
+
+    def level(self, s: np.ndarray) -> np.ndarray:
+        """The abscissae [m] (runs, robots, robots) on all paths, the last axis, that are level with each of ``s``.
+
+        ``s`` is (runs, robots).
+        """
+        share = self.share(s)[:, :, None]
+        if self.shares is None:
+            return np.asarray(share * self.lengths[..., None, :])
+        return self.place(np.broadcast_to(share, (*s.shape, s.shape[1])))
+
+    def _nodes(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """The abscissae of each path's nodes, and its shares."""
+        assert self.shares is not None
+        counted = zip(self.lengths.ravel(), self.cells, self.shares, strict=True)
+        return [(np.linspace(0.0, length, cells + 1), rows) for length, cells, rows in counted]
+
+    def _interpolated(self, x: np.ndarray, curves: Sequence[Any]) -> np.ndarray:
+        """The values at ``x`` (..., robots) of one curve for each path: its abscissae, and its values."""
+        flat = np.reshape(x, (-1, self.lengths.size))
+        columns = [np.interp(flat[:, i], *curve) for i, curve in enumerate(curves)]
+        return np.stack(columns, axis=-1).reshape(np.shape(x))
 
     def nearest(self, x: np.ndarray, y: np.ndarray, around: np.ndarray, reach: np.ndarray) -> np.ndarray:
         """The abscissae [m] of each path's nearest points, (..., robots) as all arguments.
@@ -55,7 +105,16 @@ class PathTable:
 
 def join_paths(paths: Sequence[Path]) -> PathTable:
     """Put ``paths``, one for each robot, into one table."""
-    return _joined(np.array([path.length for path in paths]), [path.table for path in paths])
+    table = _joined(np.array([path.length for path in paths]), [path.table for path in paths])
+    if all(path.shares is None for path in paths):
+        return table
+    return replace(table, shares=tuple(path.shares if path.shares is not None else _even(path) for path in paths))
+
+
+def _even(path: Path) -> np.ndarray:
+    """The shares of a path that is driven at a constant speed."""
+    nodes = path.table.shape[1]
+    return np.stack([np.linspace(0.0, 1.0, nodes), np.full(nodes, path.length)])
 
 
 def _joined(lengths: np.ndarray, tables: Sequence[np.ndarray]) -> PathTable:

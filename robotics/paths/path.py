@@ -223,6 +223,8 @@ class Path:
 
     length: float  # m
     table: np.ndarray = field(repr=False)  # (5, nodes): x, y, heading, curvature, u at equal steps of s
+    # Of a robot of a formation (2, nodes): the share of the virtual path, and ds [m] by that share
+    shares: np.ndarray | None = field(default=None, repr=False)
 
     @property
     def spacing(self) -> float:

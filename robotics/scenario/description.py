@@ -15,6 +15,7 @@ import numpy as np
 from fuzzy.errors import InputError
 from robotics.environment.world import Obstacle, World, compile_world
 from robotics.laws.setting import Kind, Setting
+from robotics.paths.offset import Offset, compile_offset
 from robotics.paths.path import PathError, Shape, compile_path
 from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
 from robotics.quantity import check_quantities, quantity
@@ -37,7 +38,7 @@ class Member:
     """One robot of a scenario: its start, path, timing, parameters and sensors. Raises ScenarioError."""
 
     start: Pose  # x [m], y [m], heading [rad]
-    path: Shape
+    path: Shape  # in a formation by offsets an Offset, and the timing is that of its virtual robot
     timing: Timing
     robot: Robot = field(default_factory=Robot)
     sensing: Sensing | None = None  # its own; None: the scenario's
@@ -189,6 +190,12 @@ def _trajectory(robots: tuple[Member, ...]) -> Trajectory:
     """Compile the robots' trajectory. A PathError is about the robot's path or about its timing."""
     parts = []
     for i, member in enumerate(robots):
+        if isinstance(member.path, Offset):
+            try:
+                parts.append(compile_offset(member.path, member.timing))
+            except PathError as error:
+                raise error.about("robots", i, "offset") from None
+            continue
         try:
             path = compile_path(member.path)
         except PathError as error:

@@ -17,8 +17,9 @@ from fuzzy.naming import expected
 from robotics.environment.world import Obstacle
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import check_needs
-from robotics.paths.path import SHAPES
-from robotics.paths.trajectory import Timing
+from robotics.paths.offset import Offset, offset_start
+from robotics.paths.path import SHAPES, PathError, Shape, compile_path
+from robotics.paths.trajectory import Timing, compile_trajectory
 from robotics.quantity import accepted, is_number
 from robotics.radio.description import PRESETS, Radio, RadioError
 from robotics.radio.faults import Fault
@@ -89,7 +90,12 @@ def scenario_from_table(table: dict[str, Any], name: str) -> Scenario:
     members = rest.pop("robots", [])
     if not (isinstance(members, list) and members):
         raise ScenarioError("at least one [[robots]] table is needed").about("robots")
-    robots = tuple(_member(m, common, ("robots", i)) for i, m in enumerate(members))
+    virtual = _virtual(rest.pop("virtual")) if "virtual" in rest else None
+    robots = tuple(_member(m, common, ("robots", i), virtual) for i, m in enumerate(members))
+    if virtual is not None and not any(isinstance(member.path, Offset) for member in robots):
+        raise ScenarioError("no robot has an offset from the virtual robot, such as offset = [0.0, 0.5]").about(
+            "virtual"
+        )
     scenario: Scenario = _build(Scenario, rest, (), name=name, robots=robots)
     if scenario.controller:
         try:  # its gains may not suit the graph, its messages not the radio
@@ -104,17 +110,32 @@ def scenario_from_table(table: dict[str, Any], name: str) -> Scenario:
     return scenario
 
 
-def _member(table: Any, common: dict[str, Any], keys: tuple[str | int, ...]) -> Member:
+def _virtual(table: Any) -> tuple[Shape, Timing]:
+    """The path and the timing of a formation's virtual robot, thesis (3.3)."""
+    keys = ("virtual",)
     _expect_table(table, keys)
-    table = dict(table)
-    own = table.pop("robot", {})
-    _expect_table(own, (*keys, "robot"))
-    robot = _build(Robot, common, ("robot",))
-    if own:
-        robot = _build(Robot, {**common, **own}, (*keys, "robot"))
+    for key in table:
+        if key not in ("path", "timing"):
+            raise ScenarioError(expected(key, ("path", "timing"), "key")).about(*keys, key)
+    if "timing" not in table:
+        raise ScenarioError("the virtual robot needs a timing, such as timing = { duration = 30.0 }").about(*keys)
+    path = _path(table, keys)
+    _expect_table(table["timing"], (*keys, "timing"))
+    timing = _build(Timing, table["timing"], (*keys, "timing"))
+    at = "path"
+    try:
+        compiled = compile_path(path)
+        at = "timing"
+        compile_trajectory((compiled,), (timing,))
+    except PathError as error:
+        raise error.about(*keys, at) from None
+    return path, timing
+
+
+def _path(table: dict[str, Any], keys: tuple[str | int, ...]) -> Shape:
     if "path" not in table:
         raise ScenarioError("a robot needs a path, such as path = { shape = 'sine', amplitude = 1.0 }").about(*keys)
-    shape = table.pop("path")
+    shape = table["path"]
     _expect_table(shape, (*keys, "path"))
     shape = dict(shape)
     if "shape" not in shape:
@@ -122,8 +143,55 @@ def _member(table: Any, common: dict[str, Any], keys: tuple[str | int, ...]) -> 
     kind = shape.pop("shape")
     if not isinstance(kind, str) or kind not in SHAPES:
         raise ScenarioError(expected(str(kind), SHAPES, "path shape")).about(*keys, "path", "shape")
-    path = _build(SHAPES[kind], shape, (*keys, "path"))
+    made: Shape = _build(SHAPES[kind], shape, (*keys, "path"))
+    return made
+
+
+def _member(
+    table: Any, common: dict[str, Any], keys: tuple[str | int, ...], virtual: tuple[Shape, Timing] | None
+) -> Member:
+    _expect_table(table, keys)
+    table = dict(table)
+    own = table.pop("robot", {})
+    _expect_table(own, (*keys, "robot"))
+    robot = _build(Robot, common, ("robot",))
+    if own:
+        robot = _build(Robot, {**common, **own}, (*keys, "robot"))
+    if "offset" in table:
+        return _offset_member(table, keys, virtual, robot)
+    path = _path(table, keys)
+    del table["path"]
     return _build(Member, table, keys, path=path, robot=robot)
+
+
+def _offset_member(
+    table: dict[str, Any], keys: tuple[str | int, ...], virtual: tuple[Shape, Timing] | None, robot: Robot
+) -> Member:
+    """A robot of a formation: its path follows from its offset; without a start it begins in its place."""
+    at = (*keys, "offset")
+    if virtual is None:
+        raise ScenarioError("an offset needs a table [virtual] with the path and the timing it is measured from").about(
+            *at
+        )
+    for key in ("path", "timing"):
+        if key in table:
+            raise ScenarioError(f"give offset or {key}, not both: in a formation it is that of [virtual]").about(
+                *keys, key
+            )
+
+    def refuse(_: str) -> ValueError:
+        what = "offset must be 2 finite numbers [ahead, left] in m, from the virtual robot"
+        return ScenarioError(f"{what}; got {value!r}").about(*at)
+
+    value = table.pop("offset")
+    ahead, left = _numbers(value, 2, refuse)
+    path, timing = Offset(path=virtual[0], offset=(ahead, left)), virtual[1]
+    try:
+        start = offset_start(path, timing)
+    except PathError as error:
+        raise error.about(*at) from None
+    table = {"start": list(start), **table}
+    return _build(Member, table, keys, path=path, timing=timing, robot=robot)
 
 
 def _expect_table(value: Any, keys: tuple[str | int, ...]) -> None:
@@ -138,7 +206,7 @@ def _build(kind: type, table: dict[str, Any], keys: tuple[str | int, ...], **giv
     values = dict(given)
     for key, value in table.items():
         if key not in known:
-            also = () if keys else ("robot", "robots")
+            also: tuple[str, ...] = () if keys else ("robot", "robots", "virtual")
             raise ScenarioError(expected(key, [*known, *also], "key")).about(*keys, key)
         values[key] = _convert(value, hints[key], known[key], (*keys, key))
     missing = [n for n, f in known.items() if n not in values and f.default is MISSING and f.default_factory is MISSING]

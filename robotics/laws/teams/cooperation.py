@@ -183,9 +183,8 @@ class FuzzyCooperation(Law[_Memory]):
             own = due.s - place
             if excused is not None:
                 said, own = np.where(excused, np.nan, said), np.where(excused, 0.0, own)
-            # All paths have the same timing: a share of one's own path that is due is due on every path.
-            share = due.s / lengths
-            lags = share[:, :, None] * lengths[..., None, :] - theirs
+            # All paths have the same timing: what is level with the own place due is due on every path.
+            lags = paths.level(due.s) - theirs
             lags = np.where(heard.hears & ~np.isnan(lags), lags, 0.0)
             worst = np.maximum(own, lags.max(axis=-1))
             slowing = np.tanh((np.maximum(worst - self.lag, 0.0) / self.softness) ** 2)
@@ -222,4 +221,4 @@ class FuzzyCooperation(Law[_Memory]):
             clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
         after = memory._replace(clock=clock, pace=pace, place=place, phase=phase)
         moving = due._replace(v=due.v * pace, w=due.w * pace)
-        return Command(v, w, v, w, message, moving, place / lengths), after
+        return Command(v, w, v, w, message, moving, paths.share(place)), after

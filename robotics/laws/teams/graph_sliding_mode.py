@@ -53,7 +53,6 @@ class _Memory(NamedTuple):
     reference: Reference | None  # of the period before
     weights: np.ndarray  # (robots, robots): a_ij
     ratio: np.ndarray  # (robots, robots): L_i / L_j
-    lengths: np.ndarray  # (robots,) m
     limits: np.ndarray  # (4, robots): of the velocities
     dynamics: InverseDynamics
 
@@ -101,7 +100,6 @@ class GraphSlidingMode(Law[_Memory]):
             None,
             sign * self.coupling * a,
             ratio,
-            lengths,
             velocity_limits(setting.robots),
             InverseDynamics.effective(setting.robots),
         )
@@ -152,7 +150,7 @@ class GraphSlidingMode(Law[_Memory]):
         else:
             first, second = command
             demand = first, second
-        progress = np.clip((ref.s - message["e_x"]) / memory.lengths, 0.0, 1.0)
+        progress = np.clip(seen.references.joined.share(ref.s - message["e_x"]), 0.0, 1.0)
         after = memory._replace(integral=integral, command=command, reference=ref)
         return Command(first, second, *demand, message, None, progress), after
 

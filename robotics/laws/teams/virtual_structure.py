@@ -5,6 +5,8 @@
     c_i = Σ_j a_ij (s_i − s_j) + b_i (s_i − s_0)
     v_d = L_i s_i',  ω_d = κ(s_i) v_d                          (4.1), (4.2)
 
+(In a formation by offsets s_i is the share of the virtual path, and L_i the robot's way for each unit of it there.)
+
 and the tracker (2.30), (2.32). a_ij = −l_ij: with the Laplacian's own entries, as (4.10) prints them, the coupling
 drives the robots apart ("literal"). s_0 is the virtual leader, which follows the timing of the scenario.
 
@@ -103,12 +105,13 @@ class VirtualStructure(Law[_Memory]):
         if self.coupling == "literal":
             a = -a
         lengths = setting.references.joined.lengths
-        start = setting.references.at(0.0).s / lengths
+        paths = setting.references.joined
+        start = paths.share(setting.references.at(0.0).s)
         s = zero + start
         if self.variant != "virtual":
             pose, reach = setting.starts, SEARCH_SHARE_AFTER_OUTAGE * lengths
-            near = setting.references.joined.nearest(pose[..., 0], pose[..., 1], start * lengths, reach)
-            s = zero + near / lengths
+            near = paths.nearest(pose[..., 0], pose[..., 1], paths.place(start), reach)
+            s = zero + paths.share(near)
         return _Memory(s, zero, zero, zero, zero + 1.0, a, lengths, setting.references.ends.max(axis=-1, keepdims=True))
 
     def _check_gains(self, a: np.ndarray, b: np.ndarray) -> None:
@@ -132,12 +135,13 @@ class VirtualStructure(Law[_Memory]):
         s = memory.s
         if self.variant != "virtual":
             reach = np.where(alone_for(heard, seen.time) > OUTAGE, SEARCH_SHARE_AFTER_OUTAGE, SEARCH_SHARE) * lengths
-            s = paths.nearest(seen.x, seen.y, s * lengths, reach) / lengths
+            s = paths.share(paths.nearest(seen.x, seen.y, paths.place(s), reach))
         theirs = heard.now("s", by="s_rate")
         # The leader
         clock, pace = memory.clock, memory.pace
         leader = seen.references.each_at(np.minimum(clock, memory.end))
-        s0, v_leader = leader.s / lengths, leader.v / lengths
+        s0 = paths.share(leader.s)
+        v_leader = leader.v / paths.stretch(s0)
         if self.variant == "waiting":
             slowest = smallest_heard(s, theirs, heard.hears)
             late = np.clip(seen.time - clock, 0.0, 1.0)
@@ -146,15 +150,16 @@ class VirtualStructure(Law[_Memory]):
         # (4.10), (4.11)
         gap = differences(s, theirs, memory.weights) + self.leader * (s - s0)
         wish = v_leader - self.kappa * gap + memory.integral
-        rate = np.clip(wish, 0.0, self.v_most / lengths)
+        stretch = paths.stretch(s)
+        rate = np.clip(wish, 0.0, self.v_most / stretch)
         integral = memory.integral
         if self.variant == "virtual" and self.gamma > 0:
             # No integration while the wish is beyond what the robot may do: (4.11) would wind up.
             integral = integral - dt * np.where(rate == wish, self.gamma * self.kappa * gap, 0.0)
         rate = np.where(s >= 1, 0.0, rate)
         # (4.1), (4.2)
-        point = paths.at(s * lengths)
-        target = _moving(point, lengths * rate, s * lengths)
+        place = paths.place(s)
+        target = _moving(paths.at(place), stretch * rate, place)
         command, _ = self.tracker.control(seen._replace(reference=target), None, dt)
         message = {"s": s, "s_rate": rate, "clock": clock, "pace": pace}
         if self.variant == "virtual":

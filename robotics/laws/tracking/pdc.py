@@ -1,0 +1,148 @@
+"""Parallel distributed compensation of a Takagi-Sugeno model of tracking, thesis (2.37)-(2.41) as corrected.
+
+Seen by the robot, a target at the distance d and the bearing α, whose heading is ψ ahead of the robot's, moves as
+
+    d' = −v cos α + v_r cos(ψ − α)                               (2.37), with γ = −α
+    α' = −ω + (v sin α + v_r sin(ψ − α)) / d
+    ψ' = ω_r − ω
+
+The thesis keeps d and α only, which is not closed, and linearises about the rules' operating points without a value for
+the bearing's rate; its B has the wrong signs. Here each rule of Table 5.6's sets of distance and α has the operating
+point in which robot and target go round the same circle, the target ``look_ahead`` = T ahead:
+
+    ψ = 2 α,   v = v_r = d α / (T sin α),   ω = ω_r = 2 α / T
+
+which is an equilibrium, so that no constant remains. d = 0 is none: that set has no rule. There
+
+          |      0         2 v sin α     −v sin α   |         | −cos α      0 |
+    A^j = | −2 v sin α/d²      0         v cos α/d  |   B^j = | sin α/d    −1 |
+          |      0             0             0      |         |    0       −1 |
+
+and K^j is the linear-quadratic regulator's gain, by Bryson's rule from the five scales below. With X = (d, α, ψ) as
+measured, X_d as of a robot that is where it shall be, and h_j the rules' firing strengths,
+
+    (v, ω) = (v_r, ω_r) − Σ_j h_j K^j (X − X_d)                  (2.41), whose minus the thesis lost
+
+Stability: local, by a common P of (2.42), for those rules that :mod:`robotics.experiments.compensation` finds one for.
+Where the reference rests nearer than the smallest operating distance, the target is held that far ahead of it.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fuzzy.membershipfunction import MembershipFunction
+from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.setting import Setting
+from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.paths.posture import wrapped
+from robotics.quantity import check_quantities, quantity
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParallelCompensation(Law[None]):
+    """Parallel distributed compensation: the rule base whose sets it uses, and what weighs errors and commands."""
+
+    rule_base: str = "tracking"  # of its inputs distance and alpha the sets are used, of its rules nothing
+    look_ahead: float = quantity(0.4, "s", above=0, most=10)
+    # Errors and commands that weigh alike
+    distance_scale: float = quantity(0.1, "m", above=0)
+    alpha_scale: float = quantity(0.3, "rad", above=0)
+    heading_scale: float = quantity(0.5, "rad", above=0)
+    v_scale: float = quantity(0.2, "m/s", above=0)
+    w_scale: float = quantity(1.0, "rad/s", above=0)
+    # The operating points: the peaks of the sets, and the gains (distances, alphas, 2, 3)
+    sets: tuple[tuple[MembershipFunction, ...], ...] = field(init=False, repr=False, compare=False)
+    distances: np.ndarray = field(init=False, repr=False, compare=False)  # m, rising
+    alphas: np.ndarray = field(init=False, repr=False, compare=False)  # rad, rising
+    gains: np.ndarray = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_quantities(self, ControllerError)
+        inputs = {variable.name: variable for variable in load_rule_base(self.rule_base).inputs}
+        for name in ("distance", "alpha"):
+            if name not in inputs:
+                raise ControllerError(f"{self.rule_base}: parallel compensation needs the inputs distance and alpha")
+        distance, alpha = ([(_peak(mf), mf) for mf in inputs[n].terms.values()] for n in ("distance", "alpha"))
+        distance = sorted((pair for pair in distance if pair[0] > 0), key=lambda pair: pair[0])
+        alpha = sorted(alpha, key=lambda pair: pair[0])
+        if not distance or not all(abs(peak) < np.pi / 2 for peak, _ in alpha):
+            raise ControllerError(
+                f"{self.rule_base}: parallel compensation needs a set of distance that peaks above 0, and sets of "
+                "alpha that peak within ±π/2"
+            )
+        object.__setattr__(self, "sets", (tuple(mf for _, mf in distance), tuple(mf for _, mf in alpha)))
+        object.__setattr__(self, "distances", np.array([peak for peak, _ in distance]))
+        object.__setattr__(self, "alphas", np.array([peak for peak, _ in alpha]))
+        object.__setattr__(self, "gains", self._gains())
+
+    @property
+    def scales(self) -> np.ndarray:
+        """The scales of d [m], α [rad] and ψ [rad] (3,)."""
+        return np.array([self.distance_scale, self.alpha_scale, self.heading_scale])
+
+    def model(self) -> tuple[np.ndarray, np.ndarray]:
+        """A^j (distances, alphas, 3, 3) and B^j (distances, alphas, 3, 2) of every rule's operating point."""
+        d, alpha = (part.ravel() for part in np.meshgrid(self.distances, self.alphas, indexing="ij"))
+        v = d / (self.look_ahead * np.sinc(alpha / np.pi))  # d α / (T sin α)
+        sin, cos, zero, one = np.sin(alpha), np.cos(alpha), np.zeros_like(d), np.ones_like(d)
+        a = [[zero, 2 * v * sin, -v * sin], [-2 * v * sin / d**2, zero, v * cos / d], [zero, zero, zero]]
+        b = [[-cos, zero], [sin / d, -one], [zero, -one]]
+        shape = (len(self.distances), len(self.alphas))
+        return np.moveaxis(np.array(a), -1, 0).reshape(*shape, 3, 3), np.moveaxis(np.array(b), -1, 0).reshape(
+            *shape, 3, 2
+        )
+
+    def _gains(self) -> np.ndarray:
+        from scipy.linalg import solve_continuous_are
+
+        weight, cost = np.diag(self.scales**-2), np.diag([self.v_scale**-2, self.w_scale**-2])
+        a, b = self.model()
+        gains = np.empty((*a.shape[:2], 2, 3))
+        for j in np.ndindex(*a.shape[:2]):
+            riccati = solve_continuous_are(a[j], b[j], weight, cost)
+            gains[j] = np.linalg.solve(cost, b[j].T @ riccati)
+        return gains
+
+    def strengths(self, distance: np.ndarray, alpha: np.ndarray) -> np.ndarray:
+        """The rules' firing strengths h_j (..., distances, alphas), whose sum is 1, at ``distance`` [m], ``alpha``."""
+        d = np.clip(distance, self.distances[0], self.distances[-1])
+        turn = np.clip(alpha, self.alphas[0], self.alphas[-1])
+        near, side = (np.stack([mf(x) for mf in sets], axis=-1) for sets, x in zip(self.sets, (d, turn), strict=True))
+        product = near[..., :, None] * side[..., None, :]
+        return np.asarray(product / product.sum(axis=(-2, -1), keepdims=True))
+
+    def init(self, setting: Setting, runs: int) -> None:
+        """Remember nothing."""
+
+    def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
+        """Command (2.41)."""
+        now, target = seen.reference, seen.references.at(seen.time + self.look_ahead)
+        lead = np.maximum(self.distances[0] - np.hypot(target.x - now.x, target.y - now.y), 0.0)
+        x = target.x + lead * np.cos(target.heading)
+        y = target.y + lead * np.sin(target.heading)
+        state = _seen_from(seen.x, seen.y, seen.heading, x, y, target.heading)
+        wanted = _seen_from(now.x, now.y, now.heading, x, y, target.heading)
+        error = state - wanted
+        error[..., 1:] = wrapped(error[..., 1:])
+        gain = np.einsum("...ij,ijkl->...kl", self.strengths(state[..., 0], state[..., 1]), self.gains)
+        change = np.einsum("...kl,...l->...k", gain, error)
+        v, w = now.v - change[..., 0], now.w - change[..., 1]
+        return Command(v, w, v, w), None
+
+
+def _seen_from(
+    x: np.ndarray, y: np.ndarray, heading: np.ndarray, to_x: np.ndarray, to_y: np.ndarray, to_heading: np.ndarray
+) -> np.ndarray:
+    """The distance [m], the bearing [rad] and the heading [rad] (..., 3) of a target, from a posture."""
+    dx, dy = to_x - x, to_y - y
+    parts = np.hypot(dx, dy), wrapped(np.arctan2(dy, dx) - heading), wrapped(to_heading - heading)
+    return np.stack(np.broadcast_arrays(*parts), axis=-1)
+
+
+def _peak(mf: MembershipFunction) -> float:
+    """Where a set's degree is greatest; of a plateau the end that is nearer to 0."""
+    x = np.linspace(-4.0, 4.0, 80_001)
+    degree = np.asarray(mf(x))
+    top = x[degree >= degree.max() - 1e-9]
+    return round(float(top[np.abs(top).argmin()]), 4)
