@@ -11,7 +11,7 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import INTERRUPTED, print_json
-from robotics.commands.shared import UNTIL_CONTACT, Json, Quiet, report_divergences
+from robotics.commands.shared import UNTIL_CONTACT, Json, Quiet, print_forewarnings, report_divergences
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
@@ -58,7 +58,9 @@ def compare(
     of the thesis and writes claims.csv.
     Example: robotics compare lyapunov-sine --controllers fuzzy,esm:k=0.5 --seeds 5 --out out
     """
-    from robotics.experiments.comparison import DEFAULT_CONTROLLERS
+    from robotics.experiments.comparison import DEFAULT_CONTROLLERS, check_comparison
+    from robotics.experiments.forewarnings import forewarnings
+    from robotics.laws.catalogue import make_controller
     from robotics.report.study import write_study
     from robotics.scenario.reading import load_scenario, scenario_names
 
@@ -72,6 +74,9 @@ def compare(
         command.append(f"--suite={suite.value}")
     if controllers is not None:
         command.append(f"--controllers={','.join(laws)}")
+    check_comparison(settings, laws)
+    made = {law: make_controller(law) for law in laws}
+    print_forewarnings(s for x in settings for law in laws for s in forewarnings(x.setting, made[law], law))
     wanted, done = sum(len(s.robots) for s in settings) * len(laws) * seeds, 0
 
     def kept(rows: int) -> None:

@@ -73,6 +73,7 @@ class Law(ABC, Generic[Memory]):
 
     message: ClassVar[tuple[str, ...]] = ()  # the names of the values that each robot broadcasts
     needs: ClassVar[tuple[str, ...]] = ()  # the names of the range sensors that each robot must carry
+    yields: ClassVar[bool] = False  # whether it keeps robots clear of each other
 
     @property
     def level(self) -> Level:
@@ -93,6 +94,10 @@ class Law(ABC, Generic[Memory]):
     def idle(self) -> frozenset[str]:
         """The names of the gains that have no effect as the others are set."""
         return frozenset()
+
+    def misgivings(self, setting: Setting) -> tuple[str, ...]:
+        """Sentences that say why it may not do its task in ``setting``, which it can drive all the same."""
+        return ()
 
     @abstractmethod
     def init(self, setting: Setting, runs: int) -> Memory:
