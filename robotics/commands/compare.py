@@ -155,13 +155,19 @@ def _print_study(study: "Study") -> None:
         shown = headlines(scenario.kind, scenario.setting.has_others)
         for metric in shown.values():
             table.add_column(f"{metric.short}\n[{metric.unit}]".replace("[", "\\["), justify="right")
+        touched: list[str] = []
         mine = summary[summary["scenario"] == scenario.name]
         for law in comparison.controllers:
             rows = mine[mine["controller"] == law].set_index("metric")
             count, runs = contact_runs(comparison.table, scenario.name, law)
-            mark = f"\n✕ contact in {count} of {runs} runs" if count else ""
-            table.add_row(label(law) + mark, *(_cell(*rows.loc[name, ["mean", "high"]]) for name in shown))
+            if count:
+                touched.append(f"✕ {label(law)}: contact in {count} of {runs} runs")
+            table.add_row(
+                label(law) + " ✕" * (count > 0), *(_cell(*rows.loc[name, ["mean", "high"]]) for name in shown)
+            )
         console.print(table)
+        for line in touched:
+            print(line)
     print(f"mean over {len(comparison.seeds)} seeds ± half the 95 % confidence interval")
     if any(row["with_contact"] for row in _contacts(study)):
         print(UNTIL_CONTACT)

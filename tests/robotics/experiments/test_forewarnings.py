@@ -88,7 +88,7 @@ def test_nobody_cries_wolf_over_a_scenario_with_its_own_law(name):
 
 
 def test_goals_within_d_min_are_told_of_and_hold_a_robot_up_for_ever(tmp_path, capsys):
-    """Goals of robots 1 and 3 are 0.9 m apart, and crash-yielding keeps 1 m: robot 3 never arrives; at 1.4 m it does."""
+    """Goals of robots 1 and 3 are 0.9 m apart, crash-yielding keeps 1 m: robot 3 never arrives; at 1.4 m it does."""
     near, far = parse_scenario(lanes(0.1), "near"), parse_scenario(lanes(-0.4), "far")
     law = make_controller("crash-yielding")
     (sentence,) = forewarnings(near.setting, law, "crash-yielding")
