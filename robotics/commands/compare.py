@@ -12,7 +12,7 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import INTERRUPTED, print_json
-from robotics.commands.shared import UNTIL_CONTACT, Json, Quiet, report_divergences
+from robotics.commands.shared import UNTIL_CONTACT, Json, Quiet, print_forewarnings, report_divergences
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
@@ -66,7 +66,9 @@ def compare(
     of the thesis and writes claims.csv.
     Example: robotics compare lyapunov-sine --controllers fuzzy,esm:k=0.5 --seeds 5 --out out
     """
-    from robotics.experiments.comparison import DEFAULT_CONTROLLERS
+    from robotics.experiments.comparison import DEFAULT_CONTROLLERS, check_comparison
+    from robotics.experiments.forewarnings import forewarnings
+    from robotics.laws.catalogue import make_controller
     from robotics.report.study import write_study
     from robotics.scenario.reading import load_scenario, scenario_names
 
@@ -80,6 +82,9 @@ def compare(
         command.append(f"--suite={suite.value}")
     if controllers is not None:
         command.append(f"--controllers={','.join(laws)}")
+    check_comparison(settings, laws)
+    made = {law: make_controller(law) for law in laws}
+    print_forewarnings(s for x in settings for law in laws for s in forewarnings(x.setting, made[law], law))
     wanted, done = sum(len(s.robots) for s in settings) * len(laws) * seeds, 0
 
     def kept(rows: int) -> None:
@@ -159,13 +164,19 @@ def _print_study(study: "Study") -> None:
         shown = headlines(scenario.kind, scenario.setting.has_others)
         for metric in shown.values():
             table.add_column(f"{metric.short}\n[{metric.unit}]".replace("[", "\\["), justify="right")
+        touched: list[str] = []
         mine = summary[summary["scenario"] == scenario.name]
         for law in comparison.controllers:
             rows = mine[mine["controller"] == law].set_index("metric")
             count, runs = contact_runs(comparison.table, scenario.name, law)
-            mark = f"\n✕ contact in {count} of {runs} runs" if count else ""
-            table.add_row(label(law) + mark, *(_cell(*rows.loc[name, ["mean", "high"]]) for name in shown))
+            if count:
+                touched.append(f"✕ {label(law)}: contact in {count} of {runs} runs")
+            table.add_row(
+                label(law) + " ✕" * (count > 0), *(_cell(*rows.loc[name, ["mean", "high"]]) for name in shown)
+            )
         console.print(table)
+        for line in touched:
+            print(line)
     print(f"mean over {len(comparison.seeds)} seeds ± half the 95 % confidence interval")
     if any(row["with_contact"] for row in _contacts(study)):
         print(UNTIL_CONTACT)

@@ -6,7 +6,7 @@ import typer
 
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
-from robotics.commands.shared import Events, Json, Player, Plot, Quiet, Save, Table, print_run
+from robotics.commands.shared import Events, Json, Player, Plot, Quiet, Save, Table, print_forewarnings, print_run
 
 
 def run_(
@@ -32,6 +32,7 @@ def run_(
     Example: robotics run lyapunov-sine --controller lyapunov:ky=10,kpsi=5 --seed 3 --plot out.png
     """
     from robotics.commands.run_files import RunFiles
+    from robotics.experiments.forewarnings import forewarnings
     from robotics.experiments.stress.single import STRESSES
     from robotics.laws.catalogue import make_controller
     from robotics.scenario.reading import load_scenario
@@ -44,6 +45,7 @@ def run_(
     law = make_controller(controller)
     files = RunFiles(save=save, table=table, events=events, plot=plot, player=player)
     ages = setting.kind == "team" and files.need_ages(seeds, len(setting.robots), setting.ticks)
+    print_forewarnings(forewarnings(setting.setting, law, controller))
     with progress_bar(quiet) as begin:
         advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
         run = simulate(setting, law, range(seed, seed + seeds), name=controller, links=ages, progress=advance)

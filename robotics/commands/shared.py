@@ -1,7 +1,7 @@
 """Shared parts of the commands: options, and how numbers and divergences are printed."""
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -29,6 +29,12 @@ Events = Annotated[
 Player = Annotated[
     bool, typer.Option("--animate", help="Write a page that plays the first seed: SCENARIO-seed-N.html.")
 ]
+
+
+def print_forewarnings(sentences: Iterable[str]) -> None:
+    """Print on stderr what can be told before a run to go wrong, each sentence once."""
+    for sentence in dict.fromkeys(sentences):
+        print(f"robotics: warning: {sentence}", file=sys.stderr)
 
 
 def print_run(run: "Run", page: Path | None, json: bool, outcome: Mapping[str, Any] | None = None) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from fuzzy.shell.progress import progress_bar
-from robotics.commands.shared import Json, Quiet, print_outcome
+from robotics.commands.shared import Json, Quiet, print_forewarnings, print_outcome
 
 
 class Ends(StrEnum):
@@ -46,12 +46,14 @@ def crossing(
     no number.
     Example: robotics stress crossing --robots 3 --runs 2000 --json
     """
+    from robotics.experiments.forewarnings import crossing_forewarnings
     from robotics.experiments.stress.crossing_crew import stress_crossings
     from robotics.experiments.stress.outcome import Disturbance
     from robotics.experiments.stress.single import ALIASES
     from robotics.laws.catalogue import make_controller
 
     law = make_controller(ALIASES["crossing"].get(controller, controller))
+    print_forewarnings(crossing_forewarnings(law, controller, ends.value))
     wrong = Disturbance(loss=loss, latency=latency, freeze=freeze)
     with progress_bar(quiet) as begin:
         outcome = stress_crossings(law, robots, range(seed, seed + runs), ends.value, wrong, jobs=jobs, begin=begin)

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from fuzzy.shell.progress import progress_bar
-from robotics.commands.shared import Json, Quiet, print_outcome
+from robotics.commands.shared import Json, Quiet, print_forewarnings, print_outcome
 
 
 class Field(StrEnum):
@@ -48,13 +48,15 @@ def obstacles(
     repeat obstacles --seed N` with the same options repeats one.
     Example: robotics stress obstacles --runs 200 --class U --json
     """
-    from robotics.experiments.stress.obstaclecourse import stress_obstacles
+    from robotics.experiments.forewarnings import blind
+    from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, stress_obstacles
     from robotics.experiments.stress.outcome import Disturbance
     from robotics.experiments.stress.single import ALIASES
     from robotics.laws.catalogue import make_controller
 
     law = make_controller(ALIASES["obstacles"].get(controller, controller))
     count = int(robots.value)
+    print_forewarnings(blind(obstacle_ensemble([seed], field.value, count), law, controller))
     wrong = Disturbance(loss=loss, latency=latency)
     with progress_bar(quiet) as begin:
         outcome = stress_obstacles(

@@ -1,7 +1,7 @@
 """The command ``robotics sweep``: scenario fields and controller gains × controllers × seeds, into one table."""
 
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +10,7 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import INTERRUPTED, print_json
-from robotics.commands.shared import Json, Quiet
+from robotics.commands.shared import Json, Quiet, print_forewarnings
 
 
 def sweep(
@@ -47,11 +47,17 @@ def sweep(
     if workers is not None and dask is not None:
         raise InputError("give --workers or --dask, not both")
     from robotics.experiments import executors
-    from robotics.experiments.sweeps.plan import plan_sweep, versions
+    from robotics.experiments.forewarnings import forewarnings
+    from robotics.experiments.sweeps.plan import controller_at, plan_sweep, scenario_at, versions
     from robotics.experiments.sweeps.reading import load_sweep
     from robotics.experiments.sweeps.running import landed_chunks, run_sweep
+    from robotics.laws.catalogue import make_controller
 
     plan = plan_sweep(load_sweep(spec))
+    with suppress(InputError):  # what is wrong with a point is said where it is run
+        first = scenario_at(plan.sweep, plan.points[0]).setting  # the other points differ in some fields only
+        laws = {c: make_controller(controller_at(plan.sweep, c, plan.points[0])) for c in plan.sweep.controllers}
+        print_forewarnings(sentence for name, law in laws.items() for sentence in forewarnings(first, law, name))
     folder = out if out is not None else Path("out") / plan.sweep.name
 
     def resumed(done: int, chunks: int) -> None:

@@ -18,6 +18,7 @@ from fuzzy.compiled.sugeno import compile_sugeno
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
+from robotics.experiments.forewarnings import forewarnings
 from robotics.laws.catalogue import label, make_controller, preset_of, presets
 from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking
@@ -201,7 +202,7 @@ def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
         for robot in np.flatnonzero(run.diverged[0])
     ]
     touches = [f"{line.partition(': ')[2]}; what comes after it is not measured" for line in contact_sentences(run)]
-    return Attempt(run, (*notes, *touches, *stops))
+    return Attempt(run, (*forewarnings(scenario.setting, law, "this law"), *notes, *touches, *stops))
 
 
 # What is shown --------------------------------------------------------------------------------------------------

@@ -14,7 +14,16 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
-from robotics.figures.drawing import MODE_COLORS, MODE_LINES, TARGET, draw_line, last_known, mark_stop, strided
+from robotics.figures.drawing import (
+    MODE_COLORS,
+    MODE_LINES,
+    TARGET,
+    draw_line,
+    last_known,
+    mark_contacts,
+    mark_stop,
+    strided,
+)
 from robotics.figures.world import draw_bodies, draw_body, draw_world
 from robotics.laws.catalogue import kept_distance, law_title
 from robotics.laws.modes import LEFT_BEHIND, MODES, STOPPED
@@ -153,6 +162,7 @@ def _trajectories(ax: Axes, view: _View) -> None:
             draw_body(ax, run, place, i, np.array([nearest[2]]), facecolors=color, zorder=4)
         if run.diverged[place, i] and (k := last_known(x[i])) >= 0:
             mark_stop(ax, x[i, k], y[i, k], color)
+    mark_contacts(ax, run, place, until=float(run.time[end - 1]))
     ax.set_aspect("equal", adjustable="datalim")
     ax.set(xlabel="x [m]", ylabel="y [m]")
 
@@ -170,8 +180,9 @@ def _nearest(view: _View) -> tuple[int, int, int] | None:
 def _distances(ax: Axes, view: _View) -> None:
     for n, ((i, j), gap) in enumerate(robot_gaps(view.run, view.place).items(), start=3):
         draw_line(ax, view.run.time[: view.end], gap[: view.end], **_look(n), label=f"$d_{{{i + 1}{j + 1}}}$")
-    touching = min(robot.width for robot in view.run.about.robots)
-    ax.axhspan(0.0, touching, color="0.85", linewidth=0)
+    # Centers nearer than this cannot be without contact, whichever two robots it is and however they stand.
+    inner = sorted(min(robot.length, robot.width) / 2 for robot in view.run.about.robots)
+    ax.axhspan(0.0, sum(inner[:2]), color="0.85", linewidth=0)
     kept = kept_distance(view.run.controller)
     if kept is not None:
         line: dict[str, Any] = TARGET | {"color": "0.2"}

@@ -13,7 +13,18 @@ from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import DOUBLE, new_figure, style
 from robotics.figures.comparison import plot_comparison
-from robotics.figures.drawing import TARGET, Look, draw_line, last_known, looks, looks_of, mark_stop, only, strided
+from robotics.figures.drawing import (
+    TARGET,
+    Look,
+    draw_line,
+    last_known,
+    looks,
+    looks_of,
+    mark_contacts,
+    mark_stop,
+    only,
+    strided,
+)
 from robotics.figures.run import plot_run
 from robotics.laws.catalogue import label
 from robotics.measures.tracking import cross_track_error, tracking_error
@@ -79,6 +90,7 @@ def _draw_paths(ax: Axes, run: Run, look: Look, scale: float, center: tuple[floa
         ax.plot(*strided(x, y), color=look.color, linestyle=look.line, label=label(run.controller))
         if run.diverged[0, i] and (k := last_known(x)) >= 0:
             mark_stop(ax, x[k], y[k], look.color)
+    mark_contacts(ax, run, 0, scale=scale, center=center)
 
 
 def _draw_references(ax: Axes, run: Run, scale: float, center: tuple[float, float] = (0.0, 0.0)) -> None:

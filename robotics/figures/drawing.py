@@ -10,11 +10,20 @@ from matplotlib.lines import Line2D
 
 from fuzzy.figures.drawing import COLORS, LINES
 from robotics.laws.catalogue import law_title
+from robotics.measures.contacts import contacts, first_contact
 from robotics.simulation.run import Run
 
 TARGET = {"color": "0.45", "linestyle": (0, (4, 2)), "linewidth": 1.0}  # how every reference is drawn
 POINTS = 2000  # points of a line, at most about: a double column printed at 300 dpi is that wide
 OBSTACLE: dict[str, Any] = {"facecolor": "0.82", "edgecolor": "0.3", "linewidth": 0.8}
+CONTACT: dict[str, Any] = {  # told by its form, whatever the colours
+    "marker": r"$\otimes$",
+    "color": "black",
+    "markersize": 9,
+    "markeredgewidth": 0.0,
+    "linestyle": "none",
+    "zorder": 7,
+}
 # How the modes of robotics.laws.modes look, by code & 3: colours that no robot of a team of three has, and lines
 MODE_COLORS = ("0.7", COLORS[5], COLORS[3], COLORS[4])
 MODE_LINES: tuple[Any, ...] = ("-", "-", (0, (4, 1.5)), (0, (1, 1)))
@@ -123,6 +132,31 @@ def mark_stop(ax: Axes, x: float, y: float, color: Any) -> None:
     ax.plot([x], [y], marker="X", color=color, markersize=7, markeredgecolor="white", linestyle="none", zorder=4)
 
 
+def mark_contacts(
+    ax: Axes,
+    run: Run,
+    place: int,
+    *,
+    until: float = np.inf,
+    scale: float = 1.0,
+    center: tuple[float, float] = (0.0, 0.0),
+) -> None:
+    """Draw a cross in a ring where each contact began, in a top view, with an entry for the legend.
+
+    Args:
+        ax: The axes.
+        run: The run.
+        place: The place of the seed in the run.
+        until: The time [s] after which contacts are not drawn.
+        scale: The axes' units in a metre.
+        center: The place [m] that is the origin of the axes.
+    """
+    shown = [contact for contact in contacts(run, place) if contact.start <= until]
+    if shown:
+        x, y = np.array([(contact.x, contact.y) for contact in shown]).T
+        ax.plot(scale * (x - center[0]), scale * (y - center[1]), **CONTACT, label="contact")
+
+
 def last_known(values: np.ndarray) -> int:
     """The place of the last finite sample of ``values`` (n,), or -1."""
     known = np.flatnonzero(np.isfinite(values))
@@ -191,4 +225,7 @@ def page_title(run: Run, order: Sequence[int]) -> str:
         seeds += f"; faint: seeds {seeds_as_text([run.seeds[r] for r in order[1:]])}"
     stopped = int(run.diverged.sum())
     end = f"; stopped (×): {stopped} of {run.diverged.size}" if stopped else ""
+    touched = int(np.isfinite(first_contact(run)).sum())
+    if touched:
+        end += f"; contact (⊗) in {touched} of {len(run.seeds)} runs" if len(run.seeds) > 1 else "; contact (⊗)"
     return f"{law_title(run.controller)} on {run.scenario}, {seeds}{end}"

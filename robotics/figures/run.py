@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, style
-from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, page_title, strided
+from robotics.figures.drawing import TARGET, draw_line, last_known, mark_contacts, mark_stop, page_title, strided
 from robotics.figures.team import plot_team
 from robotics.figures.world import draw_bodies, draw_world
 from robotics.measures.standing import last_move
@@ -20,8 +20,8 @@ def plot_run(run: Run) -> Figure:
     """Draw the page of ``robotics run --plot``: path, errors, speeds, commands.
 
     The first seed is drawn boldly, up to 39 more faintly behind it; each robot has its colour. A cross marks where a
-    robot was stopped. Among obstacles robots are drawn in true size too. A team has a page of its own:
-    :func:`robotics.figures.team.plot_team`.
+    robot was stopped; a cross in a ring where in the first seed one touched another, or an obstacle. Among obstacles
+    robots are drawn in true size too. A team has a page of its own: :func:`robotics.figures.team.plot_team`.
     """
     if run.team is not None:
         return plot_team(run)
@@ -94,6 +94,7 @@ def _draw_top_view(ax: Axes, run: Run) -> None:
             zorder=5,
             label=None if i else "start",
         )
+    mark_contacts(ax, run, 0)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
-from robotics.figures.drawing import TARGET, draw_line, last_known, mark_stop, page_title, strided
+from robotics.figures.drawing import TARGET, draw_line, last_known, mark_contacts, mark_stop, page_title, strided
 from robotics.figures.faults import FEW, WORDS, shade_faults
 from robotics.figures.world import draw_bodies, draw_world
 from robotics.measures.standing import last_move
@@ -136,6 +136,7 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Iterable[FaultS
         draw_world(ax, run, last)
         if few:
             draw_bodies(ax, run, first, last)
+    mark_contacts(ax, run, first)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")

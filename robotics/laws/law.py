@@ -74,6 +74,7 @@ class Law(ABC, Generic[Memory]):
 
     message: ClassVar[tuple[str, ...]] = ()  # the names of the values that each robot broadcasts
     needs: ClassVar[tuple[str, ...]] = ()  # the names of the range sensors that each robot must carry
+    yields: ClassVar[bool] = False  # whether it keeps robots clear of each other
 
     @property
     def level(self) -> Level:
@@ -98,6 +99,10 @@ class Law(ABC, Generic[Memory]):
     @property
     def diagrams(self) -> tuple[StateDiagram, ...]:
         """Its state diagrams; a law without states has none."""
+        return ()
+
+    def misgivings(self, setting: Setting) -> tuple[str, ...]:
+        """Sentences that say why it may not do its task in ``setting``, which it can drive all the same."""
         return ()
 
     @abstractmethod

@@ -108,7 +108,7 @@ def who(robot: int, other: int | None, obstacle: int | None) -> str:
 
 def first_contact(run: Run) -> np.ndarray:
     """The time [s] (runs,) at which the first contact of any robot begins; infinite: there is none."""
-    return judge(run).first
+    return judge(run).first if can_touch(run) else np.full(len(run.seeds), np.inf)
 
 
 def until_contact(run: Run, first: np.ndarray) -> Run:

@@ -20,6 +20,7 @@ from fuzzy.figures.palette import stylesheet
 from fuzzy.files.atomic import replacing
 from robotics.environment.world import outlines
 from robotics.laws.modes import MODES
+from robotics.measures.contacts import Contact, who
 from robotics.playback.replay import Replay, replay
 from robotics.sensing.carried import sensor_names
 from robotics.sensing.sonar import RangeSensor
@@ -82,6 +83,7 @@ def player_data(
         "obstacles": _obstacles(film),
         "sonar": _sonar(film),
         "modes": _modes(film),
+        "contacts": [_contact(contact) for contact in film.contacts],
     }
 
 
@@ -220,6 +222,12 @@ def _modes(film: Replay) -> dict[str, Any] | None:
         return None
     events = [[round(e.time, 3), e.robot, e.before, e.after, e.why] for e in film.handovers]
     return {"words": list(MODES), "codes": _coded(film.modes.astype(np.int8)), "events": events}
+
+
+def _contact(contact: Contact) -> list[Any]:
+    """A contact: start and end [s], x and y [m], depth [m], and between whom, in words."""
+    numbers = (contact.start, contact.end, contact.x, contact.y, contact.depth)
+    return [*(round(value, 4) for value in numbers), who(contact.robot, contact.other, contact.obstacle)]
 
 
 def _thinned(film: Replay) -> np.ndarray:

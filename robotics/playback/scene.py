@@ -16,6 +16,7 @@ from matplotlib.text import Text
 from fuzzy.figures.drawing import DOUBLE, LINES, new_figure
 from fuzzy.figures.palette import COLORS
 from robotics.figures.drawing import (
+    CONTACT,
     MODE_COLORS,
     MODE_LINES,
     OBSTACLE,
@@ -28,6 +29,7 @@ from robotics.figures.drawing import (
 )
 from robotics.figures.faults import FEW, HATCHES, WORDS, shade_faults
 from robotics.laws.modes import MODES, STOPPED
+from robotics.measures.contacts import who
 from robotics.measures.standing import stands_still
 from robotics.playback.replay import Replay
 from robotics.simulation.spans import KINDS
@@ -54,6 +56,7 @@ class Scene:
     fresh: LineCollection
     old: LineCollection
     stops: Line2D
+    touches: Line2D  # where contacts have begun
     rings: LineCollection  # around robots that do something else than track: what, by colour and line
     solids: PolyCollection  # obstacles, if some move
     walls: LineCollection
@@ -106,7 +109,16 @@ class _Backdrop(Artist):
 
 def _moving(scene: Scene) -> list[Artist]:
     fixed = (scene.bodies, scene.marks, scene.trails, scene.targets, scene.fresh, scene.old, scene.stops, scene.clock)
-    return [*fixed, scene.rings, scene.solids, scene.walls, scene.cursor, *scene.hatched.values(), *scene.labels]
+    return [
+        *fixed,
+        scene.touches,
+        scene.rings,
+        scene.solids,
+        scene.walls,
+        scene.cursor,
+        *scene.hatched.values(),
+        *scene.labels,
+    ]
 
 
 def _leaves(figure: Figure) -> list[Artist]:
@@ -121,7 +133,7 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     wide = DOUBLE - _LEFT - _RIGHT
     high = float(np.clip(wide * (top - bottom + 2 * margin) / (right - left + 2 * margin), 1.6, 5.2))
     scale = min(wide / (right - left + 2 * margin), high / (top - bottom + 2 * margin))  # inches a metre
-    height = _TITLE + high + _GAP + _NOTE + (0.12 if film.modes is not None else 0) + _CHART + _GAP
+    height = _TITLE + high + _GAP + _NOTE + 0.12 * ((film.modes is not None) + bool(film.contacts)) + _CHART + _GAP
     # A video has an even number of pixels each way.
     figure = new_figure(2 * round(DOUBLE * dpi / 2) / dpi, 2 * round(height * dpi / 2) / dpi, constrained=False)
     ax = figure.add_axes((_LEFT / DOUBLE, 1 - (_TITLE + high) / height, wide / DOUBLE, high / height))
@@ -162,6 +174,7 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     aims = np.zeros(robots)
     targets = ax.scatter(aims, aims, marker="+", s=30 if few else 8, c=colors, linewidths=thin, zorder=4)
     (stops,) = ax.plot([], [], "x", color="black", markersize=10, markeredgewidth=1.5, zorder=8)
+    (touches,) = ax.plot([], [], **CONTACT | {"markersize": 12, "zorder": 8.5})
     style: dict[str, Any] = {"fontsize": 7, "fontweight": "bold", "path_effects": _OUTLINE, "zorder": 9}
     labels = [ax.text(0, 0, "", **style, clip_on=True) for _ in range(robots)]
     clock = figure.text(1 - _RIGHT / DOUBLE, 1 - 0.2 / height, "", ha="right", fontsize=9, fontfamily="monospace")
@@ -179,6 +192,7 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
         fresh,
         old,
         stops,
+        touches,
         rings,
         solids,
         walls,
@@ -221,6 +235,8 @@ def show_frame(scene: Scene, time: float) -> None:
     doing = [film.mode_at(i, time) for i in range(len(x))]
     _show_modes(scene, doing, places)
     scene.stops.set_data(x[stopped], y[stopped])
+    begun = [contact for contact in film.contacts if contact.start <= time + 1e-9]
+    scene.touches.set_data([contact.x for contact in begun], [contact.y for contact in begun])
     shifts = 0.4 * np.hypot(*scene.sizes.T)
     for i, (label, kind) in enumerate(zip(scene.labels, kinds, strict=True)):
         about = MODES[doing[i]] if 0 < doing[i] < STOPPED and (few or doing[i] > 3) else ""
@@ -311,6 +327,10 @@ def _note(film: Replay, enlarged: float, speed: float) -> str:
     if film.faults:
         parts.append("hatched: a robot with a fault")
     lines = ["; ".join(parts)]
+    if film.contacts:
+        named = [f"{who(c.robot, c.other, c.obstacle)} at {c.start:.2f} s" for c in film.contacts[:3]]
+        more = f", and {len(film.contacts) - 3} more" if len(film.contacts) > 3 else ""
+        lines.insert(0, f"⊗ contact: {', '.join(named)}{more}")
     if film.hears is not None:
         links = f"half a line at a robot: what it hears of the other, dashed if older than {film.stale_after:g} s"
         lines.append(links + ("; only the latter drawn" if int(film.hears.sum()) > _MANY_LINKS else ""))

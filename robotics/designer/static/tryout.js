@@ -119,6 +119,7 @@ export async function render({ model, el }) {
     if (name === "before") return `design ${data.label}`;
     return get("choices")?.rivals[trial.kind]?.find(([value]) => value === trial.rival)?.[1] ?? data.label;
   };
+  const touched = (data) => (data.contacts ?? []).length > 0;
   const shown = () =>
     RUNS.map(([name, kind]) => [name, kind, get(name)]).filter(([, , data]) => data !== null && !data.why);
 
@@ -173,6 +174,7 @@ export async function render({ model, el }) {
       ...shown()
         .reverse()
         .map(([name, kind, data]) => element("span", {}, sample(kind), label(name, data))),
+      ...(shown().some(([, , data]) => touched(data)) ? [element("span", {}, "⊗ contact")] : []),
     );
   }
 
@@ -232,6 +234,20 @@ export async function render({ model, el }) {
             class: kind,
             "data-run": name,
           }),
+        );
+    }
+    for (const [, , data] of shown()) {
+      for (const [at, cx, cy, who] of data.contacts ?? [])
+        drawn.append(
+          shape(
+            "path",
+            {
+              d: "M-7 0A7 7 0 1 0 7 0A7 7 0 1 0 -7 0M-5 -5L5 5M-5 5L5 -5",
+              class: "tr-contact",
+              transform: `translate(${x(cx)} ${y(cy)})`,
+            },
+            shape("title", {}, `contact at ${said(at, 2)} s: ${who}`),
+          ),
         );
     }
     for (const [sx, sy, heading] of course.starts) {
@@ -326,21 +342,25 @@ export async function render({ model, el }) {
       "tr",
       {},
       element("th", { scope: "col" }, course.kind === "team" ? "mean of the robots" : ""),
-      ...runs.map(([name, , data]) => element("th", { scope: "col" }, label(name, data))),
+      ...runs.map(([name, , data]) =>
+        element("th", { scope: "col" }, label(name, data) + (touched(data) ? " ✕ contact" : "")),
+      ),
     );
     const rows = course.metrics.map((metric) => {
       const values = runs.map(([, , data]) => data.metrics[metric.name]);
-      const size = (value) => (typeof value === "number" ? (metric.larger ? -value : value) : Infinity);
+      // A run with a contact is never the best.
+      const size = (value, n) =>
+        typeof value === "number" && !touched(runs[n][2]) ? (metric.larger ? -value : value) : Infinity;
       const best = Math.min(...values.map(size));
       // Not by colour alone: the best is bold, and equal ones are all best.
       return element(
         "tr",
         {},
         element("th", { scope: "row" }, metric.unit === "1" ? metric.title : `${metric.title} [${metric.unit}]`),
-        ...values.map((value) =>
+        ...values.map((value, n) =>
           element(
             "td",
-            runs.length > 1 && Number.isFinite(best) && size(value) === best ? { class: "tr-best" } : {},
+            runs.length > 1 && Number.isFinite(best) && size(value, n) === best ? { class: "tr-best" } : {},
             figure(value),
           ),
         ),

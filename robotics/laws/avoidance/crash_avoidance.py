@@ -33,6 +33,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fuzzy.compiled.sugeno import CompiledSugeno
+from robotics.laws.avoidance.ends import near_ends, told
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
@@ -69,6 +70,7 @@ class CrashAvoidance(Law[Any]):
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
 
     message = (*FuzzyCooperation.message, "x", "y")
+    yields = True
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
@@ -95,6 +97,23 @@ class CrashAvoidance(Law[Any]):
     def diagrams(self) -> tuple[StateDiagram, ...]:
         """Tracking and standing, thesis Fig 6.7."""
         return (DIAGRAM,)
+
+    def misgivings(self, setting: Setting) -> tuple[str, ...]:
+        """Say whose starts or goals are within d_min of each other: by (6.5) one robot then stands until it is not."""
+        near = near_ends(setting, self.d_min)
+        starts = [pair for pair in near["starts"] if pair[2] < self.d_min]
+        found = []
+        for what, pairs, then in (
+            ("starts", starts, "the robot of higher number does not start before the other is farther away"),
+            ("goals", near["goals"], "the robot of higher number may wait for ever once the other is at its goal"),
+        ):
+            if pairs:
+                nearest = min(distance for *_, distance in pairs)
+                found.append(
+                    f"{setting.name}: {', '.join(told(what, pair) for pair in pairs)}, no farther than "
+                    f"d_min = {self.d_min:g} m: {then}; move them farther apart, or set d_min below {nearest:.2f} m"
+                )
+        return tuple(found)
 
     def init(self, setting: Setting, runs: int) -> Any:
         """Return the memory of the cooperation. Raises ControllerError where the graph is not connected."""

@@ -156,6 +156,7 @@ class ObstacleAvoidance(Law[_Memory]):
     cooperation: FuzzyCooperation = field(init=False, repr=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
 
+    yields = True
     needs = tuple(SONAR)  # two on the nose and one on each side
     message = (*FuzzyCooperation.message, "avoids", *WHEREABOUTS)
 

@@ -27,6 +27,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
+from robotics.laws.avoidance.ends import near_ends, told
 from robotics.laws.avoidance.priority import WHEREABOUTS, blocked, others, whereabouts
 from robotics.laws.avoidance.reservation import CELLS, Plan, plan_right_of_way
 from robotics.laws.avoidance.sidestep import roundabout, sidestepped
@@ -115,6 +116,7 @@ class RightOfWay(Law[_Memory]):
     tracker: Lyapunov = field(default_factory=Lyapunov)
 
     message = ("place", "clock", "pace", *WHEREABOUTS)
+    yields = True
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
@@ -145,10 +147,12 @@ class RightOfWay(Law[_Memory]):
         spans = np.atleast_2d(setting.references.ends)[:, :1]
         plan, paths, longer = self._planned(setting.references.joined, robots, spans[:, 0])
         if not setting.ensemble and not plan.found.any():
+            near = near_ends(setting, self.clearance)
+            pairs = "".join(f"{told(what, pair)}; " for what in near for pair in near[what])
             raise ControllerError(
-                f"{setting.name}: there is no safe plan: no order of the robots, no side-step around who waits or is "
-                f"parked, and no horizon up to 3.4 times the duration keeps them {self.clearance:g} m apart; move "
-                "starts or ends away from each other's paths"
+                f"{setting.name}: there is no safe plan: {pairs}no order of the robots, no side-step around who "
+                f"waits or is parked, and no horizon up to 3.4 times the duration keeps them {self.clearance:g} m "
+                "apart; move starts or ends away from each other's paths"
             )
         duration = longer[:, None] * spans
         zero = np.zeros((runs, robots))

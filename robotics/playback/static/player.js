@@ -102,6 +102,11 @@ function mount(model, el, time) {
   const said = `The robots' operating modes over time, with ${events.length} changes of mode; click to go to a time`;
   const marks = make("canvas", { class: "marks", role: "img", "aria-label": said });
   const timeline = data.modes ? make("div", { class: "timeline" }, slider, marks) : slider;
+  const contacts = data.contacts ?? []; // start, end [s], x, y, depth [m], who
+  const nextContact = () => {
+    const later = contacts.map(([at]) => at).filter((at) => at - state.t > 1e-3);
+    if (contacts.length) seek(later.length ? later[0] : contacts[0][0]);
+  };
   const jump = (way) => {
     const times = events.map(([at]) => at).filter((at) => way * (at - state.t) > 1e-3);
     if (times.length) seek(way > 0 ? Math.min(...times) : Math.max(...times));
@@ -127,6 +132,12 @@ function mount(model, el, time) {
     const tick = { type: "checkbox", checked: true, "aria-label": `show robot ${i + 1}` };
     const input = make("input", { ...tick, onchange: () => show(i, input.checked) });
     return make("label", { class: "robot" }, input, swatch(i), `${i + 1}`);
+  };
+  const contactList = () => {
+    const first = contacts.slice(0, 8).map(([at, , , , deep, who]) => {
+      return `${fixed(at, 2)} s ${who} (${fixed(1000 * deep, 0)} mm deep)`;
+    });
+    return `⊗ Contacts: ${first.join(", ")}${contacts.length > 8 ? `, and ${contacts.length - 8} more` : ""}.`;
   };
   const row = (i) => {
     const first = make("th", { scope: "row" }, ...(i === null ? [] : [box(i)]));
@@ -184,9 +195,11 @@ function mount(model, el, time) {
         trailLabel,
         ...(data.hears === null ? [] : [linksLabel]),
         ...(data.sonar ? [conesLabel] : []),
+        ...(contacts.length ? [button("contact ▸", nextContact, "go to the next contact (key C)")] : []),
         ...(events.length ? jumps.map(([text, label, way]) => button(text, () => jump(way), label)) : []),
       ),
       note,
+      ...(contacts.length ? [make("p", { class: "note contacts" }, contactList())] : []),
     ),
     make(
       "div",
@@ -357,8 +370,9 @@ function mount(model, el, time) {
     if (data.obstacles) parts.push("grey: obstacle");
     if (data.sonar) parts.push("cone: the range that a sonar reads, faint without an echo");
     if (data.modes) parts.push("ring, and bars under the slider: a robot's operating mode");
+    if (contacts.length) parts.push("⊗: contact, from its begin on");
     if (calm.matches) parts.push("reduced motion: two pictures a second");
-    note.textContent = `${parts.join(" · ")}. Keys: space plays and pauses; ← and → move by 1 s, with shift by 10 s${data.sonar ? "; S shows the sonar cones" : ""}${events.length ? "; P and N go to the changes of mode" : ""}.`;
+    note.textContent = `${parts.join(" · ")}. Keys: space plays and pauses; ← and → move by 1 s, with shift by 10 s${data.sonar ? "; S shows the sonar cones" : ""}${events.length ? "; P and N go to the changes of mode" : ""}${contacts.length ? "; C goes to the next contact" : ""}.`;
   }
 
   function layoutChart() {
@@ -504,6 +518,28 @@ function mount(model, el, time) {
     }
     if (data.sonar && cones.checked) for (let i = 0; i < count; i++) if (seen(i)) drawCones(pen, i, where[i], place);
     for (let i = 0; i < count; i++) if (seen(i)) drawRobot(pen, i, where[i], t, place, i === marked);
+    for (const [at, , x, y] of contacts) if (at <= t + 1e-9) drawContact(pen, view.x(x), view.y(y));
+  }
+
+  // A cross in a ring, told by its form; the paper's colour around it keeps it apart from what lies below
+  function drawContact(pen, x, y) {
+    pen.save();
+    pen.setLineDash([]);
+    for (const [wide, ink] of [
+      [5, theme.paper],
+      [2, theme.ink],
+    ]) {
+      pen.lineWidth = wide;
+      pen.strokeStyle = ink;
+      pen.beginPath();
+      pen.arc(x, y, 7, 0, 7);
+      for (const sign of [1, -1]) {
+        pen.moveTo(x - 5, y - 5 * sign);
+        pen.lineTo(x + 5, y + 5 * sign);
+      }
+      pen.stroke();
+    }
+    pen.restore();
   }
 
   function drawObstacles(pen, place) {
@@ -743,6 +779,8 @@ function mount(model, el, time) {
     said.push(faulty.length ? named.join(", ") + (faulty.length > 6 ? ", …" : "") : "no faults");
     const last = events.filter(([at]) => at <= t + 1e-9).at(-1);
     if (last) said.push(`${fixed(last[0], 2)} s, robot ${last[1] + 1}: ${last[2]} → ${last[3]} (${last[4]})`);
+    const touched = contacts.filter(([at]) => at <= t + 1e-9).at(-1);
+    if (touched) said.push(`contact at ${fixed(touched[0], 2)} s: ${touched[5]}`);
     if (ages.size) said.push(`${ages.size} of ${data.links.length} links are stale`);
     put(summary, said.join(" · "));
   }
@@ -838,6 +876,7 @@ function mount(model, el, time) {
         draw();
       };
     if (events.length) Object.assign(letters, { n: () => jump(1), p: () => jump(-1) });
+    if (contacts.length) letters.c = nextContact;
     const letter = letters[event.key.toLowerCase()];
     const act = event.key === " " ? () => toggle() : event.key in times ? () => seek(times[event.key]) : letter;
     // Space presses a button and ticks a box by itself; a scrolling table has its own arrows.
