@@ -98,7 +98,7 @@ def formation(kind: str, output: str = "w_l") -> Problem:
     for name in (f"formation-{kind}.csv", f"formation-{kind}-check.csv"):
         names, values = read_table(folder / name)
         assert names is not None
-        inputs = [k for k, column in enumerate(names) if column in ("x_l", "y_l", "theta_l", "dx")]
+        inputs = [k for k, column in enumerate(names) if column in ("x_l", "y_l", "theta_l", "dx", "alpha_l")]
         tables += [values[:, inputs], values[:, names.index(output)]]
     x, y, x_check, y_check = tables
     return Problem(f"formation, {kind}, {output}", x, y, x_check, y_check, 2, 60)

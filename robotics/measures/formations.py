@@ -10,6 +10,7 @@ from robotics.measures.tracking import Metric, cross_track_error, same_for_all
 from robotics.simulation.run import Run
 
 ALIGNED = 0.1  # m: leader and followers are level
+AT_END = 0.01  # m: the leader is at its path's end; a noisy measurement stops it some mm before or after
 
 
 def leads(run: Run) -> np.ndarray:
@@ -19,8 +20,8 @@ def leads(run: Run) -> np.ndarray:
 
 
 def last_samples(run: Run) -> np.ndarray:
-    """The sample (runs,) at which the leader reaches the end of its path; -1 if it never does."""
-    there = run["x"][:, 0] >= run.paths[0][0, -1]
+    """The sample (runs,) at which the leader reaches the end of its path (to 1 cm); -1 if it never does."""
+    there = run["x"][:, 0] >= run.paths[0][0, -1] - AT_END
     return np.where(there.any(-1), np.argmax(there, axis=-1), -1)
 
 

@@ -12,13 +12,24 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
 
 import anfis
-from anfis.plot import plot_fit, plot_premises, plot_training
+from anfis.plot import plot_premises
 from fuzzy.figures.search import plot_rules_error
 from fuzzy.figures.structure import plot_structure
-from robotics.experiments.learning.formationdata import Recipe, Table, checking, conditional_mean_floor, formation_data
+from robotics.experiments.learning.formationdata import (
+    FormationRun,
+    Recipe,
+    Table,
+    checking,
+    formation_data,
+    formation_run,
+)
 from robotics.experiments.learning.formationlearning import Learnt, learn_network, write_networks
+from robotics.experiments.learning.fresh import FRESH, FreshErrors, columns_of, fresh_errors
+from robotics.experiments.learning.scatter import DRAWS, Scatter, scatter
+from robotics.figures.formations import Fit, plot_epochs, plot_fits, plot_formation_paths, plot_formation_signals
 from robotics.figures.run import plot_run
 from robotics.laws.formation.leader_follower import OUTPUTS, load_networks
 from robotics.measures.evidence import mean_of
@@ -44,6 +55,7 @@ VARIANTS = {
 THESIS_ERRORS = {"v_l": 7.997e-3, "w_l": 2.011e-3, "v_f": 8.287e-4, "w_f": 2.757e-3}
 
 
+DATA = "formation data, "  # and an output: what claims call the errors of learning it
 Kind = Literal["literal", "well-posed"]
 SETS: tuple[Kind, ...] = ("literal", "well-posed")  # the kinds of formation data
 
@@ -53,11 +65,13 @@ class _Data(NamedTuple):
 
     table: Table
     check: Table  # the checking set of learning
-    along: Table  # one run along the path, in the order of time, for the pictures
+    along: Table  # the runs of the set's formations along the path, in the order of time, for the pictures
+    check_along: Table  # the checking formation's run along the path
+    runs: dict[str, FormationRun]  # of the set's formations, by title
 
 
 def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
-    """The experiments of the chapter: both data sets of ``seed``, their networks, and all variants driven.
+    """The experiments of the chapter: data sets of ``seed``, their networks, fresh sets, and all variants driven.
 
     Networks learnt from the well-posed set go to ``folder``/networks, from where they drive. Running may raise OSError.
     """
@@ -65,6 +79,7 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     return [
         *(Experiment(("data", kind), partial(_data, kind, seed)) for kind in SETS),
         *(Experiment(("learnt", *which), partial(_learnt, *which, seed, networks)) for which in product(SETS, OUTPUTS)),
+        Experiment(("fresh",), partial(_fresh, seed, networks)),
         *(
             Experiment(
                 Needed(experiment, title, False), partial(_driven, experiment, title, effort.row(seed), networks)
@@ -74,14 +89,28 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     ]
 
 
+def _recipe(kind: Kind, seed: int) -> Recipe:
+    return Recipe(kind=kind, seed=seed)
+
+
 @lru_cache(maxsize=2)
 def _data(kind: Kind, seed: int) -> _Data:
-    recipe = Recipe(kind=kind, seed=seed)
-    check = formation_data(checking(recipe))
-    along = check if kind == "literal" else formation_data(replace(checking(recipe), coverage=0.0, jitter=0.0))
-    return _Data(formation_data(recipe), check, along)
+    recipe = _recipe(kind, seed)
+    held = checking(recipe)
+    still = replace(recipe, coverage=0.0, jitter=0.0)
+    check = formation_data(held)
+    literal = kind == "literal"
+    table = formation_data(recipe)
+    along = table if literal else formation_data(still)
+    check_along = check if literal else formation_data(checking(still))
+    runs = {
+        f"leader from {start:g} m".replace("-", "−"): formation_run(recipe, start, recipe.samples)
+        for start in recipe.starts
+    }
+    return _Data(table, check, along, check_along, runs if literal else {})
 
 
+@lru_cache(maxsize=8)
 def _learnt(kind: Kind, output: str, seed: int, networks: Path) -> Learnt:
     data = _data(kind, seed)
     # On the curve x, y and θ hang together: without a ridge, huge consequents tell formations apart by rounding.
@@ -90,6 +119,11 @@ def _learnt(kind: Kind, output: str, seed: int, networks: Path) -> Learnt:
     if kind == "well-posed":
         write_networks([learnt], networks)
     return learnt
+
+
+def _fresh(seed: int, networks: Path) -> dict[str, FreshErrors]:
+    learnt = [_learnt("well-posed", output, seed, networks) for output in OUTPUTS]
+    return fresh_errors(learnt, _recipe("well-posed", seed))
 
 
 def _driven(experiment: str, title: str, seeds: Sequence[int], networks: Path) -> Run:
@@ -102,28 +136,30 @@ def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
     """Write the chapter from the results of its experiments."""
     learnt: dict[str, list[Learnt]] = {kind: [results["learnt", kind, output] for output in OUTPUTS] for kind in SETS}
     runs = {(key.on, key.of): run for key, run in results.items() if isinstance(key, Needed)}
-    literal = results["data", "literal"].table.values
-    found = conditional_mean_floor(literal[:, 0], literal[:, 3:])
-    floor = dict(zip(OUTPUTS, found.tolist(), strict=True))
+    literal = results["data", "literal"].table
+    found = scatter(literal.values[:, : literal.inputs], literal.values[:, literal.inputs :])
     return Chapter(
         "formation",
         "Leader and followers: learning from formation data (thesis 5.2)",
         (
-            "One network each for the leader's and the followers' linear and angular speed. Inputs are the leader's "
-            "posture and, in the well-posed set, its lead dx over the followers. The search over the settings of "
-            "subtractive clustering takes the best for 8 rules (or as near as any comes); hybrid learning then runs "
-            "for 60 epochs, and the network of least checking error is kept.",
+            "One network each for the leader's and the followers' linear and angular speed. The search over the "
+            "settings of subtractive clustering takes the best for 8 rules (or as near as any comes); hybrid learning "
+            "then runs for 60 epochs, and the network of least checking error is kept.",
             "The literal set is the thesis's: 5 formations of 400 samples on the curve, inputs x, y and θ of the "
-            "leader. What the robots shall do depends on where the followers are, which these inputs do not tell.",
+            "leader. What the robots shall do depends on where the followers are, which these inputs do not tell. "
+            "Nothing in it is random.",
+            "In the well-posed set the inputs are the leader's lead dx over the followers, the bearing of its path "
+            "half a metre ahead (leader's networks) and the curvature where the followers are (followers' networks); "
+            "samples lie evenly over where leader and followers may be, three in five off the path.",
         ),
         [
-            _table_5_1("literal", learnt["literal"], floor),
-            _table_5_1("well-posed", learnt["well-posed"], None),
+            _table_5_1("literal", learnt["literal"], found, {}),
+            _table_5_1("well-posed", learnt["well-posed"], None, results["fresh",]),
             _driving(runs),
         ],
         _antecedents_and_consequents(learnt["well-posed"]),
         [
-            *_learning_pictures(learnt, {kind: results["data", kind].along for kind in SETS}),
+            *_learning_pictures(learnt, {kind: results["data", kind] for kind in SETS}),
             *_driving_pictures(runs),
         ],
         judged("formation", partial(_values, results)),
@@ -131,11 +167,16 @@ def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
     )
 
 
-def _table_5_1(kind: str, networks: Sequence[Learnt], floor: dict[str, float] | None) -> Grid:
+def _table_5_1(kind: str, networks: Sequence[Learnt], found: Scatter | None, fresh: Mapping[str, FreshErrors]) -> Grid:
     rows = []
-    for network in networks:
+    for k, network in enumerate(networks):
         trial, training = network.trial, network.training
         best = training.history[training.best]
+        last: tuple[str, ...]
+        if found is None:
+            last = tuple(_spanned(values) for values in fresh[network.output])
+        else:
+            last = (f"{found.rms[k]:.1e} ({found.least[k]:.1e} to {found.most[k]:.1e})",)
         rows.append(
             (
                 network.output,
@@ -145,12 +186,23 @@ def _table_5_1(kind: str, networks: Sequence[Learnt], floor: dict[str, float] | 
                 f"{training.history[0].train:.2e}",
                 f"{best.train:.2e}",
                 f"{best.check:.2e}",
-                "" if floor is None else f"{floor[network.output]:.2e}",
+                *last,
             )
         )
+    if found is None:
+        caption = (
+            f" Last two: mean and range over {FRESH} sets drawn afresh, of which the networks have seen the first."
+        )
+        head: tuple[str, ...] = ("clustering, fresh sets", "learnt, fresh sets")
+    else:
+        caption = (
+            f" Last: how far the outputs scatter at equal inputs, Gamma test, mean and range of {DRAWS} draws. A "
+            "smooth function errs by about that on fresh samples; a training error below it tells postures apart that "
+            "are all but equal."
+        )
+        head = ("scatter",)
     return Grid(
-        f"Table 5.1 beside ours, {kind} set: RMSE in m/s and rad/s."
-        + (" The floor: what no function smooth over 5 cm goes below." if floor is not None else ""),
+        f"Table 5.1 beside ours, {kind} set: RMSE in m/s and rad/s." + caption,
         (
             "network",
             "rules",
@@ -159,10 +211,14 @@ def _table_5_1(kind: str, networks: Sequence[Learnt], floor: dict[str, float] | 
             "clustering",
             "learnt, training",
             "learnt, checking",
-            "floor",
+            *head,
         ),
         rows,
     )
+
+
+def _spanned(values: np.ndarray) -> str:
+    return f"{values.mean():.1e} ({values.min():.1e} to {values.max():.1e})"
 
 
 def _antecedents_and_consequents(networks: Sequence[Learnt]) -> list[Grid]:
@@ -221,10 +277,24 @@ def _driving(runs: dict[tuple[str, str], Run]) -> Grid:
     )
 
 
-def _learning_pictures(learnt: dict[str, list[Learnt]], checks: dict[str, Table]) -> list[Picture]:
-    posed = learnt["well-posed"]
+def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _Data]) -> list[Picture]:
+    posed, literal = learnt["well-posed"], data["literal"]
     first = posed[0]
+    turns = dict(zip(literal.runs, np.split(literal.table.values[:, [4, 6]].T, len(literal.runs), axis=1), strict=True))
     pictures = [
+        Picture(
+            "formation-paths",
+            "The formations of the literal set (thesis Fig 5.3): paths, and poses at seven equal times.",
+            "Five panels with the paths of a leader and two followers.",
+            partial(plot_formation_paths, literal.runs),
+        ),
+        Picture(
+            "formation-signals",
+            "The leader's posture (left, thesis Fig 5.4) and the velocities of all robots (right, Fig 5.5) in the "
+            "literal set. The lead dx decides, and is no input of it.",
+            "x, y, heading and lead over time on the left, four velocities on the right, five formations each.",
+            partial(plot_formation_signals, literal.runs, turns),
+        ),
         Picture(
             "formation-rules",
             "Training error over the number of rules (thesis Fig 5.6), well-posed set; the best of 108 settings each.",
@@ -238,39 +308,49 @@ def _learning_pictures(learnt: dict[str, list[Learnt]], checks: dict[str, Table]
             partial(plot_structure, first.after),
         ),
         Picture(
-            "formation-training",
-            f"Training and checking error of the network {first.output} over the epochs (thesis Fig 5.13).",
-            "Error curves of hybrid learning.",
-            lambda: plot_training(first.training.history),
-        ),
-        Picture(
             "formation-premises",
             f"Membership functions of the network {first.output} before and after learning (thesis Fig 5.10).",
             "Gaussian membership functions of each input, before dashed, after solid.",
             lambda: plot_premises(first.before, first.after),
         ),
+        Picture(
+            "formation-training",
+            "Training and checking error of the four networks over the epochs (thesis Fig 5.13), well-posed set.",
+            "Error curves of hybrid learning, training on the left and checking on the right.",
+            partial(plot_epochs, {network.output: network.training.history for network in posed}),
+        ),
     ]
-    stages = {"clustering": "5.8", "learning": "5.12"}
-    for kind, networks in learnt.items():
-        for network in networks[:2]:  # the leader's, as in the thesis
-            for stage, figure in stages.items():
-                if kind == "literal" or stage == "learning":
-                    pictures.append(_fit(kind, network, stage, figure, checks[kind]))
+    for name, figures, which, where in (
+        ("formation-fit", "Figs 5.8, 5.12", "along", "the five formations' runs"),
+        ("formation-fit-check", "Fig 5.9", "check_along", "the checking formation, 1 m behind"),
+    ):
+        pictures.append(
+            Picture(
+                name,
+                f"The four networks after clustering and after learning, over {where} (thesis {figures}). The networks "
+                "of the well-posed set were not learnt from these samples.",
+                "Data and networks' outputs: four outputs, literal set left, well-posed set right.",
+                partial(_fits, learnt, {kind: getattr(data[kind], which) for kind in SETS}),
+            )
+        )
     return pictures
 
 
-def _fit(kind: str, network: Learnt, stage: str, figure: str, check: Table) -> Picture:
-    """Output against data that were not learnt from: the formation that starts with the leader at x = −1 m."""
-    fis = network.before if stage == "clustering" else network.after
-    columns = [check.names.index(v.name) for v in fis.inputs]
-    x, y = check.values[:, columns], check.values[:, check.names.index(network.output)]
-    return Picture(
-        f"formation-fit-{kind}-{network.output}-{stage}",
-        f"{network.output} after {stage}, {kind} set: the network over the checking formation, 1 m behind (thesis Figs "
-        f"5.9, {figure}), against it, and what is left.",
-        f"Checking data and output of the network {network.output} after {stage}, and a histogram of the residuals.",
-        partial(plot_fit, fis, x, y),
-    )
+def _fits(learnt: Mapping[Any, list[Learnt]], tables: dict[Kind, Table]) -> Figure:
+    columns = {}
+    for kind, networks in learnt.items():
+        fits = []
+        for network in networks:
+            # The curve's ends may lie beyond the cover's
+            stages = {
+                "after clustering": replace(network.before, out_of_range="ignore"),
+                "after learning": network.after,
+            }
+            x, y = columns_of(network.after, tables[kind])
+            found = {stage: fis(x)[:, 0] for stage, fis in stages.items()}
+            fits.append(Fit(network.after.outputs[0].label, y, found))
+        columns[f"{kind} set"] = fits
+    return plot_fits(columns)
 
 
 def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
@@ -292,8 +372,12 @@ def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
 
 
 def _values(results: Mapping[Any, Any], need: Needed, quantity: str, robots: str) -> np.ndarray:
-    """The numbers that claims ask for; the literal set has no noise, so that its errors are exact."""
-    if need.on.startswith("literal data, "):
-        learnt: Learnt = results["learnt", "literal", need.on.removeprefix("literal data, ")]
-        return np.array([learnt.training.history[0].train])
+    """The numbers that claims ask for; the literal set has nothing random in it, so that its errors are exact."""
+    if need.on.startswith(DATA):
+        output = need.on.removeprefix(DATA)
+        if need.of == "literal set":
+            learnt: Learnt = results["learnt", "literal", output]
+            return np.array([learnt.training.history[0].train])
+        fresh: FreshErrors = results["fresh",][output]
+        return fresh.clustering
     return measured(results[need], quantity, robots)

@@ -4,12 +4,12 @@ Two kinds:
 
 ``literal``: five formations as the thesis describes them, 400 samples each, evenly in time, until the leader is at
 x = 6 m. The leader's speed depends on where it started, and so the outputs are not a function of x_l, y_l and
-θ_l: :func:`conditional_mean_floor` says how much of them no model of these inputs can explain.
+θ_l: :mod:`robotics.experiments.learning.scatter` says how far they scatter at equal inputs.
 
-``well-posed``: the law of :mod:`robotics.laws.formation.leader_follower`, a function of x_l, y_l, θ_l and the lead dx.
-Half of the samples lie along five formations' runs, half evenly over all (x_l, dx); most are displaced
-from the path, with the feedback that brings the leader back. Without the displacement y_l and θ_l are functions of
-x_l, and a network that fits such data perfectly still drives off the path.
+``well-posed``: the law of :mod:`robotics.laws.formation.leader_follower`, by what it is a smooth function of: the
+lead dx, the bearing α_l of the leader's path ahead and the curvature κ_f where the followers are. Samples lie evenly
+over all (x_l, dx), or a share of them along five formations' runs. Most are displaced from the path, so that α_l tells
+how the leader comes back: a network that has only seen robots on the path drives off it.
 
 Runs come from the shared simulator with its kinematic plant; between two periods a robot follows an arc, which is
 evaluated exactly. Numbers are rounded to 1e-6, so that the files do not depend on a machine's last digit.
@@ -17,6 +17,7 @@ evaluated exactly. Numbers are rounded to 1e-6, so that the files do not depend 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -24,7 +25,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import replacing
-from robotics.laws.formation.leader_follower import FormationTeacher, law, lead
+from robotics.laws.formation.leader_follower import FormationTeacher, bearing, law, lead
 from robotics.paths.path import compile_path
 from robotics.quantity import check_quantities, is_number, quantity
 from robotics.scenario.formations import PERIOD, formation_scenario, leader_path
@@ -49,10 +50,10 @@ class Recipe:
     samples: int = 400  # per formation
     speed: float = quantity(0.1, "m/s", above=0, most=0.25)  # v_d; the leader drives up to three times as fast
     # The rest is for the well-posed kind only
-    coverage: float = quantity(0.5, "1", least=0, most=1)  # share of the samples that lie evenly over (x_l, dx)
+    coverage: float = quantity(1.0, "1", least=0, most=1)  # share even over (x_l, dx); the rest is along the runs
     jitter: float = quantity(0.6, "1", least=0, most=1)  # share of samples displaced from the path
-    lateral: float = quantity(0.15, "m", least=0, most=1)  # largest displacement, to either side
-    heading: float = quantity(0.25, "rad", least=0, most=1)  # largest rotation, either way
+    lateral: float = quantity(0.1, "m", least=0, most=1)  # largest displacement, to either side
+    heading: float = quantity(0.15, "rad", least=0, most=1)  # largest rotation, either way
     lead: float = quantity(0.5, "m", least=0, most=4)  # largest change of dx, of samples along the runs
     reach: float = quantity(4.0, "m", above=0, most=10)  # dx is spread over ±reach, x_l begins at −reach
     seed: int = 0
@@ -80,20 +81,23 @@ class Recipe:
     @property
     def inputs(self) -> tuple[str, ...]:
         """The names of the input columns."""
-        return ("x_l", "y_l", "theta_l") + (() if self.kind == "literal" else ("dx",))
+        return ("x_l", "y_l", "theta_l") if self.kind == "literal" else ("dx", "alpha_l", "kappa_f")
 
 
 class Table(NamedTuple):
     """A set of samples: the inputs, then the four outputs."""
 
-    names: tuple[str, ...]  # m, m, rad[, m], m/s, rad/s, m/s, rad/s
+    names: tuple[str, ...]  # m, m, rad or m, rad, 1/m; then m/s, rad/s, m/s, rad/s
     values: np.ndarray  # (rows, columns), multiples of 1e-6
     inputs: int  # how many columns are inputs
 
 
 def checking(recipe: Recipe) -> Recipe:
-    """The recipe of the checking set that belongs to ``recipe``: one formation that ``recipe`` does not contain."""
-    return replace(recipe, starts=CHECKING, stream=recipe.stream + 1)
+    """The recipe of the checking set that belongs to ``recipe``: one formation that ``recipe`` does not contain.
+
+    Its samples lie along that formation's run, whatever the coverage of ``recipe``.
+    """
+    return replace(recipe, starts=CHECKING, stream=recipe.stream + 1, coverage=0.0)
 
 
 # What `robotics dataset regenerate` writes
@@ -111,25 +115,25 @@ def formation_data(recipe: Recipe) -> Table:
     return Table(recipe.inputs + OUTPUTS, np.round(values, 6) + 0.0, len(recipe.inputs))  # + 0.0: no -0
 
 
-class _Samples(NamedTuple):
-    """Samples of a run; every field is (samples,)."""
+class FormationRun(NamedTuple):
+    """A formation's run until its leader is at the end, sampled evenly in time; robot 1 leads."""
 
-    x: np.ndarray  # m, the leader's
-    y: np.ndarray  # m
-    heading: np.ndarray  # rad
-    dx: np.ndarray  # m
-    v_l: np.ndarray  # m/s
-    v_f: np.ndarray  # m/s
+    time: np.ndarray  # (samples,) s
+    x: np.ndarray  # (robots, samples) m
+    y: np.ndarray  # (robots, samples) m
+    heading: np.ndarray  # (robots, samples) rad
+    dx: np.ndarray  # (samples,) m, the leader's lead
+    v: np.ndarray  # (robots, samples) m/s, commanded
 
 
 def _literal(recipe: Recipe) -> np.ndarray:
     path = compile_path(leader_path(recipe.end, 10.0))
     rows = []
     for start in recipe.starts:
-        s = _sampled_run(recipe, start, recipe.samples)
-        w_l = s.v_l * path.beside(s.x).curvature
-        w_f = s.v_f * path.beside(s.x - s.dx).curvature
-        rows.append(np.stack([s.x, s.y, s.heading, s.v_l, w_l, s.v_f, w_f], axis=1))
+        run = formation_run(recipe, start, recipe.samples)
+        x, v_l, v_f = run.x[0], run.v[0], run.v[1]
+        w_l, w_f = v_l * path.beside(x).curvature, v_f * path.beside(x - run.dx).curvature
+        rows.append(np.stack([x, run.y[0], run.heading[0], v_l, w_l, v_f, w_f], axis=1))
     return np.concatenate(rows)
 
 
@@ -140,8 +144,9 @@ def _well_posed(recipe: Recipe) -> np.ndarray:
     total = recipe.samples * len(recipe.starts)
     covered = round(recipe.coverage * total)
     shares = np.diff(np.round(np.linspace(0, total - covered, len(recipe.starts) + 1)).astype(int))
-    runs = [_sampled_run(recipe, start, n) for start, n in zip(recipe.starts, shares, strict=True) if n]
-    x, y, heading, dx = (np.concatenate([s[i] for s in runs] or [np.empty(0)]) for i in range(4))
+    runs = [formation_run(recipe, start, n) for start, n in zip(recipe.starts, shares, strict=True) if n]
+    rows = [np.stack([run.x[0], run.y[0], run.heading[0], run.dx]) for run in runs]
+    x, y, heading, dx = np.concatenate(rows or [np.empty((4, 0))], axis=1)
     dx = dx + np.where(rng.random(len(dx)) < recipe.jitter, rng.uniform(-recipe.lead, recipe.lead, len(dx)), 0.0)
     x_cover, dx_cover = _cover(recipe, covered, rng)
     point = path.beside(x_cover)
@@ -151,8 +156,8 @@ def _well_posed(recipe: Recipe) -> np.ndarray:
     sideways = rng.uniform(-recipe.lateral, recipe.lateral, total) / np.cos(path.beside(x).heading)
     y = y + np.where(displaced, sideways, 0.0)
     heading = heading + np.where(displaced, rng.uniform(-recipe.heading, recipe.heading, total), 0.0)
-    wish = law(path, x, y, heading, dx, recipe.speed, teacher.ky, teacher.kpsi)
-    return np.stack([x, y, heading, dx, *wish], axis=1)
+    alpha, kappa = bearing(path, x, y, heading, teacher.look_ahead), path.beside(x - dx).curvature
+    return np.stack([dx, alpha, kappa, *law(dx, alpha, kappa, recipe.speed, teacher.look_ahead)], axis=1)
 
 
 def _cover(recipe: Recipe, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -165,24 +170,37 @@ def _cover(recipe: Recipe, count: int, rng: np.random.Generator) -> tuple[np.nda
     return kept[:count, 0], kept[:count, 1]
 
 
-def _sampled_run(recipe: Recipe, start: float, count: int) -> _Samples:
-    """``count`` samples, evenly in time from the start until the leader is at the end, of one formation's run."""
-    scenario = formation_scenario(start, recipe.speed, recipe.end)
-    teacher = FormationTeacher(
-        speed=recipe.speed, speeds="literal" if recipe.kind == "literal" else "lead", correction="own-pose"
-    )
-    run = simulate(scenario, teacher)
-    pose = np.stack([run["x"][0], run["y"][0], run["heading"][0]])  # (3, robots, samples)
-    v, w = run["command_1"][0], run["command_2"][0]
+def formation_run(recipe: Recipe, start: float, count: int) -> FormationRun:
+    """Drive a formation of ``recipe`` and take ``count`` samples of its run.
+
+    Args:
+        recipe: What sets the law, the speed and the end.
+        start: The leader's x at the start [m].
+        count: The number of samples.
+
+    Raises FormationDataError where the leader does not come to the end.
+    """
+    pose, v, w, period = _driven(recipe.kind, start, recipe.speed, recipe.end)
     there = pose[0, 0] >= recipe.end
-    if not there.any():
-        raise FormationDataError(f"the formation from x = {start:g} m did not end within {scenario.duration:g} s")
     k = int(np.argmax(there))
     share = (recipe.end - pose[0, 0, k - 1]) / (pose[0, 0, k] - pose[0, 0, k - 1])
-    times = np.linspace(0.0, (k - 1 + share) * scenario.period, count)
-    tick = np.minimum((times / scenario.period).astype(int), k - 1)
-    x, y, heading = _along_arc(pose[..., tick], v[:, tick], w[:, tick], times - tick * scenario.period)
-    return _Samples(x[0], y[0], heading[0], lead(x.T), v[0, tick], v[1, tick])
+    times = np.linspace(0.0, (k - 1 + share) * period, count)
+    tick = np.minimum((times / period).astype(int), k - 1)
+    x, y, heading = _along_arc(pose[..., tick], v[:, tick], w[:, tick], times - tick * period)
+    return FormationRun(times, x, y, heading, lead(x.T), v[:, tick])
+
+
+@lru_cache(maxsize=16)
+def _driven(kind: str, start: float, speed: float, end: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """The poses (3, robots, ticks), v and w (robots, ticks) of a formation's run, and its period [s]."""
+    beyond = 0.0 if kind == "literal" else 1.0  # m, the path that a leader at the end still looks ahead to
+    scenario = formation_scenario(start, speed, end + beyond)
+    teacher = FormationTeacher(speed=speed, speeds="literal" if kind == "literal" else "lead", correction="own-pose")
+    run = simulate(scenario, teacher)
+    if not (run["x"][0, 0] >= end).any():
+        raise FormationDataError(f"the formation from x = {start:g} m did not end within {scenario.duration:g} s")
+    pose = np.stack([run["x"][0], run["y"][0], run["heading"][0]])
+    return pose, run["command_1"][0], run["command_2"][0], scenario.period
 
 
 def _along_arc(pose: np.ndarray, v: np.ndarray, w: np.ndarray, dt: np.ndarray) -> np.ndarray:
@@ -191,26 +209,6 @@ def _along_arc(pose: np.ndarray, v: np.ndarray, w: np.ndarray, dt: np.ndarray) -
     half = w * dt / 2
     chord = v * dt * np.sinc(half / np.pi)  # sin(half)/half
     return np.stack([x + chord * np.cos(heading + half), y + chord * np.sin(heading + half), heading + 2 * half])
-
-
-def conditional_mean_floor(inputs: np.ndarray, outputs: np.ndarray, width: float = 0.05) -> np.ndarray:
-    """The RMS error (outputs,) below which no function of the inputs can fit the outputs, in their units.
-
-    It is the RMS of each output about its mean over samples whose inputs share a cell: where many samples share one, no
-    function that is smooth over a cell has a smaller error.
-
-    Args:
-        inputs: The inputs (samples,) or (samples, columns).
-        outputs: The outputs (samples, columns).
-        width: The width of a cell in the unit of each input.
-    """
-    cells = np.floor(np.reshape(inputs, (len(outputs), -1)) / width).astype(np.int64)
-    _, cell, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
-    cell = cell.reshape(-1)
-    total = np.zeros((len(count), outputs.shape[1]))
-    np.add.at(total, cell, outputs)
-    residual = outputs - (total / count[:, None])[cell]
-    return np.sqrt(np.mean(residual**2, axis=0))
 
 
 def write_data(path: str | Path, names: Sequence[str], values: np.ndarray) -> None:

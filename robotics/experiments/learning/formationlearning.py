@@ -18,8 +18,10 @@ from fuzzy.fitting.search import SearchResult, Trial, search_clusters
 from fuzzy.system import Sugeno
 from robotics.laws.formation.leader_follower import INPUTS, OUTPUTS
 
-_SPEEDS = {"v_l": "m/s", "w_l": "rad/s", "v_f": "m/s", "w_f": "rad/s"}
-UNITS = {"x_l": "m", "y_l": "m", "theta_l": "rad", "dx": "m"} | _SPEEDS
+_INPUT_UNITS = ("m", "m", "rad", "m", "rad", "1/m")
+UNITS = dict(zip(INPUTS + OUTPUTS, (*_INPUT_UNITS, "m/s", "rad/s", "m/s", "rad/s"), strict=True))
+# What does not concern a robot: where the path goes where the others are
+_IGNORED = {"v_l": {"kappa_f"}, "w_l": {"kappa_f"}, "v_f": {"alpha_l"}, "w_f": {"alpha_l"}}
 SETTINGS = 108  # number of settings that the search tries
 _AROUND = 2  # the most rules more or fewer than wanted that a setting may give
 
@@ -57,7 +59,8 @@ def learn_networks(
     """Learn the networks of v_l, w_l, v_f and w_f from a table.
 
     Args:
-        names: The table's columns; those of x_l, y_l, theta_l and dx that it has are the inputs.
+        names: The table's columns; those of x_l, y_l, theta_l and dx that it has are the inputs, for the leader's
+            networks also alpha_l, for the followers' kappa_f.
         values: The table (samples, columns), in m, rad, m/s and rad/s.
         check: A checking table with the same columns.
         rules: The wanted number of rules; the nearest that a setting gives is taken.
@@ -85,7 +88,7 @@ def learn_network(
     """Learn the network of one ``output``; the other arguments and errors are those of :func:`learn_networks`."""
     options = options or anfis.Options(epochs=60)
     columns = {name: k for k, name in enumerate(names)}
-    inputs = [name for name in INPUTS if name in columns]
+    inputs = [name for name in INPUTS if name in columns and name not in _IGNORED[output]]
     if not inputs or not set(OUTPUTS) <= set(columns):
         raise FormationLearningError(
             f"formation data have inputs among {', '.join(INPUTS)} and the outputs {', '.join(OUTPUTS)}; "

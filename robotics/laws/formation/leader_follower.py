@@ -1,22 +1,29 @@
 """Leader-follower formation, thesis 5.2: the leader's posture alone tells the leader and all followers how to move.
 
-Robot 1 is the leader, the others are the followers, who all get the same command. With κ the curvature of the
-leader's path, x_f the followers' mean x and dx = x_l − x_f the leader's lead, the law that the networks learn is
+Robot 1 is the leader, the others are the followers, who all get the same command. With x_f the followers' mean x,
+dx = x_l − x_f the leader's lead, κ the curvature of the leader's path and α_l the bearing, seen from the leader, of the
+point of its path that lies L ahead, the law that the networks learn is
 
-    v_l = v_d clip(1 − dx, 0, 3)            the leader hurries from behind and waits in front (thesis 5.2.1)
-    v_f = v_d clip(1 + dx/4, 1/2, 1)        the followers go slower while the leader is behind (5.2.3)
-    ω_l = v_l κ(x_l) − K_y v_l e_l − K_ψ ψ_l
-    ω_f = v_f κ(x_l − dx)                   open loop, as in the thesis
-          − K_y v_f e_i − K_ψ ψ_i           correction "own-pose": each follower by its own e_i, ψ_i
+    v_l = v_d S(dx; 3, 0, 1.5)               the leader hurries from behind and waits in front (thesis 5.2.1)
+    v_f = v_d S(dx; 1/2, 1.2, 1.2)           the followers go slower while the leader is behind (5.2.3)
+    ω_l = 2 v_l sin(α_l)/L                   along the arc through that point: pure pursuit
+    ω_f = v_f κ(x_l − dx)                    open loop, as in the thesis
+          − K_y v_f e_i − K_ψ ψ_i            correction "own-pose": each follower by its own e_i, ψ_i
 
-where e is a robot's lateral offset from its own path [m, > 0 to the left] and ψ its heading minus the path's [rad].
-The thesis describes the first two lines in words; the numbers, and the third line's feedback, are choices. (5.7)
-takes x_l, y_l and θ_l only; but the velocities of five formations are no function of these three, see
-``datasets/README.md``, and so dx is a fourth input of a network that has it.
+where S(dx; b, a, r) runs from b far behind over 1 at dx = 0 to a far ahead (:func:`pace`), e is a robot's lateral
+offset from its own path [m, > 0 to the left] and ψ its heading minus the path's [rad]. The thesis describes the first
+two lines in words; the numbers, the leader's steering and the followers' correction are choices. Pure pursuit: Coulter,
+"Implementation of the Pure Pursuit Path Tracking Algorithm", CMU-RI-TR-92-01, 1992.
 
-Stability: along its path the leader's lateral error obeys e'' + (K_ψ/v) e' + K_y e = 0 per metre, for K_y, K_ψ > 0
-with a damping of 1 or more up to v = K_ψ/(2 √K_y) = 0.2 m/s, and of 0.67 at 0.3 m/s. So do the followers' errors
-under "own-pose"; open loop, nothing corrects them.
+Inputs of a network: (5.7) takes x_l, y_l and θ_l; but the velocities of five formations are no function of these three,
+see ``datasets/README.md``. The law above is a function of dx and α_l (leader) and of dx and κ_f = κ(x_l − dx)
+(followers), smooth in both, and these follow from x_l, y_l, θ_l, the followers' x and the path. A network may have any
+of the six.
+
+Stability: for small errors α_l = −ψ − e/L + κL/2, so the leader's lateral error obeys e'' + (2/L) e' + (2/L²) e = 0 per
+metre of its path: a damping of 0.71 at every speed. Where the curvature changes by κ' per metre it drives κ' L³/6 off
+its path: 1 cm. The followers' errors under "own-pose" obey e'' + (K_ψ/v) e' + K_y e = 0; open loop, nothing corrects
+them.
 
 The followers' controller reads the leader's posture, and the leader's the followers' x, directly from the shared
 observation: in the thesis's set-up one computer commands all robots. There is no radio between that would delay or lose
@@ -41,7 +48,9 @@ from robotics.paths.path import Path, X
 from robotics.paths.posture import wrapped
 from robotics.quantity import check_quantities, quantity
 
-INPUTS = ("x_l", "y_l", "theta_l", "dx")  # m, m, rad, m: the names of the inputs that a network may have
+# m, m, rad, m, rad, 1/m: the names of the inputs that a network may have
+INPUTS = ("x_l", "y_l", "theta_l", "dx", "alpha_l", "kappa_f")
+LOOK_AHEAD = 0.5  # m, L of the leader's pursuit
 OUTPUTS = ("v_l", "w_l", "v_f", "w_f")  # m/s, rad/s, m/s, rad/s
 Correction = Literal["own-pose", "none"]
 
@@ -81,25 +90,57 @@ def correction(path: Path, x: Any, y: Any, heading: Any, v: Any, ky: float, kpsi
     return -ky * v * lateral - kpsi * wrapped(heading - point.heading)
 
 
-def law(
-    path: Path, x: np.ndarray, y: np.ndarray, heading: np.ndarray, dx: np.ndarray, speed: float, ky: float, kpsi: float
-) -> Velocities:
-    """Evaluate the law of this module's head, followers open loop; the arrays have any one shape.
+def pace(dx: np.ndarray, behind: float, ahead: float, rate: float) -> np.ndarray:
+    """S(dx; b, a, r) = b + (a − b)/(1 + q e^(−r dx)), q = (a − 1)/(1 − b): a logistic curve with S(0) = 1.
 
     Args:
-        path: The leader's path.
+        dx: The leader's lead [m], of any shape.
+        behind: The limit b for a leader far behind; one of the limits is above 1 and the other below.
+        ahead: The limit a for a leader far ahead.
+        rate: How fast it goes from one to the other, r > 0 [1/m].
+    """
+    q = (ahead - 1) / (1 - behind)
+    return behind + (ahead - behind) * (1 + np.tanh((rate * dx - np.log(q)) / 2)) / 2  # 1/(1 + e^−z) without overflow
+
+
+def speeds(dx: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return v_l and v_f [m/s] of this module's head by the lead ``dx`` [m], of any shape, and ``speed``, v_d [m/s]."""
+    return speed * pace(dx, 3.0, 0.0, 1.5), speed * pace(dx, 0.5, 1.2, 1.2)
+
+
+def bearing(path: Path, x: np.ndarray, y: np.ndarray, heading: np.ndarray, look_ahead: float) -> np.ndarray:
+    """α_l [rad], in (−π, π]: the bearing of the path's point ahead, seen from the leader; all arrays have one shape.
+
+    The point lies ``look_ahead`` further along the path than the point beside the leader; beyond its end the path goes
+    on straight.
+
+    Args:
+        path: The leader's path, along which x grows.
         x: The leader's x [m].
         y: The leader's y [m].
         heading: The leader's heading [rad].
-        dx: The leader's lead [m].
-        speed: v_d [m/s].
-        ky: K_y [1/m²].
-        kpsi: K_ψ [1/s].
+        look_ahead: The distance L along the path [m].
     """
-    v_l = speed * np.clip(1 - dx, 0.0, 3.0)
-    v_f = speed * np.clip(1 + dx / 4, 0.5, 1.0)
-    w_l = v_l * path.beside(x).curvature + correction(path, x, y, heading, v_l, ky, kpsi)
-    return Velocities(v_l, w_l, v_f, v_f * path.beside(x - dx).curvature)
+    nodes = np.linspace(0.0, path.length, path.table.shape[1])
+    s = np.interp(x, path.table[X], nodes) + look_ahead
+    point, beyond = path.at(s), np.maximum(s - path.length, 0.0)
+    ahead_x = point.x + beyond * np.cos(point.heading)
+    ahead_y = point.y + beyond * np.sin(point.heading)
+    return np.asarray(wrapped(np.arctan2(ahead_y - y, ahead_x - x) - heading))
+
+
+def law(dx: np.ndarray, alpha: np.ndarray, kappa: np.ndarray, speed: float, look_ahead: float) -> Velocities:
+    """Evaluate the law of this module's head, followers open loop; the arrays have any one shape.
+
+    Args:
+        dx: The leader's lead [m].
+        alpha: α_l, the bearing of the path's point ahead, seen from the leader [rad].
+        kappa: κ_f, the curvature of the leader's path where the followers are [1/m].
+        speed: v_d [m/s].
+        look_ahead: L [m].
+    """
+    v_l, v_f = speeds(dx, speed)
+    return Velocities(v_l, 2 * v_l * np.sin(alpha) / look_ahead, v_f, v_f * kappa)
 
 
 def literal_speeds(first_lead: np.ndarray, together: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray]:
@@ -119,9 +160,14 @@ def literal_speeds(first_lead: np.ndarray, together: np.ndarray, speed: float) -
 
 @dataclass(frozen=True, kw_only=True)
 class FormationTeacher(Law[Memory]):
-    """The law of the module's head as a controller; its ``speeds`` "literal" are those of the thesis's data."""
+    """The law of the module's head as a controller.
+
+    Its ``speeds`` "literal" are those of the thesis's data; the leader then keeps to its path as followers do that are
+    corrected by their own pose, with K_y and K_ψ.
+    """
 
     speed: float = quantity(0.1, "m/s", above=0)  # v_d
+    look_ahead: float = quantity(LOOK_AHEAD, "m", above=0)  # L
     ky: float = quantity(4.0, "1/m²", least=0)
     kpsi: float = quantity(0.8, "1/s", least=0)
     correction: Correction = "none"  # of the followers; the leader always corrects itself
@@ -140,7 +186,8 @@ class FormationTeacher(Law[Memory]):
         path, dx = memory.paths[0], lead(seen.x)
         x, y, heading = seen.x[:, 0], seen.y[:, 0], seen.heading[:, 0]
         if self.speeds == "lead":
-            wish = law(path, x, y, heading, dx, self.speed, self.ky, self.kpsi)
+            alpha = bearing(path, x, y, heading, self.look_ahead)
+            wish = law(dx, alpha, path.beside(x - dx).curvature, self.speed, self.look_ahead)
         else:
             v_l, v_f = literal_speeds(memory.first_lead, memory.together, self.speed)
             w_l = v_l * path.beside(x).curvature + correction(path, x, y, heading, v_l, self.ky, self.kpsi)
@@ -153,8 +200,8 @@ class LeaderFollower(Law[Memory]):
     """Four Sugeno systems, v_l, w_l, v_f and w_f of (5.7), that have learned the law and drive in its place.
 
     ``networks`` is the path of one .fis file with these four outputs, or of a folder that holds v_l.fis, w_l.fis,
-    v_f.fis and w_f.fis, or a name of robotics/rulebases. The inputs of each are some of x_l, y_l, theta_l and dx, by
-    name. Raises ControllerError for other inputs or outputs.
+    v_f.fis and w_f.fis, or a name of robotics/rulebases. The inputs of each are some of x_l, y_l, theta_l, dx, alpha_l
+    and kappa_f, by name. Raises ControllerError for other inputs or outputs.
 
     "formation" is what ``robotics learn datasets/formation-well-posed.csv --check
     datasets/formation-well-posed-check.csv -o robotics/rulebases/formation`` makes; "thesis" the thesis's own.
@@ -162,6 +209,7 @@ class LeaderFollower(Law[Memory]):
 
     networks: str = "formation"
     correction: Correction = "own-pose"  # "none": the thesis's followers, open loop
+    look_ahead: float = quantity(LOOK_AHEAD, "m", above=0)  # L of the input alpha_l: that of the data learnt from
     ky: float = quantity(4.0, "1/m²", least=0)  # of the followers' correction; the leader's is in its network
     kpsi: float = quantity(0.8, "1/s", least=0)
     systems: tuple[CompiledSugeno, ...] = field(init=False, repr=False, compare=False)
@@ -182,7 +230,10 @@ class LeaderFollower(Law[Memory]):
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
         """Evaluate the networks (5.7)."""
         memory = _remember(seen, memory)
-        known = {"x_l": seen.x[:, 0], "y_l": seen.y[:, 0], "theta_l": wrapped(seen.heading[:, 0]), "dx": lead(seen.x)}
+        path, dx = memory.paths[0], lead(seen.x)
+        x, y, heading = seen.x[:, 0], seen.y[:, 0], wrapped(seen.heading[:, 0])
+        alpha, kappa = bearing(path, x, y, heading, self.look_ahead), path.beside(x - dx).curvature
+        known = dict(zip(INPUTS, (x, y, heading, dx, alpha, kappa), strict=True))
         found: dict[str, np.ndarray] = {}
         for system in self.systems:
             z = system(np.stack([known[v.name] for v in system.fis.inputs], axis=-1))

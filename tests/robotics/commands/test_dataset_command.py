@@ -44,12 +44,13 @@ def test_every_file_of_datasets_is_described():
 
 def test_formation_writes_the_same_file_twice_and_says_what_it_holds(tmp_path, capsys):
     files = [tmp_path / "a.csv", tmp_path / "b.csv"]
-    options = ["--kind", "well-posed", "--samples", "20", "--formations", "-1,0.5", "--seed", "7", "--jitter", "0.3"]
+    options = ["--kind", "well-posed", "--samples", "20", "--formations", "-1,0.5", "--coverage", "0.5"]
+    options += ["--jitter", "0.3", "--seed", "7"]
     for file in files:
         assert main(["dataset", "formation", *options, "-o", str(file)]) == 0
     assert files[0].read_bytes() == files[1].read_bytes()
-    assert "40 rows, inputs x_l, y_l, theta_l, dx, outputs v_l, w_l, v_f, w_f" in capsys.readouterr().out
-    assert main(["dataset", "formation", *options[:-4], "--seed", "8", "-o", str(files[1])]) == 0
+    assert "40 rows, inputs dx, alpha_l, kappa_f, outputs v_l, w_l, v_f, w_f" in capsys.readouterr().out
+    assert main(["dataset", "formation", *options[:-2], "--seed", "8", "-o", str(files[1])]) == 0
     assert files[0].read_bytes() != files[1].read_bytes()
 
 
@@ -58,12 +59,30 @@ def test_formation_json_is_one_object(tmp_path, capsys):
     assert main(["dataset", "formation", "--check", "--samples", "50", "-o", str(file), "--json"]) == 0
     about = json.loads(capsys.readouterr().out)
     assert (about["rows"], about["inputs"], about["check"]) == (50, ["x_l", "y_l", "theta_l"], True)
-    assert about["conditional_mean_floor"]["v_f"] == 0
+    assert about["scatter"] is None  # one formation alone never contradicts itself
     with file.open(encoding="utf-8") as lines:
         rows = list(csv.reader(lines))
     assert rows[0] == about["inputs"] + about["outputs"]
     assert [float(v) for v in rows[1][:2]] == [-1.0, 0.5]
     assert len(rows) == 51
+
+
+def test_the_literal_sets_scatter_is_said_as_what_it_is(tmp_path, capsys):
+    """An estimate with its range; no sentence that a network trained on the file contradicts."""
+    file = tmp_path / "literal.csv"
+    options = ["dataset", "formation", "--formations", "-2,2", "-o", str(file)]
+    assert main([*options, "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)["scatter"]
+    assert said["v_f"] == {"rms": 0.0, "least": 0.0, "most": 0.0}
+    assert main(options) == 0
+    text = capsys.readouterr().out
+    for name in ("v_l", "w_l", "w_f"):
+        assert 0 <= said[name]["least"] < said[name]["rms"] < said[name]["most"]
+        assert f"{name} {said[name]['rms']:.4f} ({said[name]['least']:.4f} to {said[name]['most']:.4f})" in text
+    assert "No function" not in text
+    assert "errs by about that on fresh samples" in text
+    assert main([*options, "--samples", "4"]) == 0
+    assert "Gamma" not in capsys.readouterr().out  # too few to say
 
 
 @pytest.mark.parametrize(
@@ -73,6 +92,7 @@ def test_formation_json_is_one_object(tmp_path, capsys):
         (["-o", "a.csv", "--kind", "exact"], "kind must be 'literal' or 'well-posed', got 'exact'"),
         (["-o", "a.csv", "--jitter", "0.5"], "--jitter belongs to --kind well-posed"),
         (["-o", "a.csv", "--formations", "1,two"], "--formations must be numbers in m with commas"),
+        (["-o", "a.csv", "--kind", "well-posed", "--formations", "1"], "--formations needs --coverage below 1"),
         (["-o", "a.csv", "--formations", "1", "--check"], "give it or --formations, not both"),
         (["-o", "a.csv", "--samples", "0"], "samples must be a whole number >= 2, got 0"),
         (["-o", "a.csv", "--speed", "3"], "speed must be a finite number in m/s"),

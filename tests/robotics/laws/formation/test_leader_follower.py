@@ -17,14 +17,16 @@ from robotics.laws.catalogue import CATALOGUE, gains_of, make_controller
 from robotics.laws.formation.leader_follower import (
     FormationTeacher,
     LeaderFollower,
+    bearing,
     correction,
     law,
     lead,
     literal_speeds,
+    pace,
 )
 from robotics.laws.law import ControllerError
 from robotics.measures.formations import alignment_time, final_spread, last_samples, lateral_error
-from robotics.paths.path import compile_path
+from robotics.paths.path import Circle, Line, compile_path
 from robotics.scenario.formations import leader_path
 from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.sensing.posture import Sensing
@@ -46,17 +48,39 @@ def test_beside_is_the_point_with_that_x():
     assert PATH.beside(np.array(99.0)).x == pytest.approx(2 * np.pi)
 
 
+def test_pace_runs_between_its_limits_through_1():
+    dx = np.linspace(-1e4, 1e4, 20001)
+    for behind, ahead, rate in ((3.0, 0.0, 1.5), (0.5, 1.2, 1.2)):
+        values = pace(dx, behind, ahead, rate)  # no overflow, which would be an error here
+        assert (values[0], values[-1]) == (behind, ahead)
+        assert pace(np.zeros(1), behind, ahead, rate)[0] == pytest.approx(1.0, abs=1e-15)
+        assert (np.diff(values) * (ahead - behind) >= 0).all()
+    # half way between the limits where q e^(−r dx) = 1
+    assert pace(np.array([-np.log(2) / 1.5]), 3.0, 0.0, 1.5)[0] == pytest.approx(1.5)
+
+
 def test_law_by_hand():
-    dx = np.array([-3.0, -1.0, 0.0, 0.5, 3.0])
-    x = np.full(5, np.pi)  # there y = −0.5, θ = 0, κ = 0.5
-    wish = law(PATH, x, np.full(5, -0.5), np.zeros(5), dx, 0.1, 4.0, 0.8)
-    np.testing.assert_allclose(wish.v_l, [0.3, 0.2, 0.1, 0.05, 0.0])
-    np.testing.assert_allclose(wish.v_f, [0.05, 0.075, 0.1, 0.1, 0.1])
-    np.testing.assert_allclose(wish.w_l, 0.5 * wish.v_l, atol=1e-6)
-    assert wish.w_f[2] == pytest.approx(0.05, abs=1e-6)
-    assert wish.w_f[4] == pytest.approx(-0.05 * np.cos(np.pi - 3), abs=5e-4)  # the followers are near x = 0.14
-    off = law(PATH, x[:1], np.array([-0.4]), np.array([0.2]), np.zeros(1), 0.1, 4.0, 0.8)
-    assert off.w_l[0] == pytest.approx(0.05 - 4 * 0.1 * 0.1 - 0.8 * 0.2, abs=1e-6)
+    dx = np.array([-3.0, 0.0, 3.0])
+    wish = law(dx, np.array([0.0, np.pi / 6, -np.pi / 6]), np.array([0.2, -0.5, 0.4]), 0.1, 0.5)
+    np.testing.assert_allclose(wish.v_l, 0.3 / (1 + 2 * np.exp([-4.5, 0.0, 4.5])))
+    np.testing.assert_allclose(wish.v_f, 0.05 + 0.07 / (1 + 0.4 * np.exp([3.6, 0.0, -3.6])))
+    np.testing.assert_allclose(wish.w_l, [0.0, 0.1 / 0.5, -wish.v_l[2] / 0.5])  # 2 sin 30° = 1
+    np.testing.assert_allclose(wish.w_f, [0.2 * wish.v_f[0], -0.05, 0.4 * wish.v_f[2]])
+
+
+def test_bearing_of_the_path_ahead():
+    straight = compile_path(Line(start=(0.0, 0.0), end=(4.0, 3.0)))  # its direction is atan(3/4)
+    x, y = np.array([0.8, 0.8 - 0.06, 4.0]), np.array([0.6, 0.6 + 0.08, 3.0])
+    slope = np.arctan2(3, 4)
+    # On it; 0.1 m to the left, where the point with the same x lies 0.075 m further back; at its end, which goes on
+    expected = [-0.2, np.arctan2(-0.1, 0.5 - 0.1 * 0.75), 0.1]
+    found = bearing(straight, x, y, slope + np.array([0.2, 0.0, -0.1]), 0.5)
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+    # A chord of a circle of radius 1 leaves the tangent by half the angle of its arc, whatever the turns of the heading
+    arc = compile_path(Circle(center=(0.0, 1.0), start_angle=-np.pi / 2, turns=0.2))
+    angle = 0.3
+    found = bearing(arc, np.array([np.sin(angle)]), np.array([1 - np.cos(angle)]), np.array([angle + 2 * np.pi]), 0.5)
+    assert found[0] == pytest.approx(0.25, abs=1e-5)
 
 
 def test_correction_turns_back_to_the_path():
@@ -71,18 +95,33 @@ def test_literal_speeds_are_those_of_5_2_1():
     np.testing.assert_allclose(v_f, 0.1)
 
 
-@pytest.mark.parametrize(("name", "aligned"), [("formation-behind", 28.2), ("formation-ahead", 44.4)])
+def aligned_by_hand(start):
+    """The time [s] from which |dx| < 0.1 m, by Euler's method: points on y = 0.5 cos x that have the law's speeds."""
+    x_l, x_f, last, step = start, 0.0, 0.0, 0.05
+    for k in range(4000):
+        dx = x_l - x_f
+        if x_l >= 2 * np.pi:
+            break
+        last = k * step if abs(dx) >= 0.1 else last
+        share_l, share_f = (1 / np.sqrt(1 + (0.5 * np.sin(max(x, 0.0))) ** 2) for x in (x_l, x_f))
+        x_l += step * 0.3 / (1 + 2 * np.exp(1.5 * dx)) * share_l
+        x_f += step * (0.05 + 0.07 / (1 + 0.4 * np.exp(-1.2 * dx))) * share_f
+    return last
+
+
+@pytest.mark.parametrize(("name", "start"), [("formation-behind", -3.0), ("formation-ahead", 3.0)])
 @pytest.mark.parametrize("own", ["none", "own-pose"])
-def test_teacher_does_both_experiments(name, aligned, own):
-    """Times of an independent prototype with a simpler plant (28.2 and 44.4 s, 28.4 and 44.5 s corrected)."""
+def test_teacher_does_both_experiments(name, start, own):
+    aligned = aligned_by_hand(start)
     run = simulate(load_scenario(name), FormationTeacher(correction=own))
     assert not run.diverged.any()
     assert alignment_time(run)[0] == pytest.approx(aligned, abs=0.5)
     assert final_spread(run)[0] < 0.02
     lateral = lateral_error(run)[0]
-    assert lateral[0] < 0.01
-    assert lateral[1:].max() < (0.04 if own == "none" else 0.002)
-    over = last_samples(run)[0]
+    assert lateral[0] < 0.013  # pure pursuit cuts the corner where the curvature jumps, by κ' L³/6 elsewhere
+    assert lateral[1:].max() < (0.04 if own == "none" else 0.01)
+    over = int(np.argmax(run["x"][0, 0] >= 2 * np.pi))
+    assert 0 <= over - last_samples(run)[0] <= 3
     assert (run["command_1"][0, :, over:] == 0).all()  # all stand still at the end
     assert (run["command_1"][0, :, over - 1] > 0).all()
 
@@ -92,8 +131,8 @@ def test_leader_hurries_from_behind_and_waits_in_front():
     assert behind["v"][0, 0].max() == pytest.approx(0.3, abs=0.02)
     assert behind["v"][0, 1][20:60].max() < 0.06  # the followers slow down
     ahead = simulate(load_scenario("formation-ahead"), FormationTeacher())
-    assert np.abs(ahead["x"][0, 0][: 20 * 20] - 3.0).max() < 0.01
-    assert ahead["v"][0, 1][20:200].mean() == pytest.approx(0.1, abs=0.01)
+    assert np.abs(ahead["x"][0, 0][: 10 * 20] - 3.0).max() < 0.05  # it creeps while they come
+    assert ahead["v"][0, 1][20:200].mean() == pytest.approx(0.117, abs=0.003)
 
 
 def least_squares_systems():
@@ -157,13 +196,31 @@ def test_identified_networks_do_both_experiments(networks):
 
 @pytest.mark.parametrize(("name", "latest"), [("formation-behind", 32.0), ("formation-ahead", 50.0)])
 def test_packaged_networks_do_both_experiments_within_the_limits(name, latest):
-    """Chapters 5-6, I, as for networks just learnt."""
-    run = simulate(load_scenario(name), make_controller("formation"))
-    assert alignment_time(run)[0] <= latest
-    assert final_spread(run)[0] <= 0.03
-    lateral = lateral_error(run)[0]
-    assert lateral[0] <= 0.08
-    assert lateral[1:].max() <= 0.02
+    """Chapters 5-6, I, of 20 seeds with 3 mm and 3 mrad of posture noise, which the scenarios do not have."""
+    sensing = Sensing(posture="pose", position_noise=0.003, heading_noise=0.003)
+    run = simulate(replace(load_scenario(name), sensing=sensing), make_controller("formation"), range(20))
+    assert alignment_time(run).max() <= latest
+    assert final_spread(run).max() <= 0.03
+    lateral = lateral_error(run)
+    assert lateral[:, 0].max() <= 0.02
+    assert lateral[:, 1:].max() <= 0.003
+
+
+def wider(path):
+    return replace(path, amplitude=0.6, wavenumber=0.9)
+
+
+def test_packaged_networks_bring_a_displaced_leader_back_and_know_no_curve():
+    """0.3 m beside its path, which no sample was; and along another sine than that of the data."""
+    scenario = load_scenario("formation-behind")
+    leader = replace(scenario.robots[0], start=(-3.0, 0.8, 0.5))
+    run = simulate(replace(scenario, robots=(leader, *scenario.robots[1:])), make_controller("formation"))
+    assert alignment_time(run)[0] <= 35
+    assert np.abs(run["y"][0, 0, run["x"][0, 0] > -1.0] - np.asarray(0.5)).min() < 0.01
+    other = tuple(replace(m, start=(m.start[0], m.start[1] + 0.1, 0.0), path=wider(m.path)) for m in scenario.robots)
+    run = simulate(replace(scenario, robots=other), make_controller("formation"))
+    assert alignment_time(run)[0] <= 35
+    assert lateral_error(run)[0].max() <= 0.02
 
 
 def test_open_loop_followers_leave_their_paths_but_stay_level(networks):
@@ -172,7 +229,8 @@ def test_open_loop_followers_leave_their_paths_but_stay_level(networks):
     assert final_spread(run)[0] <= 0.06
     lateral = lateral_error(run)[0]
     assert lateral[0] <= 0.15
-    assert 0.03 < lateral[1:].max() <= 0.7  # what the correction is for
+    corrected = simulate(load_scenario("formation-behind"), LeaderFollower(networks=str(networks)))
+    assert 2 * lateral_error(corrected)[0, 1:].max() < lateral[1:].max() <= 0.7  # what the correction is for
     assert lateral[1] == pytest.approx(lateral[2], abs=0.02)  # both get the same command
 
 
