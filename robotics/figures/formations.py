@@ -6,12 +6,15 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.markers import MarkerStyle
+from matplotlib.path import Path as Outline
 
 from anfis.state import Epoch
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.experiments.learning.formationdata import FormationRun
 
 _NARROWEST = 2e-3  # m/s or rad/s: an axis shows at least so much, or rounding would fill it
+_ARROW = Outline([(1.0, 0.0), (-0.8, 0.6), (-0.35, 0.0), (-0.8, -0.6), (1.0, 0.0)], closed=True)
 _MARKS = 7  # equal times at which a formation's poses are drawn
 
 
@@ -26,7 +29,7 @@ class Fit(NamedTuple):
 def plot_formation_paths(runs: Mapping[str, FormationRun]) -> Figure:
     """Draw where leader and followers drive, a panel for each formation   [thesis, Fig 5.3].
 
-    Triangles show the poses at seven equal times; a grey line joins the robots of one time.
+    Arrow heads show the poses at seven equal times; a grey line joins the robots of one time.
     """
     with style():
         rows = (len(runs) + 1) // 2
@@ -41,7 +44,8 @@ def plot_formation_paths(runs: Mapping[str, FormationRun]) -> Figure:
                 label = "leader" if robot == 0 else "followers" if robot == 1 else None
                 ax.plot(x, y, color=color, linestyle=LINES[min(robot, 1)], linewidth=0.9, label=label, zorder=2)
                 for k in at:
-                    ax.plot(x[k], y[k], marker=(3, 0, np.degrees(heading[k]) - 90), markersize=5, color=color, zorder=3)
+                    head = MarkerStyle(_ARROW).rotated(rad=float(heading[k]))
+                    ax.plot(x[k], y[k], marker=head, markersize=7, markeredgewidth=0, color=color, zorder=3)
             ax.set_title(title, fontsize=8, loc="left", pad=2)
             ax.set_aspect("equal")
         for ax in axes[len(runs) :]:
@@ -78,6 +82,7 @@ def plot_formation_signals(runs: Mapping[str, FormationRun], turns: Mapping[str,
                 ax.plot(runs[name].time, values(name), linewidth=0.9, label=name)
             ax.set_ylabel(label, parse_math=False)
             _widen(ax)
+            ax.locator_params(nbins=4)
         for ax in axes[-1]:
             ax.set_xlabel("time [s]")
         figure.align_ylabels()
@@ -103,6 +108,7 @@ def plot_fits(columns: Mapping[str, Sequence[Fit]]) -> Figure:
                     errors.append(f"{np.sqrt(np.mean((found - fit.target) ** 2)):.1e}")
                 ax.set_ylabel(fit.label, parse_math=False)
                 _widen(ax)
+                ax.locator_params(nbins=4)
                 ax.set_title(f"RMSE {', '.join(errors)}", fontsize=7, loc="right", pad=2)
             column[0].set_title(title, fontsize=8, loc="left", pad=2)
             column[-1].set_xlabel("sample")

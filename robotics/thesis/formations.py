@@ -174,7 +174,9 @@ def _table_5_1(kind: str, networks: Sequence[Learnt], found: Scatter | None, fre
         best = training.history[training.best]
         last: tuple[str, ...]
         if found is None:
-            last = tuple(_spanned(values) for values in fresh[network.output])
+            drawn = fresh[network.output]
+            last = (_spanned(drawn.clustering), f"{drawn.rules.min():.0f} to {drawn.rules.max():.0f}")
+            last += (_spanned(drawn.learnt),)
         else:
             last = (f"{found.rms[k]:.1e} ({found.least[k]:.1e} to {found.most[k]:.1e})",)
         rows.append(
@@ -191,9 +193,10 @@ def _table_5_1(kind: str, networks: Sequence[Learnt], found: Scatter | None, fre
         )
     if found is None:
         caption = (
-            f" Last two: mean and range over {FRESH} sets drawn afresh, of which the networks have seen the first."
+            f" Last three: mean and range over {FRESH} sets drawn afresh, of which the networks have seen the first; "
+            "clusters are found again in each with the setting shown, whatever number of rules that gives."
         )
-        head: tuple[str, ...] = ("clustering, fresh sets", "learnt, fresh sets")
+        head: tuple[str, ...] = ("clustering, fresh sets", "their rules", "learnt, fresh sets")
     else:
         caption = (
             f" Last: how far the outputs scatter at equal inputs, Gamma test, mean and range of {DRAWS} draws. A "

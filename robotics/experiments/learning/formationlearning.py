@@ -96,7 +96,10 @@ def learn_network(
         )
     step = advance or (lambda: None)
     x, y = values[:, [columns[name] for name in inputs]], values[:, columns[output]]
-    search = search_clusters(x, y, rules, input_names=inputs, output_names=[output], progress=lambda *_: step())
+    ridge = options.ridge  # the same throughout, so that the history begins where the clusters end
+    search = search_clusters(
+        x, y, rules, ridge=ridge, input_names=inputs, output_names=[output], progress=lambda *_: step()
+    )
     trial = nearest_trial(search, rules)
     before = identify(
         x,
@@ -104,6 +107,7 @@ def learn_network(
         "subtractive",
         radius=trial.radius,
         options=trial.options,
+        ridge=ridge,
         input_names=inputs,
         output_names=[output],
         input_units=[UNITS[name] for name in inputs],

@@ -18,10 +18,11 @@ FRESH = 20  # sets
 
 
 class FreshErrors(NamedTuple):
-    """RMSE of one output, in its unit, over the sets; both fields are (sets,)."""
+    """RMSE of one output, in its unit, over the sets; every field is (sets,)."""
 
     clustering: np.ndarray  # training error of each set's own clusters, with consequents by least squares
     learnt: np.ndarray  # of the network learnt, on each set
+    rules: np.ndarray  # how many rules the setting gives on each set
 
 
 def fresh_errors(networks: Sequence[Learnt], recipe: Recipe, sets: int = FRESH) -> dict[str, FreshErrors]:
@@ -35,14 +36,14 @@ def fresh_errors(networks: Sequence[Learnt], recipe: Recipe, sets: int = FRESH) 
         recipe: What the networks were learnt from, of the kind "well-posed".
         sets: The number of sets.
     """
-    errors: dict[str, list[tuple[float, float]]] = {network.output: [] for network in networks}
+    errors: dict[str, list[tuple[float, float, int]]] = {network.output: [] for network in networks}
     for k in range(sets):
         table = formation_data(replace(recipe, seed=recipe.seed + k))
         for network in networks:
             x, y = columns_of(network.after, table)
             trial = network.trial
             again = identify(x, y, "subtractive", radius=trial.radius, options=trial.options)
-            errors[network.output].append((_rmse(again, x, y), _rmse(network.after, x, y)))
+            errors[network.output].append((_rmse(again, x, y), _rmse(network.after, x, y), len(again.rules)))
     return {output: FreshErrors(*np.transpose(rows)) for output, rows in errors.items()}
 
 
