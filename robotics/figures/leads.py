@@ -78,6 +78,7 @@ def _draw(ax: Axes, lead: Lead) -> None:
     for row, standing in enumerate(lead.standings):
         if words := _beside(standing):
             ax.text(0.99, row, words, transform=ax.get_yaxis_transform(), ha="right", va="center", fontsize=6.3,
+                    color=_TOUCHED if standing.contacts else "0.25",
                     bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.4}, zorder=5)  # fmt: skip
     ax.set_xscale("log")
     left = 0.9 if np.isnan(best) else min(0.9, _least(lead) / best / 1.15)

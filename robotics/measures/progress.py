@@ -3,12 +3,14 @@
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
+from robotics.measures.once import once_a_run
 from robotics.simulation.run import Run
 
 SEARCH_REACH = 0.5  # m: how far from the last place on the path the next is looked for
 START = 0.25  # of the path: where the first place is looked for
 
 
+@once_a_run
 def true_progress(run: Run) -> np.ndarray:
     """The share of its path that each robot truly has behind it, 0 to 1, (runs, robots, samples).
 

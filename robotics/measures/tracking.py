@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from robotics.measures.once import once_a_run
 from robotics.paths.posture import PostureError, posture_error
 from robotics.paths.trajectory import Reference
 from robotics.simulation.run import Run
@@ -48,6 +49,7 @@ def tracking_error(run: Run) -> PostureError:
     return posture_error(run["x"], run["y"], run["heading"], target)
 
 
+@once_a_run
 def cross_track_error(run: Run) -> np.ndarray:
     """The signed distance [m] to the nearest point of the path, > 0 on its left side (runs, robots, samples)."""
     from scipy.spatial import cKDTree

@@ -195,7 +195,7 @@ def _courses(runs: Runs) -> Grid:
         cells = _cells(run, "min_clearance_m", *_ARRIVING, "off_path_s")
         rows.append((scenario, label(law), _touch(run), *cells, ", ".join(left) or "–"))
     return Grid(
-        f"Robots among obstacles, thesis 6.2 and 6.3, {len(run.seeds)} seeds: means of the worst robot with 95 % "
+        "Robots among obstacles, thesis 6.2 and 6.3: means of the worst robot with 95 % "
         "intervals. Clearance: from the surface of a robot to the nearest obstacle or robot. Off the path: more than "
         "0.1 m. Left behind: robots that the group went on without in some run, for a while or for good.",
         ("scenario", "controller", _HEAD[0], *_HEAD[2:], "longest off the path", "left behind"),

@@ -368,7 +368,7 @@ def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
                     f"{experiment}-{k + 1}",
                     f"{experiment}: {titles[k]} (thesis {figures[experiment]}). Robot 1 leads.",
                     f"Paths, errors and speeds of three robots in {experiment}.",
-                    partial(plot_run, run),
+                    partial(plot_run, run.only(run.seeds[0])),
                 )
             )
     return pictures
