@@ -181,11 +181,11 @@ def stacked(worlds: Sequence[Geometry | None]) -> Geometry:
 
 def pose_between(period: float, before: np.ndarray, after: np.ndarray, share: float) -> np.ndarray:
     """The poses (3, robots) at the ``share`` of a ``period`` [s] between two samples (5, robots)."""
-    found = np.empty((3, before.shape[1]))
+    found, motion = np.empty((3, before.shape[1])), np.empty((3, 4))
+    powers = np.array([1.0, share, share**2, share**3])
     for i in range(before.shape[1]):
-        motion = np.empty((3, 4))
         _motion(before[:, i], after[:, i], period, motion)
-        found[:, i] = [row @ share ** np.arange(4) for row in motion]
+        found[:, i] = motion @ powers
     return found
 
 

@@ -13,6 +13,7 @@ from robotics.environment.world import FIRST, NUMBER, OWNER, Geometry
 from robotics.measures.tracking import KINDS, Metric
 from robotics.simulation.run import Run
 
+MOST_DRAWN = 500  # contacts of a seed that a picture marks
 _POSE = 5  # the first channels of a run: x, y, heading, v, ω
 
 
@@ -65,11 +66,11 @@ def _watched(run: Run) -> tuple[Watch, np.ndarray]:
     return Watch.opened(run.about.robots, float(run.time[0]), poses[..., 0], first).along(run.time, poses, world)
 
 
-def contacts(run: Run, place: int = 0) -> tuple[Contact, ...]:
-    """The contacts of the run's seed at ``place``, by time."""
+def contacts(run: Run, place: int = 0, most: int | None = None) -> tuple[Contact, ...]:
+    """The contacts of the run's seed at ``place``, by time; only the first ones where ``most`` are asked for."""
     if not can_touch(run):
         return ()
-    return contacts_of(run, place, judge(run.only(run.seeds[place])).episodes)
+    return contacts_of(run, place, judge(run.only(run.seeds[place])).episodes[:most])
 
 
 def contacts_of(run: Run, place: int, episodes: np.ndarray) -> tuple[Contact, ...]:
@@ -159,18 +160,19 @@ def _touched(
     last = min(k + 1, len(run.time) - 1)
     period = float(run.time[last] - run.time[k])
     share = (time - float(run.time[k])) / period if period > 0 else 0.0
-    before, after = (run.samples[m, :_POSE, place] for m in (k, last))
+    both = [robot] if other is None else [robot, other]
+    before, after = (run.samples[m, :_POSE, place][:, both] for m in (k, last))
     pose = pose_between(period, before, np.where(np.isfinite(after), after, before), share)
     half = np.array([run.about.robots[robot].length, run.about.robots[robot].width]) / 2
-    x, y, heading = pose[:, robot]
+    x, y, heading = pose[:, 0]
     turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
     if other is not None:
         size = run.about.robots[other]
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (size.length / 2, size.width / 2)
-        c, s = np.cos(pose[2, other]), np.sin(pose[2, other])
-        ends = corners @ np.array([[c, s], [-s, c]]) + pose[:2, other]
+        c, s = np.cos(pose[2, 1]), np.sin(pose[2, 1])
+        ends = corners @ np.array([[c, s], [-s, c]]) + pose[:2, 1]
         inner = _common(np.concatenate([ends, np.roll(ends, -1, axis=0)], axis=1), (x, y), turn, half)
-        near = pose[:2, other]
+        near = pose[:2, 1]
     else:
         assert run.obstacles is not None
         assert obstacle is not None
