@@ -320,6 +320,20 @@ def test_a_run_is_judged_alike_whichever_runs_are_beside_it(blind):
     np.testing.assert_array_equal(alone.least[0], all_three.least[2])
     np.testing.assert_array_equal(alone.counts[0], all_three.counts[2])
     assert len(contacts(blind, 2)) == len(alone.episodes) > 0
+    np.testing.assert_array_equal(first_contact(blind), all_three.first)
+
+
+def test_the_first_contacts_of_a_crowd_are_those_of_all():
+    """Six robots that wander in half a metre, beside a disc that moves: the first 20 contacts, ends and depths too."""
+    rng = np.random.default_rng(3)
+    poses = rng.normal(size=(400, 6, 3)).cumsum(axis=0) * 0.02
+    path = Line(start=(-1.0, 0.3), end=(3.0, 0.3))
+    run = recorded([Robot()] * 6, poses, World(obstacles=(Disc(radius=0.1, path=path, timing=Timing(speed=0.3)),)))
+    everything = contacts(run)
+    assert len(everything) > 40
+    assert {contact.obstacle for contact in everything} == {None, 0}
+    assert contacts(run, most=20) == everything[:20]
+    assert contacts(run, most=10**6) == everything
 
 
 def test_what_comes_after_a_contact_is_no_result(blind):
