@@ -286,6 +286,21 @@ def test_a_robot_that_is_stopped_touches_nothing_any_more():
     assert (contact.start, contact.end) == (0.0, 0.0)
 
 
+def test_a_robot_that_appears_is_judged_at_the_sample_with_which_it_does():
+    """The other one drives past the place before; and a wall stands beside it."""
+    poses = np.array([[(0.0, 0, 0), (-0.3 + 0.2 * k, 0, 0)] for k in range(8)])
+    poses[:4, 0] = np.nan  # at sample 4 the other one is 0.5 m ahead
+    robots = [Robot(length=0.1, width=0.1)] * 2
+    wall = World(obstacles=(Wall(points=((-1.0, -0.1), (1.0, -0.1))),))
+    run = recorded(robots, poses, wall)
+    assert not contacts(run)
+    assert judge(run).least.tolist() == [[pytest.approx(0.05), pytest.approx(0.05)]]
+    poses[:, 1, 0] -= 0.45
+    (contact,) = contacts(recorded(robots, poses, wall))
+    assert contact.start == pytest.approx(4 * PERIOD)
+    assert contact.end == pytest.approx(4 * PERIOD + 0.05 / 0.2 * PERIOD, abs=1e-6)
+
+
 # Runs --------------------------------------------------------------------------------------------------------------
 
 
