@@ -181,11 +181,11 @@ def stacked(worlds: Sequence[Geometry | None]) -> Geometry:
 
 def pose_between(period: float, before: np.ndarray, after: np.ndarray, share: float) -> np.ndarray:
     """The poses (3, robots) at the ``share`` of a ``period`` [s] between two samples (5, robots)."""
-    found = np.empty((3, before.shape[1]))
+    found, motion = np.empty((3, before.shape[1])), np.empty((3, 4))
+    powers = np.array([1.0, share, share**2, share**3])
     for i in range(before.shape[1]):
-        motion = np.empty((3, 4))
         _motion(before[:, i], after[:, i], period, motion)
-        found[:, i] = [row @ share ** np.arange(4) for row in motion]
+        found[:, i] = motion @ powers
     return found
 
 
@@ -482,7 +482,11 @@ def _sweep(  # type: ignore[no-untyped-def]
     way, arc, turn, bend = np.empty(robots), np.empty(robots), np.empty(robots), np.empty(robots)
     stack, corners = np.empty((200, 4)), np.empty((segments.shape[2], 4))
     relative = np.empty((2, 4))
-    here, ready = np.empty(robots, dtype=np.bool_), np.empty(robots, dtype=np.bool_)
+    here, known, ready = (
+        np.empty(robots, dtype=np.bool_),
+        np.empty(robots, dtype=np.bool_),
+        np.empty(robots, dtype=np.bool_),
+    )
     for r in range(runs):
         if not going[r]:
             continue
@@ -491,6 +495,7 @@ def _sweep(  # type: ignore[no-untyped-def]
             period = times[k + 1] - times[k]
             for i in range(robots):
                 ready[i] = False
+                known[i] = np.isfinite(poses[0, r, i, k] + poses[1, r, i, k] + poses[2, r, i, k])
                 dx, dy = poses[0, r, i, k + 1] - poses[0, r, i, k], poses[1, r, i, k + 1] - poses[1, r, i, k]
                 here[i] = np.isfinite(poses[0, r, i, k + 1] + poses[1, r, i, k + 1] + poses[2, r, i, k + 1])
                 # The way of a cubic is no longer than its control polygon; of a robot that appears there is none.
@@ -522,8 +527,15 @@ def _sweep(  # type: ignore[no-untyped-def]
                     ) > (sizes[2, i] + sizes[2, j] + max(level, 0.0)):
                         ends[r, pair] = np.nan
                         continue
+                    # Of a robot that appears with this sample, the sample alone is looked at.
+                    start, lasts = times[k], period
+                    if not (known[i] and known[j]):
+                        start, lasts = times[k + 1], 0.0
                     for m in (i, j):
-                        if not ready[m]:
+                        if lasts == 0.0:
+                            turn[m], bend[m] = _stands(poses[:, r, m, k + 1], motion[m])
+                            ready[m] = False
+                        elif not ready[m]:
                             turn[m], bend[m] = _moved(
                                 poses[:, r, m, k], poses[:, r, m, k + 1], period, sizes[2, m], motion[m]
                             )
@@ -533,7 +545,7 @@ def _sweep(  # type: ignore[no-untyped-def]
                     sharp = _sharpest(relative[0], relative[1]) + bend[i] + bend[j]
                     who, bounds = (i, j, -1), (fast, sharp)
                     log, length = _interval(
-                        r, pair, who, bounds, level, times[k], period, motion, sizes, world, stack,
+                        r, pair, who, bounds, level, start, lasts, motion, sizes, world, stack,
                         least, first, begun, ends, floor, since, depth, log, length,
                     )  # fmt: skip
             for i in range(robots):
@@ -566,7 +578,21 @@ def _sweep(  # type: ignore[no-untyped-def]
                     if not near:
                         ends[r, pair] = np.nan
                         continue
-                    if not ready[i]:
+                    start, lasts, around = times[k], period, world
+                    if not known[i]:
+                        start, lasts = times[k + 1], 0.0
+                        around = (
+                            circles[b, g],
+                            circles[b, g],
+                            bodies[g],
+                            segments[b, g],
+                            segments[b, g],
+                            spans[g],
+                            corners,
+                        )
+                        turn[i], bend[i] = _stands(poses[:, r, i, k + 1], motion[i])
+                        ready[i] = False
+                    elif not ready[i]:
                         turn[i], bend[i] = _moved(
                             poses[:, r, i, k], poses[:, r, i, k + 1], period, sizes[2, i], motion[i]
                         )
@@ -575,7 +601,7 @@ def _sweep(  # type: ignore[no-untyped-def]
                     sharp = _sharpest(motion[i, 0], motion[i, 1]) + bend[i]
                     who, bounds = (i, -1, o), (fast + sizes[2, i] * turn[i], sharp)
                     log, length = _interval(
-                        r, pair, who, bounds, level, times[k], period, motion, sizes, world, stack,
+                        r, pair, who, bounds, level, start, lasts, motion, sizes, around, stack,
                         least, first, begun, ends, floor, since, depth, log, length,
                     )  # fmt: skip
     return log[:length].copy()
@@ -593,13 +619,17 @@ def _circles_apart(one, other, way):  # type: ignore[no-untyped-def]
 @kernel
 def _moved(before, after, period, radius, motion):  # type: ignore[no-untyped-def]
     """Fill in a robot's ``motion``; return its fastest turn, and the sharpest bend of its corners' ways by turning."""
-    if not np.isfinite(before[0] + before[1] + before[2]):  # it appears with this sample
-        _motion(after, after, period, motion)
-        motion[:, 1:] = 0.0
-        return 0.0, 0.0
     _motion(before, after, period, motion)
     turn = _fastest(motion[2], motion[2]) / np.sqrt(2.0)
     return turn, radius * (_sharpest(motion[2], motion[2]) / np.sqrt(2.0) + turn * turn)
+
+
+@kernel
+def _stands(pose, motion):  # type: ignore[no-untyped-def]
+    """As :func:`_moved`, of a robot that stays at a pose."""
+    motion[:] = 0.0
+    motion[0, 0], motion[1, 0], motion[2, 0] = pose[0], pose[1], pose[2]
+    return 0.0, 0.0
 
 
 @kernel

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from fuzzy.figures.drawing import COLORS, LINES
 from robotics.laws.catalogue import law_title
-from robotics.measures.contacts import contacts, first_contact
+from robotics.measures.contacts import MOST_DRAWN, contacts, first_contact
 from robotics.simulation.run import Run
 
 TARGET = {"color": "0.45", "linestyle": (0, (4, 2)), "linewidth": 1.0}  # how every reference is drawn
@@ -151,7 +151,7 @@ def mark_contacts(
         scale: The axes' units in a metre.
         center: The place [m] that is the origin of the axes.
     """
-    shown = [contact for contact in contacts(run, place) if contact.start <= until]
+    shown = [contact for contact in contacts(run, place, MOST_DRAWN) if contact.start <= until]
     if shown:
         x, y = np.array([(contact.x, contact.y) for contact in shown]).T
         ax.plot(scale * (x - center[0]), scale * (y - center[1]), **CONTACT, label="contact")

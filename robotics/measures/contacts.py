@@ -4,15 +4,17 @@ The judgement is that of :mod:`robotics.environment.swept`: a robot's own rectan
 its recorded motion. A robot that was stopped is measured up to then.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from robotics.environment.swept import RUN, START, Watch, pose_between
+from robotics.environment.swept import END, RUN, START, Watch, pose_between
 from robotics.environment.world import FIRST, NUMBER, OWNER, Geometry
 from robotics.measures.tracking import KINDS, Metric
 from robotics.simulation.run import Run
 
+MOST_DRAWN = 500  # contacts of a seed that a picture marks
 _POSE = 5  # the first channels of a run: x, y, heading, v, ω
 
 
@@ -51,25 +53,43 @@ def can_touch(run: Run) -> bool:
 
 def judge(run: Run) -> Judgement:
     """Find all contacts and clearances of a run's seeds, in one compiled pass."""
-    watch, ended = _watched(run)
-    episodes = np.concatenate([ended, watch.open_contacts()])
-    order = np.lexsort((episodes[:, START], episodes[:, RUN]))
-    return Judgement(watch.first.min(axis=(0, 2)), watch.counts, watch.least.min(axis=0), episodes[order])
+    *_, (watch, episodes) = _watched(run, len(run.time))
+    return Judgement(watch.first.min(axis=(0, 2)), watch.counts, watch.least.min(axis=0), episodes)
 
 
-def _watched(run: Run) -> tuple[Watch, np.ndarray]:
-    """The watch at the end of a run, and the contacts that ended before."""
-    poses = np.moveaxis(run.samples[:, :_POSE], 0, -1)
-    world = run.obstacles
-    first = None if world is None else Geometry(*(part[:1] for part in world))
-    return Watch.opened(run.about.robots, float(run.time[0]), poses[..., 0], first).along(run.time, poses, world)
+def _watched(run: Run, stretch: int = 64) -> Iterator[tuple[Watch, np.ndarray]]:
+    """Watch a run, ``stretch`` samples at a time; yield the watch and all contacts so far, by run and time."""
+    poses, world = np.moveaxis(run.samples[:, :_POSE], 0, -1), run.obstacles
+
+    def placed(first: int, last: int) -> Geometry | None:
+        moves = world is not None and len(world.counts) > 1
+        return Geometry(*(part[first:last] for part in world)) if moves and world is not None else world
+
+    watch = Watch.opened(run.about.robots, float(run.time[0]), poses[..., 0], placed(0, 1))
+    begin, ended = 0, np.zeros((0, END + 2))
+    while True:
+        end = min(begin + stretch, len(run.time))
+        watch, rows = watch.along(run.time[begin:end], poses[..., begin:end], placed(begin, end))
+        ended = np.concatenate([ended, rows])
+        episodes = np.concatenate([ended, watch.open_contacts()])
+        yield watch, episodes[np.lexsort((episodes[:, START], episodes[:, RUN]))]
+        if end == len(run.time):
+            return
+        begin = end - 1
 
 
-def contacts(run: Run, place: int = 0) -> tuple[Contact, ...]:
-    """The contacts of the run's seed at ``place``, by time."""
+def contacts(run: Run, place: int = 0, most: int | None = None) -> tuple[Contact, ...]:
+    """The contacts of the run's seed at ``place``, by time; only the first ones where ``most`` are asked for."""
     if not can_touch(run):
         return ()
-    return contacts_of(run, place, judge(run.only(run.seeds[place])).episodes)
+    one = run.only(run.seeds[place])
+    if most is None:
+        return contacts_of(run, place, judge(one).episodes)
+    for watch, found in _watched(one):  # a crowd touches all the time: until the first ones are known to have ended
+        episodes = found
+        if len(episodes) >= most and (episodes[:most, END] < watch.time).all():
+            break
+    return contacts_of(run, place, episodes[:most])
 
 
 def contacts_of(run: Run, place: int, episodes: np.ndarray) -> tuple[Contact, ...]:
@@ -108,7 +128,12 @@ def who(robot: int, other: int | None, obstacle: int | None) -> str:
 
 def first_contact(run: Run) -> np.ndarray:
     """The time [s] (runs,) at which the first contact of any robot begins; infinite: there is none."""
-    return judge(run).first if can_touch(run) else np.full(len(run.seeds), np.inf)
+    first = np.full(len(run.seeds), np.inf)
+    for watch, _ in _watched(run) if can_touch(run) else ():
+        first = watch.first.min(axis=(0, 2))
+        if np.isfinite(first).all():
+            break
+    return first
 
 
 def until_contact(run: Run, first: np.ndarray) -> Run:
@@ -159,18 +184,19 @@ def _touched(
     last = min(k + 1, len(run.time) - 1)
     period = float(run.time[last] - run.time[k])
     share = (time - float(run.time[k])) / period if period > 0 else 0.0
-    before, after = (run.samples[m, :_POSE, place] for m in (k, last))
+    both = [robot] if other is None else [robot, other]
+    before, after = (run.samples[m, :_POSE, place][:, both] for m in (k, last))
     pose = pose_between(period, before, np.where(np.isfinite(after), after, before), share)
     half = np.array([run.about.robots[robot].length, run.about.robots[robot].width]) / 2
-    x, y, heading = pose[:, robot]
+    x, y, heading = pose[:, 0]
     turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
     if other is not None:
         size = run.about.robots[other]
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (size.length / 2, size.width / 2)
-        c, s = np.cos(pose[2, other]), np.sin(pose[2, other])
-        ends = corners @ np.array([[c, s], [-s, c]]) + pose[:2, other]
+        c, s = np.cos(pose[2, 1]), np.sin(pose[2, 1])
+        ends = corners @ np.array([[c, s], [-s, c]]) + pose[:2, 1]
         inner = _common(np.concatenate([ends, np.roll(ends, -1, axis=0)], axis=1), (x, y), turn, half)
-        near = pose[:2, other]
+        near = pose[:2, 1]
     else:
         assert run.obstacles is not None
         assert obstacle is not None

@@ -12,7 +12,7 @@ import numpy as np
 
 from robotics.environment.world import NUMBER, Geometry, outlines
 from robotics.laws.catalogue import law_title
-from robotics.measures.contacts import Contact, contacts
+from robotics.measures.contacts import MOST_DRAWN, Contact, contacts
 from robotics.sensing.sonar import RangeSensor
 from robotics.simulation.mode_changes import ModeChange, mode_changes_in
 from robotics.simulation.run import Run
@@ -77,7 +77,9 @@ class Replay:
     robots: tuple[Robot, ...] = field(default=(), repr=False)  # those that ran
     modes: np.ndarray | None = field(default=None, repr=False)  # codes of robotics.laws.modes.MODES
     handovers: tuple[ModeChange, ...] = field(default=(), repr=False)  # changes of mode, in the order of time
-    contacts: tuple[Contact, ...] = field(default=(), repr=False)  # by time, those that begin while it is shown
+    contacts: tuple[Contact, ...] = field(
+        default=(), repr=False
+    )  # by time, of the first MOST_DRAWN those that it shows
 
     @property
     def title(self) -> str:
@@ -203,7 +205,7 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
         run.about.robots,
         modes,
         handovers,
-        tuple(c for c in contacts(run, place) if c.start <= times[-1] + 1e-9 and c.end >= times[0]),
+        tuple(c for c in contacts(run, place, MOST_DRAWN) if c.start <= times[-1] + 1e-9 and c.end >= times[0]),
     )
 
 

@@ -184,7 +184,7 @@ def test_run_page_shows_every_seed_and_channel(runs: list[Run]) -> None:
 
 def test_comparison_shows_every_seed_mean_and_interval(comparison: Comparison) -> None:
     figure = plot_comparison(comparison)
-    shown = list(headlines("tracking"))
+    shown = list(headlines("tracking", others=True))
     assert len(figure.axes) == len(shown)
     summary = summarise(comparison.table).set_index(["metric", "controller"])
     for ax, metric in zip(figure.axes, shown, strict=True):

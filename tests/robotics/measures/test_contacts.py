@@ -286,6 +286,21 @@ def test_a_robot_that_is_stopped_touches_nothing_any_more():
     assert (contact.start, contact.end) == (0.0, 0.0)
 
 
+def test_a_robot_that_appears_is_judged_at_the_sample_with_which_it_does():
+    """The other one drives past the place before; and a wall stands beside it."""
+    poses = np.array([[(0.0, 0, 0), (-0.3 + 0.2 * k, 0, 0)] for k in range(8)])
+    poses[:4, 0] = np.nan  # at sample 4 the other one is 0.5 m ahead
+    robots = [Robot(length=0.1, width=0.1)] * 2
+    wall = World(obstacles=(Wall(points=((-1.0, -0.1), (1.0, -0.1))),))
+    run = recorded(robots, poses, wall)
+    assert not contacts(run)
+    assert judge(run).least.tolist() == [[pytest.approx(0.05), pytest.approx(0.05)]]
+    poses[:, 1, 0] -= 0.45
+    (contact,) = contacts(recorded(robots, poses, wall))
+    assert contact.start == pytest.approx(4 * PERIOD)
+    assert contact.end == pytest.approx(4 * PERIOD + 0.05 / 0.2 * PERIOD, abs=1e-6)
+
+
 # Runs --------------------------------------------------------------------------------------------------------------
 
 
@@ -320,6 +335,20 @@ def test_a_run_is_judged_alike_whichever_runs_are_beside_it(blind):
     np.testing.assert_array_equal(alone.least[0], all_three.least[2])
     np.testing.assert_array_equal(alone.counts[0], all_three.counts[2])
     assert len(contacts(blind, 2)) == len(alone.episodes) > 0
+    np.testing.assert_array_equal(first_contact(blind), all_three.first)
+
+
+def test_the_first_contacts_of_a_crowd_are_those_of_all():
+    """Six robots that wander in half a metre, beside a disc that moves: the first 20 contacts, ends and depths too."""
+    rng = np.random.default_rng(3)
+    poses = rng.normal(size=(400, 6, 3)).cumsum(axis=0) * 0.02
+    path = Line(start=(-1.0, 0.3), end=(3.0, 0.3))
+    run = recorded([Robot()] * 6, poses, World(obstacles=(Disc(radius=0.1, path=path, timing=Timing(speed=0.3)),)))
+    everything = contacts(run)
+    assert len(everything) > 40
+    assert {contact.obstacle for contact in everything} == {None, 0}
+    assert contacts(run, most=20) == everything[:20]
+    assert contacts(run, most=10**6) == everything
 
 
 def test_what_comes_after_a_contact_is_no_result(blind):

@@ -8,8 +8,11 @@ import numpy as np
 
 from robotics.commands.application import main
 from robotics.experiments.scaling import Scaling
+from robotics.laws.catalogue import make_controller
+from robotics.measures.teams import measure_team
 from robotics.report.chapter import Picture
 from robotics.scenario.reading import load_scenario
+from robotics.simulation.loop import simulate
 from robotics.thesis import team_runs
 from robotics.thesis.claims import Needed
 from robotics.thesis.team_runs import DUELS, TESTS, mean_errors
@@ -97,7 +100,9 @@ def test_a_random_team_from_the_command_line(tmp_path, capsys):
     assert main(["run", str(file), "--json", "-q"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed["controller"] == "virtual-structure"
-    assert np.max(printed["metrics"]["arrival_spread_s"]) <= 0.3
+    assert printed["contacts"]  # the paths of these eight cross: arrivals after that do not count
+    run = simulate(load_scenario(str(file)), make_controller("virtual-structure"))
+    assert measure_team(run)["arrival_spread_s"].max() <= 0.3  # but they are on time
     assert main(["run", str(file), "-q"]) == 0
     assert "least, median and largest of 8 robots" in capsys.readouterr().out
     before = file.read_bytes()

@@ -200,7 +200,7 @@ def test_the_table_is_what_a_simulation_by_hand_gives(folder, plan):
         *("scenario", "point", "controller", "seed", "robot"),
         *("robots.0.timing.speed", "latency", "ky"),
         *METRICS,
-        "diverged",
+        *("diverged", "contacts", "min_clearance_m", "contact"),
     ]
     mine = [r for r in table.to_pylist() if r["point"] == 10 and r["controller"] == "lyapunov:kx=2"]
     assert [(r["seed"], r["robot"]) for r in mine] == list(product([5, 6, 7], [1, 2]))
