@@ -141,6 +141,9 @@ def split_controllers(text: str) -> list[str]:
 
 
 def _thesis_chapters(thorough: bool, save_runs: bool) -> "MakeChapters":
+    from robotics.experiments.executors import import_ahead
+
+    import_ahead(["robotics.thesis.chapters"])  # this takes seconds, in which the same is done here
     from robotics.thesis.chapters import judging
     from robotics.thesis.experiment import THOROUGH, USUAL
 

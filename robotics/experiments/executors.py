@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing import forkserver
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -21,6 +22,7 @@ from fuzzy.errors import InputError
 # What the numerical libraries read when they are loaded: each worker has one core
 THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 AHEAD = 2  # pieces of work for each worker: the next lies ready when one is done
+_FORKSERVER = "forkserver"
 CONNECT = 10  # s to reach a scheduler, and to see a first worker
 
 
@@ -56,11 +58,10 @@ def processes(count: int, preload: Sequence[str] = ()) -> Iterator[Workers]:
 
     The modules ``preload`` are imported once for all of them, where the system can.
     """
-    if "forkserver" in multiprocessing.get_all_start_methods():
-        context: Any = multiprocessing.get_context("forkserver")
+    context: Any = multiprocessing.get_context("spawn")
+    if _FORKSERVER in multiprocessing.get_all_start_methods():
+        context = multiprocessing.get_context(_FORKSERVER)
         context.set_forkserver_preload(list(preload))
-    else:
-        context = multiprocessing.get_context("spawn")
     lifeline, held = context.Pipe(duplex=False)
     with _environment(dict.fromkeys(THREADS, "1")):
         pool = _Processes(count, mp_context=context, initializer=_stay, initargs=(lifeline,))
@@ -75,17 +76,33 @@ def processes(count: int, preload: Sequence[str] = ()) -> Iterator[Workers]:
             lifeline.close()
 
 
+def import_ahead(modules: Sequence[str]) -> None:
+    """Let the server that makes later :func:`processes` begin to import their modules, while this process goes on."""
+    if _FORKSERVER in multiprocessing.get_all_start_methods():
+        multiprocessing.set_forkserver_preload(list(modules))
+        with _environment(dict.fromkeys(THREADS, "1")), _uninterrupted():
+            forkserver.ensure_running()
+
+
 class _Processes(ProcessPoolExecutor):
     """A pool whose processes are started with Ctrl-C blocked, because this process answers it."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        if not hasattr(signal, "pthread_sigmask"):
+        with _uninterrupted():
             return super().submit(fn, *args, **kwargs)
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            return super().submit(fn, *args, **kwargs)
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Block Ctrl-C, for processes that are started meanwhile."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _stay(lifeline: Connection) -> None:

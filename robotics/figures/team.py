@@ -76,6 +76,7 @@ def plot_team(run: Run, seed: int | None = None) -> Figure:
         figure.align_ylabels()
         figure.suptitle(page_title(run, order), parse_math=False, fontsize=9)
         figure.draw_without_rendering()  # the names of faults need the widths of the panels
+        figure.set_layout_engine("none")  # which then stay
         for ax in axes:
             shade_faults(ax, faults, start, end, named=ax is axes[-1] and len(faults) <= _NAMED)
         return figure

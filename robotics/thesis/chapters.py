@@ -27,9 +27,9 @@ from robotics.thesis.experiment import USUAL, ChapterMaker, Effort, results_of
 
 PROCESSES = 2  # number of processes; this one meanwhile runs and draws the comparison
 CHAPTERS = (  # in the order of the report
-    ChapterMaker("judging the tracking laws", tracking.experiments, tracking.chapter_of, 40.0),
-    ChapterMaker("learning formations", formations.experiments, formations.chapter_of, 20.0),
-    ChapterMaker("driving teams", team_runs.experiments, teams.chapter_of, 60.0),
+    ChapterMaker("judging the tracking laws", tracking.experiments, tracking.chapter_of, 8.0),
+    ChapterMaker("learning formations", formations.experiments, formations.chapter_of, 22.0),
+    ChapterMaker("driving teams", team_runs.experiments, teams.chapter_of, 35.0),
     ChapterMaker("avoiding each other", avoidance_runs.experiments, avoidance.chapter_of, 30.0),
 )
 

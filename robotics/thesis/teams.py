@@ -100,11 +100,11 @@ def _experiments(results: Results) -> Grid:
     for scenario, laws in EXPERIMENTS.items():
         for law in laws:
             run = results[Needed(scenario, law, False)]
-            rows.append((scenario, label(law), *(_cell(run, name) for name in _SHOWN)))
+            rows.append((scenario, label(law), str(len(run.seeds)), *(_cell(run, name) for name in _SHOWN)))
     return Grid(
-        "The experiments of chapters 3, 4 and 5.3 with noise: means over the seeds with 95 % intervals, of the worst "
+        "The experiments of chapters 3, 4 and 5.3 with noise: means over the runs with 95 % intervals, of the worst "
         "robot each. Arrival: 99.5 % of the path. “never”: in some run a robot does not arrive.",
-        ("experiment", "controller", *_SHOWN.values()),
+        ("experiment", "controller", "runs", *_SHOWN.values()),
         rows,
     )
 
@@ -168,7 +168,8 @@ def _recovery(results: Results) -> Grid:
 
 def _scaling(results: Results) -> Grid:
     return Grid(
-        "Random teams under the waiting virtual structure, each robot hearing all others.",
+        "Random teams under the waiting virtual structure, each robot hearing all others. This law does not look where "
+        "others are: robots whose paths cross may drive through each other here.",
         (
             "robots",
             "messages lost",
@@ -225,7 +226,7 @@ def _pictures(results: Results) -> list[Picture]:
     pictures.append(
         Picture(
             "team-scaling",
-            "Random teams of 10, 30 and 100 robots: spread and delay of the arrivals on a radio that loses messages.",
+            "Random teams of 10, 20 and 50 robots: spread and delay of the arrivals on a radio that loses messages.",
             "Spread and delay of arrivals over the number of robots for three shares of lost messages.",
             partial(plot_scaling, _scalings(results)),
         )
