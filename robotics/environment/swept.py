@@ -25,7 +25,7 @@ from robotics.environment.collision import footprints, point_gap, segment_gap, s
 from robotics.environment.world import CLOSED, FIRST, NUMBER, OWNER, Geometry
 from robotics.vehicle.robot import Robot
 
-TOLERANCE = 1e-5  # m: of the least clearance between two samples, while shapes are apart
+TOLERANCE = 1e-7  # m: of the least clearance between two samples, while shapes are apart
 DEPTH_TOLERANCE = 1e-4  # m: likewise, while they overlap
 GRID = 1e-3  # s: a contact, and a gap between two contacts, that is longer than this is found as such
 FITS = 0.5  # a velocity fits the chord if the mean of both ends' is off by no more than this share of the larger

@@ -63,6 +63,10 @@ class Sensing:
             ).about("noise_end")
 
 
+# The noise of the thesis's laboratory, which it does not print: assumed wherever a scenario is to have some
+LABORATORY = Sensing(posture="pose", position_noise=0.003, heading_noise=0.003)
+
+
 @dataclass(frozen=True)
 class PostureSensors:
     """The posture sensors of all robots. Arrays are (robots,), or (3, robots) for x, y, heading."""

@@ -7,22 +7,19 @@ from functools import partial
 from robotics.laws.catalogue import make_controller
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario, scenario_names
-from robotics.sensing.posture import Sensing
+from robotics.sensing.posture import LABORATORY, Sensing
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.thesis.claims import Needed
 from robotics.thesis.experiment import Experiment
 
-# Of a scenario that declares no noise, such as those of chapters 3 to 5: that of the thesis's other tests here
-NOISE = Sensing(posture="pose", position_noise=0.003, heading_noise=0.003)  # m, rad
-
 
 def noisy(scenario: Scenario) -> Scenario:
-    """The scenario with its own noise; robots that have none measure their postures with NOISE."""
+    """The scenario with its own noise; robots that have none, as in chapters 3 to 5, get that of the other tests."""
 
     def own(sensing: Sensing) -> Sensing:
         quiet = sensing.posture == "odometry" or not (sensing.position_noise or sensing.relative_noise)
-        return NOISE if quiet else sensing
+        return LABORATORY if quiet else sensing
 
     members = tuple(replace(m, sensing=None if m.sensing is None else own(m.sensing)) for m in scenario.robots)
     return replace(scenario, sensing=own(scenario.sensing), robots=members)

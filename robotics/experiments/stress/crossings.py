@@ -19,7 +19,7 @@ from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Timing
 from robotics.radio.description import Radio
 from robotics.scenario.description import Member, Scenario
-from robotics.sensing.posture import Sensing
+from robotics.sensing.posture import LABORATORY
 
 CROSSING_STREAM = 6  # of a seed's random streams: see robotics.radio.channel
 AREA = 16.0  # m² of the field for each robot
@@ -72,7 +72,7 @@ def crossing_ensemble(
         robots=(shared,) * robots,
         duration=float(np.ceil(factor * durations.max() + extra)),
         kind="team",
-        sensing=Sensing(posture="pose", position_noise=0.003, heading_noise=0.003),
+        sensing=LABORATORY,
         radio=radio or Radio(),
     )
     return replace(scenario.setting, starts=starts, references=EvenTiming(paths, durations))

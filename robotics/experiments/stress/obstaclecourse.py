@@ -27,7 +27,7 @@ from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Timing
 from robotics.radio.description import Radio
 from robotics.scenario.description import Member, Scenario
-from robotics.sensing.posture import Sensing
+from robotics.sensing.posture import LABORATORY
 from robotics.simulation.loop import drive
 from robotics.vehicle import plant as p
 
@@ -74,7 +74,7 @@ def obstacle_ensemble(
         robots=(shared,) * robots,
         duration=float(np.ceil(LONGEST * durations.max())),
         kind="team" if robots > 1 else "tracking",
-        sensing=Sensing(posture="pose", position_noise=0.003, heading_noise=0.003),
+        sensing=LABORATORY,
         radio=radio or Radio(),
     )
     worlds = compile_worlds([course[1] for course in drawn])
