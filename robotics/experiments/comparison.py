@@ -124,6 +124,11 @@ def contact_runs(table: pd.DataFrame, scenario: str, controller: str) -> tuple[i
     return int(touched.sum()), len(touched)
 
 
+def values_of_runs(table: pd.DataFrame, metric: str) -> np.ndarray:
+    """One number a run (seeds,) of the rows of one scenario and controller, as the metric's ``of_run`` says."""
+    return np.asarray(table.groupby("seed")[metric].agg(ALL_METRICS[metric].of_run).to_numpy(dtype=float))
+
+
 def summarise(table: pd.DataFrame) -> pd.DataFrame:
     """The mean and 95 % confidence interval of every metric, one row for each scenario, controller and metric.
 
@@ -137,7 +142,7 @@ def summarise(table: pd.DataFrame) -> pd.DataFrame:
             if about.needs_others and group[metric].isna().all():  # a single robot in an empty world
                 continue
             # Robots of one run are not independent: the run's mean counts once.
-            values = group.groupby("seed")[metric].mean().to_numpy()
+            values = values_of_runs(group, metric)
             low, high = student(values)
             row = {"scenario": scenario, "controller": name, "metric": metric, "unit": about.unit, "seeds": len(values)}
             rows.append(row | {"mean": float(np.mean(values)), "low": low, "high": high})

@@ -16,7 +16,7 @@ the conditions below, and from them that ξ goes to 0 exponentially (4.22).
                                     √(v̄² + ω̄²/K_y²)
 
 So the lemma cannot be applied. That the error goes to 0 is nevertheless true: the nominal system is uniformly locally
-exponentially stable where v_r does not go to 0, and g is an input that vanishes exponentially [Panteley and Loria
+exponentially stable where v_r does not go to 0, and g is an input that vanishes exponentially [Panteley & Loria
 1998]; and with v_d = v̄ s' as (4.1) says, there is no g at all.
 """
 

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from fuzzy.figures.drawing import DOUBLE, new_figure, style
-from robotics.experiments.comparison import Comparison, contact_runs, summarise
+from robotics.experiments.comparison import Comparison, contact_runs, summarise, values_of_runs
 from robotics.figures.drawing import Look, looks_of
 from robotics.laws.catalogue import label
 from robotics.measures.registry import ALL_METRICS, headlines
@@ -77,7 +77,7 @@ def _draw_metric(
     ax: Axes, table: pd.DataFrame, summary: pd.DataFrame, metric: str, names: Sequence[str], chosen: Mapping[str, Look]
 ) -> None:
     about = ALL_METRICS[metric]
-    values = {name: table.loc[table["controller"] == name].groupby("seed")[metric].mean().to_numpy() for name in names}
+    values = {name: values_of_runs(table[table["controller"] == name], metric) for name in names}
     known = np.concatenate([v[np.isfinite(v)] for v in values.values()])
     logarithmic = known.size > 0 and known.min() > 0 and known.max() > 10 * known.min()
     if logarithmic:

@@ -6,7 +6,7 @@ the controller saw only the measured posture. A robot that was stopped is measur
 
 import warnings
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -34,6 +34,7 @@ class Metric(NamedTuple):
     short: str = ""  # its title in those
     tried: tuple[str, ...] = ()  # kinds in which the designer's panel "Try it" shows it
     larger: bool = False  # whether larger values are better
+    of_run: Literal["mean", "min", "max"] = "mean"  # how the robots' numbers make one of a run, which a table shows
     needs_others: bool = False  # whether it is measured only where there are other robots or obstacles
 
 

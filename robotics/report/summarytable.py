@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robotics.experiments.comparison import Comparison, contact_runs, summarise
+from robotics.experiments.comparison import Comparison, contact_runs, summarise, values_of_runs
 from robotics.laws.catalogue import label
 from robotics.measures.evidence import student
 from robotics.measures.leading import Lead, lead
@@ -49,7 +49,7 @@ def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
     touched = [count > 0 for count, _ in contacts] or [False] * len(names)
     for metric, about in metrics_of(setting.kind, setting.has_others).items():
         numbers = summary.loc[metric].loc[names, ["mean", "low", "high"]].to_numpy(dtype=float)
-        by_seed = {n: table.loc[table["controller"] == n].groupby("seed")[metric].mean().to_numpy() for n in names}
+        by_seed = {n: values_of_runs(table[table["controller"] == n], metric) for n in names}
         factor, unit = scale(about.unit, numbers[:, 0])
         marks = [""] * len(names) if about.larger else _marks(list(by_seed.values()), numbers[:, 0], touched)
         cells = [
@@ -68,7 +68,7 @@ def comparison_leads(comparison: Comparison) -> list[Lead]:
         metric, about = next(item for item in headlines(scenario.kind).items() if not item[1].larger)
         table = comparison.table[comparison.table["scenario"] == scenario.name]
         by_law = {name: table[table["controller"] == name] for name in comparison.controllers}
-        values = {name: rows.groupby("seed")[metric].mean().to_numpy() for name, rows in by_law.items()}
+        values = {name: values_of_runs(rows, metric) for name, rows in by_law.items()}
         contacts = {name: contact_runs(table, scenario.name, name)[0] for name in by_law}
         found.append(lead(scenario.name, about.short or about.title, about.unit, values, contacts))
     return found

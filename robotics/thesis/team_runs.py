@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from robotics.experiments.lemma import LemmaCondition, judge_lemma
 from robotics.experiments.recovery import Recovery, recovery_curve
 from robotics.experiments.scaling import Scaling
 from robotics.laws.catalogue import make_controller
@@ -53,6 +54,7 @@ TESTS = ("unequal-lengths", "start-off-paths")
 OUTAGES = (5.0, 10.0, 15.0, 20.0, 25.0)  # s: the lengths of the outages
 RECOVERERS = ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure")
 DECIDED = {"outage of 15 s": 15.0, "outage of 20 s": 20.0}  # as claims call them
+LEMMA = "lemma 4.1"
 HELD_UP = "ahead-and-behind, robot 1 held up"
 HELD = (Fault(robot=1, kind="stall", start=15.0, duration=5.0),)
 SIZES, LOSSES = (10, 20, 50), (0.0, 0.3)
@@ -71,6 +73,7 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
         *experiments_of(wanted, seeds),
         *experiments_of([need for need in shown if need not in wanted], seeds[:FEW]),
         *(Experiment(need, partial(_held_up, need, seeds)) for need in wanted if need.on == HELD_UP),
+        Experiment((LEMMA,), judge_lemma),
         *(
             Experiment(
                 ("recovery", law, o),
@@ -86,8 +89,18 @@ def values(results: Results, need: Needed, quantity: str, robots: str) -> np.nda
     """The numbers of a law's seeds that claims ask for, from the results of :func:`experiments`."""
     if need.on in DECIDED:
         return np.asarray(results["recovery", need.of, DECIDED[need.on]].recovered)
+    if need.on == LEMMA:
+        return np.array([_share_of_bound(results[LEMMA,], need.of.removeprefix("condition "))])
     found = results[need]
     return found if isinstance(found, np.ndarray) else measured(found, quantity, robots)
+
+
+def _share_of_bound(conditions: Sequence[LemmaCondition], name: str) -> float:
+    """The worst value of a condition over its printed constant; of a lower bound inversely. It must not exceed 1."""
+    found = next(c for c in conditions if c.name == name)
+    if name in ("1 lower", "3"):
+        return found.printed / found.worst if found.worst > 0 else np.inf
+    return found.worst / found.printed
 
 
 def _held_up(need: Needed, seeds: Sequence[int]) -> np.ndarray:

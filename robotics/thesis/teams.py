@@ -1,6 +1,7 @@
 """The report's chapter on teams: graph, virtual structure, fuzzy cooperation; thesis 3, 4, 5.3 and 5.4."""
 
 from functools import partial
+from itertools import zip_longest
 
 from robotics.experiments.recovery import Recovery
 from robotics.experiments.scaling import Scaling
@@ -8,6 +9,7 @@ from robotics.figures.recovery import plot_recovery, plot_scaling
 from robotics.figures.run import plot_run
 from robotics.figures.states import plot_states
 from robotics.laws.catalogue import label
+from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.measures.evidence import mean_of, rate_of
 from robotics.measures.leading import Lead, lead
 from robotics.playback.player import player_fragment
@@ -75,12 +77,12 @@ def chapter_of(results: Results) -> Chapter:
             "“As printed” laws are run as the thesis prints them; the others correct what its errata name.",
         ),
         [_experiments(results), *(_duel(results, test) for test in TESTS)],
-        [_recovery(results), _scaling(results)],
+        [_table_5_6(), _recovery(results), _scaling(results)],
         _pictures(results),
         judged("teams", partial(values, results)),
         [_film(results, *item) for item in FILMS],
         [_lead(results, test) for test in TESTS],
-        "Recovery and scaling in numbers",
+        "Rules, recovery and scaling in numbers",
     )
 
 
@@ -93,6 +95,18 @@ def _lead(results: Results, test: str) -> Lead:
 def _film(results: Results, scenario: str, law: str) -> Film:
     run = results[Needed(scenario, law, False)]
     return Film(f"To play: {load_scenario(scenario).title}; {label(law)}.", partial(player_fragment, run))
+
+
+def _table_5_6() -> Grid:
+    printed, flown = (load_rule_base(name) for name in ("tracking-literal", "tracking"))
+    rows = [
+        (str(n), *map(str, pair)) for n, pair in enumerate(zip_longest(printed.rules, flown.rules, fillvalue=""), 1)
+    ]
+    return Grid(
+        "Table 5.6: the rules as printed, and as flown here, where rule 11 lets a robot that faces away turn.",
+        ("rule", "as printed", "as flown here"),
+        rows,
+    )
 
 
 def _experiments(results: Results) -> Grid:
