@@ -2,23 +2,26 @@
 
 from collections.abc import Callable
 from functools import wraps
+from typing import TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from robotics.simulation.run import Run
 
+Found = TypeVar("Found")
 
-def once_a_run(measure: Callable[[Run], np.ndarray]) -> Callable[[Run], np.ndarray]:
-    """A measure, which depends on nothing but the run, that is computed once for each run; its arrays are read-only."""
-    kept: WeakKeyDictionary[Run, np.ndarray] = WeakKeyDictionary()
+
+def once_a_run(measure: Callable[[Run], Found]) -> Callable[[Run], Found]:
+    """A measure, which depends on nothing but the run, that is computed once for each run; an array is read-only."""
+    kept: WeakKeyDictionary[Run, Found] = WeakKeyDictionary()
 
     @wraps(measure)
-    def measured(run: Run) -> np.ndarray:
-        found = kept.get(run)
-        if found is None:
+    def measured(run: Run) -> Found:
+        if run not in kept:
             found = kept[run] = measure(run)
-            found.flags.writeable = False
-        return found
+            if isinstance(found, np.ndarray):
+                found.flags.writeable = False
+        return kept[run]
 
     return measured

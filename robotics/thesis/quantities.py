@@ -1,7 +1,6 @@
 """The quantities that decide claims: functions from a run to one number for each seed and robot."""
 
 from collections.abc import Callable, Mapping
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +8,7 @@ import numpy as np
 from robotics.measures.arrival import arrival_time, spread
 from robotics.measures.avoidance import left_behind_times, off_path_times, standing_times
 from robotics.measures.contacts import Judgement, can_touch, judge, until_contact
+from robotics.measures.once import once_a_run
 from robotics.measures.progress import true_progress
 from robotics.measures.registry import ALL_METRICS
 from robotics.measures.tracking import cross_track_error, same_for_all, settling_time
@@ -60,7 +60,7 @@ def _short_of_goal(run: Run) -> np.ndarray:
     return np.asarray((1 - np.nanmax(true_progress(run), axis=-1)) * lengths)
 
 
-@lru_cache(maxsize=2)
+@once_a_run
 def _judged(run: Run) -> tuple[Judgement, Run]:
     """The contacts of a run, and what counts of it."""
     found = judge(run)

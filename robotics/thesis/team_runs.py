@@ -26,19 +26,18 @@ from robotics.thesis.quantities import measured, timetable_error
 
 # Scenario and controllers of every experiment; the first is the one that is drawn
 EXPERIMENTS: dict[str, tuple[str, ...]] = {
-    "ahead-and-behind": ("graph-esm", "graph-esm:realisation=torque", "graph-esm-thesis", "graph-esm-literal"),
-    "concentric-circles": ("virtual-structure-measured", "virtual-structure-virtual", "virtual-structure-thesis"),
-    "crossing-in-turn": ("virtual-structure-measured", "virtual-structure-virtual", "virtual-structure-thesis"),
+    "ahead-and-behind": ("graph-esm", "graph-esm-thesis", "graph-esm-literal"),
+    "concentric-circles": ("virtual-structure-measured", "virtual-structure-thesis"),
+    "crossing-in-turn": ("virtual-structure-measured", "virtual-structure-thesis"),
     "noisy-position": ("virtual-structure-virtual", "virtual-structure-thesis"),
     "outage-10s": (
         "virtual-structure-virtual",
         "virtual-structure-thesis",
         "virtual-structure-measured",
         "virtual-structure",
-        "virtual-structure:catch_up=1.5",
         "cooperation",
     ),
-    "outage-20s": ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure"),
+    "outage-20s": ("virtual-structure-thesis", "virtual-structure"),
     "unequal-lengths": ("cooperation", "cooperation-literal"),
     "start-off-paths": ("cooperation", "cooperation-literal"),
 }
