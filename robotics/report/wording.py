@@ -5,6 +5,7 @@ from math import floor, isfinite, log10
 from robotics.laws.catalogue import law_title
 from robotics.measures.evidence import Estimate, Part
 
+_FINEST = 6  # decimal places: what is smaller is written with its power of ten
 _PREFIXED = ("m", "rad", "m/s", "rad/s")  # units that may take the prefix milli
 
 
@@ -26,7 +27,7 @@ def shown(estimate: Estimate, unit: str, *, signed: bool = False) -> str:
     # Two digits of the interval, but no more than four of the number; three where there is no interval.
     places = min(_places(half, 2), _places(value, 4)) if told else _places(value, 3)
     text = ("+" if signed and value > 0 else "") + plain(value, places)
-    if told and float(plain(half, places)) > 0:
+    if told and round(half, places) > 0:
         text += f" ± {plain(half, places)}"
     return text + _after(unit)
 
@@ -69,10 +70,12 @@ def _after(unit: str) -> str:
 
 def _places(value: float, digits: int) -> int:
     """Decimal places, 0 to 6, that show that many significant ``digits`` of ``value``."""
-    return 0 if value == 0 else min(max(digits - 1 - floor(log10(abs(value))), 0), 6)
+    return 0 if value == 0 else min(max(digits - 1 - floor(log10(abs(value))), 0), _FINEST)
 
 
 def plain(value: float, places: int) -> str:
     """A number with so many decimal places, and one kind of minus sign; there is no minus zero."""
     text = f"{value:.{places}f}"
+    if value and float(text) == 0 and places == _FINEST:
+        return f"{value:.0e}".replace("-", "−")
     return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")

@@ -114,6 +114,8 @@ def test_sentences_follow_the_numbers() -> None:
         (Estimate(np.inf, np.inf, np.inf, 20), "m", "without bound"),
         (exact(12.345), "s", "12.3 s"),
         (exact(-0.0), "m", "0 m"),
+        (exact(3e-11), "", "3e−11"),
+        (Estimate(3e-11, 2e-11, 4e-11, 20), "", "3e−11"),
         (Estimate(-1.5, -1.6, -1.4, 20), "", "−1.50 ± 0.10"),
         (Estimate(2.5, 2.5, 2.5, 20), "s", "2.50 s"),
     ],
