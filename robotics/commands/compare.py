@@ -157,6 +157,7 @@ def _print_study(study: "Study") -> None:
     from robotics.experiments.comparison import contact_runs
     from robotics.laws.catalogue import label
     from robotics.measures.registry import headlines
+    from robotics.report.wording import sentence
 
     comparison, summary = study.comparison, study.summary
     # A pipe has no width of its own: wide enough that no number is cut.
@@ -184,7 +185,9 @@ def _print_study(study: "Study") -> None:
     if any(row["with_contact"] for row in _contacts(study)):
         print(UNTIL_CONTACT)
     for claim in study.claims:
-        print(f"\n{claim.name} ({claim.source}): {claim.verdict.upper()}\n  {claim.measured}")
+        print(f"\n{claim.name} ({claim.source}): {claim.verdict.upper()}")
+        for part in claim.parts:
+            print(f"  {part.form}: {sentence(part)}")
     print(f"\n{study.shown}")
 
 

@@ -80,7 +80,7 @@ def import_ahead(modules: Sequence[str]) -> None:
     """Let the server that makes later :func:`processes` begin to import their modules, while this process goes on."""
     if _FORKSERVER in multiprocessing.get_all_start_methods():
         multiprocessing.set_forkserver_preload(list(modules))
-        with _environment(dict.fromkeys(THREADS, "1")), _uninterrupted():
+        with _environment(dict.fromkeys(THREADS, "1")), uninterrupted():
             forkserver.ensure_running()
 
 
@@ -88,13 +88,13 @@ class _Processes(ProcessPoolExecutor):
     """A pool whose processes are started with Ctrl-C blocked, because this process answers it."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        with _uninterrupted():
+        with uninterrupted():
             return super().submit(fn, *args, **kwargs)
 
 
 @contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Block Ctrl-C, for processes that are started meanwhile."""
+def uninterrupted() -> Iterator[None]:
+    """Put off Ctrl-C: it acts when the block is done, and not at all on processes that are started in it."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

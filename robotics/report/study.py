@@ -13,6 +13,7 @@ from fuzzy.files.atomic import replacing
 from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin
 from robotics.experiments.comparison import Comparison, check_comparison, compare, summarise
+from robotics.experiments.executors import uninterrupted
 from robotics.experiments.versions import versions
 from robotics.laws.catalogue import gains_of, make_controller
 from robotics.report.chapter import Chapter, Claim
@@ -70,8 +71,9 @@ def write_study(
     _write_configuration(folder, scenarios, specifications, seeds)
 
     def keep(rows: pd.DataFrame) -> None:
-        write_frame(rows, folder / "results.csv")
-        kept(len(rows))
+        with uninterrupted():  # what is said to be kept is what was written
+            write_frame(rows, folder / "results.csv")
+            kept(len(rows))
 
     # Matrices here are small: with more threads they wait for each other, and last digits depend on the machine.
     with (

@@ -135,6 +135,7 @@ def test_another_outcome_gives_another_verdict(avoidance_results: dict[Any, Any]
     assert [p.estimate.value for p in after["The crash avoidance is accurate"].parts] == [1.0] * 4
 
 
+@pytest.mark.long
 def test_numbers_are_recomputed_by_code_that_shares_nothing(avoidance_results: dict[Any, Any], tmp_path: Path) -> None:
     check_recomputed(avoidance_results, chapter_of(avoidance_results).claims, tmp_path, least=30)
 
