@@ -56,7 +56,7 @@ DECIDED = {"outage of 15 s": 15.0, "outage of 20 s": 20.0}  # as claims call the
 LEMMA = "lemma 4.1"
 HELD_UP = "ahead-and-behind, robot 1 held up"
 HELD = (Fault(robot=1, kind="stall", start=15.0, duration=5.0),)
-SIZES, LOSSES = (10, 20, 50), (0.0, 0.3)
+SIZES, LOSSES = (10, 20, 40), (0.0, 0.3)
 FEW = 5  # seeds of what is shown beside, and decides nothing
 
 Results = Mapping[Any, Any]

@@ -240,7 +240,7 @@ def _pictures(results: Results) -> list[Picture]:
     pictures.append(
         Picture(
             "team-scaling",
-            "Random teams of 10, 20 and 50 robots: spread and delay of the arrivals on a radio that loses messages.",
+            "Random teams of 10, 20 and 40 robots: spread and delay of the arrivals on a radio that loses messages.",
             "Spread and delay of arrivals over the number of robots for three shares of lost messages.",
             partial(plot_scaling, _scalings(results)),
         )

@@ -73,10 +73,11 @@ _SWEEP = [_Condition(*c) for c in product((0.5, 1.0), (0.2, 0.3, 0.4), (0.02, 0.
 def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     """The experiments of the chapter, with ``effort.seeds`` seeds from ``seed`` on; ``folder`` does not matter."""
     wanted, seeds = needed("tracking"), effort.row(seed)
+    shared = range(seed, seed + -(-effort.trials // len(_SWEEP)))  # all conditions together are the runs of a rate
     return [
         *experiments_of([*wanted, *(Needed(TABLE, mode, False) for mode in MODES)], seeds),
         *(Experiment(need, partial(_started_on_it, need, seeds)) for need in wanted if need.on == ON_THE_SINE),
-        *(Experiment((CONDITIONS, r, m), partial(_swept, r, m, seeds)) for r in REALISATIONS for m in MODES),
+        *(Experiment((CONDITIONS, r, m), partial(_swept, r, m, shared)) for r in REALISATIONS for m in MODES),
         *(Experiment(need, partial(_placed, need.of, seed, effort.trials)) for need in wanted if need.on == STARTS),
     ]
 
