@@ -307,7 +307,7 @@ def left(run: SavedRun) -> Array:
 def lead(run: SavedRun) -> tuple[Array, Array]:
     """Of a formation: the leader's x minus the followers' mean, and the sample at which the leader ends."""
     x = run["x"]
-    there = x[:, 0] >= run.paths[0][-1, 0]
+    there = x[:, 0] >= run.paths[0][-1, 0] - 0.01
     return x[:, 0] - x[:, 1:].mean(axis=1), np.where(there.any(-1), np.argmax(there, -1), -1)
 
 
