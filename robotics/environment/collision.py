@@ -216,14 +216,18 @@ def rectangles_meet(dx, dy, heading, other, size, other_size):  # type: ignore[n
 
 @kernel
 def rectangle_gap(dx, dy, heading, other, size, other_size):  # type: ignore[no-untyped-def]
-    """The distance [m] between two rectangles, 0 in contact; the arguments are as of :func:`rectangles_meet`.
+    """The distance [m] between two rectangles, 0 in contact; the arguments are as of :func:`rectangles_meet`."""
+    if rectangles_meet(dx, dy, heading, other, size, other_size):
+        return 0.0
+    return corner_gap(dx, dy, np.cos(heading), np.sin(heading), np.cos(other), np.sin(other), size, other_size)
+
+
+@kernel
+def corner_gap(dx, dy, c, s, cc, ss, size, other_size):  # type: ignore[no-untyped-def]
+    """The distance [m] between two rectangles that are apart, from cosines and sines of both headings.
 
     The distance of two convex polygons that are apart is that of a corner of one from the other.
     """
-    if rectangles_meet(dx, dy, heading, other, size, other_size):
-        return 0.0
-    c, s = np.cos(heading), np.sin(heading)
-    cc, ss = np.cos(other), np.sin(other)
     least = np.inf
     for along in (-1.0, 1.0):
         for across in (-1.0, 1.0):

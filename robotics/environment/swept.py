@@ -21,7 +21,7 @@ from typing import Any, Self
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.environment.collision import footprints, point_gap, segment_gap, segment_meets
+from robotics.environment.collision import corner_gap, footprints, segment_gap, segment_meets
 from robotics.environment.world import CLOSED, FIRST, NUMBER, OWNER, Geometry
 from robotics.vehicle.robot import Robot
 
@@ -211,17 +211,7 @@ def rectangle_clearance(dx, dy, heading, other, size, other_size):  # type: igno
     )
     if apart <= 0:
         return apart
-    # The distance of two convex polygons that are apart is that of a corner of one from the other.
-    least = np.inf
-    for along in (-1.0, 1.0):
-        for across in (-1.0, 1.0):
-            u, v = along * other_size[0], across * other_size[1]
-            px, py = dx + cc * u - ss * v, dy + ss * u + cc * v
-            least = min(least, point_gap(c * px + s * py, c * py - s * px, size))
-            u, v = along * size[0], across * size[1]
-            px, py = c * u - s * v - dx, s * u + c * v - dy
-            least = min(least, point_gap(cc * px + ss * py, cc * py - ss * px, other_size))
-    return least
+    return corner_gap(dx, dy, c, s, cc, ss, size, other_size)
 
 
 @kernel
