@@ -11,6 +11,7 @@ import numpy as np
 
 from robotics.environment.swept import END, RUN, START, Watch, pose_between
 from robotics.environment.world import FIRST, NUMBER, OWNER, Geometry
+from robotics.measures.once import once_a_run
 from robotics.measures.tracking import KINDS, Metric
 from robotics.simulation.run import Run
 
@@ -51,6 +52,7 @@ def can_touch(run: Run) -> bool:
     return len(run.about.robots) > 1 or run.obstacles is not None
 
 
+@once_a_run
 def judge(run: Run) -> Judgement:
     """Find all contacts and clearances of a run's seeds, in one compiled pass."""
     *_, (watch, episodes) = _watched(run, len(run.time))

@@ -49,6 +49,6 @@ def measure_all(run: Run) -> dict[str, np.ndarray]:
     wanted = metrics_of(run.about.kind, can_touch(run))
     if not can_touch(run):
         return {name: metric.measure(laid) for name, metric in wanted.items()}
-    judged = judge(laid)
+    judged = judge(run)
     whole, counted = judged.measured(), until_contact(laid, judged.first)
     return {name: whole[name] if name in whole else metric.measure(counted) for name, metric in wanted.items()}

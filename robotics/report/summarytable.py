@@ -9,6 +9,7 @@ from robotics.laws.catalogue import label
 from robotics.measures.evidence import student
 from robotics.measures.leading import Lead, lead
 from robotics.measures.registry import headlines, metrics_of
+from robotics.report.wording import places_of
 
 _PREFIXED = ("m", "rad", "m/s")  # units that may take the prefix milli
 
@@ -90,19 +91,12 @@ def _cell(numbers: np.ndarray, never: int, seeds: int, mark: str) -> Cell:
         return Cell("no sample", "", mark)
     half = (high - low) / 2
     if not np.isfinite(half):
-        return Cell(_rounded(mean, _places(mean, 3)), "", mark)
+        return Cell(_rounded(mean, places_of(mean, 3)), "", mark)
     if half <= 1e-6 * abs(mean):  # all seeds gave the same
-        return Cell(_rounded(mean, _places(mean, 3)), "0", mark)
+        return Cell(_rounded(mean, places_of(mean, 3)), "0", mark)
     # As many places as give the interval's half width two digits, and the mean at least two.
-    places = max(_places(half, 2), _places(mean, 2))
+    places = max(places_of(half, 2), places_of(mean, 2))
     return Cell(_rounded(mean, places), _rounded(half, places), mark)
-
-
-def _places(value: float, digits: int) -> int:
-    """Decimal places that show that many significant ``digits`` of ``value``, from 0 to 6."""
-    if value == 0:
-        return 0
-    return int(np.clip(digits - 1 - np.floor(np.log10(abs(value))), 0, 6))
 
 
 def _rounded(value: float, places: int) -> str:

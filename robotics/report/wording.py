@@ -25,7 +25,7 @@ def shown(estimate: Estimate, unit: str, *, signed: bool = False) -> str:
     value, half = factor * estimate.value, factor * (estimate.high - estimate.low) / 2
     told = isfinite(half) and half > 1e-6 * abs(value)
     # Two digits of the interval, but no more than four of the number; three where there is no interval.
-    places = min(_places(half, 2), _places(value, 4)) if told else _places(value, 3)
+    places = min(places_of(half, 2), places_of(value, 4)) if told else places_of(value, 3)
     text = ("+" if signed and value > 0 else "") + plain(value, places)
     if told and round(half, places) > 0:
         text += f" ± {plain(half, places)}"
@@ -68,7 +68,7 @@ def _after(unit: str) -> str:
     return f" {unit}" if unit not in ("", "1") and "," not in unit else ""
 
 
-def _places(value: float, digits: int) -> int:
+def places_of(value: float, digits: int) -> int:
     """Decimal places, 0 to 6, that show that many significant ``digits`` of ``value``."""
     return 0 if value == 0 else min(max(digits - 1 - floor(log10(abs(value))), 0), _FINEST)
 
