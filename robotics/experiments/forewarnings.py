@@ -53,7 +53,7 @@ def crossing_forewarnings(law: Law[Any], name: str, kind: Literal["A", "B"]) -> 
 
 def blind(setting: Setting, law: Law[Any], name: str) -> list[str]:
     """A sentence if ``law``, called ``name``, senses no obstacles where there are some."""
-    if setting.world is None or law.needs:
+    if setting.world is None or law.looks:
         return []
     rest = setting.world.rest
     count = len(np.unique(rest.bodies[0, : rest.counts[0], -1]))

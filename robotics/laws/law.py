@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 import numpy as np
 
 from fuzzy.errors import InputError
+from fuzzy.system import Sugeno
 from robotics.laws.modes import StateDiagram
 from robotics.laws.setting import Setting
 from robotics.paths.references import References
@@ -56,6 +57,9 @@ class Command(NamedTuple):
     progress: np.ndarray | None = None  # (runs, robots) the law's own path parameter, from 0 to 1
     refused: np.ndarray | None = None  # (runs,) bool: the law knows no safe way, and the robots stay where they are
     mode: np.ndarray | None = None  # (runs, robots) int: each robot's mode, an index of robotics.laws.modes.MODES
+    # (inputs, runs, robots): the inputs of all of the law's rule bases, in the order of Law.fuzzy_systems and of each
+    inputs: np.ndarray | None = None
+    guarded: np.ndarray | None = None  # (runs, robots) bool: the emergency rule overrode what the law wanted
 
 
 class Law(ABC, Generic[Memory]):
@@ -72,9 +76,27 @@ class Law(ABC, Generic[Memory]):
             if not name.startswith("_") and (close := get_close_matches(name, own, n=1, cutoff=0.85)):
                 raise TypeError(f"{cls.__name__}.{name} is no part of a law; is {close[0]} meant?")
 
-    message: ClassVar[tuple[str, ...]] = ()  # the names of the values that each robot broadcasts
-    needs: ClassVar[tuple[str, ...]] = ()  # the names of the range sensors that each robot must carry
     yields: ClassVar[bool] = False  # whether it keeps robots clear of each other
+
+    @property
+    def message(self) -> tuple[str, ...]:
+        """The names of the values that each robot broadcasts."""
+        return ()
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The names of the range sensors that each robot must carry."""
+        return ()
+
+    @property
+    def looks(self) -> bool:
+        """Whether it uses what range sensors read; those that it needs, or whatever a robot carries."""
+        return bool(self.needs)
+
+    @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """The rule bases that make its commands, by the name of their task; their inputs are ``Command.inputs``."""
+        return {}
 
     @property
     def level(self) -> Level:

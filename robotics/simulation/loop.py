@@ -91,7 +91,7 @@ class Simulation:
         steps = round(setting.period / p.STEP)
         generators = [np.random.default_rng(seed) for seed in seeds]
         begin = _start(setting, generators)
-        looks = law.needs and setting.world is not None
+        looks = law.looks and setting.world is not None and any(setting.sensors)
         if faults is None and setting.faults:
             faults = Faults.drawn(setting.faults, robots, seeds)
         return cls(
