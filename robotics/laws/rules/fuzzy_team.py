@@ -145,7 +145,7 @@ class FuzzyTeam(Law[_Memory]):
         if seen.heard.fields:
             theirs = seen.heard.now("clock", by="pace") + dt * np.maximum(seen.heard["pace"], 1.0)
             clock = np.minimum(clock, smallest_heard(clock, theirs, seen.heard.hears))
-        after = Recall(now.place, message["speed"], clock, pace, now.best, now.stuck, side, now.clear, yields)
+        after = Recall(now.place, message["speed"], clock, pace, now.best, now.stuck, side, now.clear, yields, now.lean)
         mode = np.where(yields > 0.5, YIELD, np.where(mu_o > mu_t, np.where(now.stuck > 6, FOLLOW, AVOID), TRACK))
         due = now.due
         moving = due._replace(v=due.v * pace, w=due.w * pace)

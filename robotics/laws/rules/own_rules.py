@@ -141,7 +141,7 @@ class OwnRules(FuzzyTracking):
             )
         side = recall.side + dt / SIDE_TIME * (way * said.get("keep", np.zeros_like(v)) - recall.side)
         rate = (now.place - recall.place) / dt
-        after = Recall(now.place, rate, clock, pace, now.best, now.stuck, side, now.clear, np.zeros_like(v))
+        after = Recall(now.place, rate, clock, pace, now.best, now.stuck, side, now.clear, np.zeros_like(v), now.lean)
         told = {"place": now.place, "speed": rate, "clock": time, "pace": pace, "yields": after.yields}
         message = {**told, "stuck": now.stuck, **whereabouts(seen)} if self.message else None
         progress = now.paths.share(now.place)

@@ -11,6 +11,8 @@ import numpy as np
 
 from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
+    FRONT_LEFT,
+    FRONT_RIGHT,
     RISE,
     SECTORS,
     Sensors,
@@ -31,6 +33,9 @@ CORRIDOR = 0.1  # m: a standing robot nearer to the path than this beyond both c
 WAY = 1.2  # m of the path ahead that it may stand in the way of
 STANDS = 0.03  # m/s: a robot that is slower stands
 NEAR_END = 0.1  # m: a robot this near to its path's end is parked
+NOTICED = 1.0  # m: with less room ahead it is smoothed where there is more of it
+SMOOTHING = 0.8  # s: the time constant of that
+FARTHEST = 2.0  # m: room beyond is no more room
 NONE = 9.0  # what is told where there is nothing to tell, in the unit of the quantity
 
 
@@ -66,6 +71,7 @@ class Recall(NamedTuple):
     side: np.ndarray  # from -1 to 1: the side that the robot keeps of an obstacle; > 0: it goes round to the left of it
     clear: np.ndarray  # (sectors, runs, robots) m: the clearances, which grow slowly
     yields: np.ndarray  # 0 to 1: how much the robot gives way
+    lean: np.ndarray  # m: how much more room there is ahead on the left than on the right, smoothed
 
     @classmethod
     def start(cls, setting: Setting, runs: int) -> "Recall":
@@ -76,7 +82,7 @@ class Recall(NamedTuple):
         begin = setting.references.at(0.0).s
         near = setting.references.joined.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
         clear = np.full((len(SECTORS), runs, robots), np.inf)
-        return cls(near, zero, zero, zero, near, zero, zero, clear, zero)
+        return cls(near, zero, zero, zero, near, zero, zero, clear, zero, zero)
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,3 +255,11 @@ class Situation:
         if self.fixed.meetings is not None:
             now = np.minimum(now, standing_robots(self.others.gap, self.others.bearing, self.in_the_way))
         return np.minimum(now, self.recall.clear + (RISE * self.dt)[:, None, None])
+
+    @cached_property
+    def lean(self) -> np.ndarray:
+        """How much more room there is ahead on the left than on the right [m], smoothed while something is near."""
+        left, right = (np.minimum(self.clear[sector], FARTHEST) for sector in (FRONT_LEFT, FRONT_RIGHT))
+        now, before = left - right, self.recall.lean
+        near = (np.minimum(left, right) < NOTICED) & (before != 0)
+        return np.where(near, before + self.dt / SMOOTHING * (now - before), now)
