@@ -38,12 +38,14 @@ def find_fis(name: str | os.PathLike[str], known: Mapping[str, Path] | None = No
         known: The files by their names, by default :func:`packaged_fis_files`.
     """
     path = Path(name)
-    if os.path.exists(path) and not path.is_dir():  # noqa: PTH110  Path.exists raises for a name that is too long
+    # Not by Path's methods: these raise OSError for a text that no file can have as its name.
+    folder = os.path.isdir(path)  # noqa: PTH112
+    if os.path.exists(path) and not folder:  # noqa: PTH110
         return path
     known, text = packaged_fis_files() if known is None else known, path.as_posix()
     if text in known:
         return known[text]
-    if path.suffix.lower() == ".fis" or path.is_dir():
+    if path.suffix.lower() == ".fis" or folder:
         bare = text.removesuffix(".fis")
         if bare in known:
             raise FisNameError(f"there is no file {text!r}; the packaged rule base is called {bare!r}, without .fis")

@@ -27,7 +27,7 @@ class Section(StrEnum):
 def list_(
     section: Annotated[
         Section | None,
-        typer.Argument(metavar="[SECTION]", help="scenarios, controllers or rule-bases; all by default."),
+        typer.Argument(metavar="[SECTION]", help="What to list: scenarios, controllers or rule-bases."),
     ] = None,
     json: Json = False,
 ) -> None:

@@ -6,9 +6,10 @@ A scenario's file refers to no other file, and a copy is the original byte for b
 import shlex
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
+from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import replacing
@@ -101,15 +102,16 @@ def _use(original: Original, target: Path) -> str:
     """The command that uses a copy; of a rule base: with the first controller that has it, or its folder, as a gain."""
     if target.suffix == ".toml":
         return f"robotics run {shlex.quote(str(target))}"
-    whole = {each.name for each in original.file.parent.iterdir()} <= {each.name for each in target.parent.iterdir()}
-    for controller in presets():
-        for gain, value in gains_of(make_controller(controller)).items():
-            if value == original.name:
-                return _run(controller, gain, str(target))
-            if whole and "/" in original.name and value == original.name.rpartition("/")[0]:
-                return _run(controller, gain, f"{target.parent.as_posix()}/")
+    values = {original.name: str(target)}
+    if {each.name for each in original.file.parent.iterdir()} <= {each.name for each in target.parent.iterdir()}:
+        values[original.name.rpartition("/")[0]] = f"{target.parent.as_posix()}/"  # the folder, with all that it needs
+    for controller, gain, value in _gains():
+        if value and value in values:
+            return f"robotics run my.toml --controller {shlex.quote(f'{controller}:{gain}={values[value]}')}"
     return f"fuzzy show {shlex.quote(str(target))}"
 
 
-def _run(controller: str, gain: str, value: str) -> str:
-    return f"robotics run my.toml --controller {shlex.quote(f'{controller}:{gain}={value}')}"
+@cache
+def _gains() -> list[tuple[str, str, Any]]:
+    """Every controller of the catalogue with each of its gains and the gain's value."""
+    return [(name, *gain) for name in presets() for gain in gains_of(make_controller(name)).items()]
