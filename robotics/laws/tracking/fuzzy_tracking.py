@@ -31,7 +31,7 @@ With D = 0, as printed, there is nothing of that, and α is 0 nearer to the targ
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -54,7 +54,7 @@ AHEAD = 0.1  # m: a robot that is so far ahead of its target stands by rule 11
 
 
 @dataclass(frozen=True, kw_only=True)
-class FuzzyTracking(Law[None]):
+class FuzzyTracking(Law[Any]):
     """Fuzzy tracking: a rule base, and how its target and its inputs are chosen."""
 
     rule_base: str = "tracking"  # a name of robotics/rulebases, or the path of a .fis file
@@ -70,15 +70,21 @@ class FuzzyTracking(Law[None]):
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
-        fis = load_rule_base(self.rule_base)
+        name = self.tracking_rule_base
+        fis = load_rule_base(name)
         for variable in fis.inputs:
             if variable.name not in INPUTS:
-                raise ControllerError(f"{self.rule_base}: " + expected(variable.name, INPUTS, "tracking input"))
+                raise ControllerError(f"{name}: " + expected(variable.name, INPUTS, "tracking input"))
         if len(fis.outputs) != 2:
-            raise ControllerError(f"{self.rule_base}: a tracking rule base has the outputs v and w, in this order")
+            raise ControllerError(f"{name}: a tracking rule base has the outputs v and w, in this order")
         object.__setattr__(self, "inputs", tuple(INPUTS.index(v.name) for v in fis.inputs))
         object.__setattr__(self, "tracking", compile_sugeno(fis))
         object.__setattr__(self, "turn", compiled_curve(self.lateral_rule_base, "λ", "y_err"))
+
+    @property
+    def tracking_rule_base(self) -> str:
+        """The rule base by which it tracks."""
+        return self.rule_base
 
     @property
     def idle(self) -> frozenset[str]:
@@ -87,10 +93,10 @@ class FuzzyTracking(Law[None]):
         idle |= {"deadband"} if self.steering == "heading" or self.steering_distance >= self.deadband else set()
         return frozenset(idle)
 
-    def init(self, setting: Setting, runs: int) -> None:
+    def init(self, setting: Setting, runs: int) -> Any:
         """Remember nothing."""
 
-    def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
+    def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
         """Drive towards the point ``look_ahead`` seconds from now by (2.35), (2.36)."""
         v, w = self.toward(seen, seen.references.at(seen.time + self.look_ahead))
         return Command(v, w, v, w), None
