@@ -115,7 +115,7 @@ def _rule_base_lines(row: dict[str, Any]) -> list[str]:
 _HEADINGS = {
     Section.scenarios: "Scenarios (a name, or the path of a .toml file)",
     Section.controllers: "Controllers (a name, or name:gain=value,gain=value)",
-    Section.rule_bases: "Rule bases (a name, or the path of a .fis file; `fuzzy show NAME` shows one whole)",
+    Section.rule_bases: "Rule bases (a name, or the path of a .fis file; try `fuzzy show NAME`, `robotics copy NAME`)",
 }
 _ROWS = {Section.scenarios: _scenarios, Section.controllers: _controllers, Section.rule_bases: _rule_bases}
 _LINES = {
