@@ -19,7 +19,7 @@ Thesis 1.8, 5.3 and (6.4)-(6.7), Figs 5.20 and 6.26; there two modes are switche
 Below them stands the emergency rule of :mod:`robotics.laws.rules.emergency`, which knows no rules and no paths.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,9 +32,10 @@ from robotics.laws.rules.emergency import Guard
 from robotics.laws.rules.evaluation import RuleBase
 from robotics.laws.rules.situation import Fixed, Recall, Situation
 from robotics.laws.setting import Setting
-from robotics.laws.teams.cooperation import held
+from robotics.laws.teams.cooperation import JOINING, held
 from robotics.laws.teams.neighbours import OUTAGE, smallest_heard
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
+from robotics.paths.posture import posture_error
 from robotics.quantity import check_quantities, quantity
 
 OUTPUTS = {
@@ -66,6 +67,7 @@ class FuzzyTeam(Law[_Memory]):
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     reach: float = quantity(0.4, "m", above=0)  # the target is no farther ahead of the robot's place
     tracker: FuzzyTracking = field(init=False, repr=False)
+    joiner: FuzzyTracking = field(init=False, repr=False)  # the same for a robot off its path, which steers to it
     bases: dict[str, RuleBase | None] = field(init=False, repr=False, compare=False)
     guard: Guard = field(default_factory=Guard)
 
@@ -76,6 +78,7 @@ class FuzzyTeam(Law[_Memory]):
         check_quantities(self, ControllerError)
         tracking = FuzzyTracking(rule_base="tracking" if self.tracking_rule_base == "none" else self.tracking_rule_base)
         object.__setattr__(self, "tracker", tracking)
+        object.__setattr__(self, "joiner", replace(tracking, steering_distance=0.0))
         bases: dict[str, RuleBase | None] = {}
         for task, outputs in OUTPUTS.items():
             name = getattr(self, f"{task}_rule_base")
@@ -165,8 +168,13 @@ class FuzzyTeam(Law[_Memory]):
     def _tracked(self, now: Situation, pace: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """v [m/s] and ω [rad/s] towards the sample due."""
         ahead = np.minimum(now.recall.clock + self.look_ahead * pace, now.fixed.end)
-        target, behind, _ = held(now.seen, now.seen.references.each_at(ahead), now.place, now.fixed.lengths, self.reach)
+        target, behind, phase = held(now.seen, now.seen.references.each_at(ahead), now.place, now.fixed.lengths, self.reach)
         v, w = self.tracker.toward(now.seen, target, behind)
+        joins = phase == JOINING
+        w = np.where(joins, self.joiner.toward(now.seen, target, behind)[1], w)
+        # Back to its path a robot turns first: at speed it would circle about a target that is beside it.
+        e = posture_error(now.seen.x, now.seen.y, now.seen.heading, target)
+        v = np.where(joins, v * np.clip(np.cos(np.arctan2(e.y, e.x)), 0.0, 1.0), v)
         if self.tracking_rule_base == "none":
             v, w = np.zeros_like(v), np.zeros_like(w)
         return v, w
