@@ -30,7 +30,6 @@ With D = 0, as printed, there is nothing of that, and α is 0 nearer to the targ
 
 import math
 from dataclasses import dataclass, field
-from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
 
@@ -38,7 +37,8 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
-from fuzzy.files.fisfile import parse_fis, read_fis
+from fuzzy.files.fisfile import read_fis
+from fuzzy.files.packaged import FisNameError, find_fis, fis_files, packaged_fis_files
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 from robotics.laws.law import Command, ControllerError, Law, Observation
@@ -48,6 +48,7 @@ from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 
 INPUTS = ("distance", "alpha", "x_err", "heading_err")  # the names of the inputs that a tracking rule base may have
+RULE_BASES = Path(__file__).parents[2] / "rulebases"
 RULE_TIME = 0.4  # s: T of the package's rule bases, v = d_RP / T and ω = 2 α / T
 AHEAD = 0.1  # m: a robot that is so far ahead of its target stands by rule 11
 
@@ -170,20 +171,22 @@ def _known(  # type: ignore[no-untyped-def]
     return known
 
 
-def rule_base_names() -> list[str]:
-    """The names of the rule bases that come with the package."""
-    folder = resources.files("robotics") / "rulebases"
-    return sorted(f.name.removesuffix(".fis") for f in folder.iterdir() if f.name.endswith(".fis"))
+def rule_base_files() -> dict[str, Path]:
+    """The rule bases that come with this package and with others: files by their names, in alphabetical order."""
+    return dict(sorted((packaged_fis_files() | fis_files(RULE_BASES)).items()))
 
 
 def load_rule_base(name: str) -> Sugeno:
-    """Read the package's rule base of that name, or a ``.fis`` file. Raises ControllerError or FisFileError."""
-    if name in rule_base_names():
-        file = resources.files("robotics") / "rulebases" / f"{name}.fis"
-        return parse_fis(file.read_text(encoding="utf-8"), f"{name}.fis")
-    if Path(name).suffix != ".fis":
-        raise ControllerError(expected(name, rule_base_names(), "rule base") + "; or the path of a .fis file")
-    return read_fis(name)
+    """Read the packaged rule base of that name, or a ``.fis`` file. Raises ControllerError or FisFileError.
+
+    A name of this package means its rule base from wherever it is run: a law's default does not change with a file
+    of that name in the present folder.
+    """
+    own = fis_files(RULE_BASES)
+    try:
+        return read_fis(own[name] if name in own else find_fis(name, rule_base_files()))
+    except FisNameError as error:
+        raise ControllerError(str(error)) from None
 
 
 def compiled_curve(name: str, symbol: str, argument: str) -> CompiledSugeno:
