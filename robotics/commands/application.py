@@ -17,6 +17,7 @@ from robotics.commands.certify import certify
 from robotics.commands.compare import compare
 from robotics.commands.copy import copy
 from robotics.commands.dataset import dataset
+from robotics.commands.explain import explain
 from robotics.commands.learn import learn
 from robotics.commands.list import list_
 from robotics.commands.repeat import Stress, repeat
@@ -35,6 +36,7 @@ app.command()(copy)
 app.command("run")(run_)
 app.command()(repeat)
 app.command()(compare)
+app.command()(explain)
 app.command()(learn)
 app.command()(animate)
 app.command()(certify)

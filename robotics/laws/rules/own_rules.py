@@ -94,8 +94,8 @@ class OwnRules(FuzzyTracking):
 
     @property
     def fuzzy_systems(self) -> Mapping[str, Sugeno]:
-        """The rule base."""
-        return {"tracking": self.tracking.fis} if self.own is None else {"own": self.own.fis}
+        """The rule base, or those of tracking."""
+        return super().fuzzy_systems if self.own is None else {"own": self.own.fis}
 
     def init(self, setting: Setting, runs: int) -> Any:
         """Look at the paths. Raises ControllerError where a rule base names a robot that does not exist."""

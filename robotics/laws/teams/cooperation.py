@@ -25,11 +25,13 @@ clock all but stops for a robot that lags by much more than d0. Stability: the l
 of :mod:`robotics.laws.tracking.fuzzy_tracking`; there is no proof for the whole.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numpy as np
 
+from fuzzy.system import Sugeno
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
 from robotics.laws.modes import Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
@@ -125,6 +127,11 @@ class FuzzyCooperation(Law[_Memory]):
         """The choices of the lower level, thesis Fig 5.24."""
         return (REPAIRED_DIAGRAM if self.variant == "repaired" else RULE_11_DIAGRAM,)
 
+    @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """The rule bases of the lower level."""
+        return self.tracker.fuzzy_systems
+
     def init(self, setting: Setting, runs: int) -> _Memory:
         """Set the clocks to 0. Raises ControllerError where the robots are no team, or the graph is not connected."""
         robots = len(setting.robots)
@@ -200,7 +207,7 @@ class FuzzyCooperation(Law[_Memory]):
             behind = None
             ahead = np.cos(seen.heading) * (target.x - seen.x) + np.sin(seen.heading) * (target.y - seen.y)
             phase = np.where(ahead >= 0, FOLLOWING, WAITING)
-        v, w = self.tracker.toward(seen, target, behind, turn)
+        v, w, inputs = self.tracker.toward_with_inputs(seen, target, behind, turn)
         message = {"place": said, "speed": said_rate, "clock": clock, "pace": pace}
         clock = clock + dt * pace
         if self.variant != "literal":
@@ -208,7 +215,7 @@ class FuzzyCooperation(Law[_Memory]):
             clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
         after = memory._replace(clock=clock, pace=pace, place=place, phase=phase)
         moving = due._replace(v=due.v * pace, w=due.w * pace)
-        return Command(v, w, v, w, message, moving, paths.share(place)), after
+        return Command(v, w, v, w, message, moving, paths.share(place), inputs=inputs), after
 
 
 def held(

@@ -29,9 +29,10 @@ With D = 0, as printed, there is nothing of that, and α is 0 nearer to the targ
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -51,6 +52,14 @@ INPUTS = ("distance", "alpha", "x_err", "heading_err")  # the names of the input
 RULE_BASES = Path(__file__).parents[2] / "rulebases"
 RULE_TIME = 0.4  # s: T of the package's rule bases, v = d_RP / T and ω = 2 α / T
 AHEAD = 0.1  # m: a robot that is so far ahead of its target stands by rule 11
+
+
+class Toward(NamedTuple):
+    """What the rule bases of a tracking law answered, and to what."""
+
+    v: np.ndarray  # (runs, robots) m/s
+    w: np.ndarray  # (runs, robots) rad/s
+    inputs: np.ndarray  # (inputs, runs, robots): those of FuzzyTracking.fuzzy_systems
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,13 +102,19 @@ class FuzzyTracking(Law[Any]):
         idle |= {"deadband"} if self.steering == "heading" or self.steering_distance >= self.deadband else set()
         return frozenset(idle)
 
+    @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """The tracking rule base, and λ(y_err) where it acts."""
+        systems = {"tracking": self.tracking.fis}
+        return systems if self.lateral == "none" else systems | {"lateral": self.turn.fis}
+
     def init(self, setting: Setting, runs: int) -> Any:
         """Remember nothing."""
 
     def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
         """Drive towards the point ``look_ahead`` seconds from now by (2.35), (2.36)."""
-        v, w = self.toward(seen, seen.references.at(seen.time + self.look_ahead))
-        return Command(v, w, v, w), None
+        v, w, inputs = self.toward_with_inputs(seen, seen.references.at(seen.time + self.look_ahead))
+        return Command(v, w, v, w, inputs=inputs), None
 
     def toward(
         self,
@@ -110,12 +125,27 @@ class FuzzyTracking(Law[Any]):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return v [m/s] and ω [rad/s], each (runs, robots), by which a robot drives towards a target.
 
+        The arguments are those of :meth:`toward_with_inputs`.
+        """
+        v, w, _ = self.toward_with_inputs(seen, target, x_err, turn)
+        return v, w
+
+    def toward_with_inputs(
+        self,
+        seen: Observation,
+        target: Reference,
+        x_err: np.ndarray | None = None,
+        turn: np.ndarray | None = None,
+    ) -> Toward:
+        """Evaluate the rule bases for robots that drive towards a target.
+
         Args:
             seen: What the robots know.
             target: Each field (robots,) or (runs, robots).
             x_err: How far each robot is behind (runs, robots) [m]; by default the target's x in its frame (5.9).
             turn: Added to α (runs, robots) [rad], such as η of (6.4); none by default.
         """
+        y_err: np.ndarray | None = None
         if self.lateral != "none":
             y_err = target.y - seen.y
             if self.lateral == "path":
@@ -128,7 +158,10 @@ class FuzzyTracking(Law[Any]):
         nearest = self.steering_distance, self.deadband
         known = _known(seen.x, seen.y, seen.heading, *to, x_err, turn, places, *nearest, bearing)
         command = self.tracking(known)
-        return command[..., 0], command[..., 1]
+        inputs = known.transpose(2, 0, 1)
+        if y_err is not None:
+            inputs = np.concatenate([inputs, y_err[None]])
+        return Toward(command[..., 0], command[..., 1], inputs)
 
 
 @kernel
