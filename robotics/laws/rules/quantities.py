@@ -105,9 +105,7 @@ _ROOM = {
     "wall": Quantity("m", "room on the side of the obstacle that the robot goes round", _mirrored(LEFT, RIGHT)),
     "front_wall": Quantity("m", "room ahead on that side", _mirrored(FRONT_LEFT, FRONT_RIGHT)),
     "front_open": Quantity("m", "room ahead on the other side", _mirrored(FRONT_RIGHT, FRONT_LEFT)),
-    "lean": Quantity(
-        "m", "how much more room there is ahead on that other side, smoothed", lambda s: _way(s) * s.lean
-    ),
+    "lean": Quantity("m", "how much more room there is ahead on that other side, smoothed", lambda s: _way(s) * s.lean),
     "path_away": Quantity(
         "rad", "bearing of the path; > 0: away from the obstacle", lambda s: _way(s) * s.path_bearing
     ),
