@@ -30,6 +30,8 @@ from robotics.paths.trajectory import Reference
 
 LOOK_AHEAD = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
 GROWTH = 0.05  # m: a place on the path that has grown by more is progress
+PATIENCE = 20.0  # s without progress: from then on the robot expects less
+RELAXING = 0.03  # m/s: by which it does
 CORRIDOR = 0.1  # m: a standing robot nearer to the path than this beyond both circles is in the way
 WAY = 1.2  # m of the path ahead that it may stand in the way of
 STANDS = 0.03  # m/s: a robot that is slower stands
@@ -168,9 +170,13 @@ class Situation:
 
     @cached_property
     def best(self) -> np.ndarray:
-        """The largest place less the way back to the path [m], updated where it has grown by GROWTH."""
-        net = self.place - self.off
-        return np.where(net > self.recall.best + GROWTH, net, self.recall.best)
+        """The largest place less the way back to the path [m], updated where it has grown by GROWTH.
+
+        A robot that has been stuck for long expects less: else it might go round and round what it cannot leave there.
+        """
+        net, before = self.place - self.off, self.recall.best
+        relaxed = before - np.where(self.recall.stuck > PATIENCE, RELAXING * self.dt, 0.0)
+        return np.where(net > before + GROWTH, net, relaxed)
 
     @cached_property
     def stuck(self) -> np.ndarray:
@@ -252,7 +258,8 @@ class Situation:
             if self.fixed.meetings is not None:
                 them, seen = self.others, self.seen
                 dx, dy = them.x - seen.x[:, :, None], them.y - seen.y[:, :, None]
-                values = without_robots(self.fixed.sensors, seen, values, dx, dy, self.fixed.radii)
+                moves = np.hypot(them.v_x, them.v_y) > STANDS
+                values = without_robots(self.fixed.sensors, seen, values, dx, dy, moves, self.fixed.radii)
             now = sensed(self.fixed.sensors, values)
         if self.fixed.meetings is not None:
             now = np.minimum(now, standing_robots(self.others.gap, self.others.bearing, self.in_the_way))
