@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import TypeVar
 
 from fuzzy.shell.progress import Begin
@@ -56,7 +57,7 @@ def _chunks(seeds: Sequence[int], robots: int, workers: int) -> list[Sequence[in
         count = min(-(-count // workers) * workers, total)
     count = max(count, min(workers, total * robots // FEWEST))
     bounds = [total * k // count for k in range(count + 1)]
-    return [seeds[a:b] for a, b in zip(bounds, bounds[1:], strict=False)]
+    return [seeds[a:b] for a, b in pairwise(bounds)]
 
 
 def _cores() -> int:

@@ -14,14 +14,7 @@ from robotics.laws.catalogue import make_controller
 from robotics.paths.joined import table_length
 from robotics.paths.path import CURVATURE, HEADING, Quintic, X, Y
 from robotics.paths.quintic_table import quintic_table
-
-
-def samples(tables):
-    """(robots, 101, 2): points at equal shares of the lengths."""
-    places = [np.linspace(0, t.shape[1] - 1, 101) for t in tables]
-    return np.array(
-        [[np.interp(p, np.arange(t.shape[1]), t[k]) for k in (0, 1)] for t, p in zip(tables, places, strict=True)]
-    ).swapaxes(1, 2)
+from tests.robotics.experiments.stress.equalprogress import samples
 
 
 @pytest.mark.parametrize(("kind", "robots"), [("A", 3), ("B", 3), ("A", 5), ("B", 5)])
