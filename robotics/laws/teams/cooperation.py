@@ -25,11 +25,13 @@ clock all but stops for a robot that lags by much more than d0. Stability: the l
 of :mod:`robotics.laws.tracking.fuzzy_tracking`; there is no proof for the whole.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numpy as np
 
+from fuzzy.system import Sugeno
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
 from robotics.laws.modes import Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
@@ -125,6 +127,11 @@ class FuzzyCooperation(Law[_Memory]):
         """The choices of the lower level, thesis Fig 5.24."""
         return (REPAIRED_DIAGRAM if self.variant == "repaired" else RULE_11_DIAGRAM,)
 
+    @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """The rule bases of the lower level."""
+        return self.tracker.fuzzy_systems
+
     def init(self, setting: Setting, runs: int) -> _Memory:
         """Set the clocks to 0. Raises ControllerError where the robots are no team, or the graph is not connected."""
         robots = len(setting.robots)
@@ -194,26 +201,13 @@ class FuzzyCooperation(Law[_Memory]):
         # The sample to drive to
         late = self.look_ahead * pace if self.variant == "repaired" else self.look_ahead
         target = seen.references.each_at(np.minimum(clock + late, memory.end))
-        behind: np.ndarray | None = None
-        dx, dy = target.x - seen.x, target.y - seen.y
-        ahead = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy
-        phase = np.where(ahead >= 0, FOLLOWING, WAITING)
         if self.variant == "repaired":
-            near = paths.at(place)
-            off = np.hypot(near.x - seen.x, near.y - seen.y)
-            phase = np.where(target.s >= place, FOLLOWING, WAITING)
-            phase = np.where(off > ON_PATH, JOINING, phase)
-            phase = np.where((target.s >= lengths) & (np.hypot(dx, dy) < AT_END), ARRIVED, phase)
-            over, joining = phase == ARRIVED, phase == JOINING
-            # At the path's end the nearest point is the end from both sides: there the robot's own x tells.
-            behind = np.where(over, np.where(ahead > 0, ahead, -1.0), target.s - place)
-            held = np.minimum(target.s, place + self.reach)
-            # A robot that is ahead of time but off its path drives to the path before it waits.
-            behind = np.where(joining, np.maximum(behind, off), behind)
-            held = np.where(joining, np.maximum(held, place + np.minimum(off, self.reach) / 2), held)
-            point = paths.at(held)
-            target = Reference(point.x, point.y, point.heading, target.v, target.v * point.curvature, held)
-        v, w = self.tracker.toward(seen, target, behind, turn)
+            target, behind, phase = held(seen, target, place, lengths, self.reach)
+        else:
+            behind = None
+            ahead = np.cos(seen.heading) * (target.x - seen.x) + np.sin(seen.heading) * (target.y - seen.y)
+            phase = np.where(ahead >= 0, FOLLOWING, WAITING)
+        v, w, inputs = self.tracker.toward_with_inputs(seen, target, behind, turn)
         message = {"place": said, "speed": said_rate, "clock": clock, "pace": pace}
         clock = clock + dt * pace
         if self.variant != "literal":
@@ -221,4 +215,38 @@ class FuzzyCooperation(Law[_Memory]):
             clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
         after = memory._replace(clock=clock, pace=pace, place=place, phase=phase)
         moving = due._replace(v=due.v * pace, w=due.w * pace)
-        return Command(v, w, v, w, message, moving, paths.share(place)), after
+        return Command(v, w, v, w, message, moving, paths.share(place), inputs=inputs), after
+
+
+def held(
+    seen: Observation, target: Reference, place: np.ndarray, lengths: np.ndarray, reach: float
+) -> tuple[Reference, np.ndarray, np.ndarray]:
+    """Hold the sample due near the robot, along its path; so that it drives to the path before it drives across it.
+
+    Args:
+        seen: What the robots know.
+        target: The samples due, each field (runs, robots).
+        place: The abscissae of the paths' nearest points (runs, robots) [m].
+        lengths: Of the paths [m], (robots,) or (runs, robots).
+        reach: How far ahead of the robot's place the target is at most [m].
+
+    Returns the target, how far it is ahead [m], as rule 11 takes it, and what the robot does: FOLLOWING, WAITING,
+    JOINING or ARRIVED; each (runs, robots).
+    """
+    paths = seen.references.joined
+    near = paths.at(place)
+    off = np.hypot(near.x - seen.x, near.y - seen.y)
+    dx, dy = target.x - seen.x, target.y - seen.y
+    ahead = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy
+    phase = np.where(target.s >= place, FOLLOWING, WAITING)
+    phase = np.where(off > ON_PATH, JOINING, phase)
+    phase = np.where((target.s >= lengths) & (np.hypot(dx, dy) < AT_END), ARRIVED, phase)
+    over, joining = phase == ARRIVED, phase == JOINING
+    # At the path's end the nearest point is the end from both sides: there the robot's own x tells.
+    behind = np.where(over, np.where(ahead > 0, ahead, -1.0), target.s - place)
+    at = np.minimum(target.s, place + reach)
+    # A robot that is ahead of time but off its path drives to the path before it waits.
+    behind = np.where(joining, np.maximum(behind, off), behind)
+    at = np.where(joining, np.maximum(at, place + np.minimum(off, reach) / 2), at)
+    point = paths.at(at)
+    return Reference(point.x, point.y, point.heading, target.v, target.v * point.curvature, at), behind, phase
