@@ -10,7 +10,7 @@ from robotics.experiments.executors import processes
 from robotics.experiments.stress.outcome import StressOutcome, joined
 
 CHUNK, MOST = 600, 20_000  # robots, and pairs of robots, that one pass simulates at most
-FEWEST = 90  # robots for which a process of its own pays
+FEWEST = 60  # robots for which a process of its own pays
 _PRELOAD = (
     "robotics.experiments.stress.crossing_runs",
     "robotics.experiments.stress.obstaclecourse",
