@@ -82,6 +82,8 @@ RECORDS: dict[str, Record] = {
     "links": Record(axes=("sample", "run", "robot", "sender"), of=_ages, dtype=np.float32),
     # codes of robotics.laws.modes.MODES
     "modes": Record(axes=("sample", "run", "robot"), of=lambda s: s.command.mode, dtype=np.int8, stopped=STOPPED),
+    # whether the emergency rule overrode what the law wanted
+    "guarded": Record(axes=("sample", "run", "robot"), of=lambda s: s.command.guarded, dtype=np.bool_, stopped=False),
     # m: readings of the range sensors, those of robotics.sensing.carried.sensor_names
     "ranges": Record(
         axes=("sample", "run", "robot", "sensor"),

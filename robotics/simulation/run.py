@@ -103,6 +103,11 @@ class Run:
         return self._values("modes")
 
     @property
+    def guarded(self) -> np.ndarray | None:
+        """Whether the emergency rule acted (samples, runs, robots) bool, or None if the law has no such rule."""
+        return self._values("guarded")
+
+    @property
     def ranges(self) -> np.ndarray | None:
         """The readings of the range sensors [m] (samples, runs, robots, sensors), or None if the law needs none."""
         return self._values("ranges")
@@ -176,6 +181,8 @@ class Run:
         columns |= {name: self[name].ravel() for name in (*CHANNELS, *(TEAM_CHANNELS if self.team is not None else ()))}
         if self.modes is not None:
             columns["mode"] = np.array(MODES)[np.moveaxis(self.modes, 0, -1).ravel()]
+        if self.guarded is not None:
+            columns["guarded"] = np.moveaxis(self.guarded, 0, -1).ravel()
         columns |= {f"{name}_reference": np.tile(self.target(name).ravel(), runs) for name in REFERENCE}
         return pd.DataFrame(columns)
 
