@@ -25,11 +25,13 @@ clock all but stops for a robot that lags by much more than d0. Stability: the l
 of :mod:`robotics.laws.tracking.fuzzy_tracking`; there is no proof for the whole.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numpy as np
 
+from fuzzy.system import Sugeno
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
 from robotics.laws.modes import Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
@@ -121,6 +123,11 @@ class FuzzyCooperation(Law[_Memory]):
         return frozenset(idle.get(self.variant, ()))
 
     @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """Those of the tracking law below."""
+        return self.tracker.fuzzy_systems
+
+    @property
     def diagrams(self) -> tuple[StateDiagram, ...]:
         """The choices of the lower level, thesis Fig 5.24."""
         return (REPAIRED_DIAGRAM if self.variant == "repaired" else RULE_11_DIAGRAM,)
@@ -156,6 +163,7 @@ class FuzzyCooperation(Law[_Memory]):
         dt: float,
         turn: np.ndarray | None = None,
         excused: np.ndarray | None = None,
+        no_lateral: np.ndarray | None = None,
     ) -> tuple[Command, _Memory]:
         """Do as :meth:`control`, with a turn added and some robots excused from the clock.
 
@@ -166,6 +174,7 @@ class FuzzyCooperation(Law[_Memory]):
             turn: Added to α (runs, robots) [rad]; none by default.
             excused: Robots for which the clock does not wait (runs, robots) bool; they broadcast a place that is not a
                 number. None by default.
+            no_lateral: Robots to which λ is not added (runs, robots) bool; none by default.
         """
         heard = seen.heard
         paths, lengths = seen.references.joined, memory.lengths
@@ -213,7 +222,7 @@ class FuzzyCooperation(Law[_Memory]):
             held = np.where(joining, np.maximum(held, place + np.minimum(off, self.reach) / 2), held)
             point = paths.at(held)
             target = Reference(point.x, point.y, point.heading, target.v, target.v * point.curvature, held)
-        v, w = self.tracker.toward(seen, target, behind, turn)
+        v, w, inputs = self.tracker.drive(seen, target, behind, turn, no_lateral)
         message = {"place": said, "speed": said_rate, "clock": clock, "pace": pace}
         clock = clock + dt * pace
         if self.variant != "literal":
@@ -221,4 +230,4 @@ class FuzzyCooperation(Law[_Memory]):
             clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
         after = memory._replace(clock=clock, pace=pace, place=place, phase=phase)
         moving = due._replace(v=due.v * pace, w=due.w * pace)
-        return Command(v, w, v, w, message, moving, paths.share(place)), after
+        return Command(v, w, v, w, message, moving, paths.share(place), inputs=inputs), after

@@ -29,10 +29,11 @@ With D = 0, as printed, there is nothing of that, and α is 0 nearer to the targ
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -50,6 +51,14 @@ from robotics.quantity import check_quantities, quantity
 INPUTS = ("distance", "alpha", "x_err", "heading_err")  # the names of the inputs that a tracking rule base may have
 RULE_TIME = 0.4  # s: T of the package's rule bases, v = d_RP / T and ω = 2 α / T
 AHEAD = 0.1  # m: a robot that is so far ahead of its target stands by rule 11
+
+
+class Drive(NamedTuple):
+    """What the rule bases say, and of what."""
+
+    v: np.ndarray  # (runs, robots) m/s
+    w: np.ndarray  # (runs, robots) rad/s
+    inputs: np.ndarray  # (inputs, runs, robots), as of Command.inputs
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,13 +95,18 @@ class FuzzyTracking(Law[None]):
         idle |= {"deadband"} if self.steering == "heading" or self.steering_distance >= self.deadband else set()
         return frozenset(idle)
 
+    @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """The rule base of Table 5.6, and where it is used that of λ."""
+        return {"tracking": self.tracking.fis} | ({} if self.lateral == "none" else {"lateral": self.turn.fis})
+
     def init(self, setting: Setting, runs: int) -> None:
         """Remember nothing."""
 
     def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
         """Drive towards the point ``look_ahead`` seconds from now by (2.35), (2.36)."""
-        v, w = self.toward(seen, seen.references.at(seen.time + self.look_ahead))
-        return Command(v, w, v, w), None
+        v, w, inputs = self.drive(seen, seen.references.at(seen.time + self.look_ahead))
+        return Command(v, w, v, w, inputs=inputs), None
 
     def toward(
         self,
@@ -101,18 +115,34 @@ class FuzzyTracking(Law[None]):
         x_err: np.ndarray | None = None,
         turn: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return v [m/s] and ω [rad/s], each (runs, robots), by which a robot drives towards a target.
+        """Return v [m/s] and ω [rad/s], each (runs, robots), of :meth:`drive`."""
+        return self.drive(seen, target, x_err, turn)[:2]
+
+    def drive(
+        self,
+        seen: Observation,
+        target: Reference,
+        x_err: np.ndarray | None = None,
+        turn: np.ndarray | None = None,
+        no_lateral: np.ndarray | None = None,
+    ) -> Drive:
+        """Return the command by which a robot drives towards a target, and the inputs of the rule bases.
 
         Args:
             seen: What the robots know.
             target: Each field (robots,) or (runs, robots).
             x_err: How far each robot is behind (runs, robots) [m]; by default the target's x in its frame (5.9).
             turn: Added to α (runs, robots) [rad], such as η of (6.4); none by default.
+            no_lateral: Robots whose y_err is taken as 0, so that λ turns them nowhere (runs, robots) bool; none by
+                default.
         """
+        y_err: np.ndarray | None = None
         if self.lateral != "none":
             y_err = target.y - seen.y
             if self.lateral == "path":
                 y_err = np.cos(target.heading) * y_err - np.sin(target.heading) * (target.x - seen.x)
+            if no_lateral is not None:
+                y_err = np.where(no_lateral, 0.0, y_err)
             lateral = self.turn(y_err[..., None])[..., 0]  # (2.36)
             turn = lateral if turn is None else lateral + turn
         robots = seen.x.shape[-1]
@@ -121,7 +151,10 @@ class FuzzyTracking(Law[None]):
         nearest = self.steering_distance, self.deadband
         known = _known(seen.x, seen.y, seen.heading, *to, x_err, turn, places, *nearest, bearing)
         command = self.tracking(known)
-        return command[..., 0], command[..., 1]
+        inputs = np.moveaxis(known, -1, 0)
+        if y_err is not None:
+            inputs = np.concatenate([inputs, y_err[None]])
+        return Drive(command[..., 0], command[..., 1], inputs)
 
 
 @kernel
