@@ -12,6 +12,7 @@ from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.formation.leader_follower import FormationTeacher, LeaderFollower
 from robotics.laws.law import ControllerError, Law
+from robotics.laws.rules.fuzzy_team import FuzzyTeam
 from robotics.laws.setting import Kind
 from robotics.laws.teams.cooperation import FuzzyCooperation
 from robotics.laws.teams.graph_sliding_mode import GraphSlidingMode
@@ -150,6 +151,9 @@ CATALOGUE: dict[str, Preset] = {
         "Crash avoidance, yielding",
         "(6.4), (6.5) with a clock that does not wait for robots that yield",
         "team",
+    ),
+    "fuzzy-team": Preset(
+        FuzzyTeam, {}, "Fuzzy team", "five rule bases: tracking, cooperation, crash, obstacles, and who decides", "team"
     ),
     "obstacles": Preset(
         ObstacleAvoidance, {}, "Obstacle avoidance", "the side kept, then along the wall; thesis 6.2 otherwise", "team"

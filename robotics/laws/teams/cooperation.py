@@ -203,25 +203,12 @@ class FuzzyCooperation(Law[_Memory]):
         # The sample to drive to
         late = self.look_ahead * pace if self.variant == "repaired" else self.look_ahead
         target = seen.references.each_at(np.minimum(clock + late, memory.end))
-        behind: np.ndarray | None = None
-        dx, dy = target.x - seen.x, target.y - seen.y
-        ahead = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy
-        phase = np.where(ahead >= 0, FOLLOWING, WAITING)
         if self.variant == "repaired":
-            near = paths.at(place)
-            off = np.hypot(near.x - seen.x, near.y - seen.y)
-            phase = np.where(target.s >= place, FOLLOWING, WAITING)
-            phase = np.where(off > ON_PATH, JOINING, phase)
-            phase = np.where((target.s >= lengths) & (np.hypot(dx, dy) < AT_END), ARRIVED, phase)
-            over, joining = phase == ARRIVED, phase == JOINING
-            # At the path's end the nearest point is the end from both sides: there the robot's own x tells.
-            behind = np.where(over, np.where(ahead > 0, ahead, -1.0), target.s - place)
-            held = np.minimum(target.s, place + self.reach)
-            # A robot that is ahead of time but off its path drives to the path before it waits.
-            behind = np.where(joining, np.maximum(behind, off), behind)
-            held = np.where(joining, np.maximum(held, place + np.minimum(off, self.reach) / 2), held)
-            point = paths.at(held)
-            target = Reference(point.x, point.y, point.heading, target.v, target.v * point.curvature, held)
+            target, behind, phase = held(seen, target, place, lengths, self.reach)
+        else:
+            behind = None
+            ahead = np.cos(seen.heading) * (target.x - seen.x) + np.sin(seen.heading) * (target.y - seen.y)
+            phase = np.where(ahead >= 0, FOLLOWING, WAITING)
         v, w, inputs = self.tracker.drive(seen, target, behind, turn, no_lateral)
         message = {"place": said, "speed": said_rate, "clock": clock, "pace": pace}
         clock = clock + dt * pace
@@ -231,3 +218,37 @@ class FuzzyCooperation(Law[_Memory]):
         after = memory._replace(clock=clock, pace=pace, place=place, phase=phase)
         moving = due._replace(v=due.v * pace, w=due.w * pace)
         return Command(v, w, v, w, message, moving, paths.share(place), inputs=inputs), after
+
+
+def held(
+    seen: Observation, target: Reference, place: np.ndarray, lengths: np.ndarray, reach: float
+) -> tuple[Reference, np.ndarray, np.ndarray]:
+    """Hold the sample due near the robot, along its path; so that it drives to the path before it drives across it.
+
+    Args:
+        seen: What the robots know.
+        target: The samples due, each field (runs, robots).
+        place: The abscissae of the paths' nearest points (runs, robots) [m].
+        lengths: Of the paths [m], (robots,) or (runs, robots).
+        reach: How far ahead of the robot's place the target is at most [m].
+
+    Returns the target, how far it is ahead [m], as rule 11 takes it, and what the robot does: FOLLOWING, WAITING,
+    JOINING or ARRIVED; each (runs, robots).
+    """
+    paths = seen.references.joined
+    near = paths.at(place)
+    off = np.hypot(near.x - seen.x, near.y - seen.y)
+    dx, dy = target.x - seen.x, target.y - seen.y
+    ahead = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy
+    phase = np.where(target.s >= place, FOLLOWING, WAITING)
+    phase = np.where(off > ON_PATH, JOINING, phase)
+    phase = np.where((target.s >= lengths) & (np.hypot(dx, dy) < AT_END), ARRIVED, phase)
+    over, joining = phase == ARRIVED, phase == JOINING
+    # At the path's end the nearest point is the end from both sides: there the robot's own x tells.
+    behind = np.where(over, np.where(ahead > 0, ahead, -1.0), target.s - place)
+    at = np.minimum(target.s, place + reach)
+    # A robot that is ahead of time but off its path drives to the path before it waits.
+    behind = np.where(joining, np.maximum(behind, off), behind)
+    at = np.where(joining, np.maximum(at, place + np.minimum(off, reach) / 2), at)
+    point = paths.at(at)
+    return Reference(point.x, point.y, point.heading, target.v, target.v * point.curvature, at), behind, phase

@@ -1,0 +1,118 @@
+"""What the range sensors say of the room around a robot, whatever sensors it carries: the least reading by direction.
+
+A clearance is counted from the circle in which the robot can turn on the spot, so that it means the same for robots
+of all sizes. It grows no faster than a thing can go away: an echo that is lost for a moment is no obstacle gone.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from robotics.laws.law import Observation
+from robotics.paths.posture import wrapped
+from robotics.sensing.carried import sensor_names
+from robotics.sensing.sonar import RangeSensor
+from robotics.vehicle.robot import Robot
+
+FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, BEHIND = range(5)
+SECTORS = ("front_left", "front_right", "left", "right", "behind")
+AHEAD = np.pi / 3  # rad: a sensor whose axis is no farther from straight ahead looks ahead
+ABEAM = 2 * np.pi / 3  # rad: one whose axis is no farther looks to the side, one beyond behind
+STRAIGHT = 0.05  # rad: a sensor this near to straight ahead counts for both front sectors
+RISE = np.array([1.0, 1.0, 0.6, 0.6, 0.6])  # m/s: a clearance grows no faster; a side sensor loses echoes at corners
+SEEN_LEFT = np.array([-0.3, -1.0, 1.0, -2.1])  # rad: from here a standing team-mate counts for a sector
+SEEN_RIGHT = np.array([1.0, 0.3, 2.1, -1.0])  # rad: to here
+APART = 0.6  # m between centers: the echo of a known robot farther away is no obstacle
+NEARER, FARTHER = 0.25, 0.05  # m: a reading so much less or more than a known robot's distance may be that robot
+
+
+class Sensors(NamedTuple):
+    """The sensors of all robots, in the order of robotics.sensing.carried.sensor_names."""
+
+    names: tuple[str, ...]
+    sector: np.ndarray  # (sectors, robots, sensors) bool
+    x: np.ndarray  # (robots, sensors) m: where they are mounted
+    y: np.ndarray  # (robots, sensors) m
+    axis: np.ndarray  # (robots, sensors) rad
+    half_cone: np.ndarray  # (robots, sensors) rad
+    inner: np.ndarray  # (robots, sensors) m: from the sensor to the robot's turning circle, along its axis
+
+    @classmethod
+    def of(cls, robots: Sequence[Robot], carried: Sequence[Mapping[str, RangeSensor]]) -> "Sensors":
+        """Sort the sensors that each of ``robots`` carries by the direction in which they look."""
+        names = sensor_names(carried)
+        shape = len(robots), len(names)
+        sector = np.zeros((len(SECTORS), *shape), dtype=bool)
+        rows = np.zeros((5, *shape))
+        for i, (robot, own) in enumerate(zip(robots, carried, strict=True)):
+            radius = float(np.hypot(robot.length, robot.width)) / 2
+            for q, name in enumerate(names):
+                if name not in own:
+                    continue
+                s = own[name]
+                axis = float(wrapped(np.asarray(s.axis)))
+                sector[_sectors(axis), i, q] = True
+                along = s.x * np.cos(axis) + s.y * np.sin(axis)
+                inner = -along + np.sqrt(max(radius**2 - (s.x**2 + s.y**2 - along**2), 0.0))
+                rows[:, i, q] = s.x, s.y, axis, s.half_cone, inner
+        return cls(names, sector, *rows)
+
+
+def _sectors(axis: float) -> list[int]:
+    if abs(axis) <= STRAIGHT:
+        return [FRONT_LEFT, FRONT_RIGHT]
+    if abs(axis) <= AHEAD:
+        return [FRONT_LEFT if axis > 0 else FRONT_RIGHT]
+    if abs(axis) <= ABEAM:
+        return [LEFT if axis > 0 else RIGHT]
+    return [BEHIND]
+
+
+def sensed(sensors: Sensors, values: np.ndarray) -> np.ndarray:
+    """The clearance in each sector [m] (sectors, runs, robots) by the readings ``values`` (runs, robots, sensors).
+
+    Infinite where nothing is seen, or no sensor looks.
+    """
+    clear = np.maximum(values - sensors.inner, 0.0)
+    return np.stack([np.where(own, clear, np.inf).min(axis=-1, initial=np.inf) for own in sensors.sector])
+
+
+def without_robots(
+    sensors: Sensors, seen: Observation, values: np.ndarray, dx: np.ndarray, dy: np.ndarray, radii: np.ndarray
+) -> np.ndarray:
+    """The readings ``values`` without the echoes of other robots that are known and not so near as to be in the way.
+
+    Args:
+        sensors: The sensors.
+        seen: What the robots know of themselves.
+        values: The readings [m] (runs, robots, sensors); an echo that is left out reads infinite.
+        dx: Where the others are from each robot [m], in the world's axes (runs, robots, others); not-a-number: unknown.
+        dy: The same along y.
+        radii: Of the circles around the robots [m] (robots,).
+    """
+    cos, sin = np.cos(seen.heading)[:, :, None], np.sin(seen.heading)[:, :, None]
+    x, y = cos * dx + sin * dy, cos * dy - sin * dx
+    known = np.hypot(x, y) > radii[:, None] + radii + APART / 2
+    out = values.copy()
+    for q in range(values.shape[-1]):
+        to_x, to_y = x - sensors.x[:, q, None], y - sensors.y[:, q, None]
+        distance = np.hypot(to_x, to_y)
+        off = np.abs(wrapped(np.arctan2(to_y, to_x) - sensors.axis[:, q, None]))
+        reading = values[:, :, None, q]
+        fits = (reading > distance - NEARER) & (reading < distance + FARTHER)
+        theirs = known & fits & (off < sensors.half_cone[:, q, None] + radii / np.maximum(distance, 1e-6))
+        out[..., q] = np.where(theirs.any(axis=-1), np.inf, out[..., q])
+    return out
+
+
+def standing_robots(gap: np.ndarray, bearing: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """The clearance in each sector [m] (sectors, runs, robots) to those other robots that count as obstacles.
+
+    ``gap`` [m] and ``bearing`` [rad] are (runs, robots, others), ``counts`` (runs, robots, others) bool.
+    """
+    out = np.full((len(SECTORS), *gap.shape[:2]), np.inf)
+    for sector in range(len(SEEN_LEFT)):
+        inside = counts & (bearing > SEEN_LEFT[sector]) & (bearing < SEEN_RIGHT[sector])
+        out[sector] = np.where(inside, np.maximum(gap, 0.0), np.inf).min(axis=-1, initial=np.inf)
+    return out

@@ -1,0 +1,68 @@
+"""A rule base among the quantities that robots know: its inputs by name, and its outputs over all other robots."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
+from fuzzy.naming import expected
+from fuzzy.system import Sugeno
+from robotics.laws.law import ControllerError
+from robotics.laws.rules.quantities import QUANTITIES, Quantity, quantity_of
+from robotics.laws.rules.situation import Situation
+from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+
+
+@dataclass(frozen=True, eq=False)
+class RuleBase:
+    """A rule base whose inputs are quantities of :mod:`robotics.laws.rules.quantities`, and its outputs by name."""
+
+    fis: Sugeno
+    compiled: CompiledSugeno = field(repr=False)
+    inputs: tuple[Quantity, ...] = field(repr=False)
+    outputs: Mapping[str, int]
+
+    @classmethod
+    def of(cls, name: str, outputs: Mapping[str, str], task: str) -> "RuleBase":
+        """Read the rule base of that name or file. Raises ControllerError or FisFileError.
+
+        Args:
+            name: A name of robotics/rulebases, or the path of a ``.fis`` file.
+            outputs: The outputs that it may have, each with what it means.
+            task: What messages call it.
+        """
+        fis = load_rule_base(name)
+        for variable in fis.outputs:
+            if variable.name not in outputs:
+                raise ControllerError(f"{name}: " + expected(variable.name, list(outputs), f"output of {task}"))
+        inputs = tuple(quantity_of(variable.name, name) for variable in fis.inputs)
+        places = {variable.name: k for k, variable in enumerate(fis.outputs)}
+        return cls(fis, compile_sugeno(fis), inputs, places)
+
+    @property
+    def of_pairs(self) -> bool:
+        """Whether it is evaluated once for each other robot."""
+        return any(quantity.pair for quantity in self.inputs)
+
+    def known(self, situation: Situation) -> np.ndarray:
+        """Its inputs (runs, robots, inputs), or where it is of pairs (runs, robots, others, inputs)."""
+        rows = [np.asarray(quantity.of(situation), dtype=float) for quantity in self.inputs]
+        if self.of_pairs:
+            shape = (*situation.place.shape, situation.place.shape[1])
+            rows = [
+                np.broadcast_to(row if quantity.pair else row[..., None], shape)
+                for row, quantity in zip(rows, self.inputs, strict=True)
+            ]
+        out = np.empty((*rows[0].shape, len(rows)))
+        for k, (row, variable) in enumerate(zip(rows, self.fis.inputs, strict=True)):
+            out[..., k] = np.nan_to_num(row, nan=variable.universe[1], posinf=variable.universe[1])
+        return out
+
+    def __call__(self, known: np.ndarray) -> dict[str, np.ndarray]:
+        """Its outputs by name, with the axes of ``known`` but the last."""
+        out = self.compiled(known)
+        return {name: out[..., k] for name, k in self.outputs.items()}
+
+
+__all__ = ["QUANTITIES", "RuleBase"]

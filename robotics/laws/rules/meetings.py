@@ -1,0 +1,197 @@
+"""Where the paths of two robots meet: the geometry that tells who has to pass before whom, and where to wait.
+
+Two places on two paths are in conflict where robots that stood there would be nearer to each other than ``apart``. For
+every cell of robot i's path the table keeps the last abscissa of robot j's path that is in conflict with it: i may
+enter the cell without meeting j as soon as j has passed that abscissa. On paths that cross, i thus waits at the line
+before the crossing; behind a robot on the same path it follows at a distance.
+
+A robot that waits must not stand in the way of a third: where the ways through several meetings lie one behind the
+other without room to stand between them, its line is the one before all of them, as for cars at a crossing.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fuzzy.compiled.jit import kernel
+from robotics.paths.joined import PathTable
+
+CELL = 0.05  # m of a path for which one number is kept
+LOOK = 4.0  # m: a meeting farther ahead is none yet
+NONE = 9.0  # m, and s: what is told where two paths do not meet any more
+INSIDE = -0.1  # m: what is told of a robot that is in the meeting
+NOWHERE = -1.0  # the abscissa of a cell that is in conflict with nothing
+
+
+class Meetings(NamedTuple):
+    """The conflicts of all pairs of robots; the first axis is that of the runs, or 1 if they share their paths."""
+
+    last: np.ndarray  # (runs, robots, robots, cells) m: the last abscissa of the other's path in conflict, or NOWHERE
+    lengths: np.ndarray  # (runs, robots) m
+    room: np.ndarray  # (robots,) m: what a robot needs between two meetings in order to wait there
+    first: np.ndarray  # (runs, robots, robots) bool: the row's robot goes first, as far as the paths' ends demand it
+    points: np.ndarray  # (runs, robots, cells, 2) m: the cells of the paths
+
+    @classmethod
+    def of(cls, paths: PathTable, robots: int, radii: np.ndarray, margin: float) -> "Meetings":
+        """Find the conflicts of ``paths`` for robots with circles of ``radii`` (robots,) [m] around them.
+
+        Two robots are in conflict where less than ``margin`` [m] lies between their circles.
+        """
+        lengths = np.ascontiguousarray(paths.lengths.reshape(-1, robots))
+        cells = int(np.ceil(lengths.max() / CELL)) + 1
+        points = np.empty((len(lengths), robots, cells, 2))
+        for c in range(cells):
+            at = paths.at(np.minimum(c * CELL, paths.lengths))
+            points[:, :, c, 0], points[:, :, c, 1] = at.x.reshape(-1, robots), at.y.reshape(-1, robots)
+        apart = radii[:, None] + radii + margin
+        last = _conflicts(points, lengths, apart)
+        return cls(last, lengths, 2 * radii, _first(last, points, lengths, apart), points)
+
+
+class Meeting(NamedTuple):
+    """The next meeting of each robot with each other; each field is (runs, robots, others)."""
+
+    way: np.ndarray  # m to the line at which the robot would wait; INSIDE: it is beyond it; NONE: they meet no more
+    through: np.ndarray  # m from that line until the robot is out of the meeting
+    theirs: np.ndarray  # m of the other to its own line
+
+
+def next_meetings(meetings: Meetings, place: np.ndarray, others: np.ndarray) -> Meeting:
+    """The next meetings of robots at ``place`` (runs, robots) with ``others`` (runs, robots, others) [m].
+
+    The others' abscissae are what each robot knows of them; not-a-number: nothing, and they meet nowhere.
+    """
+    return Meeting(*_next(meetings.last, meetings.lengths, meetings.room, place, others))
+
+
+def in_the_way(meetings: Meetings, place: np.ndarray, x: np.ndarray, y: np.ndarray, reach: float) -> np.ndarray:
+    """The distance [m] of each other robot from the next ``reach`` [m] of each robot's path (runs, robots, others).
+
+    ``place`` is (runs, robots); ``x`` and ``y`` [m] are where each robot knows the others to be.
+    """
+    return np.asarray(_off(meetings.points, meetings.lengths, place, x, y, int(np.ceil(reach / CELL))))
+
+
+@kernel
+def _conflicts(points, lengths, apart):  # type: ignore[no-untyped-def]
+    runs, robots, cells, _ = points.shape
+    last = np.full((runs, robots, robots, cells), NOWHERE, dtype=np.float32)
+    for r in range(runs):
+        for i in range(robots):
+            for j in range(robots):
+                if i == j:
+                    continue
+                square = apart[i, j] ** 2
+                mine = int(np.ceil(lengths[r, i] / CELL)) + 1
+                theirs = int(np.ceil(lengths[r, j] / CELL)) + 1
+                for c in range(min(mine, cells)):
+                    k = min(theirs, cells) - 1
+                    while k >= 0:
+                        dx = points[r, i, c, 0] - points[r, j, k, 0]
+                        dy = points[r, i, c, 1] - points[r, j, k, 1]
+                        gap = dx * dx + dy * dy
+                        if gap < square:
+                            last[r, i, j, c] = min(k * CELL, lengths[r, j])
+                            break
+                        # A step along the path leads nearer by a cell at most
+                        k -= max(int((np.sqrt(gap) - apart[i, j]) / CELL), 1)
+    return last
+
+
+@kernel
+def _first(last, points, lengths, apart):  # type: ignore[no-untyped-def]
+    """Whether robot i goes before j because it starts in j's way, or because j ends in i's way."""
+    runs, robots, _, cells = last.shape
+    first = np.zeros((runs, robots, robots), dtype=np.bool_)
+    for r in range(runs):
+        for i in range(robots):
+            for j in range(robots):
+                if i == j:
+                    continue
+                for c in range(cells):
+                    if last[r, i, j, c] >= lengths[r, j] - CELL:
+                        first[r, i, j] = True  # j ends in i's way
+                    dx = points[r, j, c, 0] - points[r, i, 0, 0]
+                    dy = points[r, j, c, 1] - points[r, i, 0, 1]
+                    if dx * dx + dy * dy < apart[i, j] ** 2:
+                        first[r, i, j] = True  # i starts in j's way
+    return first
+
+
+@kernel
+def _next(last, lengths, room, place, others):  # type: ignore[no-untyped-def]
+    runs, robots = place.shape
+    way = np.full((runs, robots, robots), NONE)
+    through = np.zeros((runs, robots, robots))
+    theirs = np.full((runs, robots, robots), NONE)
+    cells = last.shape[3]
+    reach = int(LOOK / CELL)
+    for r in range(runs):
+        t = r if len(last) > 1 else 0
+        for i in range(robots):
+            here = int(max(place[r, i], 0.0) / CELL)
+            for j in range(robots):
+                s = others[r, i, j]
+                if i == j or np.isnan(s):
+                    continue
+                end = min(here + reach, cells)
+                found = -1
+                for c in range(here, end):
+                    if last[t, i, j, c] >= s:
+                        found = c
+                        break
+                if found < 0:
+                    continue
+                out = found
+                while out < cells - 1 and last[t, i, j, out] >= s:
+                    out += 1
+                line = _line(last, others, room, r, t, i, here, found)
+                way[r, i, j] = INSIDE if found == here else max(line * CELL - place[r, i], 0.0)
+                through[r, i, j] = (out - min(line, found)) * CELL
+                # the other's way to its own line, as far as I can tell: without third robots
+                start = int(max(s, 0.0) / CELL)
+                for c in range(start, min(start + reach, cells)):
+                    if last[t, j, i, c] >= place[r, i]:
+                        theirs[r, i, j] = INSIDE if c == start else c * CELL - s
+                        break
+    return way, through, theirs
+
+
+@kernel
+def _line(last, others, room, r, t, i, here, found):  # type: ignore[no-untyped-def]
+    """The cell before all meetings that leave no room to stand between them and the one at cell ``found``."""
+    line, free = found, 0
+    needed = int(room[i] / CELL)
+    c = found - 1
+    while c > here and free < needed:
+        taken = False
+        for k in range(last.shape[1]):
+            if k != i and not np.isnan(others[r, i, k]) and last[t, i, k, c] >= others[r, i, k]:
+                taken = True
+                break
+        if taken:
+            line, free = c, 0
+        else:
+            free += 1
+        c -= 1
+    if c <= here and line < found and free < needed:
+        return found  # it stands in one of them already: there is no better place than right before this one
+    return line
+
+
+@kernel
+def _off(points, lengths, place, x, y, reach):  # type: ignore[no-untyped-def]
+    runs, robots = place.shape
+    off = np.full((runs, robots, robots), np.inf)
+    for r in range(runs):
+        t = r if len(points) > 1 else 0
+        for i in range(robots):
+            here = int(max(place[r, i], 0.0) / CELL)
+            for j in range(robots):
+                if i == j or np.isnan(x[r, i, j]):
+                    continue
+                for c in range(here, min(here + reach, points.shape[2])):
+                    gap = np.hypot(points[t, i, c, 0] - x[r, i, j], points[t, i, c, 1] - y[r, i, j])
+                    off[r, i, j] = min(off[r, i, j], gap)
+    return off

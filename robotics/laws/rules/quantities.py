@@ -1,0 +1,135 @@
+"""The table of what a robot can know: the quantities that a rule base may name as its inputs.
+
+Each has a unit and a sentence; ``docs/quantities.md`` is made of this table. A quantity of pairs is told of each other
+robot: a rule base with one among its inputs is evaluated for every other robot, and its outputs are joined.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fuzzy.naming import expected
+from robotics.laws.law import ControllerError
+from robotics.laws.rules.clearances import BEHIND, FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT
+from robotics.laws.rules.meetings import INSIDE
+from robotics.laws.rules.situation import NONE, Situation
+
+CRUISE = 0.2  # m/s: a robot that is slower is taken to go on at this speed
+ALIKE = 0.02  # m: front clearances that differ by no more are alike
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One quantity that a robot can know."""
+
+    unit: str
+    meaning: str
+    of: Callable[[Situation], Any]  # (runs, robots), of pairs (runs, robots, others)
+    pair: bool = False
+    group: str = ""
+
+
+def _sector(number: int) -> Callable[[Situation], np.ndarray]:
+    return lambda s: np.minimum(s.clear[number], NONE)
+
+
+def _way(s: Situation) -> np.ndarray:
+    """1 where the robot goes round to the left of an obstacle, or has not chosen yet; -1: to the right."""
+    return np.where(s.recall.side >= 0, 1.0, -1.0)
+
+
+def _mirrored(left: int, right: int) -> Callable[[Situation], np.ndarray]:
+    """The clearance of the sector ``left`` where the robot goes round to the right, otherwise that of ``right``."""
+    return lambda s: np.minimum(np.where(s.recall.side >= 0, s.clear[right], s.clear[left]), NONE)
+
+
+def _lean(s: Situation) -> np.ndarray:
+    most = 2.0
+    apart = np.minimum(s.clear[FRONT_LEFT], most) - np.minimum(s.clear[FRONT_RIGHT], most)
+    return _way(s) * apart
+
+
+def _lead(s: Situation) -> np.ndarray:
+    """How much earlier the robot would be through than the other would come [s]."""
+    m, heard = s.meeting, s.seen.heard
+    mine = np.maximum(np.abs(s.seen.v), CRUISE)[:, :, None]
+    them = np.maximum(np.hypot(heard["v_x"], heard["v_y"]), CRUISE) if heard.fields else CRUISE
+    return np.clip(m.theirs / them - (np.maximum(m.way, 0.0) + m.through) / mine, -NONE, NONE)
+
+
+def _heard(name: str) -> Callable[[Situation], np.ndarray]:
+    return lambda s: np.nan_to_num(s.seen.heard[name]) if s.seen.heard.fields else np.zeros_like(s.seen.heard.age)
+
+
+def _their_lag(s: Situation) -> np.ndarray:
+    lags = s.paths.level(s.due.s) - s.others.place
+    return np.nan_to_num(lags)
+
+
+_OWN = {
+    "time": Quantity("s", "since the start", lambda s: np.full_like(s.place, s.seen.time)),
+    "v": Quantity("m/s", "the robot's speed, by its encoders", lambda s: s.seen.v),
+    "w": Quantity("rad/s", "its turn rate, by its encoders", lambda s: s.seen.w),
+}
+_PATH = {
+    "cross_track": Quantity("m", "the robot is so far to the left of its path", lambda s: s.cross_track),
+    "path_bearing": Quantity(
+        "rad", "bearing of the path's point 0.4 m beyond the nearest one; > 0: to the left", lambda s: s.path_bearing
+    ),
+    "curvature": Quantity("1/m", "of the path at the nearest point", lambda s: s.nearest.curvature),
+    "progress": Quantity("1", "share of the path that lies behind", lambda s: s.paths.share(s.place)),
+    "remaining": Quantity("m", "way to the path's end", lambda s: s.remaining),
+    "lag": Quantity("m", "the robot is so far behind the sample due", lambda s: s.due.s - s.place + s.off),
+    "late": Quantity("s", "the clock is so far behind the timetable", lambda s: s.seen.time - s.recall.clock),
+    "gives_way": Quantity("1", "how much the robot gives way to others", lambda s: s.recall.yields),
+    "stuck": Quantity("s", "time without progress along the path", lambda s: s.stuck),
+}
+_ROOM = {
+    "front": Quantity(
+        "m", "room ahead", lambda s: np.minimum(np.minimum(s.clear[FRONT_LEFT], s.clear[FRONT_RIGHT]), NONE)
+    ),
+    "front_left": Quantity("m", "room ahead on the left", _sector(FRONT_LEFT)),
+    "front_right": Quantity("m", "room ahead on the right", _sector(FRONT_RIGHT)),
+    "left": Quantity("m", "room on the left", _sector(LEFT)),
+    "right": Quantity("m", "room on the right", _sector(RIGHT)),
+    "behind": Quantity("m", "room behind", _sector(BEHIND)),
+    "kept": Quantity("1", "how firmly the robot keeps to one side of an obstacle", lambda s: np.abs(s.recall.side)),
+    "wall": Quantity("m", "room on the side of the obstacle that the robot goes round", _mirrored(LEFT, RIGHT)),
+    "front_wall": Quantity("m", "room ahead on that side", _mirrored(FRONT_LEFT, FRONT_RIGHT)),
+    "front_open": Quantity("m", "room ahead on the other side", _mirrored(FRONT_RIGHT, FRONT_LEFT)),
+    "lean": Quantity("m", "how much more room there is ahead on that other side", _lean),
+    "path_away": Quantity(
+        "rad", "bearing of the path; > 0: away from the obstacle", lambda s: _way(s) * s.path_bearing
+    ),
+}
+_PAIRS = {
+    "gap": Quantity("m", "between the circles in which the two robots turn", lambda s: s.others.gap),
+    "bearing": Quantity("rad", "of the other robot; > 0: it is on the left", lambda s: s.others.bearing),
+    "closing": Quantity("m/s", "speed by which the gap shrinks", lambda s: s.others.closing),
+    "right_of_way": Quantity("1", "1: the robot goes before the other; -1: the other does", lambda s: s.right_of_way),
+    "meeting": Quantity(
+        "m", f"way to the line before the place where the paths meet; {INSIDE:g}: beyond it", lambda s: s.meeting.way
+    ),
+    "their_meeting": Quantity("m", "the same for the other robot", lambda s: s.meeting.theirs),
+    "lead": Quantity("s", "the robot would be through the meeting so much before the other comes", _lead),
+    "age": Quantity("s", "of what was heard last of the other robot", lambda s: np.minimum(s.seen.heard.age, NONE)),
+    "their_lag": Quantity("m", "the other robot is so far behind the sample due", _their_lag),
+    "their_yield": Quantity("1", "how much the other robot gives way", _heard("yields")),
+    "their_stuck": Quantity("s", "time for which the other robot has made no progress", _heard("stuck")),
+}
+QUANTITIES: dict[str, Quantity] = {**_OWN, **_PATH, **_ROOM}
+QUANTITIES |= {name: Quantity(q.unit, q.meaning, q.of, pair=True) for name, q in _PAIRS.items()}
+SENSOR = re.compile(r"sensor (.+)")  # the reading of one sensor, by its name
+
+
+def quantity_of(name: str, where: str) -> Quantity:
+    """The quantity that a rule base calls ``name``. Raises ControllerError with the table for an unknown one.
+
+    ``where`` is what the message calls the rule base.
+    """
+    if name not in QUANTITIES:
+        raise ControllerError(f"{where}: " + expected(name, list(QUANTITIES), "quantity that a robot knows"))
+    return QUANTITIES[name]

@@ -1,0 +1,221 @@
+"""The situation of robots: all that each of them can know in one period, computed where a rule base asks for it.
+
+What it measures, hears and remembers is put into the terms of :mod:`robotics.laws.rules.quantities`.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from robotics.laws.law import Observation
+from robotics.laws.rules.clearances import (
+    RISE,
+    SECTORS,
+    Sensors,
+    sensed,
+    standing_robots,
+    without_robots,
+)
+from robotics.laws.rules.meetings import Meeting, Meetings, in_the_way, next_meetings
+from robotics.laws.setting import Setting
+from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach
+from robotics.paths.path import PathPoint
+from robotics.paths.posture import wrapped
+from robotics.paths.trajectory import Reference
+
+LOOK_AHEAD = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
+GROWTH = 0.05  # m: a place on the path that has grown by more is progress
+CORRIDOR = 0.1  # m: a standing robot nearer to the path than this beyond both circles is in the way
+WAY = 1.2  # m of the path ahead that it may stand in the way of
+STANDS = 0.03  # m/s: a robot that is slower stands
+NEAR_END = 0.1  # m: a robot this near to its path's end is parked
+NONE = 9.0  # what is told where there is nothing to tell, in the unit of the quantity
+
+
+class Fixed(NamedTuple):
+    """What a team knows before the start, and never changes."""
+
+    radii: np.ndarray  # (robots,) m: of the circles in which the robots turn
+    sensors: Sensors
+    meetings: Meetings | None  # of the paths; none for a single robot
+    lengths: np.ndarray  # (robots,) or (runs, robots) m
+    end: np.ndarray  # (1,) or (runs, 1) s: the last reference arrives
+
+    @classmethod
+    def of(cls, setting: Setting, margin: float) -> "Fixed":
+        """Look at the robots, their sensors and paths; ``margin`` [m] is what lies between robots that do not meet."""
+        robots = len(setting.robots)
+        radii = np.array([np.hypot(robot.length, robot.width) / 2 for robot in setting.robots])
+        paths = setting.references.joined
+        meetings = Meetings.of(paths, robots, radii, margin) if robots > 1 else None
+        ends = setting.references.ends.max(axis=-1, keepdims=True)
+        return cls(radii, Sensors.of(setting.robots, setting.sensors), meetings, paths.lengths, ends)
+
+
+class Recall(NamedTuple):
+    """What robots remember from one period to the next; each field is (runs, robots) unless it says otherwise."""
+
+    place: np.ndarray  # m: the abscissa of the path's nearest point
+    speed: np.ndarray  # m/s: by which that grew
+    clock: np.ndarray  # s of the timetable: each robot's copy of the group's clock
+    pace: np.ndarray  # 1: of that copy
+    best: np.ndarray  # m: the largest place, less the way back to the path
+    stuck: np.ndarray  # s since that grew
+    side: np.ndarray  # from -1 to 1: the side that the robot keeps of an obstacle; > 0: it goes round to the left of it
+    clear: np.ndarray  # (sectors, runs, robots) m: the clearances, which grow slowly
+    yields: np.ndarray  # 0 to 1: how much the robot gives way
+
+    @classmethod
+    def start(cls, setting: Setting, runs: int) -> "Recall":
+        """What robots remember before the first period: nothing but where they are."""
+        robots = len(setting.robots)
+        zero = np.zeros((runs, robots))
+        pose = np.broadcast_to(setting.starts, (runs, robots, 3))
+        begin = setting.references.at(0.0).s
+        near = setting.references.joined.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
+        clear = np.full((len(SECTORS), runs, robots), np.inf)
+        return cls(near, zero, zero, zero, near, zero, zero, clear, zero)
+
+
+@dataclass(frozen=True, eq=False)
+class Others:
+    """The other robots as each one knows them; each field is (runs, robots, others), not-a-number: never heard."""
+
+    x: np.ndarray  # m
+    y: np.ndarray  # m
+    v_x: np.ndarray  # m/s
+    v_y: np.ndarray  # m/s
+    gap: np.ndarray  # m between the circles in which the two robots turn
+    bearing: np.ndarray  # rad from the robot's own heading
+    closing: np.ndarray  # m/s: by which the gap shrinks
+    place: np.ndarray  # m: their abscissae on their own paths
+    age: np.ndarray  # s since the message was sent
+
+
+class Situation:
+    """All that robots can know in one period. Arrays are (runs, robots), of pairs (runs, robots, others)."""
+
+    def __init__(self, seen: Observation, fixed: Fixed, recall: Recall, dt: float) -> None:
+        """Take what robots see and hear, what they knew before the start, and what they remember."""
+        self.seen, self.fixed, self.recall, self.dt = seen, fixed, recall, dt
+        self.paths = seen.references.joined
+        self.place = self.paths.nearest(seen.x, seen.y, recall.place, search_reach(seen.heard, seen.time))
+
+    @cached_property
+    def nearest(self) -> PathPoint:
+        """The path's nearest point."""
+        return self.paths.at(self.place)
+
+    @cached_property
+    def off(self) -> np.ndarray:
+        """The distance from the path [m]."""
+        return np.hypot(self.nearest.x - self.seen.x, self.nearest.y - self.seen.y)
+
+    @cached_property
+    def cross_track(self) -> np.ndarray:
+        """The cross-track error [m]: the robot is so far to the left of its path."""
+        n = self.nearest
+        return np.cos(n.heading) * (self.seen.y - n.y) - np.sin(n.heading) * (self.seen.x - n.x)
+
+    @cached_property
+    def onwards(self) -> PathPoint:
+        """The path's point LOOK_AHEAD beyond the nearest one."""
+        return self.paths.at(np.minimum(self.place + LOOK_AHEAD, self.fixed.lengths))
+
+    @cached_property
+    def path_bearing(self) -> np.ndarray:
+        """The bearing of that point from the heading [rad]."""
+        seen = self.seen
+        return wrapped(np.arctan2(self.onwards.y - seen.y, self.onwards.x - seen.x) - seen.heading)
+
+    @cached_property
+    def due(self) -> Reference:
+        """The sample due by the robot's copy of the clock."""
+        return self.seen.references.each_at(np.minimum(self.recall.clock, self.fixed.end))
+
+    @cached_property
+    def remaining(self) -> np.ndarray:
+        """The way to the end of the path [m], the way back to it included."""
+        return self.fixed.lengths - self.place + self.off
+
+    @cached_property
+    def best(self) -> np.ndarray:
+        """The largest place less the way back to the path [m], updated where it has grown by GROWTH."""
+        net = self.place - self.off
+        return np.where(net > self.recall.best + GROWTH, net, self.recall.best)
+
+    @cached_property
+    def stuck(self) -> np.ndarray:
+        """The time [s] without progress, other than by giving way or at the end."""
+        waits = (self.recall.yields > 0.5) | (self.remaining < NEAR_END) | (self.due.s < self.place - self.off)
+        grown = self.recall.stuck + np.where(waits, 0.0, self.dt)
+        return np.where(self.best > self.recall.best, 0.0, grown)
+
+    @cached_property
+    def others(self) -> Others:
+        """The other robots as their messages predict them for now."""
+        seen, heard = self.seen, self.seen.heard
+        if not heard.fields:
+            none = np.full(heard.age.shape, np.nan)
+            return Others(*[none] * 8, heard.age)
+        unheard = ~heard.hears
+        x, y = heard.now("x", by="v_x"), heard.now("y", by="v_y")
+        dx, dy = x - seen.x[:, :, None], y - seen.y[:, :, None]
+        distance = np.hypot(dx, dy)
+        bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
+        cos, sin = np.cos(seen.heading)[:, :, None], np.sin(seen.heading)[:, :, None]
+        v_x, v_y = heard["v_x"], heard["v_y"]
+        towards = dx * (seen.v[:, :, None] * cos - v_x) + dy * (seen.v[:, :, None] * sin - v_y)
+        radii = self.fixed.radii
+        rows = (x, y, v_x, v_y, distance - radii[:, None] - radii, bearing, towards / np.maximum(distance, 1e-6))
+        place = heard.now("place", by="speed")
+        return Others(*(np.where(unheard, np.nan, row) for row in (*rows, place, heard.age)))
+
+    @cached_property
+    def meeting(self) -> Meeting:
+        """Where each robot's path meets each other's next. A robot that is parked is met nowhere."""
+        if self.fixed.meetings is None:
+            none = np.full((*self.place.shape, 1), NONE)
+            return Meeting(none, none, none)
+        theirs = self.others.place
+        lengths = np.broadcast_to(self.fixed.lengths, self.place.shape)[:, None, :]
+        parked = theirs > lengths - NEAR_END
+        return next_meetings(self.fixed.meetings, self.place, np.where(parked, np.nan, theirs))
+
+    @cached_property
+    def right_of_way(self) -> np.ndarray:
+        """1 where the robot goes before the other, -1 where the other does; 0 for itself."""
+        number = np.arange(self.place.shape[1])
+        by_number = np.sign(number - number[:, None]).astype(float)
+        if self.fixed.meetings is None:
+            return np.broadcast_to(by_number, (*self.place.shape, self.place.shape[1]))
+        first = self.fixed.meetings.first
+        demanded = first.astype(float) - np.swapaxes(first, -1, -2)
+        return np.broadcast_to(np.where(demanded != 0, demanded, by_number), (len(self.place), *by_number.shape))
+
+    @cached_property
+    def in_the_way(self) -> np.ndarray:
+        """Whether another robot stands on the way ahead (runs, robots, others) bool."""
+        if self.fixed.meetings is None:
+            return np.zeros((*self.place.shape, 1), dtype=bool)
+        them, radii = self.others, self.fixed.radii
+        off = in_the_way(self.fixed.meetings, self.place, them.x, them.y, WAY)
+        stands = np.hypot(them.v_x, them.v_y) < STANDS
+        return stands & (off < radii[:, None] + radii + CORRIDOR)
+
+    @cached_property
+    def clear(self) -> np.ndarray:
+        """The clearance in each sector [m] (sectors, runs, robots); infinite: nothing is seen."""
+        now = np.full_like(self.recall.clear, np.inf)
+        if self.seen.ranges is not None:
+            values = self.seen.ranges.values
+            if self.fixed.meetings is not None:
+                them, seen = self.others, self.seen
+                dx, dy = them.x - seen.x[:, :, None], them.y - seen.y[:, :, None]
+                values = without_robots(self.fixed.sensors, seen, values, dx, dy, self.fixed.radii)
+            now = sensed(self.fixed.sensors, values)
+        if self.fixed.meetings is not None:
+            now = np.minimum(now, standing_robots(self.others.gap, self.others.bearing, self.in_the_way))
+        return np.minimum(now, self.recall.clear + (RISE * self.dt)[:, None, None])
