@@ -26,8 +26,8 @@ def side_by_side_table(runs: Mapping[tuple[str, str], Run]) -> Grid:
     guarded = EMERGENCY in QUANTITIES
     return Grid(
         "Printed rules, one law for robots and obstacles, and a plan side by side. Arrive together: without contact, "
-        f"within {ARRIVAL_SPREAD:g} s of each other and within {LATEST:g} times the nominal time; with Wilson's 95 % "
-        "interval. Spread and time: means with 95 % intervals over the runs in which all arrive in that time and without "
+        f"within {ARRIVAL_SPREAD:g} s of each other and {LATEST:g} times the nominal time, with Wilson's 95 % interval."
+        " Spread and time: means with 95 % intervals over the runs in which all arrive in that time and without "
         "contact. Clearance: of the worst robot, over all runs. Drives blind: the law senses no obstacles; its "
         "contacts are counted, and nothing else is asked of it there."
         + (" Emergency rule: the share of the way on which it overrode the law." if guarded else ""),
@@ -49,7 +49,7 @@ def side_by_side_picture(runs: Mapping[tuple[str, str], Run]) -> Picture:
     """The trajectories of SIDE_BY_SIDE on the two tests, a row each."""
     return Picture(
         "avoidance-side-by-side",
-        f"{' and '.join(load_scenario(test).title for test in TESTS)}: the same start under three laws. Robots in true "
+        f"From above: {'; '.join(load_scenario(test).title for test in TESTS)}. Each under three laws, robots in true "
         "size at equal times; filled: the two that came nearest, when they did; ⊗: contact.",
         f"Trajectories on {' and '.join(TESTS)}, a column for each of {', '.join(map(label, SIDE_BY_SIDE))}.",
         partial(plot_trajectories, [[runs[test, law] for law in SIDE_BY_SIDE] for test in TESTS]),
