@@ -13,11 +13,11 @@ from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.formation.leader_follower import FormationTeacher, LeaderFollower
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.rules.fuzzy_team import FuzzyTeam
+from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.setting import Kind
 from robotics.laws.teams.cooperation import FuzzyCooperation
 from robotics.laws.teams.graph_sliding_mode import GraphSlidingMode
 from robotics.laws.teams.virtual_structure import VirtualStructure
-from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pdc import ParallelCompensation
 from robotics.laws.tracking.sliding_mode import SlidingMode
@@ -39,19 +39,19 @@ class Preset:
 
 CATALOGUE: dict[str, Preset] = {
     "fuzzy": Preset(
-        FuzzyTracking,
+        OwnRules,
         {},
         "Fuzzy",
         "Table 5.6 with rule 11 repaired; look-ahead 0.4 s and steering distance 0.35 m by design rule, not by search",
     ),
     "fuzzy-lateral": Preset(
-        FuzzyTracking,
+        OwnRules,
         {"steering": "heading", "lateral": "path"},
         "Fuzzy, with λ(y_err)",
         "(2.36) with the path's heading as α; with the target's bearing, as in \"fuzzy\", λ is inert",
     ),
     "fuzzy-literal": Preset(
-        FuzzyTracking,
+        OwnRules,
         {"rule_base": "tracking-literal", "look_ahead": 0.05, "steering_distance": 0.0},
         "Fuzzy, literal",
         "Table 5.6 as printed, the target being the next sample",

@@ -32,6 +32,11 @@ class Guard:
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
 
+    @property
+    def idle(self) -> frozenset[str]:
+        """The numbers that have no effect."""
+        return frozenset() if self.on else frozenset({"braking", "delay", "least"})
+
     def kept(
         self, seen: Observation, them: Others, clear: np.ndarray, radii: np.ndarray, v: np.ndarray, w: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:

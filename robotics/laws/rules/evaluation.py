@@ -1,7 +1,7 @@
 """A rule base among the quantities that robots know: its inputs by name, and its outputs over all other robots."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -9,9 +9,11 @@ from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 from robotics.laws.law import ControllerError
-from robotics.laws.rules.quantities import QUANTITIES, Quantity, quantity_of
+from robotics.laws.rules.quantities import GROUPS, Quantity, quantity_of
 from robotics.laws.rules.situation import Situation
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+
+ADDED = frozenset({"turn", "w"})  # outputs that add up over the other robots; of all others the least holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +35,8 @@ class RuleBase:
             task: What messages call it.
         """
         fis = load_rule_base(name)
+        if fis.out_of_range == "warn":  # what a sensor reads, or that it reads nothing, is often out of range
+            fis = replace(fis, out_of_range="clip")
         for variable in fis.outputs:
             if variable.name not in outputs:
                 raise ControllerError(f"{name}: " + expected(variable.name, list(outputs), f"output of {task}"))
@@ -44,6 +48,45 @@ class RuleBase:
     def of_pairs(self) -> bool:
         """Whether it is evaluated once for each other robot."""
         return any(quantity.pair for quantity in self.inputs)
+
+    @property
+    def radio(self) -> bool:
+        """Whether robots must tell each other where they are."""
+        return any(quantity.radio for quantity in self.inputs)
+
+    @property
+    def looks(self) -> bool:
+        """Whether it asks for the room around the robot."""
+        return any(
+            v.name in GROUPS["The room around it"] or q.sensor
+            for v, q in zip(self.fis.inputs, self.inputs, strict=True)
+        )
+
+    def asked(self, situation: Situation, neutral: Mapping[str, float]) -> tuple[dict[str, np.ndarray], np.ndarray]:
+        """What it says in ``situation``, by output, (runs, robots) each; and its inputs (inputs, runs, robots).
+
+        Where it is of pairs, turns of all other robots add up and of all else the least holds; the inputs are those of
+        the robot for which the least was said. ``neutral`` is what it says of a robot that is not heard.
+        """
+        known = self.known(situation)
+        said = self(known)
+        if not self.of_pairs:
+            return said, np.moveaxis(known, -1, 0)
+        ignored = ~situation.seen.heard.hears | np.isnan(situation.others.gap)
+        out = {}
+        worst = np.zeros(situation.place.shape, dtype=int)
+        for name, values in said.items():
+            values = np.where(ignored, neutral[name], values)
+            if name in ADDED:
+                out[name] = values.sum(axis=-1)
+            else:
+                out[name], worst = values.min(axis=-1), values.argmin(axis=-1)
+        if not set(said) - ADDED:
+            worst = np.abs(np.where(ignored, 0.0, next(iter(said.values())))).argmax(axis=-1)
+        # Nobody is urgent: then the nearest robot's inputs are the ones to show
+        calm = np.isclose(np.where(ignored, np.inf, 0).min(axis=-1), np.inf)
+        inputs = np.take_along_axis(known, worst[..., None, None], axis=-2)[..., 0, :]
+        return out, np.moveaxis(np.where(calm[..., None], np.nan, inputs), -1, 0)
 
     def known(self, situation: Situation) -> np.ndarray:
         """Its inputs (runs, robots, inputs), or where it is of pairs (runs, robots, others, inputs)."""
@@ -63,6 +106,3 @@ class RuleBase:
         """Its outputs by name, with the axes of ``known`` but the last."""
         out = self.compiled(known)
         return {name: out[..., k] for name, k in self.outputs.items()}
-
-
-__all__ = ["QUANTITIES", "RuleBase"]

@@ -8,8 +8,8 @@ Thesis 1.8, 5.3 and (6.4)-(6.7), Figs 5.20 and 6.26; there two modes are switche
 * ``crash``: from the way to the place where two paths meet, the gap, bearing and closing speed of the other, and who
   has right of way, to a turn and to the speed above which it would be dangerous. Over all others the turns add up and
   the least speed holds.
-* ``obstacles``: from the room ahead and aside, and the progress made, to a turn, a speed, and the side to keep. The side
-  is remembered: σ' = (keep − σ)/T, so that it is kept while the obstacle is there and forgotten when it is gone.
+* ``obstacles``: from the room ahead and aside, and the progress made, to a turn, a speed, and the side to keep. The
+  side is remembered: σ' = (keep − σ)/T, so that it is kept while the obstacle is there and forgotten when it is gone.
 * ``supervisor``: how urgent each of the four is, by which they are blended:
 
       ω = (μ_t ω_tracking + μ_o turn_obstacles / T) / (μ_t + μ_o) + μ_c turn_crash / T
@@ -19,7 +19,7 @@ Thesis 1.8, 5.3 and (6.4)-(6.7), Figs 5.20 and 6.26; there two modes are switche
 Below them stands the emergency rule of :mod:`robotics.laws.rules.emergency`, which knows no rules and no paths.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,22 +27,22 @@ import numpy as np
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.priority import WHEREABOUTS, whereabouts
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
-from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
+from robotics.laws.modes import AVOID, FOLLOW, TRACK, YIELD
 from robotics.laws.rules.emergency import Guard
 from robotics.laws.rules.evaluation import RuleBase
 from robotics.laws.rules.situation import Fixed, Recall, Situation
 from robotics.laws.setting import Setting
-from robotics.laws.teams.cooperation import held
+from robotics.laws.teams.cooperation import JOINING, held
 from robotics.laws.teams.neighbours import OUTAGE, smallest_heard
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
-from robotics.paths.trajectory import Reference
+from robotics.paths.posture import posture_error
 from robotics.quantity import check_quantities, quantity
 
 OUTPUTS = {
     "cooperation": {"rate": "rate of the clock"},
     "crash": {"turn": "rad", "speed": "m/s, at most"},
     "obstacles": {"turn": "rad, away from the obstacle", "speed": "m/s", "keep": "the side: 1 keep, -1 change, 0 none"},
-    "supervisor": {name: "urgency" for name in ("tracking", "cooperation", "crash", "obstacles")},
+    "supervisor": dict.fromkeys(("tracking", "cooperation", "crash", "obstacles"), "urgency"),
 }
 TURN_TIME = 0.4  # s: a turn [rad] is made in this time, as by the tracking rule base's look-ahead
 SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
@@ -67,6 +67,7 @@ class FuzzyTeam(Law[_Memory]):
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     reach: float = quantity(0.4, "m", above=0)  # the target is no farther ahead of the robot's place
     tracker: FuzzyTracking = field(init=False, repr=False)
+    joiner: FuzzyTracking = field(init=False, repr=False)  # the same for a robot off its path, which steers to it
     bases: dict[str, RuleBase | None] = field(init=False, repr=False, compare=False)
     guard: Guard = field(default_factory=Guard)
 
@@ -77,6 +78,7 @@ class FuzzyTeam(Law[_Memory]):
         check_quantities(self, ControllerError)
         tracking = FuzzyTracking(rule_base="tracking" if self.tracking_rule_base == "none" else self.tracking_rule_base)
         object.__setattr__(self, "tracker", tracking)
+        object.__setattr__(self, "joiner", replace(tracking, steering_distance=0.0))
         bases: dict[str, RuleBase | None] = {}
         for task, outputs in OUTPUTS.items():
             name = getattr(self, f"{task}_rule_base")
@@ -114,7 +116,7 @@ class FuzzyTeam(Law[_Memory]):
         urgency = self._ask(now, "supervisor", asked)
         rate = self._rate(now, urgency, asked)
         pace = (1 - np.exp(-seen.time)) * rate
-        v, w, target = self._tracked(now, pace)
+        v, w = self._tracked(now, pace)
         crash = self._ask(now, "crash", asked)
         obstacles = self._ask(now, "obstacles", asked)
         way = np.where(recall.side >= 0, 1.0, -1.0)
@@ -143,9 +145,7 @@ class FuzzyTeam(Law[_Memory]):
         if seen.heard.fields:
             theirs = seen.heard.now("clock", by="pace") + dt * np.maximum(seen.heard["pace"], 1.0)
             clock = np.minimum(clock, smallest_heard(clock, theirs, seen.heard.hears))
-        after = Recall(
-            now.place, message["speed"], clock, pace, now.best, now.stuck, side, now.clear, yields
-        )
+        after = Recall(now.place, message["speed"], clock, pace, now.best, now.stuck, side, now.clear, yields)
         mode = np.where(yields > 0.5, YIELD, np.where(mu_o > mu_t, np.where(now.stuck > 6, FOLLOW, AVOID), TRACK))
         due = now.due
         moving = due._replace(v=due.v * pace, w=due.w * pace)
@@ -158,32 +158,26 @@ class FuzzyTeam(Law[_Memory]):
         shape = now.place.shape
         if base is None or (base.of_pairs and shape[1] == 1):
             return {name: np.full(shape, value) for name, value in NEUTRAL[task].items()}
-        known = base.known(now)
-        said = base(known)
-        if not base.of_pairs:
-            asked[task] = known
-            return said
-        ignored = ~now.seen.heard.hears | np.isnan(now.others.gap)
-        out = {}
-        for name, values in said.items():
-            values = np.where(ignored, NEUTRAL[task][name], values)
-            out[name] = values.sum(axis=-1) if name == "turn" else values.min(axis=-1)
-        return out
+        said, asked[task] = base.asked(now, NEUTRAL[task])
+        return said
 
     def _rate(self, now: Situation, urgency: dict[str, np.ndarray], asked: dict[str, np.ndarray]) -> np.ndarray:
         said = self._ask(now, "cooperation", asked)["rate"]
         return 1 + urgency["cooperation"] * (said - 1)
 
-    def _tracked(self, now: Situation, pace: np.ndarray) -> tuple[np.ndarray, np.ndarray, Reference]:
-        """v [m/s] and ω [rad/s] towards the sample due, and the target."""
+    def _tracked(self, now: Situation, pace: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """v [m/s] and ω [rad/s] towards the sample due."""
         ahead = np.minimum(now.recall.clock + self.look_ahead * pace, now.fixed.end)
-        target, behind, _ = held(
-            now.seen, now.seen.references.each_at(ahead), now.place, now.fixed.lengths, self.reach
-        )
+        target, behind, phase = held(now.seen, now.seen.references.each_at(ahead), now.place, now.fixed.lengths, self.reach)
         v, w = self.tracker.toward(now.seen, target, behind)
+        joins = phase == JOINING
+        w = np.where(joins, self.joiner.toward(now.seen, target, behind)[1], w)
+        # Back to its path a robot turns first: at speed it would circle about a target that is beside it.
+        e = posture_error(now.seen.x, now.seen.y, now.seen.heading, target)
+        v = np.where(joins, v * np.clip(np.cos(np.arctan2(e.y, e.x)), 0.0, 1.0), v)
         if self.tracking_rule_base == "none":
             v, w = np.zeros_like(v), np.zeros_like(w)
-        return v, w, target
+        return v, w
 
 
 NEUTRAL: dict[str, dict[str, Any]] = {

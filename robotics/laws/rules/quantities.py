@@ -6,7 +6,7 @@ robot: a rule base with one among its inputs is evaluated for every other robot,
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,8 +28,10 @@ class Quantity:
     unit: str
     meaning: str
     of: Callable[[Situation], Any]  # (runs, robots), of pairs (runs, robots, others)
-    pair: bool = False
-    group: str = ""
+    pair: bool = False  # whether it is told of each other robot
+    radio: bool = False  # whether robots must tell each other where they are
+    sensor: str = ""  # the range sensor that it needs
+    robot: int = 0  # the number of the robot that it is of
 
 
 def _sector(number: int) -> Callable[[Situation], np.ndarray]:
@@ -70,9 +72,18 @@ def _their_lag(s: Situation) -> np.ndarray:
 
 
 _OWN = {
-    "time": Quantity("s", "since the start", lambda s: np.full_like(s.place, s.seen.time)),
+    "time": Quantity("s", "time since the start", lambda s: np.full_like(s.place, s.seen.time)),
     "v": Quantity("m/s", "the robot's speed, by its encoders", lambda s: s.seen.v),
     "w": Quantity("rad/s", "its turn rate, by its encoders", lambda s: s.seen.w),
+}
+_TARGET = {
+    "distance": Quantity("m", "distance to the target, d_RP of (2.35)", lambda s: np.hypot(s.error.x, s.error.y)),
+    "alpha": Quantity("rad", "bearing of the target; > 0: to the left", lambda s: np.arctan2(s.error.y, s.error.x)),
+    "x_err": Quantity("m", "the target is so far ahead, (5.9)", lambda s: s.error.x),
+    "y_err": Quantity("m", "the target is so far to the left, (5.9)", lambda s: s.error.y),
+    "heading_err": Quantity("rad", "heading of the target from the robot's, (5.9)", lambda s: s.error.heading),
+    "target_v": Quantity("m/s", "speed of the target, v_d", lambda s: np.broadcast_to(s.target.v, s.place.shape)),
+    "target_w": Quantity("rad/s", "turn rate of the target, ω_d", lambda s: np.broadcast_to(s.target.w, s.place.shape)),
 }
 _PATH = {
     "cross_track": Quantity("m", "the robot is so far to the left of its path", lambda s: s.cross_track),
@@ -120,9 +131,30 @@ _PAIRS = {
     "their_yield": Quantity("1", "how much the other robot gives way", _heard("yields")),
     "their_stuck": Quantity("s", "time for which the other robot has made no progress", _heard("stuck")),
 }
-QUANTITIES: dict[str, Quantity] = {**_OWN, **_PATH, **_ROOM}
-QUANTITIES |= {name: Quantity(q.unit, q.meaning, q.of, pair=True) for name, q in _PAIRS.items()}
-SENSOR = re.compile(r"sensor (.+)")  # the reading of one sensor, by its name
+GROUPS: dict[str, dict[str, Quantity]] = {
+    "Its own motion": _OWN,
+    "The target": _TARGET,
+    "The path and the timetable": _PATH,
+    "The room around it": _ROOM,
+    "Each other robot": {name: replace(quantity, pair=True, radio=True) for name, quantity in _PAIRS.items()},
+}
+QUANTITIES: dict[str, Quantity] = {name: quantity for group in GROUPS.values() for name, quantity in group.items()}
+_NUMBERED: dict[str, Quantity] = {
+    "ahead": Quantity("m", "robot N is so far ahead, along the robot's heading", lambda s: s.others.ahead),
+    "left": Quantity("m", "robot N is so far to the left", lambda s: s.others.left),
+    "v": Quantity("m/s", "speed of robot N", lambda s: np.hypot(s.others.v_x, s.others.v_y)),
+    "gap": _PAIRS["gap"],
+    "bearing": _PAIRS["bearing"],
+    "closing": _PAIRS["closing"],
+    "lag": _PAIRS["their_lag"],
+    "age": _PAIRS["age"],
+}
+PATTERNS: dict[str, tuple[str, str]] = {  # the quantities with a number or a name in theirs: unit and meaning
+    **{f"robotN_{name}": (q.unit, q.meaning) for name, q in _NUMBERED.items()},
+    "range:NAME": ("m", "what the range sensor of that name reads"),
+}
+_ROBOT = re.compile(r"robot([1-9]\d*)_(\w+)")
+_RANGE = "range:"
 
 
 def quantity_of(name: str, where: str) -> Quantity:
@@ -130,6 +162,33 @@ def quantity_of(name: str, where: str) -> Quantity:
 
     ``where`` is what the message calls the rule base.
     """
-    if name not in QUANTITIES:
-        raise ControllerError(f"{where}: " + expected(name, list(QUANTITIES), "quantity that a robot knows"))
-    return QUANTITIES[name]
+    if name in QUANTITIES:
+        return QUANTITIES[name]
+    if name.startswith(_RANGE) and name != _RANGE:
+        return _reading(name.removeprefix(_RANGE))
+    numbered = _ROBOT.fullmatch(name)
+    if numbered and numbered[2] in _NUMBERED:
+        return _of_robot(int(numbered[1]) - 1, _NUMBERED[numbered[2]])
+    known = [*QUANTITIES, *PATTERNS]
+    raise ControllerError(f"{where}: " + expected(name, known, "quantity that a robot knows"))
+
+
+def _reading(sensor: str) -> Quantity:
+    def of(s: Situation) -> np.ndarray:
+        return np.full_like(s.place, np.inf) if s.seen.ranges is None else s.seen.ranges[sensor]
+
+    return Quantity("m", f"what {sensor} reads", of, sensor=sensor)
+
+
+def _of_robot(number: int, quantity: Quantity) -> Quantity:
+    """The quantity of one robot, counted from 0; of itself it is 0, and of a robot that does not exist unknown."""
+
+    def of(s: Situation) -> np.ndarray:
+        row = np.broadcast_to(quantity.of(s), (*s.place.shape, s.place.shape[1]))
+        if number >= s.place.shape[1]:
+            return np.full_like(s.place, np.nan)
+        one = np.array(row[..., number])
+        one[:, number] = 0.0
+        return one
+
+    return replace(quantity, of=of, radio=True, robot=number + 1)

@@ -22,7 +22,7 @@ from robotics.laws.rules.meetings import Meeting, Meetings, in_the_way, next_mee
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach
 from robotics.paths.path import PathPoint
-from robotics.paths.posture import wrapped
+from robotics.paths.posture import PostureError, posture_error, wrapped
 from robotics.paths.trajectory import Reference
 
 LOOK_AHEAD = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
@@ -85,6 +85,8 @@ class Others:
 
     x: np.ndarray  # m
     y: np.ndarray  # m
+    ahead: np.ndarray  # m along the robot's heading
+    left: np.ndarray  # m
     v_x: np.ndarray  # m/s
     v_y: np.ndarray  # m/s
     gap: np.ndarray  # m between the circles in which the two robots turn
@@ -97,9 +99,15 @@ class Others:
 class Situation:
     """All that robots can know in one period. Arrays are (runs, robots), of pairs (runs, robots, others)."""
 
-    def __init__(self, seen: Observation, fixed: Fixed, recall: Recall, dt: float) -> None:
-        """Take what robots see and hear, what they knew before the start, and what they remember."""
+    def __init__(
+        self, seen: Observation, fixed: Fixed, recall: Recall, dt: float, target: Reference | None = None
+    ) -> None:
+        """Take what robots see and hear, what they knew before the start, what they remember, and their target.
+
+        The target is by default the sample due.
+        """
         self.seen, self.fixed, self.recall, self.dt = seen, fixed, recall, dt
+        self._target = target
         self.paths = seen.references.joined
         self.place = self.paths.nearest(seen.x, seen.y, recall.place, search_reach(seen.heard, seen.time))
 
@@ -136,6 +144,16 @@ class Situation:
         return self.seen.references.each_at(np.minimum(self.recall.clock, self.fixed.end))
 
     @cached_property
+    def target(self) -> Reference:
+        """The point that the robot tracks."""
+        return self._target or self.due
+
+    @cached_property
+    def error(self) -> PostureError:
+        """The target as the robot sees it."""
+        return posture_error(self.seen.x, self.seen.y, self.seen.heading, self.target)
+
+    @cached_property
     def remaining(self) -> np.ndarray:
         """The way to the end of the path [m], the way back to it included."""
         return self.fixed.lengths - self.place + self.off
@@ -159,7 +177,7 @@ class Situation:
         seen, heard = self.seen, self.seen.heard
         if not heard.fields:
             none = np.full(heard.age.shape, np.nan)
-            return Others(*[none] * 8, heard.age)
+            return Others(*[*[none] * 10, heard.age])
         unheard = ~heard.hears
         x, y = heard.now("x", by="v_x"), heard.now("y", by="v_y")
         dx, dy = x - seen.x[:, :, None], y - seen.y[:, :, None]
@@ -169,9 +187,21 @@ class Situation:
         v_x, v_y = heard["v_x"], heard["v_y"]
         towards = dx * (seen.v[:, :, None] * cos - v_x) + dy * (seen.v[:, :, None] * sin - v_y)
         radii = self.fixed.radii
-        rows = (x, y, v_x, v_y, distance - radii[:, None] - radii, bearing, towards / np.maximum(distance, 1e-6))
+        ahead, left = cos * dx + sin * dy, cos * dy - sin * dx
+        rows = (
+            x,
+            y,
+            ahead,
+            left,
+            v_x,
+            v_y,
+            distance - radii[:, None] - radii,
+            bearing,
+            towards / np.maximum(distance, 1e-6),
+        )
         place = heard.now("place", by="speed")
-        return Others(*(np.where(unheard, np.nan, row) for row in (*rows, place, heard.age)))
+        known = [np.where(unheard, np.nan, row) for row in (*rows, place, heard.age)]
+        return Others(*known)
 
     @cached_property
     def meeting(self) -> Meeting:

@@ -33,7 +33,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -62,7 +62,7 @@ class Drive(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FuzzyTracking(Law[None]):
+class FuzzyTracking(Law[Any]):
     """Fuzzy tracking: a rule base, and how its target and its inputs are chosen."""
 
     rule_base: str = "tracking"  # a name of robotics/rulebases, or the path of a .fis file
@@ -78,15 +78,21 @@ class FuzzyTracking(Law[None]):
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
-        fis = load_rule_base(self.rule_base)
+        name = self.tracking_rule_base
+        fis = load_rule_base(name)
         for variable in fis.inputs:
             if variable.name not in INPUTS:
-                raise ControllerError(f"{self.rule_base}: " + expected(variable.name, INPUTS, "tracking input"))
+                raise ControllerError(f"{name}: " + expected(variable.name, INPUTS, "tracking input"))
         if len(fis.outputs) != 2:
-            raise ControllerError(f"{self.rule_base}: a tracking rule base has the outputs v and w, in this order")
+            raise ControllerError(f"{name}: a tracking rule base has the outputs v and w, in this order")
         object.__setattr__(self, "inputs", tuple(INPUTS.index(v.name) for v in fis.inputs))
         object.__setattr__(self, "tracking", compile_sugeno(fis))
         object.__setattr__(self, "turn", compiled_curve(self.lateral_rule_base, "λ", "y_err"))
+
+    @property
+    def tracking_rule_base(self) -> str:
+        """The rule base by which it tracks."""
+        return self.rule_base
 
     @property
     def idle(self) -> frozenset[str]:
@@ -100,10 +106,10 @@ class FuzzyTracking(Law[None]):
         """The rule base of Table 5.6, and where it is used that of λ."""
         return {"tracking": self.tracking.fis} | ({} if self.lateral == "none" else {"lateral": self.turn.fis})
 
-    def init(self, setting: Setting, runs: int) -> None:
+    def init(self, setting: Setting, runs: int) -> Any:
         """Remember nothing."""
 
-    def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
+    def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
         """Drive towards the point ``look_ahead`` seconds from now by (2.35), (2.36)."""
         v, w, inputs = self.drive(seen, seen.references.at(seen.time + self.look_ahead))
         return Command(v, w, v, w, inputs=inputs), None

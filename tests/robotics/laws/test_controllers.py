@@ -8,7 +8,7 @@ import pytest
 
 from robotics.laws.catalogue import CATALOGUE, gains_of, make_controller
 from robotics.laws.law import ControllerError
-from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
+from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.paths.posture import posture_error, wrapped
@@ -56,7 +56,7 @@ def test_specifications_change_gains():
     assert law.level == "velocity"
     assert make_controller(" esm : k = 0.5 , mu0=1e-1 ") == SlidingMode(mode="esm", k=0.5)
     assert make_controller("lyapunov:form=2.31,ky=4") == Lyapunov(form="2.31", ky=4.0)
-    assert make_controller("fuzzy:steering=heading,lateral=path,look_ahead=0.6") == FuzzyTracking(
+    assert make_controller("fuzzy:steering=heading,lateral=path,look_ahead=0.6") == OwnRules(
         steering="heading", lateral="path", look_ahead=0.6
     )
     assert make_controller("lyapunov:") == make_controller("lyapunov")

@@ -1,0 +1,148 @@
+"""Any rule base flies: a law whose inputs are quantities that a robot can know, by their names in the ``.fis`` file.
+
+The inputs are those of :mod:`robotics.laws.rules.quantities`; the outputs, of which it has one or more, are
+
+    v, w            the speed [m/s] and the turn rate [rad/s] themselves
+    turn            [rad], made in 0.4 s: added to the turn of fuzzy tracking underneath
+    speed           [m/s], at most: fuzzy tracking underneath drives no faster
+    speed_factor    what the speed of fuzzy tracking underneath is multiplied by
+    rate            of the robot's copy of a clock that all share: 1 on time, 0 waits; the slowest copy holds
+    keep            the side of an obstacle to keep, 1 this one, -1 the other, 0 none; the robot remembers it
+
+What a rule base does not give, fuzzy tracking does: it drives to the target ``look_ahead`` seconds from now. A rule
+base of v and w whose inputs are a tracking law's four, as Table 5.6, is fuzzy tracking itself
+(:mod:`robotics.laws.tracking.fuzzy_tracking`).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fuzzy.system import Sugeno
+from robotics.laws.avoidance.priority import WHEREABOUTS, whereabouts
+from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.rules.evaluation import RuleBase
+from robotics.laws.rules.situation import Fixed, Recall, Situation
+from robotics.laws.setting import Setting
+from robotics.laws.teams.neighbours import smallest_heard
+from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking, load_rule_base
+from robotics.quantity import quantity
+
+OUTPUTS = {
+    "v": "m/s",
+    "w": "rad/s",
+    "turn": "rad, added to that of tracking",
+    "speed": "m/s, at most",
+    "speed_factor": "1",
+    "rate": "1, of the clock",
+    "keep": "1, the side of an obstacle",
+}
+NEUTRAL = {"v": np.inf, "w": 0.0, "turn": 0.0, "speed": np.inf, "speed_factor": 1.0, "rate": 1.0, "keep": 0.0}
+TURN_TIME = 0.4  # s: a turn is made in this time, as by the tracking rule base's look-ahead
+SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
+MARGIN = 0.2  # m: between the turning circles of robots whose paths do not meet
+
+
+class _Memory(NamedTuple):
+    fixed: Fixed
+    recall: Recall
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnRules(FuzzyTracking):
+    """A rule base of one's own, and fuzzy tracking for what it does not give."""
+
+    leader: float = quantity(0.0, "1", least=0)  # the number of the robot that only tracks; 0: none
+    own: RuleBase | None = field(init=False, repr=False, compare=False)  # none: fuzzy tracking itself
+
+    def __post_init__(self) -> None:
+        fis = load_rule_base(self.rule_base)
+        tracks = all(v.name in INPUTS for v in fis.inputs) and not any(
+            v.name in OUTPUTS and v.name not in ("v", "w") for v in fis.outputs
+        )
+        own = None if tracks else RuleBase.of(self.rule_base, OUTPUTS, "a rule base")
+        object.__setattr__(self, "own", own)
+        super().__post_init__()
+
+    @property
+    def tracking_rule_base(self) -> str:
+        """The rule base by which it tracks."""
+        return self.rule_base if self.own is None else "tracking"
+
+    @property
+    def idle(self) -> frozenset[str]:
+        """The parameters that have no effect as the others are set."""
+        return super().idle | ({"leader"} if self.own is None else frozenset())
+
+    @property
+    def message(self) -> tuple[str, ...]:
+        """Where the robots are, if the rule base asks for it."""
+        asks = self.own is not None and (self.own.radio or "rate" in self.own.outputs)
+        return ("place", "speed", "clock", "pace", *WHEREABOUTS, "yields", "stuck") if asks else ()
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The range sensors that the rule base names."""
+        return () if self.own is None else tuple(q.sensor for q in self.own.inputs if q.sensor)
+
+    @property
+    def looks(self) -> bool:
+        """Whether the rule base asks for the room around the robot."""
+        return self.own is not None and self.own.looks
+
+    @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """The rule base."""
+        return super().fuzzy_systems if self.own is None else {"own": self.own.fis}
+
+    def init(self, setting: Setting, runs: int) -> Any:
+        """Look at the paths. Raises ControllerError where a rule base names a robot that does not exist."""
+        if self.own is None:
+            return None
+        for variable, known in zip(self.own.fis.inputs, self.own.inputs, strict=True):
+            if known.robot > len(setting.robots):
+                raise ControllerError(
+                    f"{self.rule_base}: {variable.name} is of robot {known.robot}, and {setting.name} has "
+                    f"{len(setting.robots)}"
+                )
+        if self.leader > len(setting.robots) or self.leader % 1:
+            raise ControllerError(
+                f"leader must be the number of a robot of {setting.name}, 1 to {len(setting.robots)}, or 0 for none; "
+                f"got {self.leader:g}"
+            )
+        return _Memory(Fixed.of(setting, MARGIN), Recall.start(setting, runs))
+
+    def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
+        """Ask the rule base, and track for the rest."""
+        if self.own is None:
+            return super().control(seen, memory, dt)
+        fixed, recall = memory
+        clocked = "rate" in self.own.outputs
+        time = recall.clock if clocked else np.full_like(recall.clock, seen.time)
+        target = seen.references.each_at(np.minimum(time + self.look_ahead, fixed.end))
+        now = Situation(seen, fixed, recall._replace(clock=time), dt, target)
+        said, inputs = self.own.asked(now, NEUTRAL)
+        v, w = self.toward(seen, target)
+        way = np.where(recall.side >= 0, 1.0, -1.0)
+        leads = np.arange(1, v.shape[1] + 1) == self.leader
+        wish_v = said.get("v", v * said.get("speed_factor", 1.0))
+        wish_v = np.minimum(wish_v, said.get("speed", np.inf))
+        wish_w = said.get("w", w) + said.get("turn", 0.0) / TURN_TIME
+        v, w = np.where(leads, v, wish_v), np.where(leads, w, wish_w)
+        pace = np.broadcast_to(said.get("rate", np.ones_like(v)), v.shape)
+        clock = time + dt * pace
+        heard = seen.heard
+        if clocked and heard.fields:
+            clock = np.minimum(
+                clock,
+                smallest_heard(clock, heard.now("clock", by="pace") + dt * np.maximum(heard["pace"], 1.0), heard.hears),
+            )
+        side = recall.side + dt / SIDE_TIME * (way * said.get("keep", np.zeros_like(v)) - recall.side)
+        rate = (now.place - recall.place) / dt
+        after = Recall(now.place, rate, clock, pace, now.best, now.stuck, side, now.clear, np.zeros_like(v))
+        told = {"place": now.place, "speed": rate, "clock": time, "pace": pace, "yields": after.yields}
+        message = {**told, "stuck": now.stuck, **whereabouts(seen)} if self.message else None
+        progress = now.paths.share(now.place)
+        return Command(v, w, v, w, message, target, progress, inputs=inputs), _Memory(fixed, after)
