@@ -14,7 +14,7 @@ from robotics.laws.modes import STOPPED
 from robotics.simulation.state import State
 from robotics.vehicle import plant as p
 
-Axes = tuple[str, ...]  # of "sample", "channel", "run", "robot", "sender", "sensor"
+Axes = tuple[str, ...]  # of "sample", "channel", "run", "robot", "sender", "sensor", "input"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,6 +87,13 @@ RECORDS: dict[str, Record] = {
         axes=("sample", "run", "robot", "sensor"),
         of=lambda state: None if state.ranges is None else state.ranges.values,
         dtype=np.float32,
+    ),
+    # the inputs of the law's rule bases, those of Run.about.rule_bases in their order, each in its own unit
+    "inputs": Record(
+        axes=("sample", "input", "run", "robot"),
+        of=lambda state: state.command.inputs,
+        dtype=np.float32,
+        stopped=np.nan,
     ),
 }
 

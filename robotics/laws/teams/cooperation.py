@@ -123,14 +123,14 @@ class FuzzyCooperation(Law[_Memory]):
         return frozenset(idle.get(self.variant, ()))
 
     @property
-    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
-        """Those of the tracking law below."""
-        return self.tracker.fuzzy_systems
-
-    @property
     def diagrams(self) -> tuple[StateDiagram, ...]:
         """The choices of the lower level, thesis Fig 5.24."""
         return (REPAIRED_DIAGRAM if self.variant == "repaired" else RULE_11_DIAGRAM,)
+
+    @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """The rule bases of the lower level."""
+        return self.tracker.fuzzy_systems
 
     def init(self, setting: Setting, runs: int) -> _Memory:
         """Set the clocks to 0. Raises ControllerError where the robots are no team, or the graph is not connected."""
@@ -209,7 +209,7 @@ class FuzzyCooperation(Law[_Memory]):
             behind = None
             ahead = np.cos(seen.heading) * (target.x - seen.x) + np.sin(seen.heading) * (target.y - seen.y)
             phase = np.where(ahead >= 0, FOLLOWING, WAITING)
-        v, w, inputs = self.tracker.drive(seen, target, behind, turn, no_lateral)
+        v, w, inputs = self.tracker.toward_with_inputs(seen, target, behind, turn, no_lateral)
         message = {"place": said, "speed": said_rate, "clock": clock, "pace": pace}
         clock = clock + dt * pace
         if self.variant != "literal":
