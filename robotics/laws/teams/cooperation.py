@@ -163,6 +163,7 @@ class FuzzyCooperation(Law[_Memory]):
         dt: float,
         turn: np.ndarray | None = None,
         excused: np.ndarray | None = None,
+        no_lateral: np.ndarray | None = None,
     ) -> tuple[Command, _Memory]:
         """Do as :meth:`control`, with a turn added and some robots excused from the clock.
 
@@ -173,6 +174,7 @@ class FuzzyCooperation(Law[_Memory]):
             turn: Added to α (runs, robots) [rad]; none by default.
             excused: Robots for which the clock does not wait (runs, robots) bool; they broadcast a place that is not a
                 number. None by default.
+            no_lateral: Robots to which λ is not added (runs, robots) bool; none by default.
         """
         heard = seen.heard
         paths, lengths = seen.references.joined, memory.lengths
@@ -207,7 +209,7 @@ class FuzzyCooperation(Law[_Memory]):
             behind = None
             ahead = np.cos(seen.heading) * (target.x - seen.x) + np.sin(seen.heading) * (target.y - seen.y)
             phase = np.where(ahead >= 0, FOLLOWING, WAITING)
-        v, w, inputs = self.tracker.toward_with_inputs(seen, target, behind, turn)
+        v, w, inputs = self.tracker.toward_with_inputs(seen, target, behind, turn, no_lateral)
         message = {"place": said, "speed": said_rate, "clock": clock, "pace": pace}
         clock = clock + dt * pace
         if self.variant != "literal":

@@ -136,6 +136,7 @@ class FuzzyTracking(Law[Any]):
         target: Reference,
         x_err: np.ndarray | None = None,
         turn: np.ndarray | None = None,
+        no_lateral: np.ndarray | None = None,
     ) -> Toward:
         """Evaluate the rule bases for robots that drive towards a target.
 
@@ -144,12 +145,16 @@ class FuzzyTracking(Law[Any]):
             target: Each field (robots,) or (runs, robots).
             x_err: How far each robot is behind (runs, robots) [m]; by default the target's x in its frame (5.9).
             turn: Added to α (runs, robots) [rad], such as η of (6.4); none by default.
+            no_lateral: Robots whose y_err is taken as 0, so that λ turns them nowhere (runs, robots) bool; none by
+                default.
         """
         y_err: np.ndarray | None = None
         if self.lateral != "none":
             y_err = target.y - seen.y
             if self.lateral == "path":
                 y_err = np.cos(target.heading) * y_err - np.sin(target.heading) * (target.x - seen.x)
+            if no_lateral is not None:
+                y_err = np.where(no_lateral, 0.0, y_err)
             lateral = self.turn(y_err[..., None])[..., 0]  # (2.36)
             turn = lateral if turn is None else lateral + turn
         robots = seen.x.shape[-1]
