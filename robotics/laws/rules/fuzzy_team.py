@@ -28,7 +28,7 @@ import numpy as np
 from fuzzy.system import Sugeno
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
-from robotics.laws.rules.emergency import Guard
+from robotics.laws.rules.emergency import Guard, Watch
 from robotics.laws.rules.evaluation import RuleBase
 from robotics.laws.rules.situation import MESSAGE, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
@@ -47,7 +47,7 @@ OUTPUTS = {
 TURN_TIME = 0.4  # s: a turn [rad] is made in this time, as by the tracking rule base's look-ahead
 SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
 SLOWEST = 0.1  # m/s: a robot that wants to drive slower gives way by less than its speed
-GUARDED = 0.01  # m/s: what the emergency rule takes off less than this is noise
+GUARDED, GUARDED_TURN = 0.01, 0.1  # m/s, rad/s: what the emergency rule takes off less than this is noise
 WALL_AFTER = 6.0  # s without progress after which an avoiding robot is said to follow the wall
 LEFT_AFTER = 15.0  # s after which it is said to be left behind
 FREE_SPEED = 1.2  # m/s: what the crash rule base allows where nobody is
@@ -56,6 +56,7 @@ FREE_SPEED = 1.2  # m/s: what the crash rule base allows where nobody is
 class _Memory(NamedTuple):
     fixed: Fixed
     recall: Recall
+    watch: Watch
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,11 +111,12 @@ class FuzzyTeam(Law[_Memory]):
         if len(setting.robots) > 1:
             check_team(setting)
         check_connected(setting)
-        return _Memory(Fixed.of(setting, self.margin), Recall.start(setting, runs))
+        watch = Watch.start(runs, len(setting.robots))
+        return _Memory(Fixed.of(setting, self.margin), Recall.start(setting, runs), watch)
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Know the situation, ask the rule bases, blend what they say, and guard it."""
-        fixed, recall = memory
+        fixed, recall, _ = memory
         now = Situation(seen, fixed, recall, dt)
         inputs: dict[str, np.ndarray] = {}
         urgency = self._ask(now, "supervisor", inputs)
@@ -133,7 +135,8 @@ class FuzzyTeam(Law[_Memory]):
         limit = FREE_SPEED + urgency["crash"] * (crash["speed"] - FREE_SPEED)
         # guarded
         asked = np.minimum(v, limit)
-        safe = self.guard.kept(seen, now.others, now.clear, asked)
+        w = np.where(asked < 0, 0.0, w)  # back it goes straight
+        safe, safe_w, watch = self.guard.kept(now, asked, w, memory.watch)
         yields = np.clip((v - safe) / np.maximum(v, SLOWEST), 0.0, 1.0)
         side = recall.side + dt / SIDE_TIME * (way * obstacles["keep"] - recall.side)
         after = now.remembered(pace=pace, side=side, yields=yields)
@@ -142,17 +145,17 @@ class FuzzyTeam(Law[_Memory]):
         due = now.due
         command = Command(
             safe,
-            w,
+            safe_w,
             safe,
-            w,
+            safe_w,
             now.message(after),
             due._replace(v=due.v * pace, w=due.w * pace),
             now.paths.share(now.place),
             mode=mode,
             inputs=np.concatenate([inputs[task] for task in self.fuzzy_systems]),
-            guarded=np.abs(safe - asked) > GUARDED,
+            guarded=(np.abs(safe - asked) > GUARDED) | (np.abs(safe_w - w) > GUARDED_TURN),
         )
-        return command, _Memory(fixed, after)
+        return command, _Memory(fixed, after, watch)
 
     def _ask(self, now: Situation, task: str, inputs: dict[str, np.ndarray]) -> Mapping[str, np.ndarray]:
         """What the rule base of ``task`` says, (runs, robots) each; its inputs are put into ``inputs``."""

@@ -39,6 +39,7 @@ MESSAGE = ("place", "speed", "clock", "pace", *WHEREABOUTS, "yields", "stuck")  
 NEAR_END = 0.1  # m: a robot this near to its path's end is parked
 NOTICED = 1.0  # m: with less room ahead it is smoothed where there is more of it
 SMOOTHING = 0.8  # s: the time constant of that
+QUICK, SLOW = 0.1, 1.0  # s: the time constants by which it is noticed that something comes nearer
 FARTHEST = 2.0  # m: room beyond is no more room
 NONE = 9.0  # what is told where there is nothing to tell, in the unit of the quantity
 
@@ -75,6 +76,8 @@ class Recall(NamedTuple):
     side: np.ndarray  # from -1 to 1: the side that the robot keeps of an obstacle; > 0: it goes round to the left of it
     clear: np.ndarray  # (sectors, runs, robots) m: the clearances, which grow slowly
     yields: np.ndarray  # 0 to 1: how much the robot gives way
+    fast: np.ndarray  # m: the least clearance, smoothed over QUICK
+    slow: np.ndarray  # m: the same, over SLOW
     lean: np.ndarray  # m: how much more room there is ahead on the left than on the right, smoothed
 
     @classmethod
@@ -86,7 +89,7 @@ class Recall(NamedTuple):
         begin = setting.references.at(0.0).s
         near = setting.references.joined.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
         clear = np.full((len(SECTORS), runs, robots), np.inf)
-        return cls(near, zero, zero, zero, near, zero, zero, clear, zero, zero)
+        return cls(near, zero, zero, zero, near, zero, zero, clear, zero, zero + FARTHEST, zero + FARTHEST, zero)
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,6 +276,23 @@ class Situation:
         near = (np.minimum(left, right) < NOTICED) & (before != 0)
         return np.where(near, before + self.dt / SMOOTHING * (now - before), now)
 
+    @cached_property
+    def nearest_room(self) -> np.ndarray:
+        """The least clearance on all sides [m], without noise."""
+        least = np.minimum(self.clear.min(axis=0), FARTHEST)
+        return self.recall.fast + self.dt / QUICK * (least - self.recall.fast)
+
+    @cached_property
+    def slow_room(self) -> np.ndarray:
+        """The same as it was about a second ago."""
+        least = np.minimum(self.clear.min(axis=0), FARTHEST)
+        return self.recall.slow + self.dt / SLOW * (least - self.recall.slow)
+
+    @cached_property
+    def coming(self) -> np.ndarray:
+        """How much nearer the nearest thing has come within the last second [m]."""
+        return self.slow_room - self.nearest_room
+
     def remembered(self, *, pace: np.ndarray, side: np.ndarray, yields: np.ndarray) -> Recall:
         """What robots remember of this period. Their copies of the clock agree on the slowest.
 
@@ -286,7 +306,20 @@ class Situation:
             theirs = heard.now("clock", by="pace") + self.dt * np.maximum(heard["pace"], 1.0)
             clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
         speed = (self.place - self.recall.place) / self.dt
-        return Recall(self.place, speed, clock, pace, self.best, self.stuck, side, self.clear, yields, self.lean)
+        return Recall(
+            self.place,
+            speed,
+            clock,
+            pace,
+            self.best,
+            self.stuck,
+            side,
+            self.clear,
+            yields,
+            self.nearest_room,
+            self.slow_room,
+            self.lean,
+        )
 
     def message(self, after: Recall) -> dict[str, np.ndarray]:
         """What each robot tells the others, by the names MESSAGE; ``after`` is what it remembers of this period."""
