@@ -30,9 +30,8 @@ TURNING = 0.03  # m: a robot that drives ahead has so much more room than one th
 ASIDE = 0.1  # cosine of the bearing from which on a robot comes no nearer to another by driving on
 FAR = 2.0  # m: robots farther away are in nobody's way
 UNSURE = 0.1  # of the way that the other has driven since its last message
-NEARER = 0.03  # m: what has come nearer by more within a second comes nearer
-SETTLED = 0.012  # m: by less, and it stands
-LONGEST_HALT = 6.0  # s
+NEARER = 0.018  # m: what has come nearer by more within a second comes nearer
+SETTLED = 0.008  # m: by less, and it stands
 LONGEST_WAY_BACK = 0.3  # m
 SWING = 0.3  # m: a robot that turns by 1 rad forgets so much of the ground that it has driven
 
@@ -105,7 +104,7 @@ class Guard:
         """Notice what is near and comes nearer, and the ground that was driven."""
         seen, dt = now.seen, now.dt
         begins = (now.nearest_room < self.near) & (now.coming > NEARER) & (watch.halted == 0)
-        goes_on = (watch.halted > 0) & (watch.halted < LONGEST_HALT) & (now.coming > SETTLED)
+        goes_on = (watch.halted > 0) & (now.coming > SETTLED)
         halted = np.where(begins | (goes_on & (now.nearest_room < 2 * self.near)), watch.halted + dt, 0.0)
         trail = np.clip(watch.trail + dt * (seen.v - SWING * np.abs(seen.w)), 0.0, LONGEST_WAY_BACK)
         return Watch(halted, trail)

@@ -39,7 +39,7 @@ from robotics.paths.posture import posture_error
 from robotics.quantity import check_quantities, quantity
 
 OUTPUTS = {
-    "cooperation": {"rate": "rate of the clock"},
+    "cooperation": {"rate": "1, of the clock", "speed": "m/s, at most, beside the path"},
     "crash": {"turn": "rad", "speed": "m/s, at most"},
     "obstacles": {"turn": "rad, away from the obstacle", "speed": "m/s", "keep": "the side: 1 keep, -1 change, 0 none"},
     "supervisor": dict.fromkeys(("tracking", "cooperation", "crash", "obstacles"), "urgency"),
@@ -122,16 +122,17 @@ class FuzzyTeam(Law[_Memory]):
         urgency = self._ask(now, "supervisor", inputs)
         crash = self._ask(now, "crash", inputs)
         obstacles = self._ask(now, "obstacles", inputs)
-        rate = self._ask(now, "cooperation", inputs)["rate"]
-        pace = (1 - np.exp(-seen.time)) * (1 + urgency["cooperation"] * (rate - 1))
+        together = self._ask(now, "cooperation", inputs)
+        pace = (1 - np.exp(-seen.time)) * (1 + urgency["cooperation"] * (together["rate"] - 1))
         v, w = self._tracked(now, pace, inputs)
         # blended
         way = np.where(recall.side >= 0, 1.0, -1.0)
         tracking, avoiding = urgency["tracking"], urgency["obstacles"]
         total = np.maximum(tracking + avoiding, 1e-6)
-        v = (tracking * v + avoiding * obstacles["speed"]) / total
-        w = (tracking * w + avoiding * way * obstacles["turn"] / TURN_TIME) / total
         w = w + urgency["crash"] * crash["turn"] / TURN_TIME
+        aside = np.minimum(obstacles["speed"], FREE_SPEED + urgency["cooperation"] * (together["speed"] - FREE_SPEED))
+        v = (tracking * v + avoiding * aside) / total
+        w = (tracking * w + avoiding * way * obstacles["turn"] / TURN_TIME) / total
         limit = FREE_SPEED + urgency["crash"] * (crash["speed"] - FREE_SPEED)
         # guarded
         asked = np.minimum(v, limit)
@@ -191,7 +192,7 @@ class FuzzyTeam(Law[_Memory]):
 
 
 NEUTRAL: dict[str, dict[str, float]] = {
-    "cooperation": {"rate": 1.0},
+    "cooperation": {"rate": 1.0, "speed": FREE_SPEED},
     "crash": {"turn": 0.0, "speed": FREE_SPEED},
     "obstacles": {"turn": 0.0, "speed": 0.0, "keep": 0.0},
     "supervisor": {"tracking": 1.0, "cooperation": 1.0, "crash": 1.0, "obstacles": 0.0},
