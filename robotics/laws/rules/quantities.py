@@ -108,6 +108,7 @@ _ROOM = {
     "front_wall": Quantity("m", "room ahead on that side", _mirrored(FRONT_LEFT, FRONT_RIGHT)),
     "front_open": Quantity("m", "room ahead on the other side", _mirrored(FRONT_RIGHT, FRONT_LEFT)),
     "lean": Quantity("m", "how much more room there is ahead on that other side, smoothed", lambda s: _way(s) * s.lean),
+    "lost": Quantity("s", "time since that obstacle was seen", lambda s: s.lost),
     "path_away": Quantity(
         "rad", "bearing of the path; > 0: away from the obstacle", lambda s: _way(s) * s.path_bearing
     ),
