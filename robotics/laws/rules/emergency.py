@@ -78,7 +78,10 @@ class Guard:
             return v, w, watch
         seen, them = now.seen, now.others
         watch = self._watched(now, watch)
-        front = np.minimum(now.clear[FRONT_LEFT], now.clear[FRONT_RIGHT]) + TURNING
+        clear = np.minimum(
+            now.clear, now.echoes
+        )  # where a team-mate is known to be there may be something else as well
+        front = np.minimum(clear[FRONT_LEFT], clear[FRONT_RIGHT]) + TURNING
         v = np.minimum(v, np.maximum(self._fastest(front - self.least, 0.0), 0.0))
         halts = watch.halted > 0
         v, w = np.where(halts | ((v < 0) & (now.way_back <= 0)), 0.0, v), np.where(halts, 0.0, w)

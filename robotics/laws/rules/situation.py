@@ -45,6 +45,7 @@ MESSAGE = ("place", "speed", "clock", "pace", *WHEREABOUTS, "yields", "stuck")  
 NEAR_END = 0.1  # m: a robot this near to its path's end is parked
 NOTICED = 1.0  # m: with less room ahead it is smoothed where there is more of it
 SMOOTHING = 0.8  # s: the time constant of that
+SWINGING = 0.05  # m/rad: a robot that turns sees other corners of what is near
 QUICK, SLOW = 0.1, 1.0  # s: the time constants by which it is noticed that something comes nearer
 FARTHEST = 2.0  # m: room beyond is no more room
 NONE = 9.0  # what is told where there is nothing to tell, in the unit of the quantity
@@ -84,6 +85,7 @@ class Recall(NamedTuple):
     yields: np.ndarray  # 0 to 1: how much the robot gives way
     way_back: np.ndarray  # m of ground behind that the robot has just driven
     lost: np.ndarray  # s for which nothing was seen on the side that is kept
+    driven: np.ndarray  # m within the last second
     fast: np.ndarray  # m: the least clearance, smoothed over QUICK
     slow: np.ndarray  # m: the same, over SLOW
     lean: np.ndarray  # m: how much more room there is ahead on the left than on the right, smoothed
@@ -96,10 +98,9 @@ class Recall(NamedTuple):
         pose = np.broadcast_to(setting.starts, (runs, robots, 3))
         begin = setting.references.at(0.0).s
         near = setting.references.joined.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
-        clear = np.full((len(SECTORS), runs, robots), np.inf)
-        return cls(
-            near, zero, zero, zero, near, zero, zero, clear, zero, zero, zero, zero + FARTHEST, zero + FARTHEST, zero
-        )
+        far = zero + FARTHEST
+        start = dict.fromkeys(cls._fields, zero) | {"place": near, "best": near, "fast": far, "slow": far}
+        return cls(**start | {"clear": np.full((len(SECTORS), runs, robots), np.inf)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,6 +264,13 @@ class Situation:
         return stands & (off < radii[:, None] + radii + CORRIDOR)
 
     @cached_property
+    def echoes(self) -> np.ndarray:
+        """The clearance in each sector [m] (sectors, runs, robots) by what the sensors read now, robots included."""
+        if self.seen.ranges is None:
+            return np.full_like(self.recall.clear, np.inf)
+        return sensed(self.fixed.sensors, self.seen.ranges.values)
+
+    @cached_property
     def clear(self) -> np.ndarray:
         """The clearance in each sector [m] (sectors, runs, robots); infinite: nothing is seen."""
         now = np.full_like(self.recall.clear, np.inf)
@@ -318,8 +326,14 @@ class Situation:
 
     @cached_property
     def coming(self) -> np.ndarray:
-        """How much nearer the nearest thing has come within the last second [m]."""
-        return self.slow_room - self.nearest_room
+        """How much nearer the nearest thing has come within the last second than the robot has driven [m]."""
+        return self.slow_room - self.nearest_room - self.driven
+
+    @cached_property
+    def driven(self) -> np.ndarray:
+        """The way that the robot has driven within about the last second, and by which its corners have swung [m]."""
+        rate = np.abs(self.seen.v) + SWINGING * np.abs(self.seen.w)
+        return self.recall.driven + self.dt / SLOW * (SLOW * rate - self.recall.driven)
 
     def remembered(self, *, pace: np.ndarray, side: np.ndarray, yields: np.ndarray) -> Recall:
         """What robots remember of this period. Their copies of the clock agree on the slowest.
@@ -333,22 +347,22 @@ class Situation:
         if heard.fields:
             theirs = heard.now("clock", by="pace") + self.dt * np.maximum(heard["pace"], 1.0)
             clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
-        speed = (self.place - self.recall.place) / self.dt
         return Recall(
-            self.place,
-            speed,
-            clock,
-            pace,
-            self.best,
-            self.stuck,
-            side,
-            self.clear,
-            yields,
-            self.way_back,
-            self.lost,
-            self.nearest_room,
-            self.slow_room,
-            self.lean,
+            place=self.place,
+            speed=(self.place - self.recall.place) / self.dt,
+            clock=clock,
+            pace=pace,
+            best=self.best,
+            stuck=self.stuck,
+            side=side,
+            clear=self.clear,
+            yields=yields,
+            way_back=self.way_back,
+            lost=self.lost,
+            driven=self.driven,
+            fast=self.nearest_room,
+            slow=self.slow_room,
+            lean=self.lean,
         )
 
     def message(self, after: Recall) -> dict[str, np.ndarray]:
