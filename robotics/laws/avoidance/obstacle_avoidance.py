@@ -34,11 +34,13 @@ Stability: the tracking below is that of :mod:`robotics.laws.teams.cooperation`;
 """
 
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from fuzzy.compiled.sugeno import CompiledSugeno
+from fuzzy.system import Sugeno
 from robotics.laws.avoidance.obstacle_modes import (
     BEST,
     GROWTH,
@@ -151,12 +153,13 @@ class ObstacleAvoidance(Law[_Memory]):
     d_pass: float = quantity(0.75, "m", least=0, most=5)  # a robot that avoids is let pass where it is nearer
     push: float = quantity(0.6, "rad", least=0, most=3)  # "literal": the turn away from a side reading
     push_range: float = quantity(0.35, "m", least=0)  # "literal": a side reading below this turns the robot
-    rule_base: str = "tracking"
-    theta_rule_base: str = "theta"
+    rule_base: str | Sugeno = "tracking"
+    theta_rule_base: str | Sugeno = "theta"
     cooperation: FuzzyCooperation = field(init=False, repr=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
 
     yields = True
+    tasks = MappingProxyType({"tracking": "rule_base", "theta": "theta_rule_base"})
     needs = tuple(SONAR)  # two on the nose and one on each side
     message = (*FuzzyCooperation.message, "avoids", *WHEREABOUTS)
 

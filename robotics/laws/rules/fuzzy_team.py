@@ -20,6 +20,7 @@ Below them stands the emergency rule of :mod:`robotics.laws.rules.emergency`, wh
 """
 
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -58,11 +59,11 @@ class _Memory(NamedTuple):
 class FuzzyTeam(Law[_Memory]):
     """The fuzzy team: its five rule bases, and the few numbers beside them. A rule base "none" leaves its task out."""
 
-    tracking_rule_base: str = "tracking"
-    cooperation_rule_base: str = "cooperation"
-    crash_rule_base: str = "crash"
-    obstacles_rule_base: str = "obstacles"
-    supervisor_rule_base: str = "supervisor"
+    tracking_rule_base: str | Sugeno = "tracking"
+    cooperation_rule_base: str | Sugeno = "cooperation"
+    crash_rule_base: str | Sugeno = "crash"
+    obstacles_rule_base: str | Sugeno = "obstacles"
+    supervisor_rule_base: str | Sugeno = "supervisor"
     margin: float = quantity(0.2, "m", least=0.02, most=5)  # between the turning circles of robots that do not meet
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     reach: float = quantity(0.4, "m", above=0)  # the target is no farther ahead of the robot's place
@@ -73,6 +74,7 @@ class FuzzyTeam(Law[_Memory]):
 
     yields = True
     looks = True
+    tasks = MappingProxyType({task: f"{task}_rule_base" for task in ("tracking", *OUTPUTS)})
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
@@ -159,7 +161,7 @@ class FuzzyTeam(Law[_Memory]):
         if base is None or (base.of_pairs and shape[1] == 1):
             return {name: np.full(shape, value) for name, value in NEUTRAL[task].items()}
         said, asked[task] = base.asked(now, NEUTRAL[task])
-        return said
+        return {name: np.full(shape, value) for name, value in NEUTRAL[task].items() if name not in said} | said
 
     def _rate(self, now: Situation, urgency: dict[str, np.ndarray], asked: dict[str, np.ndarray]) -> np.ndarray:
         said = self._ask(now, "cooperation", asked)["rate"]
@@ -168,7 +170,9 @@ class FuzzyTeam(Law[_Memory]):
     def _tracked(self, now: Situation, pace: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """v [m/s] and ω [rad/s] towards the sample due."""
         ahead = np.minimum(now.recall.clock + self.look_ahead * pace, now.fixed.end)
-        target, behind, phase = held(now.seen, now.seen.references.each_at(ahead), now.place, now.fixed.lengths, self.reach)
+        target, behind, phase = held(
+            now.seen, now.seen.references.each_at(ahead), now.place, now.fixed.lengths, self.reach
+        )
         v, w = self.tracker.toward(now.seen, target, behind)
         joins = phase == JOINING
         w = np.where(joins, self.joiner.toward(now.seen, target, behind)[1], w)

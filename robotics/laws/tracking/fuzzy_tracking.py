@@ -32,6 +32,7 @@ import math
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
@@ -56,21 +57,22 @@ AHEAD = 0.1  # m: a robot that is so far ahead of its target stands by rule 11
 class FuzzyTracking(Law[Any]):
     """Fuzzy tracking: a rule base, and how its target and its inputs are chosen."""
 
-    rule_base: str = "tracking"  # a name of robotics/rulebases, or the path of a .fis file
+    rule_base: str | Sugeno = "tracking"  # a name of robotics/rulebases, the path of a .fis file, or the system itself
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     steering_distance: float = quantity(0.35, "m", least=0)  # D: α is the bearing of a point that is no nearer
     deadband: float = quantity(0.03, "m", least=0)  # nearer to the target α is 0; with D below it only
     steering: Literal["bearing", "heading"] = "bearing"  # α is the angle to the target point, or to the path's heading
     lateral: Literal["none", "path", "world"] = "none"  # the frame of y_err for λ; "world" is the thesis's
-    lateral_rule_base: str = "lateral"
+    lateral_rule_base: str | Sugeno = "lateral"
     tracking: CompiledSugeno = field(init=False, repr=False, compare=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
     inputs: tuple[int, ...] = field(init=False, repr=False)  # places in INPUTS of the rule base's inputs
 
+    tasks = MappingProxyType({"tracking": "rule_base", "lateral": "lateral_rule_base"})
+
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
-        name = self.tracking_rule_base
-        fis = load_rule_base(name)
+        fis, name = load_rule_base(self.tracking_rule_base), called(self.tracking_rule_base)
         for variable in fis.inputs:
             if variable.name not in INPUTS:
                 raise ControllerError(f"{name}: " + expected(variable.name, INPUTS, "tracking input"))
@@ -81,7 +83,7 @@ class FuzzyTracking(Law[Any]):
         object.__setattr__(self, "turn", compiled_curve(self.lateral_rule_base, "λ", "y_err"))
 
     @property
-    def tracking_rule_base(self) -> str:
+    def tracking_rule_base(self) -> str | Sugeno:
         """The rule base by which it tracks."""
         return self.rule_base
 
@@ -176,8 +178,18 @@ def rule_base_names() -> list[str]:
     return sorted(f.name.removesuffix(".fis") for f in folder.iterdir() if f.name.endswith(".fis"))
 
 
-def load_rule_base(name: str) -> Sugeno:
-    """Read the package's rule base of that name, or a ``.fis`` file. Raises ControllerError or FisFileError."""
+def called(rule_base: str | Sugeno) -> str:
+    """What messages call a rule base: its name or file, or the system's own name."""
+    return rule_base.name if isinstance(rule_base, Sugeno) else rule_base
+
+
+def load_rule_base(name: str | Sugeno) -> Sugeno:
+    """Read the package's rule base of that name, or a ``.fis`` file; a system is its own rule base.
+
+    Raises ControllerError or FisFileError.
+    """
+    if isinstance(name, Sugeno):
+        return name
     if name in rule_base_names():
         file = resources.files("robotics") / "rulebases" / f"{name}.fis"
         return parse_fis(file.read_text(encoding="utf-8"), f"{name}.fis")
@@ -186,12 +198,12 @@ def load_rule_base(name: str) -> Sugeno:
     return read_fis(name)
 
 
-def compiled_curve(name: str, symbol: str, argument: str) -> CompiledSugeno:
+def compiled_curve(name: str | Sugeno, symbol: str, argument: str) -> CompiledSugeno:
     """Compile the rule base of that name, which must be a curve: one input, the ``argument``, and one output.
 
     ``symbol`` is what messages call the curve. Raises ControllerError or FisFileError.
     """
     fis = load_rule_base(name)
     if len(fis.inputs) != 1 or len(fis.outputs) != 1:
-        raise ControllerError(f"{name}: {symbol} has one input, {argument}, and one output")
+        raise ControllerError(f"{called(name)}: {symbol} has one input, {argument}, and one output")
     return compile_sugeno(fis)
