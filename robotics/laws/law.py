@@ -80,7 +80,7 @@ class Law(ABC, Generic[Memory]):
                 raise TypeError(f"{cls.__name__}.{name} is no part of a law; is {close[0]} meant?")
 
     yields: ClassVar[bool] = False  # whether it keeps robots clear of each other
-    # The gains that name its rule bases, by the task of each
+    # The gains that name its rule bases, by the task of each; or the parts that have it
     tasks: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     @property
@@ -108,7 +108,9 @@ class Law(ABC, Generic[Memory]):
 
         Raises ControllerError for a task that it does not have, or a system that does not suit the task.
         """
-        return cast(Self, replace(cast(Any, self), **{self._gain_of(task): fis}))
+        gain = self._gain_of(task)
+        held = getattr(self, gain)
+        return cast(Self, replace(cast(Any, self), **{gain: held.with_fuzzy_system(task, fis) if isinstance(held, Law) else fis}))
 
     def _gain_of(self, task: str) -> str:
         if task not in self.tasks:

@@ -19,6 +19,11 @@ from robotics.laws.rules.clearances import FRONT_LEFT, FRONT_RIGHT
 from robotics.laws.rules.situation import Others
 from robotics.quantity import check_quantities, quantity
 
+TURNING = 0.03  # m: a robot that drives ahead has so much more room than one that turns, whose corners swing out
+ASIDE = 0.1  # cosine of the bearing from which on a robot comes no nearer to another by driving on
+FAR = 2.0  # m: robots farther away are in nobody's way
+UNSURE = 0.1  # of the way that the other has driven since its last message
+
 
 @dataclass(frozen=True, kw_only=True)
 class Guard:
@@ -37,32 +42,29 @@ class Guard:
         """The numbers that have no effect."""
         return frozenset() if self.on else frozenset({"braking", "delay", "least"})
 
-    def kept(
-        self, seen: Observation, them: Others, clear: np.ndarray, radii: np.ndarray, v: np.ndarray, w: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """The commands ``v`` [m/s] and ``w`` [rad/s] (runs, robots), brought down to what is safe.
+    def kept(self, seen: Observation, them: Others, clear: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """The speeds ``v`` [m/s] (runs, robots) brought down to what is safe.
 
         ``them`` are the other robots, ``clear`` the clearances [m] (sectors, runs, robots) of
         :mod:`robotics.laws.rules.clearances`.
         """
         if not self.on:
-            return v, w
-        front = np.minimum(clear[FRONT_LEFT], clear[FRONT_RIGHT]) + 0.03
+            return v
+        front = np.minimum(clear[FRONT_LEFT], clear[FRONT_RIGHT]) + TURNING
         v = np.minimum(v, np.maximum(self._fastest(front - self.least, 0.0), 0.0))
         if not seen.heard.fields:
-            return v, w
+            return v
         forward = np.sign(np.where(v == 0, 1.0, v))[:, :, None]
         cos = np.cos(them.bearing) * forward
-        theirs = np.hypot(them.v_x, them.v_y)
         dx, dy = them.x - seen.x[:, :, None], them.y - seen.y[:, :, None]
         distance = np.maximum(np.hypot(dx, dy), 1e-6)
         approach = np.maximum(-(dx * them.v_x + dy * them.v_y) / distance, 0.0)
-        late = np.minimum(np.nan_to_num(seen.heard.age, posinf=0.0), 1.0)
-        room = them.gap - self.least - approach * self.delay - 0.1 * late * theirs
-        fastest = self._fastest(room, approach) / np.maximum(cos, 1e-3)
-        limit = np.where((cos > 0.1) & (np.nan_to_num(them.gap, nan=np.inf) < 2.0), np.maximum(fastest, 0.0), np.inf)
-        limit = limit.min(axis=-1)
-        return np.sign(v) * np.minimum(np.abs(v), limit), w
+        # An old message says less of where the other is.
+        unsure = UNSURE * np.minimum(them.age, 1.0) * np.hypot(them.v_x, them.v_y)
+        room = them.gap - self.least - approach * self.delay - unsure
+        fastest = self._fastest(room, approach) / np.maximum(cos, ASIDE)
+        limit = np.where((cos > ASIDE) & (them.gap < FAR), fastest, np.inf).min(axis=-1)
+        return np.asarray(np.sign(v) * np.minimum(np.abs(v), limit))
 
     def _fastest(self, room: np.ndarray, approach: np.ndarray | float) -> np.ndarray:
         """The largest v [m/s] with v t + v²/(2 a) + u v/a ≤ ``room`` [m]."""

@@ -19,22 +19,22 @@ Thesis 1.8, 5.3 and (6.4)-(6.7), Figs 5.20 and 6.26; there two modes are switche
 Below them stands the emergency rule of :mod:`robotics.laws.rules.emergency`, which knows no rules and no paths.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from fuzzy.system import Sugeno
-from robotics.laws.avoidance.priority import WHEREABOUTS, whereabouts
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
-from robotics.laws.modes import AVOID, FOLLOW, TRACK, YIELD
+from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
 from robotics.laws.rules.emergency import Guard
 from robotics.laws.rules.evaluation import RuleBase
-from robotics.laws.rules.situation import Fixed, Recall, Situation
+from robotics.laws.rules.situation import MESSAGE, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import JOINING, held
-from robotics.laws.teams.neighbours import OUTAGE, smallest_heard
+from robotics.laws.teams.neighbours import OUTAGE
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.paths.posture import posture_error
 from robotics.quantity import check_quantities, quantity
@@ -47,6 +47,10 @@ OUTPUTS = {
 }
 TURN_TIME = 0.4  # s: a turn [rad] is made in this time, as by the tracking rule base's look-ahead
 SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
+SLOWEST = 0.1  # m/s: a robot that wants to drive slower gives way by less than its speed
+GUARDED = 0.01  # m/s: what the emergency rule takes off less than this is noise
+WALL_AFTER = 6.0  # s without progress after which an avoiding robot is said to follow the wall
+LEFT_AFTER = 15.0  # s after which it is said to be left behind
 FREE_SPEED = 1.2  # m/s: what the crash rule base allows where nobody is
 
 
@@ -90,7 +94,7 @@ class FuzzyTeam(Law[_Memory]):
     @property
     def message(self) -> tuple[str, ...]:
         """The names of the values that each robot broadcasts."""
-        return ("place", "speed", "clock", "pace", *WHEREABOUTS, "yields", "stuck")
+        return MESSAGE
 
     @property
     def watchdog(self) -> float:
@@ -114,77 +118,78 @@ class FuzzyTeam(Law[_Memory]):
         """Know the situation, ask the rule bases, blend what they say, and guard it."""
         fixed, recall = memory
         now = Situation(seen, fixed, recall, dt)
-        asked: dict[str, np.ndarray] = {}
-        urgency = self._ask(now, "supervisor", asked)
-        rate = self._rate(now, urgency, asked)
-        pace = (1 - np.exp(-seen.time)) * rate
-        v, w = self._tracked(now, pace)
-        crash = self._ask(now, "crash", asked)
-        obstacles = self._ask(now, "obstacles", asked)
+        inputs: dict[str, np.ndarray] = {}
+        urgency = self._ask(now, "supervisor", inputs)
+        crash = self._ask(now, "crash", inputs)
+        obstacles = self._ask(now, "obstacles", inputs)
+        rate = self._ask(now, "cooperation", inputs)["rate"]
+        pace = (1 - np.exp(-seen.time)) * (1 + urgency["cooperation"] * (rate - 1))
+        v, w = self._tracked(now, pace, inputs)
+        # blended
         way = np.where(recall.side >= 0, 1.0, -1.0)
-        mu_t, mu_o = urgency["tracking"], urgency["obstacles"]
-        total = np.maximum(mu_t + mu_o, 1e-6)
-        v = (mu_t * v + mu_o * obstacles["speed"]) / total
-        w = (mu_t * w + mu_o * way * obstacles["turn"] / TURN_TIME) / total
+        tracking, avoiding = urgency["tracking"], urgency["obstacles"]
+        total = np.maximum(tracking + avoiding, 1e-6)
+        v = (tracking * v + avoiding * obstacles["speed"]) / total
+        w = (tracking * w + avoiding * way * obstacles["turn"] / TURN_TIME) / total
         w = w + urgency["crash"] * crash["turn"] / TURN_TIME
-        wanted = v
-        v = np.minimum(v, FREE_SPEED + urgency["crash"] * (crash["speed"] - FREE_SPEED))
-        yields = np.clip((wanted - v) / np.maximum(wanted, 0.1), 0.0, 1.0)
-        safe_v, safe_w = self.guard.kept(seen, now.others, now.clear, fixed.radii, v, w)
-        guarded = (np.abs(safe_v - v) > 0.01) | (np.abs(safe_w - w) > 0.05)
-        v, w = safe_v, safe_w
+        limit = FREE_SPEED + urgency["crash"] * (crash["speed"] - FREE_SPEED)
+        # guarded
+        asked = np.minimum(v, limit)
+        safe = self.guard.kept(seen, now.others, now.clear, asked)
+        yields = np.clip((v - safe) / np.maximum(v, SLOWEST), 0.0, 1.0)
         side = recall.side + dt / SIDE_TIME * (way * obstacles["keep"] - recall.side)
-        message = {
-            "place": now.place - now.off,
-            "speed": (now.place - recall.place) / dt,
-            "clock": recall.clock,
-            "pace": pace,
-            "yields": yields,
-            "stuck": now.stuck,
-            **whereabouts(seen),
-        }
-        clock = recall.clock + dt * pace
-        if seen.heard.fields:
-            theirs = seen.heard.now("clock", by="pace") + dt * np.maximum(seen.heard["pace"], 1.0)
-            clock = np.minimum(clock, smallest_heard(clock, theirs, seen.heard.hears))
-        after = Recall(now.place, message["speed"], clock, pace, now.best, now.stuck, side, now.clear, yields)
-        mode = np.where(yields > 0.5, YIELD, np.where(mu_o > mu_t, np.where(now.stuck > 6, FOLLOW, AVOID), TRACK))
+        after = now.remembered(pace=pace, side=side, yields=yields)
+        mode = np.where(avoiding > tracking, np.where(now.stuck > WALL_AFTER, FOLLOW, AVOID), TRACK)
+        mode = np.where(yields > 0.5, YIELD, mode) + np.where(now.stuck > LEFT_AFTER, LEFT_BEHIND, 0)
         due = now.due
-        moving = due._replace(v=due.v * pace, w=due.w * pace)
-        command = Command(v, w, v, w, message, moving, now.paths.share(now.place), mode=mode, guarded=guarded)
+        command = Command(
+            safe,
+            w,
+            safe,
+            w,
+            now.message(after),
+            due._replace(v=due.v * pace, w=due.w * pace),
+            now.paths.share(now.place),
+            mode=mode,
+            inputs=np.concatenate([inputs[task] for task in self.fuzzy_systems]),
+            guarded=np.abs(safe - asked) > GUARDED,
+        )
         return command, _Memory(fixed, after)
 
-    def _ask(self, now: Situation, task: str, asked: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """What the rule base of ``task`` says, (runs, robots) each; of pairs the most cautious of all others."""
-        base = self.bases[task]
-        shape = now.place.shape
+    def _ask(self, now: Situation, task: str, inputs: dict[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+        """What the rule base of ``task`` says, (runs, robots) each; its inputs are put into ``inputs``."""
+        base, shape = self.bases[task], now.place.shape
         if base is None or (base.of_pairs and shape[1] == 1):
+            if base is not None:
+                inputs[task] = np.full((len(base.inputs), *shape), np.nan)
             return {name: np.full(shape, value) for name, value in NEUTRAL[task].items()}
-        said, asked[task] = base.asked(now, NEUTRAL[task])
-        return {name: np.full(shape, value) for name, value in NEUTRAL[task].items() if name not in said} | said
+        said, inputs[task] = base.asked(now, NEUTRAL[task])
+        return {**{name: np.full(shape, value) for name, value in NEUTRAL[task].items()}, **said}
 
-    def _rate(self, now: Situation, urgency: dict[str, np.ndarray], asked: dict[str, np.ndarray]) -> np.ndarray:
-        said = self._ask(now, "cooperation", asked)["rate"]
-        return 1 + urgency["cooperation"] * (said - 1)
-
-    def _tracked(self, now: Situation, pace: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _tracked(
+        self, now: Situation, pace: np.ndarray, inputs: dict[str, np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
         """v [m/s] and ω [rad/s] towards the sample due."""
-        ahead = np.minimum(now.recall.clock + self.look_ahead * pace, now.fixed.end)
-        target, behind, phase = held(
-            now.seen, now.seen.references.each_at(ahead), now.place, now.fixed.lengths, self.reach
-        )
-        v, w = self.tracker.toward(now.seen, target, behind)
-        joins = phase == JOINING
-        w = np.where(joins, self.joiner.toward(now.seen, target, behind)[1], w)
-        # Back to its path a robot turns first: at speed it would circle about a target that is beside it.
-        e = posture_error(now.seen.x, now.seen.y, now.seen.heading, target)
-        v = np.where(joins, v * np.clip(np.cos(np.arctan2(e.y, e.x)), 0.0, 1.0), v)
         if self.tracking_rule_base == "none":
-            v, w = np.zeros_like(v), np.zeros_like(w)
+            return np.zeros_like(pace), np.zeros_like(pace)
+        ahead = np.minimum(now.recall.clock + self.look_ahead * pace, now.fixed.end)
+        due = now.seen.references.each_at(ahead)
+        target, behind, phase = held(now.seen, due, now.place, now.fixed.lengths, self.reach)
+        v, w, asked = self.tracker.toward_with_inputs(now.seen, target, behind)
+        joins = phase == JOINING
+        if joins.any():
+            # Back to its path a robot steers straight to it, and turns first: at speed it would circle about a target
+            # that is beside it.
+            _, steep, asked_then = self.joiner.toward_with_inputs(now.seen, target, behind)
+            e = posture_error(now.seen.x, now.seen.y, now.seen.heading, target)
+            w = np.where(joins, steep, w)
+            v = np.where(joins, v * np.clip(np.cos(np.arctan2(e.y, e.x)), 0.0, 1.0), v)
+            asked = np.where(joins, asked_then, asked)
+        inputs["tracking"] = asked
         return v, w
 
 
-NEUTRAL: dict[str, dict[str, Any]] = {
+NEUTRAL: dict[str, dict[str, float]] = {
     "cooperation": {"rate": 1.0},
     "crash": {"turn": 0.0, "speed": FREE_SPEED},
     "obstacles": {"turn": 0.0, "speed": 0.0, "keep": 0.0},

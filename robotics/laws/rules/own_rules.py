@@ -22,12 +22,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.system import Sugeno
-from robotics.laws.avoidance.priority import WHEREABOUTS, whereabouts
 from robotics.laws.law import Command, ControllerError, Observation
 from robotics.laws.rules.evaluation import RuleBase
-from robotics.laws.rules.situation import Fixed, Recall, Situation
+from robotics.laws.rules.situation import MESSAGE, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
-from robotics.laws.teams.neighbours import smallest_heard
 from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking, called, load_rule_base
 from robotics.quantity import quantity
 
@@ -89,7 +87,7 @@ class OwnRules(FuzzyTracking):
     def message(self) -> tuple[str, ...]:
         """Where the robots are, if the rule base asks for it."""
         asks = self.own is not None and (self.own.radio or "rate" in self.own.outputs)
-        return ("place", "speed", "clock", "pace", *WHEREABOUTS, "yields", "stuck") if asks else ()
+        return MESSAGE if asks else ()
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -103,8 +101,8 @@ class OwnRules(FuzzyTracking):
 
     @property
     def fuzzy_systems(self) -> Mapping[str, Sugeno]:
-        """The rule base."""
-        return {"tracking": self.tracking.fis} if self.own is None else {"own": self.own.fis}
+        """The rule base, or those of tracking."""
+        return super().fuzzy_systems if self.own is None else {"own": self.own.fis}
 
     def init(self, setting: Setting, runs: int) -> Any:
         """Look at the paths. Raises ControllerError where a rule base names a robot that does not exist."""
@@ -141,17 +139,8 @@ class OwnRules(FuzzyTracking):
         wish_w = said.get("w", w) + said.get("turn", 0.0) / TURN_TIME
         v, w = np.where(leads, v, wish_v), np.where(leads, w, wish_w)
         pace = np.broadcast_to(said.get("rate", np.ones_like(v)), v.shape)
-        clock = time + dt * pace
-        heard = seen.heard
-        if clocked and heard.fields:
-            clock = np.minimum(
-                clock,
-                smallest_heard(clock, heard.now("clock", by="pace") + dt * np.maximum(heard["pace"], 1.0), heard.hears),
-            )
         side = recall.side + dt / SIDE_TIME * (way * said.get("keep", np.zeros_like(v)) - recall.side)
-        rate = (now.place - recall.place) / dt
-        after = Recall(now.place, rate, clock, pace, now.best, now.stuck, side, now.clear, np.zeros_like(v))
-        told = {"place": now.place, "speed": rate, "clock": time, "pace": pace, "yields": after.yields}
-        message = {**told, "stuck": now.stuck, **whereabouts(seen)} if self.message else None
+        after = now.remembered(pace=pace, side=side, yields=np.zeros_like(v))
+        message = now.message(after) if self.message else None
         progress = now.paths.share(now.place)
         return Command(v, w, v, w, message, target, progress, inputs=inputs), _Memory(fixed, after)

@@ -9,8 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from robotics.laws.avoidance.priority import WHEREABOUTS, whereabouts
 from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
+    FRONT_LEFT,
+    FRONT_RIGHT,
     RISE,
     SECTORS,
     Sensors,
@@ -20,17 +23,23 @@ from robotics.laws.rules.clearances import (
 )
 from robotics.laws.rules.meetings import Meeting, Meetings, in_the_way, next_meetings
 from robotics.laws.setting import Setting
-from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach
+from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
 from robotics.paths.path import PathPoint
 from robotics.paths.posture import PostureError, posture_error, wrapped
 from robotics.paths.trajectory import Reference
 
 LOOK_AHEAD = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
 GROWTH = 0.05  # m: a place on the path that has grown by more is progress
+PATIENCE = 20.0  # s without progress: from then on the robot expects less
+RELAXING = 0.03  # m/s: by which it does
 CORRIDOR = 0.1  # m: a standing robot nearer to the path than this beyond both circles is in the way
 WAY = 1.2  # m of the path ahead that it may stand in the way of
 STANDS = 0.03  # m/s: a robot that is slower stands
+MESSAGE = ("place", "speed", "clock", "pace", *WHEREABOUTS, "yields", "stuck")  # what robots tell each other
 NEAR_END = 0.1  # m: a robot this near to its path's end is parked
+NOTICED = 1.0  # m: with less room ahead it is smoothed where there is more of it
+SMOOTHING = 0.8  # s: the time constant of that
+FARTHEST = 2.0  # m: room beyond is no more room
 NONE = 9.0  # what is told where there is nothing to tell, in the unit of the quantity
 
 
@@ -66,6 +75,7 @@ class Recall(NamedTuple):
     side: np.ndarray  # from -1 to 1: the side that the robot keeps of an obstacle; > 0: it goes round to the left of it
     clear: np.ndarray  # (sectors, runs, robots) m: the clearances, which grow slowly
     yields: np.ndarray  # 0 to 1: how much the robot gives way
+    lean: np.ndarray  # m: how much more room there is ahead on the left than on the right, smoothed
 
     @classmethod
     def start(cls, setting: Setting, runs: int) -> "Recall":
@@ -76,7 +86,7 @@ class Recall(NamedTuple):
         begin = setting.references.at(0.0).s
         near = setting.references.joined.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
         clear = np.full((len(SECTORS), runs, robots), np.inf)
-        return cls(near, zero, zero, zero, near, zero, zero, clear, zero)
+        return cls(near, zero, zero, zero, near, zero, zero, clear, zero, zero)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,9 +170,13 @@ class Situation:
 
     @cached_property
     def best(self) -> np.ndarray:
-        """The largest place less the way back to the path [m], updated where it has grown by GROWTH."""
-        net = self.place - self.off
-        return np.where(net > self.recall.best + GROWTH, net, self.recall.best)
+        """The largest place less the way back to the path [m], updated where it has grown by GROWTH.
+
+        A robot that has been stuck for long expects less: else it might go round and round what it cannot leave there.
+        """
+        net, before = self.place - self.off, self.recall.best
+        relaxed = before - np.where(self.recall.stuck > PATIENCE, RELAXING * self.dt, 0.0)
+        return np.where(net > before + GROWTH, net, relaxed)
 
     @cached_property
     def stuck(self) -> np.ndarray:
@@ -244,8 +258,44 @@ class Situation:
             if self.fixed.meetings is not None:
                 them, seen = self.others, self.seen
                 dx, dy = them.x - seen.x[:, :, None], them.y - seen.y[:, :, None]
-                values = without_robots(self.fixed.sensors, seen, values, dx, dy, self.fixed.radii)
+                moves = np.hypot(them.v_x, them.v_y) > STANDS
+                values = without_robots(self.fixed.sensors, seen, values, dx, dy, moves, self.fixed.radii)
             now = sensed(self.fixed.sensors, values)
         if self.fixed.meetings is not None:
             now = np.minimum(now, standing_robots(self.others.gap, self.others.bearing, self.in_the_way))
         return np.minimum(now, self.recall.clear + (RISE * self.dt)[:, None, None])
+
+    @cached_property
+    def lean(self) -> np.ndarray:
+        """How much more room there is ahead on the left than on the right [m], smoothed while something is near."""
+        left, right = (np.minimum(self.clear[sector], FARTHEST) for sector in (FRONT_LEFT, FRONT_RIGHT))
+        now, before = left - right, self.recall.lean
+        near = (np.minimum(left, right) < NOTICED) & (before != 0)
+        return np.where(near, before + self.dt / SMOOTHING * (now - before), now)
+
+    def remembered(self, *, pace: np.ndarray, side: np.ndarray, yields: np.ndarray) -> Recall:
+        """What robots remember of this period. Their copies of the clock agree on the slowest.
+
+        Args:
+            pace: The rate of each robot's copy of the clock.
+            side: The side that it keeps of an obstacle.
+            yields: How much it gives way.
+        """
+        heard, clock = self.seen.heard, self.recall.clock + self.dt * pace
+        if heard.fields:
+            theirs = heard.now("clock", by="pace") + self.dt * np.maximum(heard["pace"], 1.0)
+            clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
+        speed = (self.place - self.recall.place) / self.dt
+        return Recall(self.place, speed, clock, pace, self.best, self.stuck, side, self.clear, yields, self.lean)
+
+    def message(self, after: Recall) -> dict[str, np.ndarray]:
+        """What each robot tells the others, by the names MESSAGE; ``after`` is what it remembers of this period."""
+        return {
+            "place": self.place - self.off,  # the others wait for the way back to the path as well
+            "speed": after.speed,
+            "clock": self.recall.clock,
+            "pace": after.pace,
+            "yields": after.yields,
+            "stuck": after.stuck,
+            **whereabouts(self.seen),
+        }

@@ -25,6 +25,7 @@ clock all but stops for a robot that lags by much more than d0. Stability: the l
 of :mod:`robotics.laws.tracking.fuzzy_tracking`; there is no proof for the whole.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal, NamedTuple
@@ -128,6 +129,11 @@ class FuzzyCooperation(Law[_Memory]):
         """The choices of the lower level, thesis Fig 5.24."""
         return (REPAIRED_DIAGRAM if self.variant == "repaired" else RULE_11_DIAGRAM,)
 
+    @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """The rule bases of the lower level."""
+        return self.tracker.fuzzy_systems
+
     def init(self, setting: Setting, runs: int) -> _Memory:
         """Set the clocks to 0. Raises ControllerError where the robots are no team, or the graph is not connected."""
         robots = len(setting.robots)
@@ -159,6 +165,7 @@ class FuzzyCooperation(Law[_Memory]):
         dt: float,
         turn: np.ndarray | None = None,
         excused: np.ndarray | None = None,
+        no_lateral: np.ndarray | None = None,
     ) -> tuple[Command, _Memory]:
         """Do as :meth:`control`, with a turn added and some robots excused from the clock.
 
@@ -169,6 +176,7 @@ class FuzzyCooperation(Law[_Memory]):
             turn: Added to α (runs, robots) [rad]; none by default.
             excused: Robots for which the clock does not wait (runs, robots) bool; they broadcast a place that is not a
                 number. None by default.
+            no_lateral: Robots to which λ is not added (runs, robots) bool; none by default.
         """
         heard = seen.heard
         paths, lengths = seen.references.joined, memory.lengths
@@ -203,7 +211,7 @@ class FuzzyCooperation(Law[_Memory]):
             behind = None
             ahead = np.cos(seen.heading) * (target.x - seen.x) + np.sin(seen.heading) * (target.y - seen.y)
             phase = np.where(ahead >= 0, FOLLOWING, WAITING)
-        v, w = self.tracker.toward(seen, target, behind, turn)
+        v, w, inputs = self.tracker.toward_with_inputs(seen, target, behind, turn, no_lateral)
         message = {"place": said, "speed": said_rate, "clock": clock, "pace": pace}
         clock = clock + dt * pace
         if self.variant != "literal":
@@ -211,7 +219,7 @@ class FuzzyCooperation(Law[_Memory]):
             clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
         after = memory._replace(clock=clock, pace=pace, place=place, phase=phase)
         moving = due._replace(v=due.v * pace, w=due.w * pace)
-        return Command(v, w, v, w, message, moving, paths.share(place)), after
+        return Command(v, w, v, w, message, moving, paths.share(place), inputs=inputs), after
 
 
 def held(

@@ -91,9 +91,13 @@ def test_a_team_s_law_takes_the_system_where_it_holds_one(team: Attempt, slower:
     assert law_name(TryoutTrial(scenario=TEAM)) == "cooperation"
     assert np.array_equal(team.run.samples, direct.samples)
     measured = measure_all(direct)
-    metrics = shown(team, "team", "slower")["metrics"]
+    told = shown(team, "team", "slower")
+    metrics = told["metrics"]
     assert metrics["min_distance_m"] == measured["min_distance_m"].min()
     assert metrics["arrival_time_s"] == measured["arrival_time_s"].mean()
+    assert team.run.about.rule_bases == {"tracking": slower}
+    (base,) = told["player"]["rules"]["bases"]  # the player shows which rules of the design fire
+    assert (base["task"], len(base["rules"])) == ("tracking", len(slower.rules))
 
 
 def test_only_the_tracking_rule_base_is_replaced_and_the_law_itself_stays(slower: Sugeno) -> None:
