@@ -154,12 +154,11 @@ class TryoutSession:
 
     def _want(self, wish: Any) -> None:
         self.wish = wish
-        self.wanted |= {"course", *_RUNS}
+        self.wanted |= {"course", "tried"}
 
     def _changed(self) -> None:
-        fis = self._present()
-        if self.trial is None or _variables(fis) != self.variables:
-            self.wanted |= {"course", *_RUNS}
+        if self.trial is None or _variables(self._present()) != self.variables:
+            self.wanted |= {"course"}
         self.wanted |= {"tried"}
         self._go()
 
@@ -235,7 +234,10 @@ class TryoutSession:
             self.wanted -= _RUNS
             self.widget.update(trial=self._trial(), problem=said, **dict.fromkeys(("course", *_RUNS)))
             return
-        self.trial, self.place = TryoutTrial(**place["trial"]), place
+        trial = TryoutTrial(**place["trial"])
+        if trial != self.trial:
+            self.wanted |= _RUNS
+        self.trial, self.place = trial, place
         self.widget.update(trial=self._trial(), course=place["course"])
 
     async def _made(self, what: str) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from robotics.experiments.forewarnings import forewarnings
 from robotics.laws.catalogue import preset_of, presets
 from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
+from robotics.measures.clearance import clearances, robot_gaps
 from robotics.measures.contacts import can_touch, contact_sentences, contacts, who
 from robotics.measures.registry import headlines, measure_all, tried
 from robotics.measures.tracking import Metric, cross_track_error
@@ -32,6 +33,7 @@ from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
 _POINTS = 600  # points of a path that is drawn, at most
+_MOVES = 0.05  # m/s: a robot that is slower stands
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -257,8 +259,9 @@ def shown(attempt: Attempt, label: str) -> dict[str, Any]:
     """What the panel shows of a run, in JSON's types; not-a-number is null, infinite is "never".
 
     For a robot that is alone these are label, notes, metrics, contacts (time [s], x, y [m], words), and x, y [m] and
-    cross_track [m] over time [s]; otherwise a verdict and the player's data take the place of the curves. A metric is
-    the mean over the robots, or the least or the largest, as its ``of_run`` says (the least, if larger is better).
+    cross_track [m] over time [s]; otherwise a verdict, the moment [s] that matters most and the player's data take the
+    place of the curves. A metric is the mean over the robots, or the least or the largest, as its ``of_run`` says (the
+    least, if larger is better).
 
     Args:
         attempt: The run.
@@ -272,7 +275,7 @@ def shown(attempt: Attempt, label: str) -> dict[str, Any]:
     touched = [[c.start, c.x, c.y, who(c.robot, c.other, c.obstacle)] for c in contacts(run)]
     data: dict[str, Any] = {"label": label, "notes": list(attempt.notes), "metrics": metrics, "contacts": touched}
     if run.about.kind != "tracking" or can_touch(run):
-        return data | {"verdict": _verdict(run, measured), "player": player_data(run)}
+        return data | {"verdict": _verdict(run, measured), "moment": _moment(run), "player": player_data(run)}
     return data | {
         "time": [round(float(t), 4) for t in run.time],
         "x": [_rounded(row) for row in run["x"][0]],
@@ -301,6 +304,19 @@ def _verdict(run: Run, measured: dict[str, np.ndarray]) -> str:
         else:
             words.append(f"robot{'s' * (len(missing) > 1)} {', '.join(missing)} did not arrive")
     return "; ".join(words)
+
+
+def _moment(run: Run) -> float:
+    """The time [s] of the first contact, or else when a robot that moves is nearest to another or an obstacle."""
+    touched = contacts(run, most=1)
+    if touched:
+        return float(touched[0].start)
+    sizes = [float(np.hypot(robot.length, robot.width)) / 2 for robot in run.about.robots]
+    room = clearances(run, 0)
+    for (i, j), gap in robot_gaps(run, 0).items():
+        room[[i, j]] = np.minimum(room[[i, j]], gap - sizes[i] - sizes[j])
+    moves = np.abs(run["v"][0]) > _MOVES
+    return float(run.time[np.nanargmin(np.where(moves, room, np.inf).min(axis=0))])
 
 
 def _number(value: float) -> float | str | None:

@@ -155,9 +155,8 @@ def _own_use(fis: Sugeno) -> Use:
 @lru_cache(maxsize=16)
 def _laws(task: str) -> tuple[tuple[str, str], ...]:
     """The names and kinds of the laws that hold a rule base of that task which has an effect."""
-    found = [(name, preset.kind) for name, preset in presets().items()]
-    held = [(name, kind, law_of(name)) for name, kind in found]
-    return tuple((name, kind) for name, kind, law in held if law.tasks.get(task, task) not in {task, *law.idle})
+    laws = [(name, preset.kind, law_of(name)) for name, preset in presets().items()]
+    return tuple((name, kind) for name, kind, law in laws if task in law.tasks and law.tasks[task] not in law.idle)
 
 
 def _named(task: str, fis: Sugeno, file: str) -> bool:

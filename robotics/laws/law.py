@@ -110,7 +110,8 @@ class Law(ABC, Generic[Memory]):
         """
         gain = self._gain_of(task)
         held = getattr(self, gain)
-        return cast(Self, replace(cast(Any, self), **{gain: held.with_fuzzy_system(task, fis) if isinstance(held, Law) else fis}))
+        other = held.with_fuzzy_system(task, fis) if isinstance(held, Law) else fis
+        return cast(Self, replace(cast(Any, self), **{gain: other}))
 
     def _gain_of(self, task: str) -> str:
         if task not in self.tasks:

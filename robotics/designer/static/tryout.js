@@ -38,6 +38,7 @@ const WORDS = {
   choices: "reading the scenarios",
 };
 const LARGEST = 2e6; // bytes of a scenario's file
+const BEFORE = 8; // s before the moment that matters most from which a run is played
 
 /** The model of a player, as anywidget's: given.tell() says that its run is another. */
 function playerModel(given) {
@@ -60,7 +61,7 @@ export async function render({ model, el }) {
   await styled(...SHEETS);
   const get = (name) => model.get(name) ?? null;
   const choose = (name, value) => model.send({ do: "choose", name, value });
-  const state = { share: 1, height: 280, played: null, given: null, stop: null };
+  const state = { share: 1, height: 280, played: null, given: null, stop: null, touched: false };
 
   // Controls
   const field = (text, control, kind = "") => element("label", { class: kind }, element("span", {}, text), control);
@@ -93,6 +94,7 @@ export async function render({ model, el }) {
   const ahead = number("Look-ahead in seconds", "look_ahead", { min: 0, max: 10, step: "any" });
   const seed = number("Seed of the noise", "seed", { min: 0, step: 1 });
   const lawField = field("Law", law),
+    rivalField = field("Compare with", rival),
     aheadField = field("Look-ahead [s]", ahead);
   const pin = element(
     "button",
@@ -115,7 +117,7 @@ export async function render({ model, el }) {
     lawField,
     aheadField,
     field("Seed", seed),
-    field("Compare with", rival),
+    rivalField,
     pin,
     busy,
   );
@@ -197,6 +199,7 @@ export async function render({ model, el }) {
       `${trial.law}/${trial.task}`,
     );
     offer(rival, known?.rivals[trial.kind] ?? [], trial.rival);
+    rivalField.hidden = pin.hidden = course === null;
     lawField.hidden = laws.length < 2;
     aheadField.hidden = !course?.ahead;
     const keep = (input, value) => {
@@ -439,13 +442,24 @@ export async function render({ model, el }) {
       state.stop = data === null ? null : player.render({ model: playerModel(state.given), el: stage });
       return;
     }
-    // Another run of the same player: it stays at the time and the speed that one looks with.
+    // Another run of the same player: it stays at the time and the speed that one looks with, and plays on. Until a
+    // hand is laid on it, it plays what matters most of every new run.
+    const playing = button()?.textContent === "Pause";
     Object.assign(state.given, {
       run: data,
       speed: Number(stage.querySelector(".controls select, select")?.value) || 5,
     });
     state.given.tell();
+    if (!state.touched && !window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
+      const time = stage.querySelector("input[aria-label=Time]");
+      time.value = Math.max(0, get("tried").moment - BEFORE);
+      time.dispatchEvent(new Event("input"));
+      button().click();
+    } else if (playing) button().click();
   }
+  const button = () => stage.querySelector("button.play");
+  for (const kind of ["pointerdown", "keydown"])
+    stage.addEventListener(kind, () => (state.touched = true), { capture: true });
 
   function draw() {
     drawControls();
