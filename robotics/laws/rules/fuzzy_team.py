@@ -29,7 +29,7 @@ import numpy as np
 from fuzzy.system import Sugeno
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
-from robotics.laws.rules.emergency import Guard
+from robotics.laws.rules.emergency import Guard, Watch
 from robotics.laws.rules.evaluation import RuleBase
 from robotics.laws.rules.situation import MESSAGE, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
@@ -40,7 +40,7 @@ from robotics.paths.posture import posture_error
 from robotics.quantity import check_quantities, quantity
 
 OUTPUTS = {
-    "cooperation": {"rate": "rate of the clock"},
+    "cooperation": {"rate": "1, of the clock", "speed": "m/s, at most, beside the path"},
     "crash": {"turn": "rad", "speed": "m/s, at most"},
     "obstacles": {"turn": "rad, away from the obstacle", "speed": "m/s", "keep": "the side: 1 keep, -1 change, 0 none"},
     "supervisor": dict.fromkeys(("tracking", "cooperation", "crash", "obstacles"), "urgency"),
@@ -48,7 +48,7 @@ OUTPUTS = {
 TURN_TIME = 0.4  # s: a turn [rad] is made in this time, as by the tracking rule base's look-ahead
 SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
 SLOWEST = 0.1  # m/s: a robot that wants to drive slower gives way by less than its speed
-GUARDED = 0.01  # m/s: what the emergency rule takes off less than this is noise
+GUARDED, GUARDED_TURN = 0.01, 0.1  # m/s, rad/s: what the emergency rule takes off less than this is noise
 WALL_AFTER = 6.0  # s without progress after which an avoiding robot is said to follow the wall
 LEFT_AFTER = 15.0  # s after which it is said to be left behind
 FREE_SPEED = 1.2  # m/s: what the crash rule base allows where nobody is
@@ -57,6 +57,7 @@ FREE_SPEED = 1.2  # m/s: what the crash rule base allows where nobody is
 class _Memory(NamedTuple):
     fixed: Fixed
     recall: Recall
+    watch: Watch
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,30 +113,33 @@ class FuzzyTeam(Law[_Memory]):
         if len(setting.robots) > 1:
             check_team(setting)
         check_connected(setting)
-        return _Memory(Fixed.of(setting, self.margin), Recall.start(setting, runs))
+        watch = Watch.start(runs, len(setting.robots))
+        return _Memory(Fixed.of(setting, self.margin), Recall.start(setting, runs), watch)
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Know the situation, ask the rule bases, blend what they say, and guard it."""
-        fixed, recall = memory
+        fixed, recall, _ = memory
         now = Situation(seen, fixed, recall, dt)
         inputs: dict[str, np.ndarray] = {}
         urgency = self._ask(now, "supervisor", inputs)
         crash = self._ask(now, "crash", inputs)
         obstacles = self._ask(now, "obstacles", inputs)
-        rate = self._ask(now, "cooperation", inputs)["rate"]
-        pace = (1 - np.exp(-seen.time)) * (1 + urgency["cooperation"] * (rate - 1))
+        together = self._ask(now, "cooperation", inputs)
+        pace = (1 - np.exp(-seen.time)) * (1 + urgency["cooperation"] * (together["rate"] - 1))
         v, w = self._tracked(now, pace, inputs)
         # blended
         way = np.where(recall.side >= 0, 1.0, -1.0)
         tracking, avoiding = urgency["tracking"], urgency["obstacles"]
         total = np.maximum(tracking + avoiding, 1e-6)
-        v = (tracking * v + avoiding * obstacles["speed"]) / total
-        w = (tracking * w + avoiding * way * obstacles["turn"] / TURN_TIME) / total
         w = w + urgency["crash"] * crash["turn"] / TURN_TIME
+        aside = np.minimum(obstacles["speed"], FREE_SPEED + urgency["cooperation"] * (together["speed"] - FREE_SPEED))
+        v = (tracking * v + avoiding * aside) / total
+        w = (tracking * w + avoiding * way * obstacles["turn"] / TURN_TIME) / total
         limit = FREE_SPEED + urgency["crash"] * (crash["speed"] - FREE_SPEED)
         # guarded
         asked = np.minimum(v, limit)
-        safe = self.guard.kept(seen, now.others, now.clear, asked)
+        w = np.where(asked < 0, 0.0, w)  # back it goes straight
+        safe, safe_w, watch = self.guard.kept(now, asked, w, memory.watch)
         yields = np.clip((v - safe) / np.maximum(v, SLOWEST), 0.0, 1.0)
         side = recall.side + dt / SIDE_TIME * (way * obstacles["keep"] - recall.side)
         after = now.remembered(pace=pace, side=side, yields=yields)
@@ -144,17 +148,17 @@ class FuzzyTeam(Law[_Memory]):
         due = now.due
         command = Command(
             safe,
-            w,
+            safe_w,
             safe,
-            w,
+            safe_w,
             now.message(after),
             due._replace(v=due.v * pace, w=due.w * pace),
             now.paths.share(now.place),
             mode=mode,
             inputs=np.concatenate([inputs[task] for task in self.fuzzy_systems]),
-            guarded=np.abs(safe - asked) > GUARDED,
+            guarded=(np.abs(safe - asked) > GUARDED) | (np.abs(safe_w - w) > GUARDED_TURN),
         )
-        return command, _Memory(fixed, after)
+        return command, _Memory(fixed, after, watch)
 
     def _ask(self, now: Situation, task: str, inputs: dict[str, np.ndarray]) -> Mapping[str, np.ndarray]:
         """What the rule base of ``task`` says, (runs, robots) each; its inputs are put into ``inputs``."""
@@ -190,7 +194,7 @@ class FuzzyTeam(Law[_Memory]):
 
 
 NEUTRAL: dict[str, dict[str, float]] = {
-    "cooperation": {"rate": 1.0},
+    "cooperation": {"rate": 1.0, "speed": FREE_SPEED},
     "crash": {"turn": 0.0, "speed": FREE_SPEED},
     "obstacles": {"turn": 0.0, "speed": 0.0, "keep": 0.0},
     "supervisor": {"tracking": 1.0, "cooperation": 1.0, "crash": 1.0, "obstacles": 0.0},

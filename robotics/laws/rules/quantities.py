@@ -101,11 +101,14 @@ _ROOM = {
     "left": Quantity("m", "room on the left", _sector(LEFT)),
     "right": Quantity("m", "room on the right", _sector(RIGHT)),
     "behind": Quantity("m", "room behind", _sector(BEHIND)),
+    "room": Quantity("m", "the least room on all sides", lambda s: s.nearest_room),
+    "coming": Quantity("m", "how much nearer the nearest thing has come within the last second", lambda s: s.coming),
     "kept": Quantity("1", "how firmly the robot keeps to one side of an obstacle", lambda s: np.abs(s.recall.side)),
     "wall": Quantity("m", "room on the side of the obstacle that the robot goes round", _mirrored(LEFT, RIGHT)),
     "front_wall": Quantity("m", "room ahead on that side", _mirrored(FRONT_LEFT, FRONT_RIGHT)),
     "front_open": Quantity("m", "room ahead on the other side", _mirrored(FRONT_RIGHT, FRONT_LEFT)),
     "lean": Quantity("m", "how much more room there is ahead on that other side, smoothed", lambda s: _way(s) * s.lean),
+    "lost": Quantity("s", "time since that obstacle was seen", lambda s: s.lost),
     "path_away": Quantity(
         "rad", "bearing of the path; > 0: away from the obstacle", lambda s: _way(s) * s.path_bearing
     ),

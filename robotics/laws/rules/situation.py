@@ -14,6 +14,8 @@ from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
     FRONT_LEFT,
     FRONT_RIGHT,
+    LEFT,
+    RIGHT,
     RISE,
     SECTORS,
     Sensors,
@@ -30,8 +32,9 @@ from robotics.paths.trajectory import Reference
 
 LOOK_AHEAD = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
 GROWTH = 0.05  # m: a place on the path that has grown by more is progress
-PATIENCE = 20.0  # s without progress: from then on the robot expects less
-RELAXING = 0.03  # m/s: by which it does
+BESIDE, AHEAD = 0.4, 0.7  # m: an obstacle that is nearer is seen beside, and ahead
+PATIENCE = 12.0  # s without progress: from then on the robot expects less
+RELAXING = 0.05  # m/s: by which it does
 CORRIDOR = 0.1  # m: a standing robot nearer to the path than this beyond both circles is in the way
 WAY = 1.2  # m of the path ahead that it may stand in the way of
 STANDS = 0.03  # m/s: a robot that is slower stands
@@ -39,6 +42,7 @@ MESSAGE = ("place", "speed", "clock", "pace", *WHEREABOUTS, "yields", "stuck")  
 NEAR_END = 0.1  # m: a robot this near to its path's end is parked
 NOTICED = 1.0  # m: with less room ahead it is smoothed where there is more of it
 SMOOTHING = 0.8  # s: the time constant of that
+QUICK, SLOW = 0.1, 1.0  # s: the time constants by which it is noticed that something comes nearer
 FARTHEST = 2.0  # m: room beyond is no more room
 NONE = 9.0  # what is told where there is nothing to tell, in the unit of the quantity
 
@@ -75,6 +79,9 @@ class Recall(NamedTuple):
     side: np.ndarray  # from -1 to 1: the side that the robot keeps of an obstacle; > 0: it goes round to the left of it
     clear: np.ndarray  # (sectors, runs, robots) m: the clearances, which grow slowly
     yields: np.ndarray  # 0 to 1: how much the robot gives way
+    lost: np.ndarray  # s for which nothing was seen on the side that is kept
+    fast: np.ndarray  # m: the least clearance, smoothed over QUICK
+    slow: np.ndarray  # m: the same, over SLOW
     lean: np.ndarray  # m: how much more room there is ahead on the left than on the right, smoothed
 
     @classmethod
@@ -86,7 +93,7 @@ class Recall(NamedTuple):
         begin = setting.references.at(0.0).s
         near = setting.references.joined.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
         clear = np.full((len(SECTORS), runs, robots), np.inf)
-        return cls(near, zero, zero, zero, near, zero, zero, clear, zero, zero)
+        return cls(near, zero, zero, zero, near, zero, zero, clear, zero, zero, zero + FARTHEST, zero + FARTHEST, zero)
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,6 +280,32 @@ class Situation:
         near = (np.minimum(left, right) < NOTICED) & (before != 0)
         return np.where(near, before + self.dt / SMOOTHING * (now - before), now)
 
+    @cached_property
+    def lost(self) -> np.ndarray:
+        """The time [s] since the obstacle was seen that the robot goes round."""
+        to_left = self.recall.side >= 0
+        beside = np.where(to_left, self.clear[RIGHT], self.clear[LEFT])
+        ahead = np.where(to_left, self.clear[FRONT_RIGHT], self.clear[FRONT_LEFT])
+        sees = (beside < BESIDE) | (ahead < AHEAD) | (self.recall.side == 0)
+        return np.where(sees, 0.0, self.recall.lost + self.dt)
+
+    @cached_property
+    def nearest_room(self) -> np.ndarray:
+        """The least clearance on all sides [m], without noise."""
+        least = np.minimum(self.clear.min(axis=0), FARTHEST)
+        return self.recall.fast + self.dt / QUICK * (least - self.recall.fast)
+
+    @cached_property
+    def slow_room(self) -> np.ndarray:
+        """The same as it was about a second ago."""
+        least = np.minimum(self.clear.min(axis=0), FARTHEST)
+        return self.recall.slow + self.dt / SLOW * (least - self.recall.slow)
+
+    @cached_property
+    def coming(self) -> np.ndarray:
+        """How much nearer the nearest thing has come within the last second [m]."""
+        return self.slow_room - self.nearest_room
+
     def remembered(self, *, pace: np.ndarray, side: np.ndarray, yields: np.ndarray) -> Recall:
         """What robots remember of this period. Their copies of the clock agree on the slowest.
 
@@ -286,7 +319,21 @@ class Situation:
             theirs = heard.now("clock", by="pace") + self.dt * np.maximum(heard["pace"], 1.0)
             clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
         speed = (self.place - self.recall.place) / self.dt
-        return Recall(self.place, speed, clock, pace, self.best, self.stuck, side, self.clear, yields, self.lean)
+        return Recall(
+            self.place,
+            speed,
+            clock,
+            pace,
+            self.best,
+            self.stuck,
+            side,
+            self.clear,
+            yields,
+            self.lost,
+            self.nearest_room,
+            self.slow_room,
+            self.lean,
+        )
 
     def message(self, after: Recall) -> dict[str, np.ndarray]:
         """What each robot tells the others, by the names MESSAGE; ``after`` is what it remembers of this period."""
