@@ -257,12 +257,12 @@ class TryoutSession:
         if what == "before":
             label = {"label": self.label}
             if self.last[:2] == (trial, self.before):  # nothing has been edited yet
-                return self.last[2] | label
-            return await self._background(tryout.design_data, self.before, trial) | label
+                return _beside(self.last[2]) | label
+            return _beside(await self._background(tryout.design_data, self.before, trial)) | label
         rival = self._rival()
         key = (rival, trial.scenario, trial.text, trial.seed) if trial is not None else ()
         if key not in self.known:
-            self.known[key] = await self._background(tryout.rival_data, rival, trial)
+            self.known[key] = _beside(await self._background(tryout.rival_data, rival, trial))
         return self.known[key]
 
     async def _background(self, function: Any, *args: Any) -> dict[str, Any]:
@@ -304,6 +304,11 @@ class TryoutSession:
             raise _problem("the panel is not ready yet")
         rivals: dict[str, list[list[str]]] = self.choices["rivals"]
         return rivals
+
+
+def _beside(made: dict[str, Any]) -> dict[str, Any]:
+    """What is shown of a run beside that of the design, which alone is played; the player's data may be a megabyte."""
+    return {name: value for name, value in made.items() if name != "player"}
 
 
 def _variables(fis: Sugeno) -> tuple[Any, ...]:

@@ -298,7 +298,7 @@ def _verdict(run: Run, measured: dict[str, np.ndarray]) -> str:
         arrivals = measured["arrival_time_s"][0]
         missing = [str(robot + 1) for robot in np.flatnonzero(~np.isfinite(arrivals))]
         if not missing:
-            words.append(f"all arrive within {np.ptp(arrivals):.1f} s, the last at {arrivals.max():.1f} s")
+            words.append(f"all arrive within {max(np.ptp(arrivals), 0.1):.1f} s, the last at {arrivals.max():.1f} s")
         elif len(missing) == len(arrivals):
             words.append("nobody arrives")
         else:

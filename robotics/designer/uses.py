@@ -34,7 +34,7 @@ _SCENARIOS = {
 }
 _RIVALS = {
     "tracking": "virtual-structure",
-    "cooperation": "cooperation",
+    "cooperation": "obstacles",
     "crash": "right-of-way",
     "obstacles": "obstacles",
     "supervisor": "obstacles",

@@ -164,9 +164,9 @@ export async function render({ model, el }) {
     const listed = new Set([...suggested, ...files, ...(known?.scenarios.map((s) => s.name) ?? [])]);
     const rest = (known?.scenarios ?? []).filter((s) => !suggested.includes(s.name));
     const possible = (s) => kinds.length === 0 || kinds.includes(s.kind);
-    const chosen = trial.scenario === "" || listed.has(trial.scenario) ? [] : [trial.scenario];
+    const chosen = listed.has(trial.scenario) ? [] : [trial.scenario];
     const groups = [
-      ...chosen.map((name) => option(name, course?.title ?? name)),
+      ...chosen.map((name) => option(name, course?.title ?? (name || "to suit the rule base"))),
       group(
         "Suited to this rule base",
         suggested.map((name) => option(name, title(name))),
