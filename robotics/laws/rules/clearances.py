@@ -85,6 +85,7 @@ def without_robots(
     dx: np.ndarray,
     dy: np.ndarray,
     moves: np.ndarray,
+    unsure: np.ndarray,
     radii: np.ndarray,
 ) -> np.ndarray:
     """The readings ``values`` without the echoes of other robots that are known, but of those that stand nearby.
@@ -98,6 +99,7 @@ def without_robots(
         dx: Where the others are from each robot [m], in the world's axes (runs, robots, others); not-a-number: unknown.
         dy: The same along y.
         moves: Whether the others move (runs, robots, others) bool.
+        unsure: How far they may be from there [m] (runs, robots, others).
         radii: Of the circles around the robots [m] (robots,).
     """
     cos, sin = np.cos(seen.heading)[:, :, None], np.sin(seen.heading)[:, :, None]
@@ -109,8 +111,8 @@ def without_robots(
         distance = np.hypot(to_x, to_y)
         off = np.abs(wrapped(np.arctan2(to_y, to_x) - sensors.axis[:, q, None]))
         reading = values[:, :, None, q]
-        fits = (reading > distance - NEARER) & (reading < distance + FARTHER)
-        theirs = known & fits & (off < sensors.half_cone[:, q, None] + radii / np.maximum(distance, 1e-6))
+        fits = (reading > distance - NEARER - unsure) & (reading < distance + FARTHER + unsure)
+        theirs = known & fits & (off < sensors.half_cone[:, q, None] + (radii + unsure) / np.maximum(distance, 1e-6))
         out[..., q] = np.where(theirs.any(axis=-1), np.inf, out[..., q])
     return out
 

@@ -32,21 +32,17 @@ FAR = 2.0  # m: robots farther away are in nobody's way
 UNSURE = 0.1  # of the way that the other has driven since its last message
 NEARER = 0.018  # m: what has come nearer by more within a second comes nearer
 SETTLED = 0.008  # m: by less, and it stands
-LONGEST_WAY_BACK = 0.3  # m
-SWING = 0.3  # m: a robot that turns by 1 rad forgets so much of the ground that it has driven
 
 
 class Watch(NamedTuple):
     """What the emergency rule remembers; each field is (runs, robots)."""
 
     halted: np.ndarray  # s for which the robot has stood still for what comes nearer; 0: it does not
-    trail: np.ndarray  # m that it may go back
 
     @classmethod
     def start(cls, runs: int, robots: int) -> "Watch":
-        """Nothing is near, and no ground was driven."""
-        zero = np.zeros((runs, robots))
-        return cls(zero, zero)
+        """Nothing is near."""
+        return cls(np.zeros((runs, robots)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +52,7 @@ class Guard:
     braking: float = quantity(1.0, "m/s²", above=0)  # a
     delay: float = quantity(0.15, "s", least=0)  # t: a control period, and the wheels' lag
     least: float = quantity(0.02, "m", least=0)  # room that is always left
-    near: float = quantity(0.05, "m", least=0)  # for what comes nearer than this the robot stands still
+    near: float = quantity(0.04, "m", least=0)  # for what comes nearer than this the robot stands still
     on: float = quantity(1.0, "1", least=0, most=1)  # 0: it does nothing, to show what the rules do alone
 
     def __post_init__(self) -> None:
@@ -85,7 +81,7 @@ class Guard:
         front = np.minimum(now.clear[FRONT_LEFT], now.clear[FRONT_RIGHT]) + TURNING
         v = np.minimum(v, np.maximum(self._fastest(front - self.least, 0.0), 0.0))
         halts = watch.halted > 0
-        v, w = np.where(halts | ((v < 0) & (watch.trail <= 0)), 0.0, v), np.where(halts, 0.0, w)
+        v, w = np.where(halts | ((v < 0) & (now.way_back <= 0)), 0.0, v), np.where(halts, 0.0, w)
         if not seen.heard.fields:
             return v, w, watch
         forward = np.sign(np.where(v == 0, 1.0, v))[:, :, None]
@@ -101,13 +97,11 @@ class Guard:
         return np.asarray(np.sign(v) * np.minimum(np.abs(v), limit)), w, watch
 
     def _watched(self, now: Situation, watch: Watch) -> Watch:
-        """Notice what is near and comes nearer, and the ground that was driven."""
-        seen, dt = now.seen, now.dt
+        """Notice what is near and comes nearer."""
         begins = (now.nearest_room < self.near) & (now.coming > NEARER) & (watch.halted == 0)
         goes_on = (watch.halted > 0) & (now.coming > SETTLED)
-        halted = np.where(begins | (goes_on & (now.nearest_room < 2 * self.near)), watch.halted + dt, 0.0)
-        trail = np.clip(watch.trail + dt * (seen.v - SWING * np.abs(seen.w)), 0.0, LONGEST_WAY_BACK)
-        return Watch(halted, trail)
+        halted = np.where(begins | (goes_on & (now.nearest_room < 2 * self.near)), watch.halted + now.dt, 0.0)
+        return Watch(halted)
 
     def _fastest(self, room: np.ndarray, approach: np.ndarray | float) -> np.ndarray:
         """The largest v [m/s] with v t + v²/(2 a) + u v/a ≤ ``room`` [m]."""

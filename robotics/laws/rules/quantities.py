@@ -103,6 +103,7 @@ _ROOM = {
     "behind": Quantity("m", "room behind", _sector(BEHIND)),
     "room": Quantity("m", "the least room on all sides", lambda s: s.nearest_room),
     "coming": Quantity("m", "how much nearer the nearest thing has come within the last second", lambda s: s.coming),
+    "way_back": Quantity("m", "the ground behind that the robot has just driven, straight", lambda s: s.way_back),
     "kept": Quantity("1", "how firmly the robot keeps to one side of an obstacle", lambda s: np.abs(s.recall.side)),
     "wall": Quantity("m", "room on the side of the obstacle that the robot goes round", _mirrored(LEFT, RIGHT)),
     "front_wall": Quantity("m", "room ahead on that side", _mirrored(FRONT_LEFT, FRONT_RIGHT)),

@@ -37,6 +37,9 @@ PATIENCE = 12.0  # s without progress: from then on the robot expects less
 RELAXING = 0.05  # m/s: by which it does
 CORRIDOR = 0.1  # m: a standing robot nearer to the path than this beyond both circles is in the way
 WAY = 1.2  # m of the path ahead that it may stand in the way of
+LONGEST_WAY_BACK = 0.3  # m: a robot remembers no more of the ground that it has driven
+SWING = 0.3  # m: a robot that turns by 1 rad forgets so much of it
+ACCELERATING = 0.2  # m/s²: by which a robot's speed may have changed since it told it
 STANDS = 0.03  # m/s: a robot that is slower stands
 MESSAGE = ("place", "speed", "clock", "pace", *WHEREABOUTS, "yields", "stuck")  # what robots tell each other
 NEAR_END = 0.1  # m: a robot this near to its path's end is parked
@@ -79,6 +82,7 @@ class Recall(NamedTuple):
     side: np.ndarray  # from -1 to 1: the side that the robot keeps of an obstacle; > 0: it goes round to the left of it
     clear: np.ndarray  # (sectors, runs, robots) m: the clearances, which grow slowly
     yields: np.ndarray  # 0 to 1: how much the robot gives way
+    way_back: np.ndarray  # m of ground behind that the robot has just driven
     lost: np.ndarray  # s for which nothing was seen on the side that is kept
     fast: np.ndarray  # m: the least clearance, smoothed over QUICK
     slow: np.ndarray  # m: the same, over SLOW
@@ -93,7 +97,9 @@ class Recall(NamedTuple):
         begin = setting.references.at(0.0).s
         near = setting.references.joined.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
         clear = np.full((len(SECTORS), runs, robots), np.inf)
-        return cls(near, zero, zero, zero, near, zero, zero, clear, zero, zero, zero + FARTHEST, zero + FARTHEST, zero)
+        return cls(
+            near, zero, zero, zero, near, zero, zero, clear, zero, zero, zero, zero + FARTHEST, zero + FARTHEST, zero
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,8 +271,11 @@ class Situation:
             if self.fixed.meetings is not None:
                 them, seen = self.others, self.seen
                 dx, dy = them.x - seen.x[:, :, None], them.y - seen.y[:, :, None]
-                moves = np.hypot(them.v_x, them.v_y) > STANDS
-                values = without_robots(self.fixed.sensors, seen, values, dx, dy, moves, self.fixed.radii)
+                speed = np.hypot(them.v_x, them.v_y)
+                unsure = (speed + ACCELERATING * them.age) * them.age
+                values = without_robots(
+                    self.fixed.sensors, seen, values, dx, dy, speed > STANDS, unsure, self.fixed.radii
+                )
             now = sensed(self.fixed.sensors, values)
         if self.fixed.meetings is not None:
             now = np.minimum(now, standing_robots(self.others.gap, self.others.bearing, self.in_the_way))
@@ -288,6 +297,12 @@ class Situation:
         ahead = np.where(to_left, self.clear[FRONT_RIGHT], self.clear[FRONT_LEFT])
         sees = (beside < BESIDE) | (ahead < AHEAD) | (self.recall.side == 0)
         return np.where(sees, 0.0, self.recall.lost + self.dt)
+
+    @cached_property
+    def way_back(self) -> np.ndarray:
+        """The ground behind that the robot has just driven, straight [m]."""
+        driven = self.dt * (self.seen.v - SWING * np.abs(self.seen.w))
+        return np.clip(self.recall.way_back + driven, 0.0, LONGEST_WAY_BACK)
 
     @cached_property
     def nearest_room(self) -> np.ndarray:
@@ -329,6 +344,7 @@ class Situation:
             side,
             self.clear,
             yields,
+            self.way_back,
             self.lost,
             self.nearest_room,
             self.slow_room,
