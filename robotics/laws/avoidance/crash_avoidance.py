@@ -29,6 +29,7 @@ the other waits for nobody. The law shows how far local rules carry, and is meas
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -73,14 +74,15 @@ class CrashAvoidance(Law[Any]):
     variant: Literal["literal", "lag-clock", "yielding"] = "literal"
     d_min: float = quantity(0.6, "m", above=0.31, most=5)
     eta: float = quantity(1.0, "1", least=0, most=5)  # a factor on η(d_ij)
-    rule_base: str = ""  # for tracking; if empty, Table 5.6 as printed, or for "yielding" as repaired
-    eta_rule_base: str = "eta"
+    rule_base: str | Sugeno = ""  # for tracking; if empty, Table 5.6 as printed, or for "yielding" as repaired
+    eta_rule_base: str | Sugeno = "eta"
     lateral: Literal["none", "path", "world"] = "none"  # the frame of y_err for λ; "world" is the thesis's
     cooperation: FuzzyCooperation = field(init=False, repr=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
 
     message = (*FuzzyCooperation.message, "x", "y")
     yields = True
+    tasks = MappingProxyType({"tracking": "rule_base", "eta": "eta_rule_base"})
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)

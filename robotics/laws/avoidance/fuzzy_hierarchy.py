@@ -34,6 +34,7 @@ stands.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -96,6 +97,7 @@ class FuzzyHierarchy(Law[_Memory]):
     yields = True
     needs = tuple(SONAR)
     message = CrashAvoidance.message
+    tasks = MappingProxyType({"tracking": "crash", "eta": "crash", "theta": "obstacles"})
 
     def __post_init__(self) -> None:
         if self.crash.variant == "yielding":

@@ -35,6 +35,7 @@ Stability: the tracking below is that of :mod:`robotics.laws.teams.cooperation`;
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -162,12 +163,13 @@ class ObstacleAvoidance(Law[_Memory]):
     d_pass: float = quantity(0.75, "m", least=0, most=5)  # a robot that avoids is let pass where it is nearer
     push: float = quantity(0.6, "rad", least=0, most=3)  # "literal": the turn away from a side reading
     push_range: float = quantity(0.35, "m", least=0)  # "literal": a side reading below this turns the robot
-    rule_base: str = "tracking"
-    theta_rule_base: str = "theta"
+    rule_base: str | Sugeno = "tracking"
+    theta_rule_base: str | Sugeno = "theta"
     cooperation: FuzzyCooperation = field(init=False, repr=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
 
     yields = True
+    tasks = MappingProxyType({"tracking": "rule_base", "theta": "theta_rule_base"})
     needs = tuple(SONAR)  # two on the nose and one on each side
     message = (*FuzzyCooperation.message, "avoids", *WHEREABOUTS)
 

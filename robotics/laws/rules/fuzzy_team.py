@@ -21,6 +21,7 @@ Below them stands the emergency rule of :mod:`robotics.laws.rules.emergency`, wh
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -63,11 +64,11 @@ class _Memory(NamedTuple):
 class FuzzyTeam(Law[_Memory]):
     """The fuzzy team: its five rule bases, and the few numbers beside them. A rule base "none" leaves its task out."""
 
-    tracking_rule_base: str = "tracking"
-    cooperation_rule_base: str = "cooperation"
-    crash_rule_base: str = "crash"
-    obstacles_rule_base: str = "obstacles"
-    supervisor_rule_base: str = "supervisor"
+    tracking_rule_base: str | Sugeno = "tracking"
+    cooperation_rule_base: str | Sugeno = "cooperation"
+    crash_rule_base: str | Sugeno = "crash"
+    obstacles_rule_base: str | Sugeno = "obstacles"
+    supervisor_rule_base: str | Sugeno = "supervisor"
     margin: float = quantity(0.2, "m", least=0.02, most=5)  # between the turning circles of robots that do not meet
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     reach: float = quantity(0.4, "m", above=0)  # the target is no farther ahead of the robot's place
@@ -78,6 +79,7 @@ class FuzzyTeam(Law[_Memory]):
 
     yields = True
     looks = True
+    tasks = MappingProxyType({task: f"{task}_rule_base" for task in ("tracking", *OUTPUTS)})
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)

@@ -16,6 +16,7 @@ base of v and w whose inputs are a tracking law's four, as Table 5.6, is fuzzy t
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,7 +26,7 @@ from robotics.laws.law import Command, ControllerError, Observation
 from robotics.laws.rules.evaluation import RuleBase
 from robotics.laws.rules.situation import MESSAGE, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
-from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking, load_rule_base
+from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking, called, load_rule_base
 from robotics.quantity import quantity
 
 OUTPUTS = {
@@ -43,6 +44,14 @@ SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
 MARGIN = 0.2  # m: between the turning circles of robots whose paths do not meet
 
 
+def is_tracking(fis: Sugeno) -> bool:
+    """Whether a rule base is one of fuzzy tracking: of a tracking law's inputs, with two outputs, v before w."""
+    outputs = [v.name for v in fis.outputs]
+    other = {*OUTPUTS} - {"v", "w"}
+    ordered = len(outputs) == 2 and outputs[0] != "w" and outputs[1] != "v"
+    return ordered and not other & {*outputs} and all(v.name in INPUTS for v in fis.inputs)
+
+
 class _Memory(NamedTuple):
     fixed: Fixed
     recall: Recall
@@ -55,17 +64,17 @@ class OwnRules(FuzzyTracking):
     leader: float = quantity(0.0, "1", least=0)  # the number of the robot that only tracks; 0: none
     own: RuleBase | None = field(init=False, repr=False, compare=False)  # none: fuzzy tracking itself
 
+    tasks = MappingProxyType({**FuzzyTracking.tasks, "own": "rule_base"})
+
     def __post_init__(self) -> None:
-        fis = load_rule_base(self.rule_base)
-        tracks = all(v.name in INPUTS for v in fis.inputs) and not any(
-            v.name in OUTPUTS and v.name not in ("v", "w") for v in fis.outputs
+        own = (
+            None if is_tracking(load_rule_base(self.rule_base)) else RuleBase.of(self.rule_base, OUTPUTS, "a rule base")
         )
-        own = None if tracks else RuleBase.of(self.rule_base, OUTPUTS, "a rule base")
         object.__setattr__(self, "own", own)
         super().__post_init__()
 
     @property
-    def tracking_rule_base(self) -> str:
+    def tracking_rule_base(self) -> str | Sugeno:
         """The rule base by which it tracks."""
         return self.rule_base if self.own is None else "tracking"
 
@@ -102,7 +111,7 @@ class OwnRules(FuzzyTracking):
         for variable, known in zip(self.own.fis.inputs, self.own.inputs, strict=True):
             if known.robot > len(setting.robots):
                 raise ControllerError(
-                    f"{self.rule_base}: {variable.name} is of robot {known.robot}, and {setting.name} has "
+                    f"{called(self.rule_base)}: {variable.name} is of robot {known.robot}, and {setting.name} has "
                     f"{len(setting.robots)}"
                 )
         if self.leader > len(setting.robots) or self.leader % 1:

@@ -27,6 +27,7 @@ of :mod:`robotics.laws.tracking.fuzzy_tracking`; there is no proof for the whole
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -97,7 +98,7 @@ class FuzzyCooperation(Law[_Memory]):
     """Fuzzy cooperation: the rule base, how its target is chosen, and the clock."""
 
     variant: Literal["repaired", "lag-clock", "literal"] = "repaired"
-    rule_base: str = "tracking"
+    rule_base: str | Sugeno = "tracking"
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     steering_distance: float = quantity(0.35, "m", least=0)  # as of the tracking law
     lateral: Literal["none", "path", "world"] = "none"  # as of the tracking law
@@ -108,6 +109,7 @@ class FuzzyCooperation(Law[_Memory]):
     tracker: FuzzyTracking = field(init=False, repr=False)
 
     message = ("place", "speed", "clock", "pace")
+    tasks = MappingProxyType({"tracking": "rule_base"})
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)

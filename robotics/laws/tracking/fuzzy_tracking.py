@@ -32,6 +32,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -66,21 +67,22 @@ class Toward(NamedTuple):
 class FuzzyTracking(Law[Any]):
     """Fuzzy tracking: a rule base, and how its target and its inputs are chosen."""
 
-    rule_base: str = "tracking"  # a name of robotics/rulebases, or the path of a .fis file
+    rule_base: str | Sugeno = "tracking"  # a name of robotics/rulebases, the path of a .fis file, or the system itself
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     steering_distance: float = quantity(0.35, "m", least=0)  # D: α is the bearing of a point that is no nearer
     deadband: float = quantity(0.03, "m", least=0)  # nearer to the target α is 0; with D below it only
     steering: Literal["bearing", "heading"] = "bearing"  # α is the angle to the target point, or to the path's heading
     lateral: Literal["none", "path", "world"] = "none"  # the frame of y_err for λ; "world" is the thesis's
-    lateral_rule_base: str = "lateral"
+    lateral_rule_base: str | Sugeno = "lateral"
     tracking: CompiledSugeno = field(init=False, repr=False, compare=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
     inputs: tuple[int, ...] = field(init=False, repr=False)  # places in INPUTS of the rule base's inputs
 
+    tasks = MappingProxyType({"tracking": "rule_base", "lateral": "lateral_rule_base"})
+
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
-        name = self.tracking_rule_base
-        fis = load_rule_base(name)
+        fis, name = load_rule_base(self.tracking_rule_base), called(self.tracking_rule_base)
         for variable in fis.inputs:
             if variable.name not in INPUTS:
                 raise ControllerError(f"{name}: " + expected(variable.name, INPUTS, "tracking input"))
@@ -91,7 +93,7 @@ class FuzzyTracking(Law[Any]):
         object.__setattr__(self, "turn", compiled_curve(self.lateral_rule_base, "λ", "y_err"))
 
     @property
-    def tracking_rule_base(self) -> str:
+    def tracking_rule_base(self) -> str | Sugeno:
         """The rule base by which it tracks."""
         return self.rule_base
 
@@ -214,12 +216,19 @@ def rule_base_files() -> dict[str, Path]:
     return dict(sorted((packaged_fis_files() | fis_files(RULE_BASES)).items()))
 
 
-def load_rule_base(name: str) -> Sugeno:
-    """Read the packaged rule base of that name, or a ``.fis`` file. Raises ControllerError or FisFileError.
+def called(rule_base: str | Sugeno) -> str:
+    """What messages call a rule base: its name or file, or the system's own name."""
+    return rule_base.name if isinstance(rule_base, Sugeno) else rule_base
+
+
+def load_rule_base(name: str | Sugeno) -> Sugeno:
+    """Read the packaged rule base of that name, or a ``.fis`` file; a system is its own rule base.
 
     A name of this package means its rule base from wherever it is run: a law's default does not change with a file
-    of that name in the present folder.
+    of that name in the present folder. Raises ControllerError or FisFileError.
     """
+    if isinstance(name, Sugeno):
+        return name
     own = fis_files(RULE_BASES)
     try:
         return read_fis(own[name] if name in own else find_fis(name, rule_base_files()))
@@ -227,12 +236,12 @@ def load_rule_base(name: str) -> Sugeno:
         raise ControllerError(str(error)) from None
 
 
-def compiled_curve(name: str, symbol: str, argument: str) -> CompiledSugeno:
+def compiled_curve(name: str | Sugeno, symbol: str, argument: str) -> CompiledSugeno:
     """Compile the rule base of that name, which must be a curve: one input, the ``argument``, and one output.
 
     ``symbol`` is what messages call the curve. Raises ControllerError or FisFileError.
     """
     fis = load_rule_base(name)
     if len(fis.inputs) != 1 or len(fis.outputs) != 1:
-        raise ControllerError(f"{name}: {symbol} has one input, {argument}, and one output")
+        raise ControllerError(f"{called(name)}: {symbol} has one input, {argument}, and one output")
     return compile_sugeno(fis)
