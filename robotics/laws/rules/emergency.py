@@ -101,8 +101,8 @@ class Guard:
 
     def _watched(self, now: Situation, watch: Watch) -> Watch:
         """Notice what is near and comes nearer."""
-        begins = (now.nearest_room < self.near) & (now.coming > NEARER) & (watch.halted == 0)
-        goes_on = (watch.halted > 0) & (now.coming > SETTLED)
+        begins = (now.nearest_room < self.near) & (now.nearing > NEARER) & (watch.halted == 0)
+        goes_on = (watch.halted > 0) & (now.nearing > SETTLED)
         halted = np.where(begins | (goes_on & (now.nearest_room < 2 * self.near)), watch.halted + now.dt, 0.0)
         return Watch(halted)
 

@@ -327,7 +327,12 @@ class Situation:
     @cached_property
     def coming(self) -> np.ndarray:
         """How much nearer the nearest thing has come within the last second than the robot has driven [m]."""
-        return self.slow_room - self.nearest_room - self.driven
+        return self.nearing - self.driven
+
+    @cached_property
+    def nearing(self) -> np.ndarray:
+        """How much nearer the nearest thing has come within the last second, or the robot to it [m]."""
+        return self.slow_room - self.nearest_room
 
     @cached_property
     def driven(self) -> np.ndarray:
