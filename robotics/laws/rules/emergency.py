@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from robotics.laws.law import ControllerError
-from robotics.laws.rules.clearances import FRONT_LEFT, FRONT_RIGHT
+from robotics.laws.rules.clearances import BEHIND, FRONT_LEFT, FRONT_RIGHT
 from robotics.laws.rules.situation import Situation
 from robotics.quantity import check_quantities, quantity
 
@@ -83,6 +83,7 @@ class Guard:
         )  # where a team-mate is known to be there may be something else as well
         front = np.minimum(clear[FRONT_LEFT], clear[FRONT_RIGHT]) + TURNING
         v = np.minimum(v, np.maximum(self._fastest(front - self.least, 0.0), 0.0))
+        v = np.maximum(v, -np.maximum(self._fastest(clear[BEHIND] - self.least, 0.0), 0.0))
         halts = watch.halted > 0
         v, w = np.where(halts | ((v < 0) & (now.way_back <= 0)), 0.0, v), np.where(halts, 0.0, w)
         if not seen.heard.fields:
