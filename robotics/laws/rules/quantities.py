@@ -108,6 +108,7 @@ _ROOM = {
     "way_back": Quantity("m", "the ground behind that the robot has just driven, straight", lambda s: s.way_back),
     "kept": Quantity("1", "how firmly the robot keeps to one side of an obstacle", lambda s: np.abs(s.recall.side)),
     "wall": Quantity("m", "room on the side of the obstacle that the robot goes round", _mirrored(LEFT, RIGHT)),
+    "beyond": Quantity("m", "room on the other side", _mirrored(RIGHT, LEFT)),
     "front_wall": Quantity("m", "room ahead on that side", _mirrored(FRONT_LEFT, FRONT_RIGHT)),
     "front_open": Quantity("m", "room ahead on the other side", _mirrored(FRONT_RIGHT, FRONT_LEFT)),
     "lean": Quantity("m", "how much more room there is ahead on that other side, smoothed", lambda s: _way(s) * s.lean),
