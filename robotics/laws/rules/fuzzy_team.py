@@ -126,13 +126,14 @@ class FuzzyTeam(Law[_Memory]):
         obstacles = self._ask(now, "obstacles", inputs)
         together = self._ask(now, "cooperation", inputs)
         pace = (1 - np.exp(-seen.time)) * (1 + urgency["cooperation"] * (together["rate"] - 1))
-        v, w = self._tracked(now, pace, inputs)
+        in_time = FREE_SPEED + urgency["cooperation"] * (together["speed"] - FREE_SPEED)
+        v, w = self._tracked(now, pace, in_time, inputs)
         # blended
         way = np.where(recall.side >= 0, 1.0, -1.0)
         tracking, avoiding = urgency["tracking"], urgency["obstacles"]
         total = np.maximum(tracking + avoiding, 1e-6)
         w = w + urgency["crash"] * crash["turn"] / TURN_TIME
-        aside = np.minimum(obstacles["speed"], FREE_SPEED + urgency["cooperation"] * (together["speed"] - FREE_SPEED))
+        aside = np.minimum(obstacles["speed"], in_time)
         v = (tracking * v + avoiding * aside) / total
         w = (tracking * w + avoiding * way * obstacles["turn"] / TURN_TIME) / total
         limit = FREE_SPEED + urgency["crash"] * (crash["speed"] - FREE_SPEED)
@@ -171,9 +172,9 @@ class FuzzyTeam(Law[_Memory]):
         return {**{name: np.full(shape, value) for name, value in NEUTRAL[task].items()}, **said}
 
     def _tracked(
-        self, now: Situation, pace: np.ndarray, inputs: dict[str, np.ndarray]
+        self, now: Situation, pace: np.ndarray, in_time: np.ndarray, inputs: dict[str, np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """v [m/s] and ω [rad/s] towards the sample due."""
+        """v [m/s] and ω [rad/s] towards the sample due, beside the path no faster than ``in_time`` [m/s]."""
         if self.tracking_rule_base == "none":
             return np.zeros_like(pace), np.zeros_like(pace)
         ahead = np.minimum(now.recall.clock + self.look_ahead * pace, now.fixed.end)
@@ -187,7 +188,7 @@ class FuzzyTeam(Law[_Memory]):
             _, steep, asked_then = self.joiner.toward_with_inputs(now.seen, target, behind)
             e = posture_error(now.seen.x, now.seen.y, now.seen.heading, target)
             w = np.where(joins, steep, w)
-            v = np.where(joins, v * np.clip(np.cos(np.arctan2(e.y, e.x)), 0.0, 1.0), v)
+            v = np.where(joins, np.minimum(v, in_time) * np.clip(np.cos(np.arctan2(e.y, e.x)), 0.0, 1.0), v)
             asked = np.where(joins, asked_then, asked)
         inputs["tracking"] = asked
         return v, w
