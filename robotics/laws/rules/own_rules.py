@@ -10,8 +10,8 @@ The inputs are those of :mod:`robotics.laws.rules.quantities`; the outputs, of w
     keep            the side of an obstacle to keep, 1 this one, -1 the other, 0 none; the robot remembers it
 
 What a rule base does not give, or one of pairs cannot give as nobody is heard, fuzzy tracking does: it drives to the
-target ``look_ahead`` seconds from now. A rule base of v and w whose inputs are a tracking law's four, as Table 5.6, is fuzzy tracking itself
-(:mod:`robotics.laws.tracking.fuzzy_tracking`).
+target ``look_ahead`` seconds from now. A rule base of v and w whose inputs are a tracking law's four, as Table 5.6, is
+fuzzy tracking itself (:mod:`robotics.laws.tracking.fuzzy_tracking`).
 """
 
 from collections.abc import Mapping
