@@ -34,7 +34,7 @@ def _run(command, folder):
 def test_the_readme_has_what_a_newcomer_needs():
     kinds = [kind for kind, _ in SNIPPETS]
     assert kinds.count("python") == 5
-    assert kinds.count("sh") == 7
+    assert kinds.count("sh") == 8
     assert kinds.count("toml") == 1
 
 
