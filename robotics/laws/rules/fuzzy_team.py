@@ -19,6 +19,7 @@ Thesis 1.8, 5.3 and (6.4)-(6.7), Figs 5.20 and 6.26; there two modes are switche
 Below them stands the emergency rule of :mod:`robotics.laws.rules.emergency`, which knows no rules and no paths.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -105,10 +106,19 @@ class FuzzyTeam(Law[_Memory]):
         check_connected(setting)
         return _Memory(Fixed.of(setting, self.margin), Recall.start(setting, runs))
 
+    @property
+    def rule_bases(self) -> Mapping[str, RuleBase]:
+        """The rule bases of named inputs, by their tasks; tracking's inputs are not named so."""
+        return {task: base for task, base in self.bases.items() if base is not None}
+
+    def situation(self, seen: Observation, memory: _Memory, dt: float) -> Situation:
+        """All that the rule bases can be told in a period."""
+        return Situation(seen, *memory, dt)
+
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Know the situation, ask the rule bases, blend what they say, and guard it."""
         fixed, recall = memory
-        now = Situation(seen, fixed, recall, dt)
+        now = self.situation(seen, memory, dt)
         asked: dict[str, np.ndarray] = {}
         urgency = self._ask(now, "supervisor", asked)
         rate = self._rate(now, urgency, asked)
@@ -150,13 +160,17 @@ class FuzzyTeam(Law[_Memory]):
         return command, _Memory(fixed, after)
 
     def _ask(self, now: Situation, task: str, asked: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """What the rule base of ``task`` says, (runs, robots) each; of pairs the most cautious of all others."""
+        """What the rule base of ``task`` says, (runs, robots) each; of pairs the most cautious of all others.
+
+        An output that it does not have is neutral.
+        """
         base = self.bases[task]
         shape = now.place.shape
+        neutral = {name: np.full(shape, value) for name, value in NEUTRAL[task].items()}
         if base is None or (base.of_pairs and shape[1] == 1):
-            return {name: np.full(shape, value) for name, value in NEUTRAL[task].items()}
+            return neutral
         said, asked[task] = base.asked(now, NEUTRAL[task])
-        return said
+        return neutral | said
 
     def _rate(self, now: Situation, urgency: dict[str, np.ndarray], asked: dict[str, np.ndarray]) -> np.ndarray:
         said = self._ask(now, "cooperation", asked)["rate"]
