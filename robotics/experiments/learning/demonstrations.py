@@ -75,7 +75,7 @@ class Flight(NamedTuple):
     """What became of the runs of one course, (runs,) each."""
 
     touched: np.ndarray  # bool: a robot touched another, or an obstacle
-    missing: np.ndarray  # int: robots that were stopped, or did not come to the end of their path
+    missing: np.ndarray  # int: robots that were stopped, or did not come to the end of their path in time
     refused: np.ndarray  # bool: the teacher knows no safe way
 
 
@@ -169,7 +169,10 @@ class _Taken:
         """What became of the runs."""
         assert self._watch is not None
         touched = np.isfinite(self._watch.first).any(axis=(0, 2))
-        return Flight(touched, (~np.isfinite(self._arrivals)).sum(axis=1), self._refused)
+        # Of a scenario that is over before its reference has arrived nobody arrives
+        due = self.setting.references.ends <= self.setting.ticks * self.setting.period
+        missing = (~np.isfinite(self._arrivals) & due) | self._stopped
+        return Flight(touched, missing.sum(axis=1), self._refused)
 
     def look(self, state: State, outputs: Sequence[str]) -> None:
         """Take a sample of every robot, if it is time for one, and see what happened."""
