@@ -74,6 +74,7 @@ if TYPE_CHECKING:
         save_figure,
     )
     from fuzzy.figures.search import plot_rules_error
+    from fuzzy.files.packaged import find_fis, packaged_fis_files
 
 _MODULES = {
     "fuzzy.compiled.sugeno": ("CompiledSugeno", "compile_sugeno"),
@@ -83,6 +84,7 @@ _MODULES = {
         *("plotfis", "plotmf", "ruleview", "save_figure"),
     ),
     "fuzzy.figures.search": ("plot_rules_error",),
+    "fuzzy.files.packaged": ("find_fis", "packaged_fis_files"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -136,6 +138,7 @@ __all__ = [
     "dsigmf",
     "editor",
     "explain",
+    "find_fis",
     "fit_consequents",
     "format_fis",
     "gauss2mf",
@@ -147,6 +150,7 @@ __all__ = [
     "linsmf",
     "linzmf",
     "membership_function",
+    "packaged_fis_files",
     "parse_fis",
     "parse_rule",
     "pimf",

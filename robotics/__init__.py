@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from robotics.laws.law import Command, Controller, ControllerError, Law, Observation
     from robotics.laws.setting import Setting
     from robotics.measures.arrival import arrival_time
+    from robotics.measures.explained import explain_decision, explain_spans
     from robotics.measures.formations import FORMATION_METRICS, measure_formation
     from robotics.measures.progress import progress_gap, true_progress
     from robotics.measures.registry import measure_all, metrics_of
@@ -46,6 +47,7 @@ _MODULES = {
     "robotics.laws.catalogue": ("CATALOGUE", "make_controller"),
     "robotics.laws.law": ("Command", "Controller", "ControllerError", "Law", "Observation"),
     "robotics.laws.setting": ("Setting",),
+    "robotics.measures.explained": ("explain_decision", "explain_spans"),
     "robotics.measures.formations": ("FORMATION_METRICS", "measure_formation"),
     "robotics.measures.registry": ("measure_all", "metrics_of"),
     "robotics.measures.teams": ("TEAM_METRICS", "measure_team", "nearest_distance"),
@@ -121,6 +123,8 @@ __all__ = [
     "compare",
     "compile_path",
     "cross_track_error",
+    "explain_decision",
+    "explain_spans",
     "formation_scenario",
     "laplacian",
     "load_run",

@@ -4,6 +4,10 @@ Two workers share two cores: threads of their own in every linear algebra call w
 """
 
 import os
+import tomllib
+from pathlib import Path
+
+import pytest
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # before anything imports numpy or torch; commands that are started inherit it
@@ -40,3 +44,24 @@ def pytest_collection_modifyitems(items):
     """Files of LONG first, in its order; the others as they were collected."""
     place = {name: k for k, name in enumerate(LONG)}
     items.sort(key=lambda item: place.get(item.path.name, len(LONG)))
+
+
+@pytest.fixture
+def site(tmp_path_factory, monkeypatch):
+    """A folder of installed packages that is searched first; in it fuzzyfleet, as this tree's pyproject.toml has it."""
+    folder = tmp_path_factory.mktemp("site")
+    project = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    declare(folder, project["name"], project["entry-points"])
+    monkeypatch.syspath_prepend(folder)
+    return folder
+
+
+def declare(site, name, groups):
+    """Write the metadata of an installed package ``name`` into ``site``: its entry points, by group and by name."""
+    about = site / f"{name.replace('-', '_')}-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", encoding="utf-8")
+    lines = [
+        line for group, points in groups.items() for line in (f"[{group}]", *(f"{k} = {v}" for k, v in points.items()))
+    ]
+    (about / "entry_points.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -64,6 +64,15 @@ def test_the_installed_package_compares_from_any_folder(python, tmp_path):
     assert where.count(str(python.parent.parent)) == 2, where
 
 
+def test_the_installed_commands_find_rule_bases_by_name(python, tmp_path):
+    clean = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+    for name, count in (("tracking", 16), ("formation/v_l", 8)):
+        command = [python.parent / "fuzzy", "rules", name]
+        done = subprocess.run(command, cwd=tmp_path, env=clean, capture_output=True, text=True, timeout=60, check=False)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert len(done.stdout.splitlines()) == count
+
+
 def test_the_wheel_carries_data_and_types(python):
     code = (
         "from importlib.resources import files;"

@@ -7,12 +7,13 @@ from fuzzy.shell.terminal import print_json
 def evaluate(fis: Fis, data: Data, json: Json = False) -> None:
     """Measure a system's errors on a table that holds its inputs and outputs, found by their names.
 
-    Example: anfis evaluate net.fis check.csv --json
+    Example: anfis evaluate net.fis check.csv --json, or anfis evaluate formation/v_l data.csv
     """
     from anfis.accuracy import accuracy
     from fuzzy.files.fisfile import read_fis
+    from fuzzy.files.packaged import find_fis
 
-    system, table = read_fis(fis), read(data)
+    system, table = read_fis(find_fis(fis)), read(data)
     x, y = (table.columns([v.name for v in variables]) for variables in (system.inputs, system.outputs))
     rows = accuracy(system, x, y)
     if json:

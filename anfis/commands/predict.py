@@ -20,12 +20,13 @@ def predict(
 ) -> None:
     """Compute a system's outputs for every row of a table; the inputs' columns are found by their names.
 
-    Example: anfis predict net.fis data.csv -o predicted.csv
+    Example: anfis predict net.fis data.csv -o predicted.csv, or anfis predict formation/v_l data.csv
     """
     from fuzzy.files.fisfile import read_fis
+    from fuzzy.files.packaged import find_fis
     from fuzzy.files.table import table_text, write_table
 
-    system = read_fis(fis)
+    system = read_fis(find_fis(fis))
     x = read(data).columns([v.name for v in system.inputs])
     found, headers = system(x), [v.name for v in system.outputs]
     if out is not None:

@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 Data = Annotated[
     Path, typer.Argument(metavar="DATA.csv", help="Samples, a row each, with a header line.", show_default=False)
 ]
-Fis = Annotated[Path, typer.Argument(metavar="NET.fis", help="A Sugeno system, a .fis file.", show_default=False)]
+Fis = Annotated[
+    Path,
+    typer.Argument(metavar="NET", help="A Sugeno system: a .fis file, or a packaged one's name.", show_default=False),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 
 

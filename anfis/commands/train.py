@@ -46,7 +46,9 @@ def train(
     check: Annotated[
         Path | None, typer.Option(metavar="CHECK.csv", help="Checking data, not learnt from; same columns.")
     ] = None,
-    start: Annotated[Path | None, typer.Option(metavar="START.fis", help="Start from this system.")] = None,
+    start: Annotated[
+        Path | None, typer.Option(metavar="START", help="Start from this .fis file, or a packaged one's name.")
+    ] = None,
     rules: Annotated[
         int | None, typer.Option(min=1, help="Start from that many clusters; their settings are searched.")
     ] = None,
@@ -160,13 +162,14 @@ def _samples(data: Path, inputs: str | None, outputs: str | None, check: Path | 
 def _starting_system(start: _Start, samples: _Samples) -> "Sugeno":
     """The system to start from: a file, clusters or a grid."""
     from fuzzy.files.fisfile import read_fis
+    from fuzzy.files.packaged import find_fis
     from fuzzy.fitting.identification import identify
     from fuzzy.fitting.search import search_clusters
 
     if sum(choice is not None for choice in start[:4]) != 1:
         raise CommandError("say where to start: exactly one of --start, --rules, --radius and --grid")
     if start.start is not None:
-        return read_fis(start.start)
+        return read_fis(find_fis(start.start))
     x, y = samples.x, samples.y
     names: dict[str, Any] = {"input_names": samples.inputs, "output_names": samples.outputs}
     if start.grid is not None:

@@ -16,7 +16,9 @@ def design(
     file: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[FILE.fis]", help="The system; a new one if there is no such file.", show_default=False
+            metavar="[FILE.fis]",
+            help="The system, a new one if there is no such file; or a packaged one's name, to begin with a copy.",
+            show_default=False,
         ),
     ] = None,
     port: Annotated[
@@ -32,9 +34,9 @@ def design(
     """Design a rule base in the browser: drag membership functions, edit rules, see what they do.
 
     The page is served on this machine only, and nothing outside the folder is read or written. Unsaved work is kept
-    beside the files and is back after a crash.
+    beside the files and is back after a crash. A packaged rule base is copied: saving writes a new file in the folder.
 
-    Example: fuzzy design tipper.fis
+    Example: fuzzy design tipper.fis, or fuzzy design tracking
     """
     try:
         import nicegui  # noqa: F401
@@ -42,7 +44,12 @@ def design(
         raise DesignError("the designer needs NiceGUI: pip install 'fuzzyfleet[design]'") from None
     from fuzzy.designer.folder import open_folder
     from fuzzy.designer.server import serve
+    from fuzzy.files.fisfile import read_fis
 
+    if file is not None and (packaged := _packaged(file, folder)) is not None:
+        opened = open_folder(folder or Path())
+        serve(opened, opened.free_name("-".join(file.parts)), port, browser, begin=read_fis(packaged))
+        return
     if folder is None:
         folder = Path() if file is None else file.resolve().parent
         if not folder.is_dir():
@@ -57,3 +64,16 @@ def design(
             raise DesignError(f"{file} is not in the folder {opened.path}")
         name = opened.name(path)
     serve(opened, name, port, browser)
+
+
+def _packaged(file: Path, folder: Path | None) -> Path | None:
+    """The packaged rule base whose name ``file`` is; None if it is the path of a file, which need not exist.
+
+    Raises FisNameError for what is neither.
+    """
+    from fuzzy.files.packaged import find_fis
+
+    if file.suffix.lower() == ".fis" or (folder is not None and (folder / file).is_file()):
+        return None
+    found = find_fis(file)
+    return None if found == file else found

@@ -15,7 +15,7 @@ def explain(
 ) -> None:
     """Explain why the system answers what it answers at one point.
 
-    Example: fuzzy explain tipper.fis service=3 food=8
+    Example: fuzzy explain tipper.fis service=3 food=8, or fuzzy explain lateral y_err=0.1
     """
     from fuzzy.insight.explanation import explain as explain_point
 

@@ -9,7 +9,10 @@ import typer
 if TYPE_CHECKING:
     from fuzzy.system import Sugeno
 
-FisFile = Annotated[Path, typer.Argument(metavar="FILE", help="A Sugeno system, a .fis file.", show_default=False)]
+FisFile = Annotated[
+    Path,
+    typer.Argument(metavar="FILE", help="A Sugeno system: a .fis file, or a packaged one's name.", show_default=False),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 Picture = Annotated[
     Path | None,
@@ -21,11 +24,12 @@ At = Annotated[
 ]
 
 
-def read_system(path: Path) -> "Sugeno":
-    """Read the system in a .fis file. Raises FisFileError."""
+def read_system(file: Path) -> "Sugeno":
+    """Read the system in a .fis file, or the packaged one of that name. Raises FisFileError, FisNameError."""
     from fuzzy.files.fisfile import read_fis
+    from fuzzy.files.packaged import find_fis
 
-    return read_fis(path)
+    return read_fis(find_fis(file))
 
 
 def usage(message: str) -> NoReturn:
@@ -57,9 +61,15 @@ def values_of(fis: "Sugeno", texts: Sequence[str]) -> dict[str, float]:
 
 
 def picture_path(path: Path | None, file: Path, kind: str) -> Path:
-    """The picture to write, refused before anything is drawn if its suffix is unknown."""
-    from fuzzy.figures.drawing import check_picture
+    """The picture to write, refused before anything is drawn if its suffix is unknown.
 
-    path = Path(f"{file.stem}-{kind}.png") if path is None else path
+    By default it is called by the system, a file or a packaged one's name, and stands in the present folder.
+    """
+    from fuzzy.figures.drawing import check_picture
+    from fuzzy.files.packaged import find_fis
+
+    if path is None:
+        stem = file.stem if find_fis(file) == file else "-".join(file.parts)  # of formation/v_l: formation-v_l
+        path = Path(f"{stem}-{kind}.png")
     check_picture(path)
     return path

@@ -7,7 +7,7 @@ from fuzzy.shell.terminal import print_json
 def show(file: FisFile, json: Json = False) -> None:
     """Show the system: its choices, variables, terms and rules.
 
-    Example: fuzzy show tipper.fis
+    Example: fuzzy show tipper.fis, or fuzzy show tracking
     """
     from fuzzy.insight.description import as_dict, describe
 

@@ -69,19 +69,25 @@ class Document:
     """A .fis file under design. All who look at the file share one document: its edits come one after another.
 
     ``path`` is relative to ``folder``, outside which nothing is read or written; by default the file's own. A file
-    that does not exist begins with :func:`new_system`. Unsaved work of a run that ended is taken up again: then
-    ``restored`` says when it was written, and undoing leads back to the file. ``notes`` are sentences on what was
-    found while opening.
+    that does not exist begins with ``begin``, by default :func:`new_system`. Unsaved work of a run that ended is
+    taken up again: then ``restored`` says when it was written, and undoing leads back to the file. ``notes`` are
+    sentences on what was found while opening.
 
     Raises DocumentError or FisFileError where there is nothing to open.
     """
 
-    def __init__(self, path: str | os.PathLike[str], folder: str | os.PathLike[str] | None = None) -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        folder: str | os.PathLike[str] | None = None,
+        begin: Sugeno | None = None,
+    ) -> None:
         if folder is None:
             path = Path(path).absolute()
             folder = path.parent
         self.path = confined(folder, path)
         self.folder = Path(folder).resolve()
+        self._begin = begin
         self.revision = 0
         self.compared: Sugeno | None = None
         self.restored: datetime | None = None
@@ -100,7 +106,7 @@ class Document:
         """The design in the file; what is known of the file is then what it holds now."""
         digest = _digest(self.path)
         if digest is None:
-            fis = new_system(self.path.stem)
+            fis = self._begin or new_system(self.path.stem)
         else:
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always", FisFileWarning)

@@ -25,8 +25,8 @@ class Folder:
 
     path: Path
 
-    def inside(self, name: str) -> Path:
-        """The path of the .fis file ``name``, relative to the folder; the file need not exist.
+    def inside(self, name: str, ending: str = ".fis") -> Path:
+        """The path of the file ``name`` with that ``ending``, relative to the folder; the file need not exist.
 
         Raises FolderError for a name that leads out of the folder, also by a link, or into a hidden folder.
         """
@@ -37,8 +37,8 @@ class Folder:
             raise FolderError(f"{name!r}: use a file in the opened folder, without a name that begins with a dot")
         if any(part.partition(".")[0].strip().casefold() in _DEVICES for part in parts):
             raise FolderError(f"{name!r}: Windows reserves this name for a device; choose another one")
-        if not name.lower().endswith(".fis"):
-            raise FolderError(f"{name!r}: the designer works with .fis files; end the name in .fis")
+        if not name.lower().endswith(ending):
+            raise FolderError(f"{name!r}: the designer works with {ending} files; end the name in {ending}")
         path = self.path.joinpath(*parts)
         try:
             real = path.resolve()
@@ -54,8 +54,8 @@ class Folder:
         """The name of a file of the folder, as :meth:`inside` takes it."""
         return path.relative_to(self.path).as_posix()
 
-    def files(self) -> list[str]:
-        """The .fis files of the folder and of folders in it, at most 500, down to the third level."""
+    def files(self, ending: str = ".fis") -> list[str]:
+        """The files of the folder and of folders in it with that ``ending``, at most 500, down to the third level."""
         found = []
         for root, folders, names in os.walk(self.path):
             here = Path(root)
@@ -64,7 +64,7 @@ class Folder:
             for name in sorted(names):
                 relative = self.name(here / name)
                 try:
-                    if (here / name).is_file() and self.inside(relative):
+                    if (here / name).is_file() and self.inside(relative, ending):
                         found.append(relative)
                 except FolderError:
                     continue

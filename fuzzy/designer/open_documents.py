@@ -6,6 +6,7 @@ import sys
 from fuzzy.designer.document import Document, DocumentError
 from fuzzy.designer.folder import LARGEST_FILE, MOST_RULES, Folder, FolderError
 from fuzzy.designer.workers import DesignerWorkers
+from fuzzy.system import Sugeno
 
 AUTOSAVE = 0.25  # s between two autosaves of a document while it is being dragged
 
@@ -20,8 +21,8 @@ class OpenDocuments:
         self._tabs: dict[int, int] = {}  # how many look at a document, by its id
         self._waiting: set[int] = set()  # documents that were autosaved just now
 
-    def document(self, name: str) -> Document:
-        """The document of the file ``name``, which need not exist yet.
+    def document(self, name: str, begin: Sugeno | None = None) -> Document:
+        """The document of the file ``name``, which need not exist yet: then it begins with the system ``begin``.
 
         Raises FolderError, DocumentError or FisFileError for what cannot be opened.
         """
@@ -31,7 +32,7 @@ class OpenDocuments:
                 return document
         if path.is_file() and path.stat().st_size > LARGEST_FILE:
             raise FolderError(f"{name!r} is larger than {LARGEST_FILE / 1e6:g} MB")
-        document = Document(path, self.folder.path)
+        document = Document(path, self.folder.path, begin)
         if len(document.design.lines) > MOST_RULES:
             raise FolderError(f"{name}: {len(document.design.lines)} rules; the designer shows at most {MOST_RULES}")
         document.listen(lambda: self._autosave_soon(document))

@@ -16,6 +16,7 @@ from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import OpenDocuments
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
+from fuzzy.system import Sugeno
 
 if TYPE_CHECKING:
     from fastapi import Request
@@ -53,7 +54,12 @@ class ServerError(InputError):
 
 
 def serve(
-    folder: Folder, name: str, port: int | None = None, browser: bool = True, said: Callable[[str], None] = print
+    folder: Folder,
+    name: str,
+    port: int | None = None,
+    browser: bool = True,
+    said: Callable[[str], None] = print,
+    begin: Sugeno | None = None,
 ) -> None:
     """Serve the designer until it is interrupted.
 
@@ -63,11 +69,12 @@ def serve(
         port: The port, by default 8080 or the next free one.
         browser: Whether the page is opened in the browser.
         said: Called with the address when the server listens.
+        begin: The system with which a file that does not exist begins, by default a small one.
 
     Raises ServerError where it cannot listen, and what opening the file raises.
     """
     opened = OpenDocuments(folder)
-    opened.document(name)  # what is wrong with the file is said here, before anything starts
+    opened.document(name, begin)  # what is wrong with the file is said here, before anything starts
     listening = bound_socket(port)
     number = listening.getsockname()[1]
     url = f"http://{HOST}:{number}/"

@@ -272,13 +272,15 @@ class _Reader(FisLines):
 # Writing ------------------------------------------------------------------------------------------------------
 
 
-def write_fis(fis: Sugeno, path: str | os.PathLike[str]) -> None:
+def write_fis(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> None:
     """Write ``fis`` as a .fis file in UTF-8. An older file stays until the new one is whole.
+
+    The lines of ``comment``, if there are any, stand at the top of the file; the first one is its title.
 
     Raises FisFileError if the format cannot hold the system (see :func:`format_fis`) or the file cannot be written.
     """
     name = os.fsdecode(path)
-    text = _format(fis, name)
+    text = "".join(f"% {line}\n" for line in comment.splitlines()) + _format(fis, name)
     try:
         with replacing(name) as part:
             part.write_text(text, encoding="utf-8", newline="\n")

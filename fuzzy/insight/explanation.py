@@ -184,6 +184,22 @@ def explain(fis: Sugeno, x: Any) -> Explanation:
     )
 
 
+def firing_strengths(fis: Sugeno, x: Any) -> np.ndarray:
+    """The firing strengths (..., rules) of :func:`explain` at the points ``x`` (..., inputs), and no warnings.
+
+    At a point of which an input is not a number they are not numbers. Raises FuzzySystemError for points of the wrong
+    shape.
+    """
+    fis = detached(fis)
+    if fis.out_of_range in ("warn", "error"):
+        fis = replace(fis, out_of_range="ignore")
+    x = np.asarray(x, dtype=float)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InferenceWarning)
+        firing = infer(replace(fis, no_rule_fires="nan"), x).firing
+    return np.where(np.isnan(x).any(axis=-1, keepdims=True), np.nan, firing)
+
+
 def _degree(clause: Clause, degrees: Mapping[str, float]) -> float:
     degree = degrees[clause.term] ** clause.power
     return 1 - degree if clause.negated else degree
@@ -198,4 +214,5 @@ def _strength(firing: float) -> str:
 
 
 def _quantity(value: float, variable: Variable) -> str:
-    return f"{value:.4g} {variable.unit}".rstrip()
+    number = ("∞" if value > 0 else "−∞") if np.isinf(value) else f"{value:.4g}"
+    return f"{number} {variable.unit}".rstrip()

@@ -15,7 +15,9 @@ from fuzzy.shell.terminal import application, run
 from robotics.commands.animate import animate
 from robotics.commands.certify import certify
 from robotics.commands.compare import compare
+from robotics.commands.copy import copy
 from robotics.commands.dataset import dataset
+from robotics.commands.explain import explain
 from robotics.commands.learn import learn
 from robotics.commands.list import list_
 from robotics.commands.repeat import Stress, repeat
@@ -31,9 +33,11 @@ app.add_typer(dataset, name="dataset")
 app.add_typer(stress, name="stress")
 app.add_typer(learn, name="learn")
 app.command("list")(list_)
+app.command()(copy)
 app.command("run")(run_)
 app.command()(repeat)
 app.command()(compare)
+app.command()(explain)
 app.command()(animate)
 app.command()(certify)
 app.command()(sweep)

@@ -154,7 +154,7 @@ def _print_study(study: "Study") -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from robotics.experiments.comparison import contact_runs
+    from robotics.experiments.comparison import contact_runs, has_guard
     from robotics.laws.catalogue import label
     from robotics.measures.registry import headlines
     from robotics.report.wording import sentence
@@ -165,7 +165,8 @@ def _print_study(study: "Study") -> None:
     for scenario in comparison.scenarios:
         table = Table(title=f"{scenario.name}: {scenario.title}", title_justify="left", caption_justify="left")
         table.add_column("controller")
-        shown = headlines(scenario.kind, scenario.setting.has_others)
+        guard = has_guard(comparison.table[comparison.table["scenario"] == scenario.name])
+        shown = headlines(scenario.kind, scenario.setting.has_others, guard)
         for metric in shown.values():
             table.add_column(f"{metric.short}\n[{metric.unit}]".replace("[", "\\["), justify="right")
         touched: list[str] = []
@@ -176,7 +177,8 @@ def _print_study(study: "Study") -> None:
             if count:
                 touched.append(f"✕ {label(law)}: contact in {count} of {runs} runs")
             table.add_row(
-                label(law) + " ✕" * (count > 0), *(_cell(*rows.loc[name, ["mean", "high"]]) for name in shown)
+                label(law) + " ✕" * (count > 0),
+                *(_cell(*rows.loc[name, ["mean", "high"]]) if name in rows.index else "-" for name in shown),
             )
         console.print(table)
         for line in touched:

@@ -20,7 +20,7 @@ def regenerate(
     """
     from fuzzy.files.fisfile import write_fis
     from robotics.experiments.learning.formationdata import FILES, formation_data, write_data
-    from robotics.thesis.printed_systems import NETWORKS, thesis_system
+    from robotics.thesis.printed_systems import NETWORKS, thesis_comment, thesis_system
 
     out.mkdir(parents=True, exist_ok=True)
     written = []
@@ -32,7 +32,7 @@ def regenerate(
     if thesis.is_dir():
         for number in NETWORKS:
             fis = thesis_system(number, thesis)
-            write_fis(fis, thesis / f"{fis.name}.fis")
+            write_fis(fis, thesis / f"{fis.name}.fis", thesis_comment(number))
             written.append(thesis / f"{fis.name}.fis")
     if json:
         print_json({"files": [str(path) for path in written]})

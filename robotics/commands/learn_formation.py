@@ -55,7 +55,7 @@ def formation(
     with threadpool_limits(1, "blas"), progress_bar(quiet) as begin:  # the matrices are small
         advance = begin("learning", steps(epochs))
         networks = learn_networks(names, values, held, rules=rules, options=options, advance=advance)
-    write_networks(networks, out)
+    write_networks(networks, out, data.name)
     rows = []
     for network in networks:
         training, trial = network.training, network.trial

@@ -1,42 +1,125 @@
 """The command ``robotics list``."""
 
 import sys
+import textwrap
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from fuzzy.shell.terminal import print_json
 from robotics.commands.shared import Json
 
+if TYPE_CHECKING:
+    from fuzzy.system import Variable
 
-def list_(json: Json = False) -> None:
-    """List the scenarios and the controllers, those of other installed packages too.
+_WIDTH = 100  # characters in a line
 
-    Example: robotics list
+
+class Section(StrEnum):
+    """What can be listed."""
+
+    scenarios = "scenarios"
+    controllers = "controllers"
+    rule_bases = "rule-bases"
+
+
+def list_(
+    section: Annotated[
+        Section | None,
+        typer.Argument(metavar="[SECTION]", help="What to list: scenarios, controllers or rule-bases."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """List the scenarios, the controllers and the rule bases, those of other installed packages too.
+
+    Example: robotics list, or robotics list rule-bases
     """
-    from robotics.laws.catalogue import gains_of, make_controller, presets, unusable_laws
+    wanted = [section] if section is not None else list(Section)
+    rows = {each: _ROWS[each]() for each in wanted}
+    if json:
+        print_json({each.name: found for each, found in rows.items()})
+        return
+    for place, (each, found) in enumerate(rows.items()):
+        print("\n" * (place > 0) + _HEADINGS[each])
+        column = max((len(row["name"]) for row in found), default=0) + 3
+        for row in found:
+            _print_entry(row["name"], _LINES[each](row), column)
+
+
+def _print_entry(name: str, lines: list[str], column: int) -> None:
+    """Print a name, and from ``column`` on what is said of it."""
+    for k, line in enumerate(lines):
+        start = f"  {name}".ljust(column) if k == 0 else " " * column
+        rest = " " * column
+        print(textwrap.fill(line, _WIDTH, initial_indent=start, subsequent_indent=rest, break_on_hyphens=False))
+
+
+def _scenarios() -> list[dict[str, Any]]:
     from robotics.scenario.reading import load_scenario, scenario_names
 
     scenarios = [load_scenario(name) for name in scenario_names()]
-    gains = {name: gains_of(make_controller(name)) for name in presets()}
+    return [{"name": s.name, "kind": s.kind, "title": s.title, "source": s.source} for s in scenarios]
+
+
+def _controllers() -> list[dict[str, Any]]:
+    from robotics.laws.catalogue import gains_of, make_controller, presets, unusable_laws
+
     for reason in unusable_laws().values():
         print(f"robotics: {reason}", file=sys.stderr)
-    if json:
-        print_json(
+    return [
+        {"name": name, "title": preset.title, "note": preset.note, "gains": gains_of(make_controller(name))}
+        for name, preset in presets().items()
+    ]
+
+
+def _controller_lines(row: dict[str, Any]) -> list[str]:
+    gains = ", ".join(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in row["gains"].items())
+    return [f"{row['title']}: {row['note']}", gains]
+
+
+def _rule_bases() -> list[dict[str, Any]]:
+    from fuzzy.files.fisfile import read_fis
+    from fuzzy.files.packaged import fis_title, unusable_rule_bases
+    from robotics.laws.tracking.fuzzy_tracking import rule_base_files
+
+    for reason in unusable_rule_bases():
+        print(f"robotics: {reason}", file=sys.stderr)
+    rows = []
+    for name, file in rule_base_files().items():
+        fis = read_fis(file)
+        rows.append(
             {
-                "scenarios": [
-                    {"name": s.name, "kind": s.kind, "title": s.title, "source": s.source} for s in scenarios
-                ],
-                "controllers": [
-                    {"name": name, "title": preset.title, "note": preset.note, "gains": gains[name]}
-                    for name, preset in presets().items()
-                ],
+                "name": name,
+                "title": fis_title(file),
+                "inputs": [_variable(v) for v in fis.inputs],
+                "outputs": [_variable(v) for v in fis.outputs],
+                "rules": len(fis.rules),
             }
         )
-        return
-    print("Scenarios (a name, or the path of a .toml file)")
-    for s in scenarios:
-        print(f"  {s.name:16} {s.title}")
-    print("\nControllers (a name, or name:gain=value,gain=value)")
-    for name, preset in presets().items():
-        print(f"  {name:16} {preset.title}: {preset.note}")
-        print(
-            " " * 19 + ", ".join(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in gains[name].items())
-        )
+    return rows
+
+
+def _variable(variable: "Variable") -> dict[str, Any]:
+    return {"name": variable.name, "unit": variable.unit, "universe": list(variable.universe)}
+
+
+def _rule_base_lines(row: dict[str, Any]) -> list[str]:
+    inputs, outputs = (
+        ", ".join(f"{v['name']} [{v['unit']}]" if v["unit"] else v["name"] for v in row[side])
+        for side in ("inputs", "outputs")
+    )
+    return [row["title"] or "(no comment)", f"{inputs} → {outputs}; {row['rules']} rules"]
+
+
+_HEADINGS = {
+    Section.scenarios: "Scenarios (a name, or the path of a .toml file)",
+    Section.controllers: "Controllers (a name, or name:gain=value,gain=value)",
+    Section.rule_bases: "Rule bases (a name, or the path of a .fis file; try `fuzzy show NAME`, `robotics copy NAME`)",
+}
+_ROWS = {Section.scenarios: _scenarios, Section.controllers: _controllers, Section.rule_bases: _rule_bases}
+_LINES = {
+    Section.scenarios: lambda row: [row["title"]],
+    Section.controllers: _controller_lines,
+    Section.rule_bases: _rule_base_lines,
+}

@@ -7,6 +7,7 @@ import typer
 
 from fuzzy.shell.progress import progress_bar
 from robotics.commands.shared import Events, Json, Player, Plot, Quiet, Save, Table, print_run
+from robotics.commands.stress_obstacles import Side
 
 
 class Stress(StrEnum):
@@ -34,12 +35,13 @@ def repeat(
     ] = None,
     loss: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share of the messages that are lost.")] = 0.0,
     latency: Annotated[float, typer.Option(min=0.0, max=10.0, help="Latency of the messages, s.")] = 0.0,
-    freeze: Annotated[
-        float, typer.Option(min=0.0, max=600.0, help="Seconds for which one robot is held up (crossing only).")
-    ] = 0.0,
+    freeze: Annotated[float, typer.Option(min=0.0, max=600.0, help="Seconds for which one robot is held up.")] = 0.0,
     moving: Annotated[
         int, typer.Option(min=0, max=10, help="Number of discs that cross the lanes (obstacles only).")
     ] = 0,
+    lanes: Annotated[
+        Side, typer.Option(help="Lanes side by side, or crossing each other (obstacles with 3 robots only).")
+    ] = Side.beside,
     plot: Plot = None,
     save: Save = None,
     table: Table = None,
@@ -62,5 +64,7 @@ def repeat(
     disturbance = {"loss": loss, "latency": latency, "freeze": freeze}
     ages = save is not None or player
     with progress_bar(quiet) as begin:
-        run, outcome = single_run(stress.value, law, seed, robots, kind, disturbance, name, ages, begin, moving=moving)
+        run, outcome = single_run(
+            stress.value, law, seed, robots, kind, disturbance, name, ages, begin, moving=moving, lanes=lanes.value
+        )
     print_run(run, files.write(run), json, outcome.summary())

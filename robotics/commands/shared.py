@@ -19,6 +19,9 @@ _SHOWN = 5  # runs whose first contact is named
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress bar.")]
+Jobs = Annotated[
+    int | None, typer.Option(min=1, max=1000, help="Number of processes. Default: one for each core, if it pays.")
+]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="PICTURE", help="Draw the first seed: .png, .pdf, .svg.")]
 Save = Annotated[Path | None, typer.Option("--save", metavar="FILE.npz", help="Save the run without loss.")]
 Table = Annotated[Path | None, typer.Option("--table", metavar="FILE.csv", help="Save every sample as CSV.")]

@@ -1,12 +1,13 @@
 """The command ``robotics stress crossing``: thousands of random crossings, and what went wrong in which."""
 
 from enum import StrEnum
+from functools import partial
 from typing import Annotated
 
 import typer
 
 from fuzzy.shell.progress import progress_bar
-from robotics.commands.shared import Json, Quiet, print_forewarnings, print_outcome
+from robotics.commands.shared import Jobs, Json, Quiet, print_forewarnings, print_outcome
 
 
 class Ends(StrEnum):
@@ -32,10 +33,7 @@ def crossing(
     latency: Annotated[float, typer.Option(min=0.0, max=10.0, help="Latency of the messages, s.")] = 0.0,
     freeze: Annotated[float, typer.Option(min=0.0, max=600.0, help="Seconds for which one robot is held up.")] = 0.0,
     seed: Annotated[int, typer.Option(min=0, help="The first crossing's seed.")] = 0,
-    jobs: Annotated[
-        int | None,
-        typer.Option(min=1, max=1000, help="Number of processes. Default: one for each core, if it pays."),
-    ] = None,
+    jobs: Jobs = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -47,8 +45,9 @@ def crossing(
     Example: robotics stress crossing --robots 3 --runs 2000 --json
     """
     from robotics.experiments.forewarnings import crossing_forewarnings
-    from robotics.experiments.stress.crossing_crew import stress_crossings
-    from robotics.experiments.stress.outcome import Disturbance
+    from robotics.experiments.stress.crew import in_chunks
+    from robotics.experiments.stress.crossing_runs import stress_crossing
+    from robotics.experiments.stress.disturbance import Disturbance
     from robotics.experiments.stress.single import ALIASES
     from robotics.laws.catalogue import make_controller
 
@@ -56,6 +55,7 @@ def crossing(
     print_forewarnings(crossing_forewarnings(law, controller, ends.value))
     wrong = Disturbance(loss=loss, latency=latency, freeze=freeze)
     with progress_bar(quiet) as begin:
-        outcome = stress_crossings(law, robots, range(seed, seed + runs), ends.value, wrong, jobs=jobs, begin=begin)
+        stress = partial(stress_crossing, law, robots, kind=ends.value, disturbance=wrong)
+        outcome = in_chunks(stress, robots, range(seed, seed + runs), jobs=jobs, begin=begin)
     about = {"controller": controller, "class": ends.value, "robots": robots, "first_seed": seed}
     print_outcome(about | outcome.summary(), json)

@@ -1,12 +1,13 @@
 """The command ``robotics stress obstacles``: thousands of random courses among unknown obstacles."""
 
 from enum import StrEnum
+from functools import partial
 from typing import Annotated, Any
 
 import typer
 
 from fuzzy.shell.progress import progress_bar
-from robotics.commands.shared import Json, Quiet, print_forewarnings, print_outcome
+from robotics.commands.shared import Jobs, Json, Quiet, print_forewarnings, print_outcome
 
 
 class Field(StrEnum):
@@ -24,43 +25,58 @@ class Team(StrEnum):
     three = "3"
 
 
+class Side(StrEnum):
+    """How the lanes of several robots lie to each other."""
+
+    beside = "beside"
+    crossing = "crossing"
+
+
 def obstacles(
     runs: Annotated[int, typer.Option(min=1, max=1_000_000, help="Number of random courses.")] = 1000,
     field: Annotated[
         Field, typer.Option("--class", help="A: gaps of 0.7 m; B: obstacles may overlap; U: a trap.")
     ] = Field.A,
-    robots: Annotated[Team, typer.Option(help="Number of robots, on lanes side by side.")] = Team.one,
+    robots: Annotated[Team, typer.Option(help="Number of robots, each on a lane.")] = Team.one,
+    lanes: Annotated[
+        Side, typer.Option(help="beside: lanes side by side; crossing: robots on time would meet, for 3 robots.")
+    ] = Side.beside,
     controller: Annotated[
         str, typer.Option(help="Controller: committed, literal, or one that `robotics list` names.")
     ] = "committed",
     seed: Annotated[int, typer.Option(min=0, help="The first course's seed.")] = 0,
     loss: Annotated[float, typer.Option(min=0, max=0.95, help="Share of the messages that are lost.")] = 0.0,
     latency: Annotated[float, typer.Option(min=0, max=10, help="Latency of the messages, s.")] = 0.0,
+    freeze: Annotated[float, typer.Option(min=0.0, max=600.0, help="Seconds for which one robot is held up.")] = 0.0,
     moving: Annotated[
         int, typer.Option(min=0, max=10, help="Number of discs that cross the lanes, at 0.2 m/s at most.")
     ] = 0,
+    jobs: Jobs = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Simulate random courses among obstacles that the robots only sense: who arrives, and who touches what.
 
     The plant is the full one, sonars and postures are noisy. A course depends on its seed alone, so that `robotics
-    repeat obstacles --seed N` with the same options repeats one.
+    repeat obstacles --seed N` with the same options repeats one. The number of processes changes no number.
     Example: robotics stress obstacles --runs 200 --class U --json
     """
     from robotics.experiments.forewarnings import blind
+    from robotics.experiments.stress.crew import in_chunks
+    from robotics.experiments.stress.disturbance import Disturbance
     from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, stress_obstacles
-    from robotics.experiments.stress.outcome import Disturbance
     from robotics.experiments.stress.single import ALIASES
     from robotics.laws.catalogue import make_controller
 
     law = make_controller(ALIASES["obstacles"].get(controller, controller))
     count = int(robots.value)
-    print_forewarnings(blind(obstacle_ensemble([seed], field.value, count), law, controller))
-    wrong = Disturbance(loss=loss, latency=latency)
+    print_forewarnings(blind(obstacle_ensemble([seed], field.value, count, lanes=lanes.value), law, controller))
+    wrong = Disturbance(loss=loss, latency=latency, freeze=freeze)
     with progress_bar(quiet) as begin:
-        outcome = stress_obstacles(
-            law, range(seed, seed + runs), field.value, count, begin, disturbance=wrong, moving=moving
+        stress = partial(
+            stress_obstacles, law, kind=field.value, robots=count, disturbance=wrong, moving=moving, lanes=lanes.value
         )
-    about: dict[str, Any] = {"controller": controller, "class": field.value, "robots": count, "first_seed": seed}
-    print_outcome(about | {"loss": loss, "latency_s": latency, "moving": moving} | outcome.summary(), json)
+        outcome = in_chunks(stress, count, range(seed, seed + runs), jobs=jobs, begin=begin)
+    about: dict[str, Any] = {"controller": controller, "class": field.value, "robots": count, "lanes": lanes.value}
+    about |= {"first_seed": seed, "loss": loss, "latency_s": latency, "freeze_s": freeze, "moving": moving}
+    print_outcome(about | outcome.summary(), json)

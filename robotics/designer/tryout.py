@@ -1,56 +1,49 @@
 """A rule base that is tried on a robot: what the designer's panel "Try it" shows, without the page.
 
-The system takes the place of the tracking rule base in :class:`robotics.laws.tracking.fuzzy_tracking.FuzzyTracking`, or
-in a team's law that is built on it; all else belongs to the scenario and the law. The numbers are those of
-:func:`robotics.simulation.loop.simulate` and :func:`robotics.measures.registry.measure_all`, to the last bit; only the
-curves that are drawn are rounded, to a tenth of a millimetre.
+The system takes the place of a rule base in a law, as :mod:`robotics.designer.uses` finds it; all else belongs to the
+scenario and the law. The numbers are those of :func:`robotics.simulation.loop.simulate` and
+:func:`robotics.measures.registry.measure_all`, to the last bit; only the curves that are drawn are rounded, to a tenth
+of a millimetre.
 """
 
 import warnings
-from copy import copy
-from dataclasses import dataclass, fields, is_dataclass
-from functools import cache, lru_cache
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
+from pathlib import PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.sugeno import compile_sugeno
-from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
+from robotics.designer.uses import TryoutError, Use, law_of, uses_of
 from robotics.experiments.forewarnings import forewarnings
-from robotics.laws.catalogue import label, make_controller, preset_of, presets
+from robotics.laws.catalogue import preset_of, presets
 from robotics.laws.law import Law
-from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking
-from robotics.measures.contacts import contact_sentences, contacts, who
-from robotics.measures.registry import measure_all, tried
-from robotics.measures.tracking import cross_track_error
+from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
+from robotics.measures.clearance import clearances, robot_gaps
+from robotics.measures.contacts import can_touch, contact_sentences, contacts, who
+from robotics.measures.registry import headlines, measure_all, tried
+from robotics.measures.tracking import Metric, cross_track_error
 from robotics.playback.player import player_data
 from robotics.quantity import check_quantities, quantity
 from robotics.scenario.description import Scenario
-from robotics.scenario.reading import load_scenario, scenario_names
+from robotics.scenario.reading import load_scenario, parse_scenario, scenario_names
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
 _POINTS = 600  # points of a path that is drawn, at most
-_NEEDS = (
-    "A tracking law gives a rule base any of distance [m], alpha [rad], x_err [m] and heading_err [rad], by these "
-    "names, and takes two outputs, the speed v [m/s] and the turn rate w [rad/s], in this order"
-)
-
-
-class TryoutError(InputError):
-    """A system that cannot drive a robot, or a choice that does not exist. The message says what is needed."""
+_MOVES = 0.05  # m/s: a robot that is slower stands
 
 
 @dataclass(frozen=True, kw_only=True)
 class TryoutTrial:
-    """The conditions under which a system is tried."""
+    """The conditions under which a system is tried; :func:`settled` chooses for a system what is left empty."""
 
-    scenario: str = "fuzzy-off-path"
-    law: str = (
-        ""  # of a team: a law of the catalogue that holds a tracking rule base; none: the scenario's, or cooperation
-    )
+    scenario: str = ""  # a scenario that comes with the package, or the name of the file that holds ``text``
+    text: str | None = None  # of a scenario file of one's own
+    law: str = ""  # a name of the catalogue
+    task: str = ""  # of that law, whose rule base is replaced
     look_ahead: float = quantity(0.4, "s", least=0, most=10)  # of a single robot's tracking law
     seed: int = 0
 
@@ -58,18 +51,19 @@ class TryoutTrial:
         check_quantities(self, TryoutError)
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or not 0 <= self.seed < 2**32:
             raise TryoutError(f"seed must be a whole number >= 0, got {self.seed!r}")
-        if self.scenario not in scenario_names():
-            raise TryoutError(expected(str(self.scenario), scenario_names(), "scenario"))
-        reason = why_not(_scenario(self.scenario))
-        if reason:
-            raise TryoutError(f"{self.scenario}: {reason}")
-        if self.law and self.law not in _team_laws():
-            raise TryoutError(expected(str(self.law), _team_laws(), "law"))
+        for name in ("scenario", "law", "task"):
+            if not isinstance(getattr(self, name), str):
+                raise TryoutError(f"{name} must be a name, got {getattr(self, name)!r}")
 
     @property
     def kind(self) -> str:
-        """The kind of the scenario: "tracking" or "team"."""
-        return _scenario(self.scenario).kind
+        """The kind of the scenario: "tracking", "team" or "formation"."""
+        return self._read().kind
+
+    def _read(self) -> Scenario:
+        if self.text is None and self.scenario not in scenario_names():
+            raise TryoutError(expected(self.scenario, scenario_names(), "scenario"))
+        return _scenario(self.scenario, self.text)
 
 
 class Attempt(NamedTuple):
@@ -82,93 +76,76 @@ class Attempt(NamedTuple):
 # What there is to choose ----------------------------------------------------------------------------------------
 
 
-def why_not(scenario: Scenario) -> str:
-    """The reason why a tracking rule base cannot drive this scenario; empty if it can."""
-    if scenario.kind == "formation":
-        return "a formation is driven by networks that see the leader's posture, not by a tracking rule base"
-    return ""
-
-
 def choices() -> dict[str, Any]:
-    """The scenarios, teams' laws and rivals that the panel offers, in JSON's types."""
-    found = [(name, _scenario(name)) for name in scenario_names()]
-    rivals: dict[str, list[list[str]]] = {"tracking": [], "team": []}
+    """The package's scenarios, and the laws to compare with, in JSON's types."""
+    rivals: dict[str, list[list[str]]] = {"tracking": [], "team": [], "formation": []}
     for name, preset in presets().items():
-        if preset.kind in rivals and not holds_tracking(_law(name)):
-            rivals[preset.kind].append([name, preset.title])
+        rivals[preset.kind].append([name, preset.title])
+    found = [(name, _scenario(name, None)) for name in scenario_names()]
     return {
-        "scenarios": [{"name": name, "title": s.title or name, "kind": s.kind, "why": why_not(s)} for name, s in found],
-        "laws": [[name, label(name)] for name in _team_laws()],
+        "scenarios": [{"name": name, "title": s.title or name, "kind": s.kind} for name, s in found],
         "rivals": rivals,
     }
 
 
-def law_name(trial: TryoutTrial) -> str:
-    """The name of the law whose tracking rule base is replaced."""
-    scenario = _scenario(trial.scenario)
-    if scenario.kind != "team":
-        return "fuzzy"
-    own = scenario.controller.partition(":")[0]
-    return trial.law or (own if own in _team_laws() else "cooperation")
+def settled(fis: Sugeno, wish: TryoutTrial, file: str = "") -> TryoutTrial:
+    """The trial of a system with all that ``wish`` leaves empty: the law, the task and the scenario that suit it.
 
+    A law that does not drive the scenario gives way to one that does. Raises TryoutError where there is none, or the
+    choices do not exist, and what reading the scenario raises.
 
-@lru_cache(maxsize=1)
-def _team_laws() -> tuple[str, ...]:
-    return tuple(name for name, preset in presets().items() if preset.kind == "team" and holds_tracking(_law(name)))
-
-
-# The package's own scenarios and laws do not change during design, and reading one takes longer than a drag may.
-@cache
-def _scenario(name: str) -> Scenario:
-    return load_scenario(name)
-
-
-@lru_cache(maxsize=64)
-def _law(specification: str) -> Law[Any]:
-    return make_controller(specification)
-
-
-# The law --------------------------------------------------------------------------------------------------------
-
-
-def check_fits(fis: Sugeno) -> None:
-    """Raise TryoutError, saying what is needed, unless ``fis`` can be a tracking rule base."""
-    wrong = [v.name for v in fis.inputs if v.name not in INPUTS]
-    outputs = [v.name for v in fis.outputs]
-    if wrong:
-        raise TryoutError(f"{fis.name} cannot drive a robot: no law knows the input {wrong[0]!r}. {_NEEDS}.")
-    if len(outputs) != 2:
-        many = "1 output" if len(outputs) == 1 else f"{len(outputs)} outputs"
-        raise TryoutError(f"{fis.name} cannot drive a robot: it has {many} ({', '.join(outputs)}). {_NEEDS}.")
-    if outputs[0] == "w" or outputs[1] == "v":
+    Args:
+        fis: The system.
+        wish: What was chosen.
+        file: The name of the system's file.
+    """
+    uses = uses_of(fis, file)
+    scenario = wish._read() if wish.scenario or wish.text is not None else None
+    fitting = [use for use in uses if scenario is None or scenario.kind in use.kinds]
+    if scenario is not None and not fitting:
+        kinds = " or ".join(dict.fromkeys(kind for use in uses for kind in use.kinds))
         raise TryoutError(
-            f"{fis.name} cannot drive a robot: its outputs are in the order {', '.join(outputs)}. {_NEEDS}."
+            f'{wish.scenario} is of kind "{scenario.kind}", and the laws that {fis.name} fits drive scenarios of kind '
+            f"{kinds}: {', '.join(dict.fromkeys(use.law for use in uses))}"
         )
+    if wish.law and wish.law not in presets():
+        raise TryoutError(expected(wish.law, [use.law for use in uses], "law"))
+    use = _chosen(fitting, wish, scenario)
+    return replace(wish, law=use.law, task=use.task, scenario=wish.scenario or use.scenarios[0])
+
+
+def _chosen(uses: list[Use], wish: TryoutTrial, scenario: Scenario | None) -> Use:
+    """The use with the law and task of ``wish``; otherwise that of the scenario's own law, or the most likely."""
+    asked = [use for use in uses if use.law == wish.law and wish.task in ("", use.task)]
+    if asked:
+        return asked[0]
+    first = uses[0]
+    if scenario is None or first.task != "tracking" or scenario.kind != "team":
+        return first
+    tracking = {use.law: use for use in uses if use.task == "tracking"}
+    return tracking.get(scenario.controller.partition(":")[0]) or tracking["cooperation"]
+
+
+# The user's files are read anew when they change; a scenario that is read stays, which takes longer than a drag may.
+@lru_cache(maxsize=64)
+def _scenario(name: str, text: str | None) -> Scenario:
+    return load_scenario(name) if text is None else parse_scenario(text, PurePath(name).stem, name)
+
+
+def driven_law(fis: Sugeno, trial: TryoutTrial) -> Law[Any]:
+    """The law of a settled trial with ``fis`` as the rule base of the trial's task. Raises an InputError."""
     if not fis.rules:
         raise TryoutError(f"{fis.name} cannot drive a robot yet: it has no rule in force.")
+    return law_of(trial.law + _gains(trial)).with_fuzzy_system(trial.task, fis)
 
 
-def holds_tracking(law: Any) -> bool:
-    """Whether a law holds a tracking rule base."""
-    return isinstance(law, FuzzyTracking) or any(holds_tracking(part) for part in _parts(law).values())
+def _gains(trial: TryoutTrial) -> str:
+    return f":look_ahead={trial.look_ahead!r}" if has_look_ahead(trial) else ""
 
 
-def driven_by(law: Any, fis: Sugeno) -> Any:
-    """The same law with ``fis`` as its tracking rule base; its other rule bases stay. Raises TryoutError."""
-    check_fits(fis)
-    changed: dict[str, Any] = {name: driven_by(p, fis) for name, p in _parts(law).items() if holds_tracking(p)}
-    if isinstance(law, FuzzyTracking):
-        places = tuple(INPUTS.index(v.name) for v in fis.inputs)
-        changed |= {"rule_base": fis.name, "tracking": compile_sugeno(fis), "inputs": places}
-    other = copy(law)
-    for name, part in changed.items():
-        object.__setattr__(other, name, part)  # a rule base in hand, where the constructor would read a file
-    return other
-
-
-def _parts(law: Any) -> dict[str, Any]:
-    held = {f.name: getattr(law, f.name) for f in fields(law)} if is_dataclass(law) else {}
-    return {name: part for name, part in held.items() if hasattr(part, "control")}
+def has_look_ahead(trial: TryoutTrial) -> bool:
+    """Whether the trial's look-ahead has an effect: it is that of a tracking law alone."""
+    return isinstance(law_of(trial.law), FuzzyTracking)
 
 
 # The runs -------------------------------------------------------------------------------------------------------
@@ -179,19 +156,19 @@ def run_design(fis: Sugeno, trial: TryoutTrial) -> Attempt:
 
     Raises TryoutError for a system that does not fit, and an InputError for one that refuses an input on the way.
     """
-    name = law_name(trial)
-    gains = f":look_ahead={trial.look_ahead!r}" if trial.kind == "tracking" else ""
-    return _run(driven_by(_law(name + gains), fis), trial, fis.name)
+    if not (trial.scenario and trial.law and trial.task):
+        trial = settled(fis, trial)
+    return _run(driven_law(fis, trial), trial, fis.name)
 
 
 def run_rival(specification: str, trial: TryoutTrial) -> Attempt:
     """Run a law of the catalogue on the trial's scenario with its seed. Raises an InputError if it cannot drive it."""
     preset_of(specification)
-    return _run(_law(specification), trial, specification)
+    return _run(law_of(specification), trial, specification)
 
 
 def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
-    scenario = _scenario(trial.scenario)
+    scenario = trial._read()
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         run = simulate(scenario, law, (trial.seed,), name=name, links=scenario.kind == "team")
@@ -210,58 +187,136 @@ def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
 
 def course_data(trial: TryoutTrial) -> dict[str, Any]:
     """What all runs of a trial share, in JSON's types: the paths to follow, the starts, the metrics' names."""
-    scenario = _scenario(trial.scenario)
+    scenario = trial._read()
     return {
-        "scenario": scenario.name,
+        "scenario": trial.scenario,
         "title": scenario.title or scenario.name,
         "kind": scenario.kind,
+        "played": _played(scenario),
         "duration": scenario.duration,
-        "law": law_name(trial),
         "paths": [_curve(path.table[0], path.table[1]) for path in scenario.trajectory.paths],
         "starts": [list(member.start) for member in scenario.robots],
         "metrics": [
             {"name": name, "title": metric.title, "unit": metric.unit, "larger": metric.larger}
-            for name, metric in tried(scenario.kind, scenario.setting.has_others).items()
+            for name, metric in _shown_metrics(scenario.kind, scenario.setting.has_others).items()
         ],
     }
 
 
+def place_data(fis: Sugeno, wish: TryoutTrial, file: str = "") -> dict[str, Any]:
+    """The place that a system finds (:func:`settled`), in JSON's types: the trial, its course, and what else it fits.
+
+    The laws that it fits are [law, task, title, kinds]; "suggested" are scenarios in which the chosen one shows what
+    the system does, and "rival" is a law to compare it with.
+    """
+    trial = settled(fis, wish, file)
+    uses = uses_of(fis, file)
+    mine = next(use for use in uses if (use.law, use.task) == (trial.law, trial.task))
+    kind = trial.kind
+    rival = mine.rival if preset_of(mine.rival).kind == kind else _RIVALS[kind]
+    return {
+        "trial": asdict(trial),
+        "course": course_data(trial)
+        | {
+            "laws": [[use.law, use.task, use.title, list(use.kinds)] for use in uses],
+            "suggested": list(mine.scenarios),
+            "rival": rival,
+            "ahead": has_look_ahead(trial),
+        },
+    }
+
+
+_RIVALS = {"tracking": "lyapunov", "team": "virtual-structure", "formation": "formation-teacher"}
+
+
+def _played(scenario: Scenario) -> bool:
+    """Whether its runs are played; those of a robot that is alone are drawn beside each other."""
+    return scenario.kind != "tracking" or scenario.setting.has_others
+
+
+def _shown_metrics(kind: str, others: bool) -> dict[str, Metric]:
+    """The metrics that are shown, by name: what touches what first."""
+    found = tried(kind, others) or headlines(kind, others)
+    return dict(sorted(found.items(), key=lambda item: not item[1].needs_others))
+
+
+def _of_robots(metric: Metric) -> str:
+    """How the robots' numbers make one: "mean", "min" or "max"."""
+    return "min" if metric.larger else metric.of_run
+
+
 def design_data(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
     """The run of ``fis`` (:func:`run_design`), as the panel's module takes it."""
-    return shown(run_design(fis, trial), trial.kind, fis.name)
+    return shown(run_design(fis, trial), fis.name)
 
 
 def rival_data(specification: str, trial: TryoutTrial) -> dict[str, Any]:
     """The run of a law of the catalogue (:func:`run_rival`), as the panel's module takes it."""
-    return shown(run_rival(specification, trial), trial.kind, preset_of(specification).title)
+    return shown(run_rival(specification, trial), preset_of(specification).title)
 
 
-def shown(attempt: Attempt, kind: str, label: str) -> dict[str, Any]:
+def shown(attempt: Attempt, label: str) -> dict[str, Any]:
     """What the panel shows of a run, in JSON's types; not-a-number is null, infinite is "never".
 
-    For a single robot these are label, notes, metrics, contacts (time [s], x, y [m], words), and x, y [m] and
-    cross_track [m] over time [s]; for a team the player's data take the place of the curves. A metric is the mean over
-    the robots (the least, if larger is better).
+    For a robot that is alone these are label, notes, metrics, contacts (time [s], x, y [m], words), and x, y [m] and
+    cross_track [m] over time [s]; otherwise a verdict, the moment [s] that matters most and the player's data take the
+    place of the curves. A metric is the mean over the robots, or the least or the largest, as its ``of_run`` says (the
+    least, if larger is better).
 
     Args:
         attempt: The run.
-        kind: The kind of the scenario, which chooses the metrics.
         label: The name of the run on the page.
     """
     run = attempt.run
     measured = measure_all(run)
-    wanted = {name: metric for name, metric in tried(kind, others=True).items() if name in measured}
-    metrics = {n: _number((np.min if m.larger else np.mean)(measured[n][0])) for n, m in wanted.items()}
+    wanted = {n: m for n, m in _shown_metrics(run.about.kind, others=True).items() if n in measured}
+    reduced: dict[str, Any] = {"mean": np.mean, "min": np.min, "max": np.max}
+    metrics = {n: _number(float(reduced[_of_robots(m)](measured[n][0]))) for n, m in wanted.items()}
     touched = [[c.start, c.x, c.y, who(c.robot, c.other, c.obstacle)] for c in contacts(run)]
     data: dict[str, Any] = {"label": label, "notes": list(attempt.notes), "metrics": metrics, "contacts": touched}
-    if kind == "team":
-        return data | {"player": player_data(run)}
+    if run.about.kind != "tracking" or can_touch(run):
+        return data | {"verdict": _verdict(run, measured), "moment": _moment(run), "player": player_data(run)}
     return data | {
         "time": [round(float(t), 4) for t in run.time],
         "x": [_rounded(row) for row in run["x"][0]],
         "y": [_rounded(row) for row in run["y"][0]],
         "cross_track": [_rounded(row) for row in cross_track_error(run)[0]],
     }
+
+
+def _verdict(run: Run, measured: dict[str, np.ndarray]) -> str:
+    """What became of a run among others, in a few words: who touched what, how near they came, who arrived."""
+    touched, room = contacts(run), float(measured["min_clearance_m"][0].min())
+    if touched:
+        first = touched[0]
+        words = [f"{who(first.robot, first.other, first.obstacle)} touch at {first.start:.1f} s"]
+        if len(touched) > 1:
+            words = [f"{len(touched)} contacts: {words[0]} first"]
+    else:
+        words = ["no contact", f"least clearance {100 * room:.1f} cm"] if np.isfinite(room) else ["no contact"]
+    if "arrival_time_s" in measured:
+        arrivals = measured["arrival_time_s"][0]
+        missing = [str(robot + 1) for robot in np.flatnonzero(~np.isfinite(arrivals))]
+        if not missing:
+            words.append(f"all arrive within {max(np.ptp(arrivals), 0.1):.1f} s, the last at {arrivals.max():.1f} s")
+        elif len(missing) == len(arrivals):
+            words.append("nobody arrives")
+        else:
+            words.append(f"robot{'s' * (len(missing) > 1)} {', '.join(missing)} did not arrive")
+    return "; ".join(words)
+
+
+def _moment(run: Run) -> float:
+    """The time [s] of the first contact, or else when a robot that moves is nearest to another or an obstacle."""
+    touched = contacts(run, most=1)
+    if touched:
+        return float(touched[0].start)
+    sizes = [float(np.hypot(robot.length, robot.width)) / 2 for robot in run.about.robots]
+    room = clearances(run, 0)
+    for (i, j), gap in robot_gaps(run, 0).items():
+        room[[i, j]] = np.minimum(room[[i, j]], gap - sizes[i] - sizes[j])
+    moves = np.abs(run["v"][0]) > _MOVES
+    return float(run.time[np.nanargmin(np.where(moves, room, np.inf).min(axis=0))])
 
 
 def _number(value: float) -> float | str | None:

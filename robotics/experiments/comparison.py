@@ -124,6 +124,11 @@ def contact_runs(table: pd.DataFrame, scenario: str, controller: str) -> tuple[i
     return int(touched.sum()), len(touched)
 
 
+def has_guard(table: pd.DataFrame) -> bool:
+    """Whether one of the controllers in a comparison's table has an emergency rule."""
+    return "emergency_share" in table and bool(table["emergency_share"].notna().any())
+
+
 def values_of_runs(table: pd.DataFrame, metric: str) -> np.ndarray:
     """One number a run (seeds,) of the rows of one scenario and controller, as the metric's ``of_run`` says."""
     return np.asarray(table.groupby("seed")[metric].agg(ALL_METRICS[metric].of_run).to_numpy(dtype=float))
@@ -139,7 +144,8 @@ def summarise(table: pd.DataFrame) -> pd.DataFrame:
     present = {metric: about for metric, about in ALL_METRICS.items() if metric in table}
     for (scenario, name), group in table.groupby(["scenario", "controller"], sort=False):
         for metric, about in present.items():
-            if about.needs_others and group[metric].isna().all():  # a single robot in an empty world
+            # A single robot in an empty world has no contacts, and not every law has an emergency rule.
+            if (about.needs_others or about.needs_guard) and group[metric].isna().all():
                 continue
             # Robots of one run are not independent: the run's mean counts once.
             values = values_of_runs(group, metric)

@@ -5,7 +5,8 @@ from typing import Any, Literal
 import numpy as np
 
 from robotics.environment.swept import OTHER, ROBOT, RUN, START, Watch
-from robotics.experiments.stress.crossings import APART, CLEAR, CONFLICT
+from robotics.experiments.stress.conflict import CLEAR, CONFLICT
+from robotics.experiments.stress.crossings import APART
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import ARRIVAL_SPREAD

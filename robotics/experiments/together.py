@@ -52,7 +52,7 @@ def run_together(
         world=compile_worlds(worlds) if any(s.obstacles for s in settings) else None,
     )
     law = make_controller(controller)
-    recorded = Recorder(ensemble, len(repeated))
+    recorded = Recorder(ensemble, law, len(repeated))
     goals = references.joined.at(references.joined.lengths)
     reached = np.inf
     for state in drive(ensemble, law, seeds * len(settings)):
@@ -61,7 +61,4 @@ def run_together(
             reached = state.time
         if state.time > reached + _REST:
             break
-    return [
-        recorded.run(s.setting, law.level, seeds, controller, slice(r * each, (r + 1) * each))
-        for r, s in enumerate(settings)
-    ]
+    return [recorded.run(s.setting, seeds, controller, slice(r * each, (r + 1) * each)) for r, s in enumerate(settings)]

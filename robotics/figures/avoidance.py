@@ -110,6 +110,46 @@ def plot_avoidance(
         return figure
 
 
+def plot_trajectories(rows: Sequence[Sequence[Run]], seed: int | None = None) -> Figure:
+    """Draw where robots drove: a row a scenario, a column a law; robots in true size as in :func:`plot_avoidance`.
+
+    Args:
+        rows: The runs on one scenario each, as many laws in each row, in the same order.
+        seed: The seed that is drawn, by default the first.
+
+    Raises ReplayError for a seed that was not run, ValueError where a row has several scenarios, or rows differ in
+    their laws.
+    """
+    laws = {tuple(run.controller for run in row) for row in rows}
+    if len(laws) != 1 or not all(len({run.scenario for run in row}) == 1 for row in rows):
+        raise ValueError("a page of trajectories needs one scenario a row, and the same laws in each row")
+    views = [[_View(run, seed_place(run, seed), _shown(run, seed)) for run in row] for row in rows]
+    with style():
+        width = (DOUBLE - _LEFT) / len(views[0])
+        figure = new_figure(DOUBLE, sum(_height(row, width) + 0.35 for row in views) + 0.45)
+        grid = figure.subplots(
+            len(rows), len(views[0]), squeeze=False, height_ratios=[_height(row, width) for row in views]
+        )
+        for panels, row in zip(grid, views, strict=True):
+            for ax, view in zip(panels, row, strict=True):
+                _trajectories(ax, view)
+                ax.set(xlabel="", ylabel="")
+            run, place = row[0].run, row[0].place
+            panels[0].set_ylabel(f"{run.scenario}, seed {run.seeds[place]}\ny [m]", parse_math=False)
+        for ax, view in zip(grid[0], views[0], strict=True):
+            ax.set_title(law_title(view.run.controller), fontsize=9, parse_math=False)
+        for ax in grid[-1]:
+            ax.set_xlabel("x [m]")
+        handles, names = grid[0, 0].get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside lower center", ncol=6)
+        return figure
+
+
+def _shown(run: Run, seed: int | None) -> int:
+    """The number of samples until a run is drawn."""
+    return int(np.searchsorted(run.time, _last_move(run, seed_place(run, seed)) + 1e-9))
+
+
 def _last_move(run: Run, place: int) -> float:
     """The time [s] until which a run is drawn."""
     return float(min(run.time[last_move(run, place)] + _AFTER, run.time[-1]))

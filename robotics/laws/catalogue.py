@@ -7,6 +7,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from fuzzy.naming import expected
 from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
+from robotics.laws.avoidance.fuzzy_hierarchy import FuzzyHierarchy
 from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.formation.leader_follower import FormationTeacher, LeaderFollower
@@ -164,6 +165,13 @@ CATALOGUE: dict[str, Preset] = {
         "(6.7) and Table 5.6 as printed, with the clock of the lag; ro_min 0.8 m",
         "team",
     ),
+    "hierarchy-literal": Preset(
+        FuzzyHierarchy,
+        {},
+        "Thesis hierarchy, literal",
+        "(6.4), (6.5), (6.7) and Table 5.6 as printed, with the clock of the lag; d_min 0.6 m, ro_min 0.8 m",
+        "team",
+    ),
 }
 
 
@@ -296,7 +304,7 @@ def gains_of(law: Law[Any]) -> dict[str, Any]:
     for name in _gain_fields(type(law)):
         part, _, gain = name.rpartition(".")
         holder = getattr(law, part) if part else law
-        if gain not in holder.idle:
+        if gain not in holder.idle and name not in law.idle:
             found[name] = getattr(holder, gain)
     return found
 

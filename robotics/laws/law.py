@@ -6,13 +6,16 @@ Arrays carry (runs, robots) in front, and a law is written for all of them at on
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import replace
 from difflib import get_close_matches
 from math import inf
-from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
+from types import MappingProxyType
+from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar, cast
 
 import numpy as np
 
 from fuzzy.errors import InputError
+from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 from robotics.laws.modes import StateDiagram
 from robotics.laws.setting import Setting
@@ -77,6 +80,8 @@ class Law(ABC, Generic[Memory]):
                 raise TypeError(f"{cls.__name__}.{name} is no part of a law; is {close[0]} meant?")
 
     yields: ClassVar[bool] = False  # whether it keeps robots clear of each other
+    # The gains that name its rule bases, by the task of each; or the parts that have it
+    tasks: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     @property
     def message(self) -> tuple[str, ...]:
@@ -97,6 +102,21 @@ class Law(ABC, Generic[Memory]):
     def fuzzy_systems(self) -> Mapping[str, Sugeno]:
         """The rule bases that make its commands, by the name of their task; their inputs are ``Command.inputs``."""
         return {}
+
+    def with_fuzzy_system(self, task: str, fis: Sugeno) -> Self:
+        """Return the same law with ``fis`` as the rule base of ``task``, one of :attr:`tasks`.
+
+        Raises ControllerError for a task that it does not have, or a system that does not suit the task.
+        """
+        gain = self._gain_of(task)
+        held = getattr(self, gain)
+        other = held.with_fuzzy_system(task, fis) if isinstance(held, Law) else fis
+        return cast(Self, replace(cast(Any, self), **{gain: other}))
+
+    def _gain_of(self, task: str) -> str:
+        if task not in self.tasks:
+            raise ControllerError(expected(task, self.tasks, f"task of a rule base in {type(self).__name__}"))
+        return self.tasks[task]
 
     @property
     def level(self) -> Level:

@@ -6,30 +6,37 @@ from collections.abc import Mapping
 import numpy as np
 
 from robotics.measures.contacts import CONTACT_METRICS, can_touch, judge, until_contact
+from robotics.measures.emergencies import EMERGENCY_METRICS
 from robotics.measures.formations import FORMATION_METRICS
 from robotics.measures.teams import TEAM_METRICS
 from robotics.measures.tracking import METRICS, Metric
 from robotics.simulation.run import Run
 
-# A view of the four tables, METRICS first, in which an entry that is added to one of them is found too.
-ALL_METRICS: Mapping[str, Metric] = ChainMap(CONTACT_METRICS, TEAM_METRICS, FORMATION_METRICS, METRICS)
+# A view of the five tables, METRICS first, in which an entry that is added to one of them is found too.
+ALL_METRICS: Mapping[str, Metric] = ChainMap(
+    EMERGENCY_METRICS, CONTACT_METRICS, TEAM_METRICS, FORMATION_METRICS, METRICS
+)
 
 
-def metrics_of(kind: str, others: bool | None = None) -> dict[str, Metric]:
-    """The metrics of scenarios of a ``kind`` ("tracking", "formation" or "team"), by name.
+def metrics_of(kind: str, others: bool | None = None, guard: bool = False) -> dict[str, Metric]:
+    """The metrics of scenarios of a kind, by name.
 
-    ``others`` says whether there is something to touch, several robots or obstacles; by default not in "tracking".
+    Args:
+        kind: "tracking", "formation" or "team".
+        others: Whether there is something to touch, several robots or obstacles; by default not in "tracking".
+        guard: Whether a law has an emergency rule.
     """
     others = kind != "tracking" if others is None else others
-    return {n: m for n, m in ALL_METRICS.items() if kind in m.kinds and (others or not m.needs_others)}
+    found = {n: m for n, m in ALL_METRICS.items() if kind in m.kinds}
+    return {n: m for n, m in found.items() if (others or not m.needs_others) and (guard or not m.needs_guard)}
 
 
-def headlines(kind: str, others: bool | None = None) -> dict[str, Metric]:
+def headlines(kind: str, others: bool | None = None, guard: bool = False) -> dict[str, Metric]:
     """The few metrics that short tables and pictures show, by name; those of no other kind come first.
 
     The arguments are as of :func:`metrics_of`.
     """
-    found = [item for item in metrics_of(kind, others).items() if kind in item[1].headline]
+    found = [item for item in metrics_of(kind, others, guard).items() if kind in item[1].headline]
     return dict(sorted(found, key=lambda item: len(item[1].kinds)))
 
 
@@ -46,7 +53,7 @@ def measure_all(run: Run) -> dict[str, np.ndarray]:
     samples up to then. A run's numbers do not depend, to the last bit, on which runs are beside it.
     """
     laid = run.time_innermost()
-    wanted = metrics_of(run.about.kind, can_touch(run))
+    wanted = metrics_of(run.about.kind, can_touch(run), run.guarded is not None)
     if not can_touch(run):
         return {name: metric.measure(laid) for name, metric in wanted.items()}
     judged = judge(run)

@@ -22,8 +22,8 @@ KINDS = ("tracking", "formation", "team")  # of scenarios
 class Metric(NamedTuple):
     """One number that is measured of a run, and where it is shown.
 
-    An entry in METRICS, FORMATION_METRICS, TEAM_METRICS or CONTACT_METRICS is all that a metric needs: tables of
-    results, reports, pictures and the designer read from it what they show.
+    An entry in METRICS, FORMATION_METRICS, TEAM_METRICS, CONTACT_METRICS or EMERGENCY_METRICS is all that a metric
+    needs: tables of results, reports, pictures and the designer read from it what they show.
     """
 
     measure: Callable[[Run], np.ndarray]  # of a run: (runs, robots)
@@ -36,6 +36,7 @@ class Metric(NamedTuple):
     larger: bool = False  # whether larger values are better
     of_run: Literal["mean", "min", "max"] = "mean"  # how the robots' numbers make one of a run, which a table shows
     needs_others: bool = False  # whether it is measured only where there are other robots or obstacles
+    needs_guard: bool = False  # whether it is measured only of laws that have an emergency rule
 
 
 def tracking_error(run: Run) -> PostureError:

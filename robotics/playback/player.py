@@ -21,17 +21,21 @@ from fuzzy.files.atomic import replacing
 from robotics.environment.world import outlines
 from robotics.laws.modes import MODES
 from robotics.measures.contacts import Contact, who
+from robotics.measures.decisions import UNKNOWN, decisions, strongest
 from robotics.playback.replay import Replay, replay
 from robotics.sensing.carried import sensor_names
 from robotics.sensing.sonar import RangeSensor
 from robotics.simulation.run import Run
-from robotics.simulation.spans import span
+from robotics.simulation.spans import seed_place, span
 
 RATE = 20.0  # frames a second, at most
 _POSES = 100_000  # frames × robots, at most
 _NODES = 30_000  # points of all paths, at most
 _UNKNOWN = -32768
 _STEPS = 65_000  # of a channel's range
+_RULES = 3  # rules of each rule base that are kept, the strongest; of more than _ANSWERS answers one, without inputs
+_ANSWERS = 100_000  # rule bases × poses
+_NO_ANSWER = 65535  # in place of a rule's number
 
 
 def player_data(
@@ -84,6 +88,7 @@ def player_data(
         "sonar": _sonar(film),
         "modes": _modes(film),
         "contacts": [_contact(contact) for contact in film.contacts],
+        "rules": _rules(run, seed_place(run, seed), chosen),
     }
 
 
@@ -222,6 +227,36 @@ def _modes(film: Replay) -> dict[str, Any] | None:
         return None
     events = [[round(e.time, 3), e.robot, e.before, e.after, e.why] for e in film.handovers]
     return {"words": list(MODES), "codes": _coded(film.modes.astype(np.int8)), "events": events}
+
+
+def _rules(run: Run, place: int, chosen: np.ndarray) -> dict[str, Any] | None:
+    """The strongest rules of each rule base, for every rule base, robot and frame, and what the rule bases were asked.
+
+    A rule's number counts from 1; it is 0 where no more rules fire, and _NO_ANSWER where an input was not a number.
+    Firing strengths are in 255ths.
+    """
+    if not run.about.rule_bases or run.inputs is None:
+        return None
+    asked = decisions(run, place, chosen)
+    few = len(asked) * asked[0].inputs.shape[0] * asked[0].inputs.shape[1] <= _ANSWERS
+    top = _RULES if few else 1
+    numbers, strengths = zip(*(strongest(each.firing(), top) for each in asked), strict=True)
+    number = np.swapaxes(np.stack(numbers), 1, 2)  # (rule bases, robots, frames, top)
+    strength = np.swapaxes(np.stack(strengths), 1, 2)
+    return {
+        "top": top,
+        "bases": [
+            {
+                "task": each.task,
+                "rules": [str(rule) for rule in each.system.rules],
+                "inputs": [[variable.name, variable.unit] for variable in each.system.inputs],
+            }
+            for each in asked
+        ],
+        "numbers": _coded(np.where(number == UNKNOWN, _NO_ANSWER, number).astype("<u2")),
+        "strengths": _coded(np.rint(255 * np.clip(strength, 0.0, 1.0)).astype(np.uint8)),
+        "values": [_packed(value.T) for each in asked for value in np.moveaxis(each.inputs, -1, 0)] if few else None,
+    }
 
 
 def _contact(contact: Contact) -> list[Any]:

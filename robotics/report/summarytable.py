@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robotics.experiments.comparison import Comparison, contact_runs, summarise, values_of_runs
+from robotics.experiments.comparison import Comparison, contact_runs, has_guard, summarise, values_of_runs
 from robotics.laws.catalogue import label
 from robotics.measures.evidence import student
 from robotics.measures.leading import Lead, lead
@@ -48,13 +48,18 @@ def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
     setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
     contacts = [contact_runs(table, scenario, name) for name in names] if setting.has_others else []
     touched = [count > 0 for count, _ in contacts] or [False] * len(names)
-    for metric, about in metrics_of(setting.kind, setting.has_others).items():
-        numbers = summary.loc[metric].loc[names, ["mean", "low", "high"]].to_numpy(dtype=float)
+    for metric, about in metrics_of(setting.kind, setting.has_others, has_guard(table)).items():
+        found = summary.loc[metric]
+        numbers = found.reindex(names)[["mean", "low", "high"]].to_numpy(dtype=float)
         by_seed = {n: values_of_runs(table[table["controller"] == n], metric) for n in names}
         factor, unit = scale(about.unit, numbers[:, 0])
-        marks = [""] * len(names) if about.larger else _marks(list(by_seed.values()), numbers[:, 0], touched)
+        marks = [""] * len(names)
+        if not about.larger and len(found) > 1:
+            marks = _marks(list(by_seed.values()), numbers[:, 0], touched)
         cells = [
             _cell(factor * row, int(np.isposinf(by_seed[name]).sum()), len(by_seed[name]), mark)
+            if name in found.index
+            else Cell("–", "", "")  # it has no emergency rule
             for name, row, mark in zip(names, numbers, marks, strict=True)
         ]
         rows.append(Row(about.title, unit, cells))

@@ -14,7 +14,7 @@ from robotics.laws.modes import STOPPED
 from robotics.simulation.state import State
 from robotics.vehicle import plant as p
 
-Axes = tuple[str, ...]  # of "sample", "channel", "run", "robot", "sender", "sensor"
+Axes = tuple[str, ...]  # of "sample", "channel", "run", "robot", "sender", "sensor", "input"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,11 +82,20 @@ RECORDS: dict[str, Record] = {
     "links": Record(axes=("sample", "run", "robot", "sender"), of=_ages, dtype=np.float32),
     # codes of robotics.laws.modes.MODES
     "modes": Record(axes=("sample", "run", "robot"), of=lambda s: s.command.mode, dtype=np.int8, stopped=STOPPED),
+    # whether the emergency rule overrode what the law wanted
+    "guarded": Record(axes=("sample", "run", "robot"), of=lambda s: s.command.guarded, dtype=np.bool_, stopped=False),
     # m: readings of the range sensors, those of robotics.sensing.carried.sensor_names
     "ranges": Record(
         axes=("sample", "run", "robot", "sensor"),
         of=lambda state: None if state.ranges is None else state.ranges.values,
         dtype=np.float32,
+    ),
+    # the inputs of the law's rule bases, those of Run.about.rule_bases in their order, each in its own unit
+    "inputs": Record(
+        axes=("sample", "input", "run", "robot"),
+        of=lambda state: state.command.inputs,
+        dtype=np.float32,
+        stopped=np.nan,
     ),
 }
 

@@ -266,12 +266,12 @@ def record(
 ) -> Run:
     """:func:`simulate` for a setting: a compiled scenario, or an ensemble of one run."""
     seeds = checked_seeds(seeds)
-    recorded = Recorder(setting, len(seeds), links=links)
+    recorded = Recorder(setting, law, len(seeds), links=links)
     for state in drive(setting, law, seeds, faults):
         recorded.keep(state)
         if progress is not None:
             progress()
-    return recorded.run(setting, law.level, seeds, name or type(law).__name__)
+    return recorded.run(setting, seeds, name or type(law).__name__)
 
 
 def checked_seeds(seeds: Sequence[int]) -> tuple[int, ...]:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from robotics.environment.world import Geometry
+from robotics.laws.law import ControllerError, Law
 from robotics.laws.setting import Setting
 from robotics.paths.references import sampled
 from robotics.simulation.channels import CHANNELS, RECORDS, Record, units_of
@@ -19,12 +20,13 @@ _DEMANDS = [list(CHANNELS).index(name) for name in ("v_demand", "w_demand")]
 class Recorder:
     """The samples of a simulation as it goes on, and the runs made of them."""
 
-    def __init__(self, setting: Setting, runs: int, *, links: bool = False) -> None:
+    def __init__(self, setting: Setting, law: Law[Any], runs: int, *, links: bool = False) -> None:
         """Room for all samples of ``runs`` runs of ``setting``; ``links`` keeps the ages of messages too."""
+        self.level, self.rule_bases = law.level, dict(law.fuzzy_systems)
         self.length = setting.ticks + 1
         self.limits = p.velocity_limits(setting.robots)
         self.limited = 0  # samples whose demands have been brought within the limits
-        left_out = {"team": setting.kind != "team", "links": not links}
+        left_out = {"team": setting.kind != "team", "links": not links, "inputs": not self.rule_bases}
         self.records = {name: record for name, record in RECORDS.items() if not left_out.get(name)}
         self.parts = {name: _parts(record) for name, record in self.records.items()}
         self.last: State | None = None
@@ -59,12 +61,14 @@ class Recorder:
         row: np.ndarray = self.arrays[name][k]
         return row
 
-    def run(self, setting: Setting, level: str, seeds: tuple[int, ...], name: str, which: slice = slice(None)) -> Run:
+    def run(self, setting: Setting, seeds: tuple[int, ...], name: str, which: slice = slice(None)) -> Run:
         """The run of ``setting`` with the law called ``name``; ``which`` of the runs of the pass are its seeds.
 
-        It ends with the setting, or before, if no more was kept.
+        It ends with the setting, or before, if no more was kept. Raises ControllerError where the law's inputs are not
+        those of its rule bases.
         """
         assert self.last is not None  # something was kept
+        self._check_inputs(name)
         stopped = np.where(self.last.lost, self.last.k, self.last.stopped)[which]
         kept = self.last.k + 1
         end = min(setting.ticks + 1, kept)
@@ -79,7 +83,7 @@ class Recorder:
             if array != "ranges" or setting.world is not None
         }
         return Run(
-            About(setting.name, setting.kind, name, level, setting.robots, setting.sensors),
+            About(setting.name, setting.kind, name, self.level, setting.robots, setting.sensors, self.rule_bases),
             seeds,
             times,
             recorded,
@@ -88,6 +92,15 @@ class Recorder:
             np.where(stopped < end, stopped, -1),
             _obstacles(setting, times),
         )
+
+    def _check_inputs(self, name: str) -> None:
+        """Raise ControllerError unless as many inputs were kept as the law's rule bases have, or none."""
+        expected = sum(len(system.inputs) for system in self.rule_bases.values())
+        if "inputs" in self.arrays and self.arrays["inputs"].shape[1] != expected:
+            raise ControllerError(
+                f"{name}: the rule bases {', '.join(self.rule_bases)} have {expected} inputs in all, and the law's "
+                f"commands carry {self.arrays['inputs'].shape[1]}"
+            )
 
 
 def _parts(record: Record) -> list[tuple[slice | int, Callable[[State], Any]]]:

@@ -12,6 +12,8 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import replacing
+from fuzzy.files.fisfile import FisFileError, format_fis, parse_fis
+from fuzzy.system import Sugeno
 from robotics.environment.world import Geometry
 from robotics.laws.modes import MODES
 from robotics.sensing.sonar import SONAR, RangeSensor
@@ -38,6 +40,7 @@ class About:
     level: str  # "velocity" or "torque": the meaning of the command
     robots: tuple[Robot, ...]
     sensors: tuple[Mapping[str, RangeSensor], ...]  # the sensors that each robot carries, by name
+    rule_bases: Mapping[str, Sugeno] | None = None  # those of the controller, by task; None: an older file, not said
 
 
 class Recorded(NamedTuple):
@@ -100,9 +103,22 @@ class Run:
         return self._values("modes")
 
     @property
+    def guarded(self) -> np.ndarray | None:
+        """Whether the emergency rule acted (samples, runs, robots) bool, or None if the law has no such rule."""
+        return self._values("guarded")
+
+    @property
     def ranges(self) -> np.ndarray | None:
         """The readings of the range sensors [m] (samples, runs, robots, sensors), or None if the law needs none."""
         return self._values("ranges")
+
+    @property
+    def inputs(self) -> np.ndarray | None:
+        """The inputs of the rule bases (samples, inputs, runs, robots) float32, or None if the law has none.
+
+        They stand in the order of ``about.rule_bases`` and, in each, of its inputs, whose units they have.
+        """
+        return self._values("inputs")
 
     def _values(self, name: str) -> np.ndarray | None:
         return self.recorded[name].values if name in self.recorded else None
@@ -165,11 +181,17 @@ class Run:
         columns |= {name: self[name].ravel() for name in (*CHANNELS, *(TEAM_CHANNELS if self.team is not None else ()))}
         if self.modes is not None:
             columns["mode"] = np.array(MODES)[np.moveaxis(self.modes, 0, -1).ravel()]
+        if self.guarded is not None:
+            columns["guarded"] = np.moveaxis(self.guarded, 0, -1).ravel()
         columns |= {f"{name}_reference": np.tile(self.target(name).ravel(), runs) for name in REFERENCE}
         return pd.DataFrame(columns)
 
     def save(self, path: str | Path) -> None:
-        """Write the run to ``path`` (.npz), whole or not at all; :func:`load_run` reads it back without loss."""
+        """Write the run to ``path`` (.npz), whole or not at all; :func:`load_run` reads it back without loss.
+
+        Raises RunError, also for a rule base that a .fis file cannot hold.
+        """
+        about = json.dumps(_as_json(self.about, str(path)))
         arrays: dict[str, Any] = {f"path_{i}": nodes for i, nodes in enumerate(self.paths)}
         arrays |= {name: record.values for name, record in self.recorded.items()}
         if self.obstacles is not None:
@@ -178,7 +200,7 @@ class Run:
             with replacing(path) as temporary, temporary.open("wb") as file:
                 np.savez_compressed(
                     file,
-                    about=np.array(json.dumps(_as_json(self.about))),
+                    about=np.array(about),
                     seeds=np.array(self.seeds),
                     time=self.time,
                     reference=self.reference,
@@ -213,11 +235,16 @@ def load_run(path: str | Path) -> Run:
         raise RunError(f"{path}: this file holds no run: {error}") from None
 
 
-def _as_json(about: About) -> dict[str, Any]:
-    """``about`` in JSON's types; robots that are alike are written once."""
+def _as_json(about: About, path: str) -> dict[str, Any]:
+    """``about`` in JSON's types; robots that are alike are written once. ``path`` is for messages."""
     kinds = [{"robot": asdict(r), "sensors": {n: asdict(s) for n, s in c.items()}} for r, c in _pairs(about)]
     distinct = [kind for i, kind in enumerate(kinds) if kind not in kinds[:i]]
     plain = {name: getattr(about, name) for name in ("scenario", "kind", "controller", "level")}
+    if about.rule_bases is not None:
+        try:
+            plain["rule_bases"] = {task: format_fis(system) for task, system in about.rule_bases.items()}
+        except FisFileError as error:
+            raise RunError(f"{path}: a rule base cannot be written: {error}") from None
     return plain | {"format": 2, "robots": distinct, "robot": [distinct.index(kind) for kind in kinds]}
 
 
@@ -235,9 +262,12 @@ def _from_json(table: dict[str, Any], robots: int, recorded: Mapping[str, Record
     kinds = [
         (Robot(**k["robot"]), {name: RangeSensor(**row) for name, row in k["sensors"].items()}) for k in table["robots"]
     ]
+    texts = table.get("rule_bases")
+    rule_bases = None if texts is None else {task: parse_fis(text, f"{task}.fis") for task, text in texts.items()}
     return About(
         *named,
         table["level"],
         tuple(kinds[i][0] for i in table["robot"]),
         tuple(kinds[i][1] for i in table["robot"]),
+        rule_bases,
     )

@@ -31,6 +31,7 @@ from robotics.thesis.avoidance_runs import (
 )
 from robotics.thesis.claims import judged
 from robotics.thesis.quantities import QUANTITIES, measured, runs_touched
+from robotics.thesis.side_by_side import side_by_side_picture, side_by_side_table
 
 Runs = dict[tuple[str, str], Run]  # by scenario and law
 
@@ -87,12 +88,13 @@ def chapter_of(results: Results) -> Chapter:
             "Three robots that shall arrive together would meet on their paths (6.1), or find obstacles on them (6.2, "
             "6.3). “Literal” laws follow the thesis's rules: who has the higher number stops, the other turns; a robot "
             "turns away from what its sonars see. Beside them stand right of way, a plan in which no two robots come "
-            "near, and a robot that keeps to the side it chose and follows the wall where that leads nowhere.",
+            "near, and a robot that keeps to the side it chose and follows the wall where that leads nowhere. The last "
+            "table drives three laws through all of it, side by side.",
             "The thesis's figures and its membership functions are missing: lanes, obstacles and rule bases are "
             "choices, made once for all laws. Contact is judged by the robots' true rectangles, swept from sample to "
             "sample. What a run does after a contact is not compared.",
         ),
-        [_tests(runs), _crossings(results), _courses(runs)],
+        [_tests(runs), _crossings(results), _courses(runs), side_by_side_table(runs)],
         [],
         _pictures(runs),
         judged("avoidance", partial(values, results)),
@@ -189,7 +191,8 @@ def _crossings(results: Results) -> Grid:
 def _courses(runs: Runs) -> Grid:
     rows = []
     order = (*COURSES, *CASES)
-    for scenario, law in sorted((key for key in runs if key[0] in order), key=lambda k: (order.index(k[0]), k[1])):
+    shown_here = [key for key in runs if key[0] in order and key[1] in OBSTACLE_LAWS]
+    for scenario, law in sorted(shown_here, key=lambda key: (order.index(key[0]), key[1])):
         run = runs[scenario, law]
         left = [str(i) for i in range(1, len(run.paths) + 1) if measured(run, "left_behind_s", str(i)).any()]
         cells = _cells(run, "min_clearance_m", *_ARRIVING, "off_path_s")
@@ -234,6 +237,7 @@ def _pictures(runs: Runs) -> list[Picture]:
             "State diagrams of obstacle avoidance: tracking, avoiding, following the wall, yielding; left behind.",
             partial(plot_states, OBSTACLE_LAWS),
         ),
+        side_by_side_picture(runs),
         *(
             Picture(
                 f"avoidance-meetings-{test}",

@@ -25,6 +25,9 @@ CRASH_LAWS = ("crash-literal", "crash-yielding", "right-of-way")
 COURSES = ("obstacles-on-two-paths", "turn-into-neighbour", "trap-u", "obstacles-on-outer-paths")  # 6.3
 CASES = ("wait-for-one", "neighbour-stops", "turn-towards-each-other", "trap-u-middle")  # the case studies of 6.2.3
 OBSTACLE_LAWS = ("obstacles-literal", "obstacles")
+# Side by side in a table of their own: the printed rules in one law, one law for robots and obstacles, and a plan
+SIDE_BY_SIDE = ("hierarchy-literal", "fuzzy-team", "right-of-way")
+LATEST = 1.6  # times the nominal duration: side by side, who arrives later has not arrived
 FACTOR = 1.6  # times the nominal duration: a run in which not all have arrived by then counts as a deadlock
 
 
@@ -38,10 +41,15 @@ Results = Mapping[Any, Any]
 def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     """The experiments of the chapter, with ``effort.seeds`` seeds from ``seed`` on; ``folder`` does not matter."""
     seeds, many = effort.row(seed), effort.many(seed)
+    beside = [law for law in SIDE_BY_SIDE if law not in CRASH_LAWS]
+    sighted, blind = _by_sight([law for law in SIDE_BY_SIDE if law not in OBSTACLE_LAWS])
     shared = range(seed, seed + -(-effort.trials // len(COURSES)))  # contacts on all courses together are a rate
     return [
         *(Experiment(("meetings", law), partial(_meetings, law, seeds)) for law in CRASH_LAWS),
+        *(Experiment(("meetings", law), partial(_in_time, TESTS, law, seeds)) for law in beside),
         *(Experiment(("courses", law), partial(_courses, law, shared)) for law in OBSTACLE_LAWS),
+        *(Experiment(("courses", law), partial(_in_time, COURSES, law, seeds)) for law in sighted),
+        *(Experiment(("courses", law), partial(_in_time, COURSES, law, seeds[:FEW])) for law in blind),
         *(Experiment(("cases", law), partial(_cases, law, seeds[:FEW])) for law in OBSTACLE_LAWS),
         *(Experiment((MEETINGS, law), partial(_crossings, law, many)) for law in CRASH_LAWS),
     ]
@@ -63,12 +71,29 @@ def values(results: Results, need: Needed, quantity: str, robots: str) -> np.nda
     return measured(runs_of(results)[need.on, need.of], quantity, robots)
 
 
+def nominal_time(scenario: str) -> float:
+    """The time [s] at which the last robot of the package's ``scenario`` is due at its end."""
+    return float(load_scenario(scenario).trajectory.ends.max())
+
+
+def _by_sight(laws: Sequence[str]) -> tuple[list[str], list[str]]:
+    """The laws that look for obstacles, and those that drive blind."""
+    sighted = [law for law in laws if make_controller(law).looks]
+    return sighted, [law for law in laws if law not in sighted]
+
+
 def _meetings(law: str, seeds: Sequence[int]) -> list[Run]:
     return run_together([load_scenario(name) for name in TESTS], law, seeds)
 
 
 def _courses(law: str, seeds: Sequence[int]) -> list[Run]:
     return run_together([load_scenario(name) for name in COURSES], law, seeds, LONGEST)
+
+
+def _in_time(scenarios: Sequence[str], law: str, seeds: Sequence[int]) -> list[Run]:
+    """The scenarios of a table side by side, until it is too late to arrive."""
+    latest = LATEST * max(map(nominal_time, scenarios))
+    return run_together([load_scenario(name) for name in scenarios], law, seeds, latest)
 
 
 def _cases(law: str, seeds: Sequence[int]) -> list[Run]:

@@ -30,7 +30,7 @@ CHAPTERS = (  # in the order of the report
     ChapterMaker("judging the tracking laws", tracking.experiments, tracking.chapter_of, 8.0),
     ChapterMaker("learning formations", formations.experiments, formations.chapter_of, 22.0),
     ChapterMaker("driving teams", team_runs.experiments, teams.chapter_of, 35.0),
-    ChapterMaker("avoiding each other", avoidance_runs.experiments, avoidance.chapter_of, 30.0),
+    ChapterMaker("avoiding each other", avoidance_runs.experiments, avoidance.chapter_of, 33.0),
 )
 
 

@@ -62,6 +62,15 @@ def thesis_system(number: int, folder: str | Path) -> Sugeno:
     return Sugeno(inputs, [Variable(output, universe, terms, unit)], rules, name=name)
 
 
+def thesis_comment(number: int) -> str:
+    """The comment at the head of the .fis file of network ``number``: its title, and whether its parts fit."""
+    output, _, _, antecedents, consequents, name = NETWORKS[number]
+    first, second = (table[len("table-") : -len(".csv")].replace("-", ".") for table in (antecedents, consequents))
+    title = f"The thesis's network {number}, {output}: antecedents of Table {first}, consequents of Table {second}"
+    fit = "The two do not belong together" if name.endswith("as-printed") else "The two belong together"
+    return f"{title}.\n{fit}; see datasets/thesis/README.md."
+
+
 def _columns(path: Path, prefix: str, first: int, count: int) -> np.ndarray:
     """``count`` columns of a table from column ``first`` on (rows, count), whose names begin with ``prefix``."""
     names, values = read_table(path)

@@ -1,5 +1,6 @@
-// Try it: the rule base in hand drives a robot. Top view, cross-track error and metrics, beside the design
-// before and a nonlinear law; a team is played. From what robotics/designer/panel.py hands over; form: anywidget's.
+// Try it: the rule base in hand drives a robot. Top view, cross-track error and metrics, beside the design before and
+// another law; where there are other robots or obstacles the run is played. From what robotics/designer/panel.py hands
+// over; form: anywidget's.
 
 import {
   axes,
@@ -27,7 +28,17 @@ const RUNS = [
 const SHEETS = ["./tryout.css", "../../playback/static/player.css"].map(
   (sheet) => new URL(sheet, import.meta.url).href,
 );
-const NAMES = ["choices", "trial", "course", "tried", "before", "rival", "problem"];
+const NAMES = ["choices", "files", "trial", "course", "tried", "before", "rival", "problem"];
+const ANOTHER = "?"; // the value of the entry that opens the browser's choice of a file
+const WORDS = {
+  course: "looking for its place",
+  tried: "this design drives",
+  before: "the design before drives",
+  rival: "the other law drives",
+  choices: "reading the scenarios",
+};
+const LARGEST = 2e6; // bytes of a scenario's file
+const BEFORE = 8; // s before the moment that matters most from which a run is played
 
 /** The model of a player, as anywidget's: given.tell() says that its run is another. */
 function playerModel(given) {
@@ -50,11 +61,26 @@ export async function render({ model, el }) {
   await styled(...SHEETS);
   const get = (name) => model.get(name) ?? null;
   const choose = (name, value) => model.send({ do: "choose", name, value });
-  const state = { share: 1, height: 280, played: null, given: null, stop: null };
+  const state = { share: 1, height: 280, played: null, given: null, stop: null, touched: false };
 
   // Controls
   const field = (text, control, kind = "") => element("label", { class: kind }, element("span", {}, text), control);
-  const scenario = choices("Scenario", [], "", (value) => choose("scenario", value));
+  const scenario = choices("Scenario", [], "", (value) => {
+    if (value === ANOTHER) {
+      scenario.value = get("trial").scenario;
+      file.click();
+    } else choose("scenario", value);
+  });
+  // Files come and go while the page is open.
+  scenario.addEventListener("pointerdown", () => model.send({ do: "list" }));
+  scenario.addEventListener("focus", () => model.send({ do: "list" }));
+  const file = element("input", { type: "file", accept: ".toml", hidden: true, "aria-label": "Scenario file" });
+  file.addEventListener("change", async () => {
+    const [taken] = file.files;
+    // Of one that is too large enough is sent to be refused.
+    if (taken) model.send({ do: "file", name: taken.name, text: await taken.slice(0, LARGEST + 1).text() });
+    file.value = ""; // the same file may be chosen again after it has been changed
+  });
   const law = choices("Law that holds the rule base", [], "", (value) => choose("law", value));
   const rival = choices("Compare with", [], "", (value) => choose("rival", value));
   const number = (label, name, attributes) => {
@@ -68,6 +94,7 @@ export async function render({ model, el }) {
   const ahead = number("Look-ahead in seconds", "look_ahead", { min: 0, max: 10, step: "any" });
   const seed = number("Seed of the noise", "seed", { min: 0, step: 1 });
   const lawField = field("Law", law),
+    rivalField = field("Compare with", rival),
     aheadField = field("Look-ahead [s]", ahead);
   const pin = element(
     "button",
@@ -79,21 +106,24 @@ export async function render({ model, el }) {
     },
     "Compare from here",
   );
-  const busy = element("span", { class: "tr-busy", role: "status" });
+  const word = element("span", { role: "status" }),
+    bar = element("progress", { max: 1, "aria-label": "Run in progress" });
+  const busy = element("span", { class: "tr-busy" }, word, bar);
   const controls = element(
     "div",
     { class: "tr-controls" },
     field("Scenario", scenario, "tr-scenario"),
+    file,
     lawField,
     aheadField,
     field("Seed", seed),
-    field("Compare with", rival),
+    rivalField,
     pin,
     busy,
   );
   const problem = element("p", { class: "tr-problem", role: "alert", hidden: true });
   const notes = element("div"),
-    others = element("p", { class: "tr-note" });
+    verdict = element("p", { class: "tr-verdict", hidden: true });
 
   // Pictures
   const keys = element("div", { class: "tr-keys" });
@@ -110,7 +140,7 @@ export async function render({ model, el }) {
   );
   const stage = element("div", { class: "fleet-player" });
   const table = element("table", { class: "tr-metrics" });
-  const root = element("div", { class: "fd fd-tryout" }, controls, problem, notes, single, stage, table, others);
+  const root = element("div", { class: "fd fd-tryout" }, controls, problem, verdict, notes, single, stage, table);
   el.append(root);
 
   const label = (name, data) => {
@@ -123,26 +153,55 @@ export async function render({ model, el }) {
   const shown = () =>
     RUNS.map(([name, kind]) => [name, kind, get(name)]).filter(([, , data]) => data !== null && !data.why);
 
+  /** The scenarios in their groups: those that show what the system does, the folder's files, and the others. */
+  function offerScenarios(known, trial, course) {
+    const kinds = [...new Set((course?.laws ?? []).flatMap(([, , , each]) => each))];
+    const title = (name) => known?.scenarios.find((s) => s.name === name)?.title ?? name;
+    const files = get("files") ?? [];
+    const option = (value, text, attributes = {}) => element("option", { value, ...attributes }, text);
+    const group = (label, options) => (options.length ? element("optgroup", { label }, ...options) : "");
+    const suggested = known ? (course?.suggested ?? []) : [];
+    const listed = new Set([...suggested, ...files, ...(known?.scenarios.map((s) => s.name) ?? [])]);
+    const rest = (known?.scenarios ?? []).filter((s) => !suggested.includes(s.name));
+    const possible = (s) => kinds.length === 0 || kinds.includes(s.kind);
+    const chosen = listed.has(trial.scenario) ? [] : [trial.scenario];
+    const groups = [
+      ...chosen.map((name) => option(name, course?.title ?? (name || "to suit the rule base"))),
+      group(
+        "Suited to this rule base",
+        suggested.map((name) => option(name, title(name))),
+      ),
+      group("Files in this folder", [...files.map((name) => option(name, name)), option(ANOTHER, "Another file …")]),
+      group(
+        "Others",
+        rest
+          .filter(possible)
+          .concat(rest.filter((s) => !possible(s)))
+          .map((s) => option(s.name, s.title, possible(s) ? {} : { disabled: true, title: "no law that it fits" })),
+      ),
+    ].filter(Boolean);
+    // An open list is left alone while nothing in it changes.
+    const text = groups.map((node) => node.outerHTML).join("");
+    if (text !== state.offered) scenario.replaceChildren(...groups);
+    state.offered = text;
+    scenario.value = trial.scenario;
+  }
+
   function drawControls() {
     const known = get("choices"),
+      course = get("course"),
       trial = get("trial");
-    if (known) {
-      offer(
-        scenario,
-        known.scenarios.map((s) => [s.name, s.why ? `${s.title} (not possible)` : s.title]),
-        trial.scenario,
-      );
-      known.scenarios.forEach((s, i) => {
-        scenario.options[i].disabled = Boolean(s.why);
-        scenario.options[i].title = s.why;
-      });
-      offer(law, known.laws, trial.law);
-      offer(rival, known.rivals[trial.kind], trial.rival);
-    } else {
-      offer(scenario, [[trial.scenario, get("course")?.title ?? trial.scenario]], trial.scenario);
-    }
-    lawField.hidden = trial.kind !== "team";
-    aheadField.hidden = trial.kind === "team";
+    offerScenarios(known, trial, course);
+    const laws = course?.laws ?? [];
+    offer(
+      law,
+      laws.map(([name, task, title]) => [`${name}/${task}`, title]),
+      `${trial.law}/${trial.task}`,
+    );
+    offer(rival, known?.rivals[trial.kind] ?? [], trial.rival);
+    rivalField.hidden = pin.hidden = course === null;
+    lawField.hidden = laws.length < 2;
+    aheadField.hidden = !course?.ahead;
     const keep = (input, value) => {
       if (document.activeElement !== input) input.value = value;
     };
@@ -151,18 +210,15 @@ export async function render({ model, el }) {
     const wrong = get("problem")?.message ?? "";
     problem.hidden = wrong === "";
     say(problem, wrong);
+    const found = get("tried")?.verdict ?? "";
+    verdict.hidden = found === "";
+    say(verdict, found === "" ? "" : `This design: ${found}.`);
     const told = [];
     for (const [name] of RUNS) {
       const data = get(name);
       if (data?.why) told.push(`${label(name, data)}: ${data.why}`);
       for (const note of data?.notes ?? []) told.push(`${label(name, data)}: ${note}`);
     }
-    say(
-      others,
-      [...new Set(known?.scenarios.map((s) => s.why).filter(Boolean) ?? [])]
-        .map((why) => `Some scenarios cannot be chosen: ${why}.`)
-        .join(" "),
-    );
     notes.replaceChildren(...told.map((text) => element("p", { class: "tr-note" }, text)));
   }
 
@@ -337,11 +393,12 @@ export async function render({ model, el }) {
 
   function drawTable() {
     const course = get("course"),
-      runs = shown().reverse();
+      runs = shown().reverse(),
+      several = course.starts.length > 1;
     const head = element(
       "tr",
       {},
-      element("th", { scope: "col" }, course.kind === "team" ? "mean of the robots" : ""),
+      element("th", { scope: "col" }, several ? "mean of the robots; of contacts and clearances the worst" : ""),
       ...runs.map(([name, , data]) =>
         element("th", { scope: "col" }, label(name, data) + (touched(data) ? " ✕ contact" : "")),
       ),
@@ -373,7 +430,7 @@ export async function render({ model, el }) {
     );
   }
 
-  function playTeam() {
+  function play() {
     const data = get("tried")?.player ?? null;
     if (data === state.played) return;
     state.played = data;
@@ -385,25 +442,36 @@ export async function render({ model, el }) {
       state.stop = data === null ? null : player.render({ model: playerModel(state.given), el: stage });
       return;
     }
-    // Another run of the same player: it stays at the time and the speed that one looks with.
+    // Another run of the same player: it stays at the time and the speed that one looks with, and plays on. Until a
+    // hand is laid on it, it plays what matters most of every new run.
+    const playing = button()?.textContent === "Pause";
     Object.assign(state.given, {
       run: data,
       speed: Number(stage.querySelector(".controls select, select")?.value) || 5,
     });
     state.given.tell();
+    if (!state.touched && !window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
+      const time = stage.querySelector("input[aria-label=Time]");
+      time.value = Math.max(0, get("tried").moment - BEFORE);
+      time.dispatchEvent(new Event("input"));
+      button().click();
+    } else if (playing) button().click();
   }
+  const button = () => stage.querySelector("button.play");
+  for (const kind of ["pointerdown", "keydown"])
+    stage.addEventListener(kind, () => (state.touched = true), { capture: true });
 
   function draw() {
     drawControls();
     const course = get("course"),
-      team = course?.kind === "team";
-    single.hidden = course === null || team;
-    stage.hidden = !team;
+      played = Boolean(course?.played);
+    single.hidden = course === null || played;
+    stage.hidden = !played;
     table.hidden = course === null;
     if (course === null) return;
     drawTable();
-    if (team) {
-      playTeam();
+    if (played) {
+      play();
       return;
     }
     state.stop?.();
@@ -427,7 +495,23 @@ export async function render({ model, el }) {
       draw();
     });
   };
-  const sayBusy = () => say(busy, get("busy") ? "running …" : "");
+  /** What is being run, and once it takes a second, how far it is if it takes as long as the last time. */
+  const sayBusy = () => {
+    clearInterval(state.ticking);
+    const doing = get("busy"),
+      began = performance.now();
+    const tick = () => {
+      const past = (performance.now() - began) / 1000;
+      const long = doing !== null && past > 0.6;
+      put(bar, { hidden: long ? null : "" });
+      // Without a time to compare with, a bar without a value moves to and fro.
+      if (doing?.took) put(bar, { value: Math.min(0.97, past / doing.took) });
+      else bar.removeAttribute("value");
+      say(word, doing === null ? "" : `${WORDS[doing.what]} …${long ? ` ${past.toFixed(0)} s` : ""}`);
+    };
+    tick();
+    if (doing !== null) state.ticking = setInterval(tick, 250);
+  };
   sayBusy();
   // The word alone changes with it: the pictures are not drawn anew for it.
   const ends = [watch(model, NAMES, soon), watch(model, ["busy"], sayBusy), whenSized(root, soon)];
@@ -439,6 +523,7 @@ export async function render({ model, el }) {
     cancelAnimationFrame(request);
     for (const end of ends) end();
     watching.disconnect();
+    clearInterval(state.ticking);
     state.stop?.();
     root.remove();
   };

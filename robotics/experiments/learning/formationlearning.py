@@ -22,6 +22,12 @@ _INPUT_UNITS = ("m", "m", "rad", "m", "rad", "1/m")
 UNITS = dict(zip(INPUTS + OUTPUTS, (*_INPUT_UNITS, "m/s", "rad/s", "m/s", "rad/s"), strict=True))
 # What does not concern a robot: where the path goes where the others are
 _IGNORED = {"v_l": {"kappa_f"}, "w_l": {"kappa_f"}, "v_f": {"alpha_l"}, "w_f": {"alpha_l"}}
+_TITLES = {
+    "v_l": "Formation: the leader's speed v_l",
+    "w_l": "Formation: the leader's turn rate w_l",
+    "v_f": "Formation: the followers' speed v_f",
+    "w_f": "Formation: the followers' turn rate w_f",
+}
 SETTINGS = 108  # number of settings that the search tries
 _AROUND = 2  # the most rules more or fewer than wanted that a setting may give
 
@@ -135,10 +141,14 @@ def nearest_trial(search: SearchResult, rules: int) -> Trial:
     return best[min(near, key=lambda n: (abs(n - rules), best[n].error))]
 
 
-def write_networks(networks: Sequence[Learnt], folder: str | Path) -> Path:
-    """Write each trained network to ``folder``/<output>.fis and return the folder. Raises OSError."""
+def write_networks(networks: Sequence[Learnt], folder: str | Path, data: str = "") -> Path:
+    """Write each trained network to ``folder``/<output>.fis and return the folder. Raises OSError.
+
+    ``data`` is the name of the file that was learnt from, for the comment at the head of each file.
+    """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for network in networks:
-        write_fis(network.after, folder / f"{network.output}.fis")
+        comment = f"{_TITLES[network.output]}, learnt{f' from {data}' if data else ''}."
+        write_fis(network.after, folder / f"{network.output}.fis", comment)
     return folder

@@ -20,8 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fuzzy.files.atomic import replacing
-from fuzzy.files.fisfile import format_fis, write_fis
+from fuzzy.files.fisfile import write_fis
 from fuzzy.membership import Gaussian
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Linear, Sugeno, Variable
@@ -156,12 +155,7 @@ def write_rule_base(found: Imitation, path: str | Path) -> None:
         f"disturbance {lesson.disturbance:g}.",
         f"{taken}.",
     ]
-    text = "".join(f"% {line}\n" for line in lines) + format_fis(taken.system)
-    try:
-        with replacing(path) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise ImitationError(f"cannot write {path}: {error.strerror or error}") from None
+    write_fis(taken.system, path, "\n".join(lines))
 
 
 def flights(
@@ -197,7 +191,7 @@ def _tandem(lesson: Lesson, teacher: Law[Any], file: Path) -> Tandem:
             f"into {lesson.into}: it flies no rule base whose inputs are named quantities; fuzzy:rule_base does, and "
             "fuzzy-team:crash_rule_base"
         )
-    return Tandem(teacher=teacher, pupil=pupil, task=own[0])
+    return Tandem(teacher=teacher, pupil=pupil, learns=own[0])
 
 
 def blank(lesson: Lesson) -> Sugeno:

@@ -50,7 +50,7 @@ class Tandem(Law[TandemMemory]):
 
     teacher: Law[Any]
     pupil: Law[Any]  # a Pupil
-    task: str  # of the pupil's rule base that learns
+    learns: str  # the task of the rule base that learns
     driver: Driver = "teacher"
     every: int = 1  # periods from one look at the rule base's inputs to the next
     pushes: np.ndarray | None = None  # (periods, 2, runs, robots) m/s and rad/s; the last one holds on
@@ -97,7 +97,7 @@ class Tandem(Law[TandemMemory]):
         known, unheard = memory.known, memory.unheard
         if memory.period % self.every == 0:
             situation = pupil.situation(mine, memory.pupil, dt)
-            base = pupil.rule_bases[self.task]
+            base = pupil.rule_bases[self.learns]
             known = base.known(situation)
             unheard = ~situation.seen.heard.hears | np.isnan(situation.others.gap) if base.of_pairs else None
         said, teacher_memory = self.teacher.control(theirs, memory.teacher, dt)

@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from robotics.experiments.stress.conflict import ends_clear, evenly, in_conflict
 from robotics.laws.setting import Setting
 from robotics.paths.joined import join_tables
 from robotics.paths.path import Quintic, X, Y
@@ -24,13 +25,8 @@ from robotics.sensing.posture import LABORATORY
 CROSSING_STREAM = 6  # of a seed's random streams: see robotics.radio.channel
 AREA = 16.0  # m² of the field for each robot
 ASPECT = 4 / 3  # ratio of the field's sides
-CLEAR = 0.6  # m: in class A starts and ends are at least this far from the other paths
 APART = 0.9  # m: in class B starts, and ends, are at least this far from each other
-CONFLICT = 0.4  # m: robots on time that come nearer than this are in conflict
-TIGHTEST = 0.35  # m: the smallest radius of a path
 SPEED = 0.22  # m/s: mean speed on the longest path
-_SAMPLES = 101  # points of a path between which distances are taken
-_FINE = np.linspace(0.0, 1.0, 201)  # values of its parameter from which its length is taken
 
 
 def crossing_ensemble(
@@ -97,7 +93,7 @@ def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B
                 points.append(drawn[1])
             if len(shapes) == robots:
                 break
-        if len(shapes) == robots and _conflict(np.array(points)):
+        if len(shapes) == robots and in_conflict(np.array(points)):
             return [quintic_table(shape) for shape in shapes]
 
 
@@ -111,24 +107,10 @@ def _random_path(rng: np.random.Generator, field: np.ndarray) -> tuple[Quintic, 
         return None
     out, into = (reach * np.array([np.cos(a), np.sin(a)]) for a in bends)
     shape = Quintic(start=tuple(start), end=tuple(end), start_tangent=tuple(out), end_tangent=tuple(into))
-    position, slope, bend = shape.curve(_FINE)
-    if np.any(np.abs(slope[0] * bend[1] - slope[1] * bend[0]) * TIGHTEST > np.hypot(*slope) ** 3):
-        return None
-    measured = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(position, axis=1)))])
-    wanted = np.linspace(0.0, measured[-1], _SAMPLES)
-    return shape, np.stack([np.interp(wanted, measured, row) for row in position], axis=1)
+    points = evenly(shape)
+    return None if points is None else (shape, points)
 
 
 def _clear(a: np.ndarray, b: np.ndarray, kind: str) -> bool:
     """May the paths ``a`` and ``b`` (samples, 2) be in one crossing?"""
-    ends = [(a[0], b), (a[-1], b), (b[0], a), (b[-1], a)]
-    if kind == "A":
-        return all(np.hypot(*(path - end).T).min() >= CLEAR for end, path in ends)
-    return min(np.hypot(*(a[k] - b[k])) for k in (0, -1)) >= APART
-
-
-def _conflict(points: np.ndarray) -> bool:
-    """Do two robots (robots, samples, 2) come too near at equal progress?"""
-    gap = np.hypot(*np.moveaxis(points[:, None] - points[None], -1, 0)).min(axis=-1)
-    gap[np.diag_indices(len(points))] = np.inf
-    return bool(gap.min() < CONFLICT)
+    return ends_clear(a, b) if kind == "A" else min(np.hypot(*(a[k] - b[k])) for k in (0, -1)) >= APART

@@ -1,8 +1,8 @@
 """Obstacle courses: one robot or a team on lanes through random fields of obstacles, or into U-shaped traps.
 
-Lanes are 7 m of quintics, side by side. The obstacles of a field lie along them: in class A with gaps that a robot fits
-through, in class B overlapping; kind "U" has a trap across the first lane. Discs may cross the lanes as well. Runs are
-judged as crossings are, and against the obstacles.
+Lanes are 7 m long, side by side, or crossing each other: see :mod:`robotics.experiments.stress.lanes`. The obstacles of
+a field lie along them: in class A with gaps that a robot fits through, in class B overlapping; kind "U" has a trap
+across the first lane. Discs may cross the lanes as well. Runs are judged as crossings are, and against the obstacles.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,42 +11,44 @@ from typing import Any, Literal
 
 import numpy as np
 
-from robotics.environment.collision import footprints, obstacle_clearance
 from robotics.environment.obstaclefields import GAP, random_field, random_trap
-from robotics.environment.swept import TO_OBSTACLE, TO_ROBOT, Watch
 from robotics.environment.world import Disc, World, WorldError, compile_worlds
-from robotics.experiments.stress.outcome import Disturbance, StressOutcome
+from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
+from robotics.experiments.stress.lanes import Lanes, lanes_beside, lanes_crossing
+from robotics.experiments.stress.outcome import StressOutcome
+from robotics.experiments.stress.tally import tallied
 from robotics.laws.law import Law
-from robotics.laws.modes import FOLLOW
 from robotics.laws.setting import Setting
-from robotics.measures.arrival import at_goal, together
+from robotics.measures.arrival import together
 from robotics.paths.joined import join_tables, table_length
 from robotics.paths.path import Line, Path, Quintic, X, Y
 from robotics.paths.quintic_table import quintic_table
 from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Timing
 from robotics.radio.description import Radio
-from robotics.scenario.description import Member, Scenario
+from robotics.radio.faults import Faults
+from robotics.scenario.description import Member, Scenario, ScenarioError
 from robotics.sensing.posture import LABORATORY
-from robotics.simulation.loop import drive
-from robotics.vehicle import plant as p
 
 COURSE_STREAM = 7  # of a seed's random streams: see robotics.radio.channel
 Kind = Literal["A", "B", "U"]
-LENGTH = 7.0  # m, along x
-APART = 1.5  # m between the starts of lanes
-BEND = {1: 1.5, 3: 0.4}  # m, by the number of robots: the most by which a lane ends beside its start
 SPEED = 0.22  # m/s: mean speed on the longest lane
 FASTEST_DISC = 0.2  # m/s
 EARLY = 4.0  # s: a disc and a robot on time would meet, but for at most this
 DISC = (0.15, 0.3)  # m: the least and the largest radius of a disc
 AWAY = 1.6  # m: the least distance from the lane at which a disc starts, and that at which it ends
-APPROACH = 0.02  # m/s: a robot that came no faster towards an obstacle did not drive into it
 LONGEST = 8.0  # times the nominal duration: a run ends then
 
 
 def obstacle_ensemble(
-    seeds: Sequence[int], kind: Kind = "A", robots: int = 1, *, radio: Radio | None = None, moving: int = 0
+    seeds: Sequence[int],
+    kind: Kind = "A",
+    robots: int = 1,
+    *,
+    radio: Radio | None = None,
+    moving: int = 0,
+    lanes: Lanes = "beside",
+    extra: float = 0.0,
 ) -> Setting:
     """A random course for every seed.
 
@@ -58,8 +60,14 @@ def obstacle_ensemble(
         robots: Number of robots, each on a lane of its own.
         radio: The radio over which the robots talk, by default a perfect one.
         moving: Number of discs that cross the lanes.
+        lanes: Whether the lanes stay beside each other or cross.
+        extra: The time [s] by which a run may take longer than 8 nominal durations.
+
+    Raises ScenarioError where there are too few lanes to cross.
     """
-    drawn = [random_course(np.random.default_rng([seed, COURSE_STREAM]), kind, robots, moving) for seed in seeds]
+    if lanes == "crossing" and robots < 2:
+        raise ScenarioError(f"obstacles: lanes cross where there are 2 robots or more, got {robots}")
+    drawn = [random_course(np.random.default_rng([seed, COURSE_STREAM]), kind, robots, moving, lanes) for seed in seeds]
     tables = [course[0] for course in drawn]
     paths = join_tables(tables)
     durations = paths.lengths.max(axis=1) / SPEED
@@ -70,9 +78,9 @@ def obstacle_ensemble(
         timing=Timing(duration=float(np.ceil(durations.max()))),
     )
     scenario = Scenario(
-        name=f"obstacles-{robots}-{kind}",
+        name=f"obstacles-{robots}-{kind}" + ("-crossing" if lanes == "crossing" else ""),
         robots=(shared,) * robots,
-        duration=float(np.ceil(LONGEST * durations.max())),
+        duration=float(np.ceil(LONGEST * durations.max() + extra)),
         kind="team" if robots > 1 else "tracking",
         sensing=LABORATORY,
         radio=radio or Radio(),
@@ -81,7 +89,9 @@ def obstacle_ensemble(
     return replace(scenario.setting, starts=starts, references=EvenTiming(paths, durations), world=worlds)
 
 
-def random_course(rng: np.random.Generator, kind: Kind, robots: int, moving: int = 0) -> tuple[list[np.ndarray], World]:
+def random_course(
+    rng: np.random.Generator, kind: Kind, robots: int, moving: int = 0, lanes: Lanes = "beside"
+) -> tuple[list[np.ndarray], World]:
     """The tables of the lanes of one course, and its obstacles.
 
     Args:
@@ -89,24 +99,21 @@ def random_course(rng: np.random.Generator, kind: Kind, robots: int, moving: int
         kind: Class of the course: "A", "B" or "U".
         robots: Number of lanes.
         moving: Number of discs that cross a lane.
+        lanes: Whether the lanes stay beside each other or cross.
     """
+    draw = lanes_crossing if lanes == "crossing" else lanes_beside
     while True:
-        bend = BEND.get(robots, 0.4)
-        tables = []
-        for i in range(robots):
-            y = APART * ((robots - 1) / 2 - i)
-            end = y + rng.uniform(-bend, bend)
-            tables.append(quintic_table(Quintic(start=(0.0, y), end=(LENGTH, end))))
-        lanes = [Path(table_length(table), table) for table in tables]
+        tables = [quintic_table(shape) for shape in draw(rng, robots)]
+        paths = [Path(table_length(table), table) for table in tables]
         try:
             if kind == "U":
-                world = random_trap(rng, lanes[0])
+                world = random_trap(rng, paths[0])
             else:
-                world = random_field(rng, lanes, gap=GAP if kind == "A" else None)
+                world = random_field(rng, paths, gap=GAP if kind == "A" else None)
         except WorldError:  # no place: another course
             continue
-        nominal = max(lane.length for lane in lanes) / SPEED
-        discs = [_crossing_disc(rng, lanes[int(rng.integers(robots))], nominal) for _ in range(moving)]
+        nominal = max(path.length for path in paths) / SPEED
+        discs = [_crossing_disc(rng, paths[int(rng.integers(robots))], nominal) for _ in range(moving)]
         return tables, World(obstacles=(*world.obstacles, *discs), known=world.known)
 
 
@@ -130,7 +137,6 @@ class ObstacleOutcome(StressOutcome):
 
     hit: np.ndarray  # (runs,) bool: a robot touched an obstacle
     trapped: np.ndarray  # (runs,) bool: a robot followed a wall
-    caused: np.ndarray  # (runs,) bool: a robot drove into an obstacle; else the obstacle drove into it
 
     @property
     def succeeded(self) -> np.ndarray:
@@ -145,12 +151,11 @@ class ObstacleOutcome(StressOutcome):
         figures["arrived_together"] = int((self.succeeded & together(self.arrivals)).sum())
         figures["contacts"] = int((self.collided | self.hit).sum())
         figures["obstacle_contacts"] = int(self.hit.sum())
-        figures["contacts_caused"] = int((self.collided | self.caused).sum())
         figures["followed_wall"] = int(self.trapped.sum())
         if not np.isfinite(figures["min_distance_m"] or 0.0):
             figures["min_distance_m"] = None  # of one robot there is none
         figures["failed_seeds"]["obstacle"] = seeds[self.hit][:50].tolist()
-        figures["failed_seeds"]["caused"] = seeds[self.caused][:50].tolist()
+        figures["failed_seeds"]["caused"] = seeds[self.caused.any(axis=1)][:50].tolist()
         return figures
 
 
@@ -161,8 +166,9 @@ def stress_obstacles(
     robots: int = 1,
     begin: Callable[[str, int], Callable[[], None]] | None = None,
     *,
-    disturbance: Disturbance | None = None,
+    disturbance: Disturbance = UNDISTURBED,
     moving: int = 0,
+    lanes: Lanes = "beside",
 ) -> ObstacleOutcome:
     """Drive a random course for every seed, and judge what became of it.
 
@@ -172,76 +178,52 @@ def stress_obstacles(
         kind: Class of the courses: "A", "B" or "U".
         robots: Number of robots of each course.
         begin: Starts a bar of a progress display, by its text and total.
-        disturbance: The loss and latency of messages; its ``freeze`` plays no part.
+        disturbance: What is wrong in every run.
         moving: Number of discs that cross the lanes.
+        lanes: Whether the lanes stay beside each other or cross.
     """
     start = begin or (lambda text, total: lambda: None)
-    wrong = disturbance or Disturbance()
-    radio = Radio(loss=wrong.loss, latency=wrong.latency)
-    ensemble = obstacle_ensemble(seeds, kind, robots, radio=radio, moving=moving)
-    return run_course(ensemble, controller, seeds, start("simulating", ensemble.ticks + 1))
+    ensemble, faults = disturbed_course(seeds, kind, robots, disturbance, moving, lanes)
+    advance = start("simulating", ensemble.ticks + 1)
+    return run_course(ensemble, controller, seeds, faults, advance, disturbance.extra)
+
+
+def disturbed_course(
+    seeds: Sequence[int],
+    kind: Kind,
+    robots: int,
+    disturbance: Disturbance,
+    moving: int = 0,
+    lanes: Lanes = "beside",
+) -> tuple[Setting, Faults | None]:
+    """The courses of ``seeds``, long enough to judge them, and the faults in them, if there are any.
+
+    The arguments are as of :func:`stress_obstacles`.
+    """
+    ensemble = obstacle_ensemble(
+        seeds, kind, robots, radio=disturbance.radio, moving=moving, lanes=lanes, extra=disturbance.extra
+    )
+    return ensemble, disturbance.faults(ensemble, seeds)
 
 
 def run_course(
     ensemble: Setting,
     controller: Law[Any],
     seeds: Sequence[int],
+    faults: Faults | None = None,
     advance: Callable[[], None] | None = None,
+    extra: float = 0.0,
 ) -> ObstacleOutcome:
-    """Drive until in every run all robots have arrived or something touched, or the time is up.
-
-    The clearance of a run is that up to the period of its first contact.
+    """Drive until all robots of every run have arrived, or the time is up.
 
     Args:
         ensemble: The courses.
         controller: The law that drives the robots.
         seeds: The seed of each run.
+        faults: The faults of the runs.
         advance: Called after every period.
+        extra: The time [s] by which runs may take longer than 8 nominal durations.
     """
-    runs, robots = len(seeds), len(ensemble.robots)
-    assert ensemble.world is not None
-    paths, durations = ensemble.references.joined, ensemble.references.ends[:, 0]
-    ends = paths.at(paths.lengths)
-    sizes = footprints(ensemble.robots)
-    arrivals = np.full((runs, robots), np.inf)
-    trapped, caused = np.zeros(runs, dtype=bool), np.zeros(runs, dtype=bool)
-    nearest = np.full(runs, np.inf)
-    pairs = np.triu_indices(robots, 1)
-    watch: Watch | None = None
-    for state in drive(ensemble, controller, seeds):
-        poses, geometry = state.truth[: p.W + 1], ensemble.world.at(state.time)
-        x, y = poses[: p.Y + 1]
-        if robots > 1:
-            gaps = np.hypot(x[:, pairs[0]] - x[:, pairs[1]], y[:, pairs[0]] - y[:, pairs[1]]).min(axis=1)
-            nearest = np.minimum(nearest, gaps)
-        if watch is None:
-            watch = Watch.opened(ensemble.robots, state.time, poses, geometry)
-        else:
-            before = watch
-            watch, _ = before.to(state.time, poses, geometry, going=np.isinf(before.first).all(axis=(0, 2)))
-            newly = np.isfinite(watch.first[TO_OBSTACLE]) & np.isinf(before.first[TO_OBSTACLE])
-            if newly.any():
-                caused |= (newly & _drove(before, state.time, poses, sizes)).any(axis=1)
-        collided, hit = np.isfinite(watch.first[[TO_ROBOT, TO_OBSTACLE]]).any(axis=2)
-        if state.command.mode is not None:
-            trapped |= (state.command.mode & 3 == FOLLOW).any(axis=1)
-        there = at_goal(x, y, ends, paths.lengths)
-        arrivals = np.where(there & np.isinf(arrivals), state.time, arrivals)
-        if advance is not None:
-            advance()
-        if (np.isfinite(arrivals).all(axis=1) | hit | collided).all():
-            break
-    assert watch is not None  # there is a first state
-    refused = np.zeros(runs, dtype=bool)
-    crossed = (arrivals, collided, refused, nearest, watch.least.min(axis=(0, 2)))
-    return ObstacleOutcome(tuple(seeds), durations, *crossed, hit, trapped=trapped, caused=caused)
-
-
-def _drove(before: Watch, time: float, poses: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Whether the robots' own motion since ``before`` led to contact, had the obstacles stayed (runs, robots) bool."""
-    assert before.geometry is not None
-    at_first = Watch.opened(before.robots, before.time, before.poses, before.geometry)
-    alone, _ = at_first.to(time, poses, before.geometry)
-    free = [obstacle_clearance(x, y, psi, sizes, before.geometry) for x, y, psi, *_ in (before.poses, poses)]
-    nearer = free[0] - free[1] > APPROACH * (time - before.time)
-    return np.asarray(np.isfinite(alone.first[TO_OBSTACLE]) | nearer)
+    limits = LONGEST * ensemble.references.ends[:, 0] + extra
+    tally = tallied(ensemble, controller, seeds, limits, faults, advance)
+    return ObstacleOutcome(**tally.judged(seeds), hit=tally.hit, trapped=tally.followed)

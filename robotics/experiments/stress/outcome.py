@@ -5,16 +5,16 @@ have both. A deadlock is a run that started and in which not all robots have arr
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
 from robotics.measures.arrival import spread, together
 
 LIMIT = 4.0  # nominal durations: a robot that has not arrived by then never will; a plan may take as long
-HELD = 2.0  # times the duration for which one robot is held up: so much longer a run may take
 _SHOWN = 50  # seeds of failures that are named, at most
+Outcome = TypeVar("Outcome", bound="StressOutcome")
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +28,9 @@ class StressOutcome:
     refused: np.ndarray  # bool: the law said before the start that there is no safe plan
     min_distance: np.ndarray  # m between the centers of two robots
     clearance: np.ndarray  # m: the least signed clearance of a robot to anything; < 0: how deep they overlapped
+    caused: np.ndarray  # (runs, robots) bool: the robot drove into something; else what it touched drove into it
+    driven: np.ndarray  # s: of all robots together, each until it arrived or the run was over
+    overridden: np.ndarray | None  # s of those in which the emergency rule acted; None: the law has no such rule
 
     @property
     def arrived(self) -> np.ndarray:
@@ -43,6 +46,24 @@ class StressOutcome:
     def spread(self) -> np.ndarray:
         """The time [s] between the first and the last arrival; infinite if not all arrive."""
         return spread(self.arrivals)
+
+    @property
+    def guarded(self) -> np.ndarray | None:
+        """The share of the robots' time, until they arrived, in which the emergency rule acted (runs,).
+
+        Not-a-number for a run that never began; None where the law has no such rule.
+        """
+        if self.overridden is None:
+            return None
+        with np.errstate(invalid="ignore"):
+            return np.asarray(self.overridden / self.driven)
+
+    @property
+    def emergency_share(self) -> float | None:
+        """The same share over the time of the robots of all runs; None too where no run began."""
+        if self.overridden is None or not self.driven.any():
+            return None
+        return float(self.overridden.sum() / self.driven.sum())
 
     def summary(self) -> dict[str, Any]:
         """The numbers that ``robotics stress --json`` prints."""
@@ -67,6 +88,8 @@ class StressOutcome:
             "min_distance_m": float(self.min_distance[moving].min()) if moving.any() else None,
             "min_clearance_m": float(self.clearance[moving].min()) if moving.any() else None,
             "contacts": int(self.collided.sum()),
+            "contacts_caused": int(self.caused.any(axis=1).sum()),
+            "emergency_share": self.emergency_share,
             "failed_seeds": {
                 "collision": named(self.collided),
                 "deadlock": named(self.deadlocked),
@@ -76,19 +99,11 @@ class StressOutcome:
         }
 
 
-def joined(outcomes: Sequence[StressOutcome]) -> StressOutcome:
-    """The outcomes of several parts of the runs as one, in their order."""
-    arrays = [name for name in StressOutcome.__dataclass_fields__ if name != "seeds"]
-    return StressOutcome(
-        tuple(seed for part in outcomes for seed in part.seeds),
-        *(np.concatenate([getattr(part, name) for part in outcomes]) for name in arrays),
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Disturbance:
-    """The disturbances that are the same in every run."""
-
-    loss: float = 0.0  # share of the messages that are lost
-    latency: float = 0.0  # s, of the messages
-    freeze: float = 0.0  # s for which one robot, drawn at random, is held up at a random moment
+def joined(outcomes: Sequence[Outcome]) -> Outcome:
+    """The outcomes of several parts of the runs as one, in their order; all of one class and one law."""
+    first = outcomes[0]
+    arrays = {f.name: [getattr(part, f.name) for part in outcomes] for f in fields(first) if f.name != "seeds"}
+    whole: dict[str, Any] = {
+        name: None if parts[0] is None else np.concatenate(parts) for name, parts in arrays.items()
+    }
+    return replace(first, seeds=tuple(seed for part in outcomes for seed in part.seeds), **whole)

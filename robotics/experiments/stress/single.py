@@ -9,11 +9,11 @@ import numpy as np
 
 from fuzzy.naming import expected
 from robotics.experiments.stress.crossing_runs import disturbed_crossing, run_ensemble
-from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, run_course
-from robotics.experiments.stress.outcome import HELD, Disturbance, StressOutcome
+from robotics.experiments.stress.disturbance import Disturbance
+from robotics.experiments.stress.lanes import Lanes
+from robotics.experiments.stress.obstaclecourse import disturbed_course, run_course
+from robotics.experiments.stress.outcome import StressOutcome
 from robotics.laws.law import ControllerError, Law
-from robotics.radio.description import Radio
-from robotics.radio.faults import Faults
 from robotics.scenario.description import ScenarioError
 from robotics.simulation.loop import record
 from robotics.simulation.run import Run
@@ -43,6 +43,7 @@ def single_run(
     begin: Callable[[str, int], Callable[[], None]] | None = None,
     *,
     moving: int = 0,
+    lanes: Lanes = "beside",
 ) -> tuple[Run, StressOutcome]:
     """The run that ``robotics stress`` makes of ``seed``, and its outcome.
 
@@ -52,40 +53,39 @@ def single_run(
         seed: The seed of the run.
         robots: Number of robots, by default 3 in a crossing and 1 among obstacles.
         kind: Class of the run, by default "A".
-        disturbance: Fields of :class:`robotics.experiments.stress.outcome.Disturbance`.
+        disturbance: Fields of :class:`robotics.experiments.stress.disturbance.Disturbance`.
         name: The controller's name in the run.
         links: Whether the run keeps the age of every message.
         begin: Starts a bar of a progress display, by its text and total.
         moving: Number of discs that cross the lanes, among obstacles.
+        lanes: Whether the lanes stay beside each other or cross, among obstacles.
 
-    Raises ScenarioError for a class, number of robots or disturbance that this stress test does not have,
+    Raises ScenarioError for a class, number of robots, discs or lanes that this stress test does not have,
     ControllerError where the law has no safe plan.
     """
     kinds = ("A", "B") if stress == "crossing" else ("A", "B", "U")
     kind = kind or "A"
     if kind not in kinds:
         raise ScenarioError(f"{stress}: " + expected(str(kind), kinds, "class"))
-    faults: Faults | None = None
     wrong = Disturbance(**disturbance)
     if stress == "crossing":
         robots = robots or 3
         if moving:
             raise ScenarioError("crossing: discs that move belong to `obstacles`")
+        if lanes != "beside":
+            raise ScenarioError("crossing: lanes belong to `obstacles`; here all paths cross")
         if robots < 2:
             raise ScenarioError(f"crossing: robots must be 2 or more, got {robots}")
         ensemble, faults = disturbed_crossing(robots, [seed], kind, wrong)
-        outcome = run_ensemble(ensemble, controller, [seed], faults, extra=HELD * wrong.freeze)
+        outcome = run_ensemble(ensemble, controller, [seed], faults, extra=wrong.extra)
         if outcome.refused[0]:
             raise ControllerError(f"crossing, seed {seed}: {name} has no safe plan: it would not start")
     else:
         robots = robots or 1
         if robots not in (1, 3):
             raise ScenarioError(f"obstacles: robots must be 1 or 3, got {robots}")
-        if wrong.freeze:
-            raise ScenarioError("obstacles: freeze belongs to a crossing")
-        radio = Radio(loss=wrong.loss, latency=wrong.latency)
-        ensemble = obstacle_ensemble([seed], kind, robots, radio=radio, moving=moving)
-        outcome = run_course(ensemble, controller, [seed])
+        ensemble, faults = disturbed_course([seed], kind, robots, wrong, moving, lanes)
+        outcome = run_course(ensemble, controller, [seed], faults, extra=wrong.extra)
     if outcome.arrived[0]:
         end = round(np.ceil(outcome.arrivals.max() + AFTER) / ensemble.period)
         ensemble = replace(ensemble, ticks=min(ensemble.ticks, end))

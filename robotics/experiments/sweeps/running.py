@@ -106,6 +106,7 @@ def _run_pass(sweep: Sweep, part: Pass) -> "pa.Table":
     # Whether there are contacts may differ from point to point, the columns may not.
     touched = values.pop("contacts", np.zeros((runs, robots)))
     clearance = values.pop("min_clearance_m", np.full((runs, robots), np.inf))
+    values.pop("emergency_share", None)  # nor may they from law to law
     columns |= {name: np.ascontiguousarray(v, dtype=float).ravel() for name, v in values.items()}
     columns["diverged"] = run.diverged.ravel()
     if touchable(sweep):

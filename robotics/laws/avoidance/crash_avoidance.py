@@ -27,12 +27,15 @@ the other waits for nobody. The law shows how far local rules carry, and is meas
 :mod:`robotics.laws.avoidance.right_of_way`.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from types import MappingProxyType
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from fuzzy.compiled.sugeno import CompiledSugeno
+from fuzzy.system import Sugeno
 from robotics.laws.avoidance.ends import near_ends, told
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
@@ -56,6 +59,14 @@ DIAGRAM = StateDiagram(
 TOUCHING = 0.3  # m: where two robots touch; η is 1.2 rad there, whatever d_min is
 
 
+class Danger(NamedTuple):
+    """What follows from how near the other robots are; each field is (runs, robots)."""
+
+    stands: np.ndarray  # bool: a robot of lower number is within d_min (6.5)
+    turn: np.ndarray  # rad: η of (6.4), with its sign; 0 unless a robot is within d_min
+    nearest: np.ndarray  # m to the nearest robot that was heard; infinite where none was
+
+
 @dataclass(frozen=True, kw_only=True)
 class CrashAvoidance(Law[Any]):
     """Crash avoidance: how near is too near, how far to turn, and the cooperation underneath."""
@@ -63,14 +74,15 @@ class CrashAvoidance(Law[Any]):
     variant: Literal["literal", "lag-clock", "yielding"] = "literal"
     d_min: float = quantity(0.6, "m", above=0.31, most=5)
     eta: float = quantity(1.0, "1", least=0, most=5)  # a factor on η(d_ij)
-    rule_base: str = ""  # for tracking; if empty, Table 5.6 as printed, or for "yielding" as repaired
-    eta_rule_base: str = "eta"
+    rule_base: str | Sugeno = ""  # for tracking; if empty, Table 5.6 as printed, or for "yielding" as repaired
+    eta_rule_base: str | Sugeno = "eta"
     lateral: Literal["none", "path", "world"] = "none"  # the frame of y_err for λ; "world" is the thesis's
     cooperation: FuzzyCooperation = field(init=False, repr=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
 
     message = (*FuzzyCooperation.message, "x", "y")
     yields = True
+    tasks = MappingProxyType({"tracking": "rule_base", "eta": "eta_rule_base"})
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
@@ -87,6 +99,11 @@ class CrashAvoidance(Law[Any]):
             )
         object.__setattr__(self, "cooperation", below)
         object.__setattr__(self, "turn", compiled_curve(self.eta_rule_base, "η", "the distance"))
+
+    @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """Those of the cooperation, and "eta", whose input is the distance of the nearest robot."""
+        return {**self.cooperation.fuzzy_systems, "eta": self.turn.fis}
 
     @property
     def kept_distance(self) -> float:
@@ -121,6 +138,19 @@ class CrashAvoidance(Law[Any]):
 
     def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
         """Stand still by (6.5), or turn by (6.4)."""
+        stands, turn, nearest = self.danger(seen)
+        excused = stands if self.variant == "yielding" else None
+        wish, memory = self.cooperation.steered(seen, memory, dt, turn, excused)
+        assert wish.message is not None
+        assert wish.inputs is not None
+        v, w = np.where(stands, 0.0, wish.v), np.where(stands, 0.0, wish.w)
+        message = {**wish.message, "x": seen.x, "y": seen.y}
+        mode = np.where(stands, YIELD, TRACK)
+        inputs = np.concatenate([wish.inputs, self.eta_input(nearest)[None]])
+        return wish._replace(first=v, second=w, v=v, w=w, message=message, mode=mode, inputs=inputs), memory
+
+    def danger(self, seen: Observation) -> Danger:
+        """Judge by the messages "x" and "y" who stands, and who turns how far."""
         heard = seen.heard
         dx = heard["x"] - seen.x[:, :, None]  # (runs, receivers, senders)
         dy = heard["y"] - seen.y[:, :, None]
@@ -130,17 +160,15 @@ class CrashAvoidance(Law[Any]):
         stands = (close & (number < number[:, None])).any(axis=-1)
         bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
         turn = -np.where(close, np.sign(bearing) * self.turn_at(distance), 0.0).sum(axis=-1)
-        excused = stands if self.variant == "yielding" else None
-        wish, memory = self.cooperation.steered(seen, memory, dt, turn, excused)
-        assert wish.message is not None
-        v, w = np.where(stands, 0.0, wish.v), np.where(stands, 0.0, wish.w)
-        message = {**wish.message, "x": seen.x, "y": seen.y}
-        mode = np.where(stands, YIELD, TRACK)
-        return wish._replace(first=v, second=w, v=v, w=w, message=message, mode=mode), memory
+        nearest = np.where(heard.hears, distance, np.inf).min(axis=-1)
+        return Danger(stands, turn, nearest)
 
     def turn_at(self, distance: np.ndarray) -> np.ndarray:
         """|η| [rad] at ``distance`` [m], of any shape: the rule base, stretched so that it ends at d_min."""
+        return np.asarray(self.eta * self.turn(self.eta_input(distance)[..., None])[..., 0])
+
+    def eta_input(self, distance: np.ndarray) -> np.ndarray:
+        """The rule base's input [m] for ``distance`` [m], of any shape; d_min is the far end of its range."""
         near, far = self.turn.fis.inputs[0].universe
         stretched = far - (self.d_min - distance) * (far - TOUCHING) / (self.d_min - TOUCHING)
-        known = np.clip(np.where(np.isnan(stretched), far, stretched), near, far)
-        return np.asarray(self.eta * self.turn(known[..., None])[..., 0])
+        return np.clip(np.where(np.isnan(stretched), far, stretched), near, far)

@@ -33,12 +33,15 @@ Chosen for both variants:
 Stability: the tracking below is that of :mod:`robotics.laws.teams.cooperation`; avoidance is shown by sampling only.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from fuzzy.compiled.sugeno import CompiledSugeno
+from fuzzy.system import Sugeno
 from robotics.laws.avoidance.obstacle_modes import (
     BEST,
     GROWTH,
@@ -127,6 +130,15 @@ GROUP_DIAGRAM = StateDiagram(
 )
 
 
+class Sight(NamedTuple):
+    """What the printed rules make of the sonars; each field is (runs, robots)."""
+
+    avoids: np.ndarray  # bool: an obstacle is within ro_min in front, or within push_range at a side
+    turn: np.ndarray  # rad: Θ of (6.7) and the push from the sides, with their signs; 0 unless it avoids
+    slowing: np.ndarray  # 1: the factor on v while it avoids
+    front: np.ndarray  # m: ro, the nearest front reading
+
+
 class _Memory(NamedTuple):
     """The memory of the cooperation, and what the robots saw."""
 
@@ -151,12 +163,13 @@ class ObstacleAvoidance(Law[_Memory]):
     d_pass: float = quantity(0.75, "m", least=0, most=5)  # a robot that avoids is let pass where it is nearer
     push: float = quantity(0.6, "rad", least=0, most=3)  # "literal": the turn away from a side reading
     push_range: float = quantity(0.35, "m", least=0)  # "literal": a side reading below this turns the robot
-    rule_base: str = "tracking"
-    theta_rule_base: str = "theta"
+    rule_base: str | Sugeno = "tracking"
+    theta_rule_base: str | Sugeno = "theta"
     cooperation: FuzzyCooperation = field(init=False, repr=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
 
     yields = True
+    tasks = MappingProxyType({"tracking": "rule_base", "theta": "theta_rule_base"})
     needs = tuple(SONAR)  # two on the nose and one on each side
     message = (*FuzzyCooperation.message, "avoids", *WHEREABOUTS)
 
@@ -173,6 +186,13 @@ class ObstacleAvoidance(Law[_Memory]):
     def idle(self) -> frozenset[str]:
         """The parameters that have no effect in this variant."""
         return frozenset({"push", "push_range"} if self.variant == "committed" else {"reach", "near"})
+
+    @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """For "literal" those of the cooperation, and "theta" with ro as its input; "committed" is not only rules."""
+        if self.variant == "committed":
+            return {}
+        return {**self.cooperation.fuzzy_systems, "theta": self.turn.fis}
 
     @property
     def diagrams(self) -> tuple[StateDiagram, ...]:
@@ -204,27 +224,34 @@ class ObstacleAvoidance(Law[_Memory]):
 
     def theta_at(self, distance: np.ndarray) -> np.ndarray:
         """|Θ| [rad] at ``distance`` [m], of any shape: the rule base, its range stretched to end at ro_min."""
+        return np.asarray(self.theta * self.turn(self.theta_input(distance)[..., None])[..., 0])
+
+    def theta_input(self, distance: np.ndarray) -> np.ndarray:
+        """The rule base's input [m] for ``distance`` [m], of any shape; ro_min is the far end of its range."""
         close, far = self.turn.fis.inputs[0].universe
         stretched = far - (self.ro_min - distance) * (far - close) / (self.ro_min - close)
-        known = np.clip(stretched, close, far)
-        return np.asarray(self.theta * self.turn(known[..., None])[..., 0])
+        return np.clip(stretched, close, far)
 
-    def _literal(self, seen: Observation, them: Others | None, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        left, right = memory.ranges[..., FRONT_LEFT], memory.ranges[..., FRONT_RIGHT]
+    def sight(self, ranges: np.ndarray) -> Sight:
+        """Judge by (6.7) what four sonars read, ``ranges`` (runs, robots, sensors) [m]."""
+        left, right = ranges[..., FRONT_LEFT], ranges[..., FRONT_RIGHT]
         front = np.minimum(left, right)
         turn = np.where(left < right, -1.0, 1.0) * self.theta_at(front)
         for sensor, sign in ((LEFT, -1.0), (RIGHT, 1.0)):
-            turn += np.where(memory.ranges[..., sensor] < self.push_range, sign * self.push, 0.0)
-        avoids = (front <= self.ro_min) | (memory.ranges.min(axis=-1) < self.push_range)
-        turn = np.where(avoids, turn, 0.0)
+            turn += np.where(ranges[..., sensor] < self.push_range, sign * self.push, 0.0)
+        avoids = (front <= self.ro_min) | (ranges.min(axis=-1) < self.push_range)
+        slowing = np.where(front < 0.12, 0.0, np.clip(front / self.ro_min, 0.25, 1.0))
+        return Sight(avoids, np.where(avoids, turn, 0.0), slowing, front)
+
+    def _literal(self, seen: Observation, them: Others | None, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
+        avoids, turn, slowing, front = self.sight(memory.ranges)
         state = memory.state.copy()
         alone = state[STALLED] > self.patience
         wish, below = self.cooperation.steered(seen, memory.below, dt, turn, alone)
-        grows = below.place > state[BEST] + GROWTH
-        state[STALLED] = np.where(grows, 0.0, state[STALLED] + dt * avoids)
-        state[BEST] = np.where(grows, below.place, state[BEST])
-        share = np.where(front < 0.12, 0.0, np.clip(front / self.ro_min, 0.25, 1.0))
-        v = np.where(avoids, wish.v * share, wish.v)
+        state[BEST], state[STALLED] = stalled(state[BEST], state[STALLED], below.place, dt * avoids)
+        v = np.where(avoids, wish.v * slowing, wish.v)
+        assert wish.inputs is not None
+        wish = wish._replace(inputs=np.concatenate([wish.inputs, self.theta_input(front)[None]]))
         mode = np.where(avoids, np.where(alone, AVOID + LEFT_BEHIND, AVOID), TRACK)
         stands = self._lets_pass(seen, them, avoids)
         v, w = np.where(stands, 0.0, v), np.where(stands, 0.0, wish.w)
@@ -285,7 +312,7 @@ class ObstacleAvoidance(Law[_Memory]):
         v = np.where(halted, np.where(leaves, np.minimum(front - STOP_DISTANCE, LEAVING_SPEED), 0.0), v)
         w = np.where(halted, 0.0, w)
         code = np.where(stops | (halted & ~leaves), YIELD, code) + np.where(alone & (mode != TRACK), LEFT_BEHIND, 0)
-        command = self._said(seen, wish, v, w, code, avoids & ~alone)
+        command = self._said(seen, wish._replace(inputs=None), v, w, code, avoids & ~alone)
         return command, memory._replace(below=below, state=state, waits=waits, watch=watch)
 
     def _in_time(self, wish: Command, place: np.ndarray, off: np.ndarray, mode: np.ndarray) -> np.ndarray:
@@ -336,6 +363,19 @@ class ObstacleAvoidance(Law[_Memory]):
         side &= them.distance < (self.near + SIDE_MARGIN + 0.2 * np.abs(seen.v))[:, :, None]
         aside = -np.sign(np.where(side, np.sign(them.bearing), 0.0).sum(axis=-1))
         return stops, np.where(stops, 0.0, aside)
+
+
+def stalled(best: np.ndarray, before: np.ndarray, place: np.ndarray, lost: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The largest place [m] on each robot's path so far, and the time [s] lost since it last grew; both (runs, robots).
+
+    Args:
+        best: The largest place [m] before, (runs, robots) as all.
+        before: The time lost [s] before.
+        place: The place [m] now.
+        lost: The time [s] lost in this period, unless the place has grown by GROWTH.
+    """
+    grows = place > best + GROWTH
+    return np.where(grows, place, best), np.where(grows, 0.0, before + lost)
 
 
 def _without_robots(seen: Observation, them: Others, ranges: np.ndarray, mounting: Mounting) -> np.ndarray:

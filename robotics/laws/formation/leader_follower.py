@@ -33,6 +33,7 @@ these.
 from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path as FilePath
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -200,23 +201,32 @@ class LeaderFollower(Law[Memory]):
     """Four Sugeno systems, v_l, w_l, v_f and w_f of (5.7), that have learned the law and drive in its place.
 
     ``networks`` is the path of one .fis file with these four outputs, or of a folder that holds v_l.fis, w_l.fis,
-    v_f.fis and w_f.fis, or a name of robotics/rulebases. The inputs of each are some of x_l, y_l, theta_l, dx, alpha_l
-    and kappa_f, by name. Raises ControllerError for other inputs or outputs.
+    v_f.fis and w_f.fis, or a name of robotics/rulebases, or the systems themselves. The inputs of each are some of
+    x_l, y_l, theta_l, dx, alpha_l and kappa_f, by name. Raises ControllerError for other inputs or outputs.
 
-    "formation" is what ``robotics learn datasets/formation-well-posed.csv --check
+    "formation" is what ``robotics learn formation datasets/formation-well-posed.csv --check
     datasets/formation-well-posed-check.csv -o robotics/rulebases/formation`` makes; "thesis" the thesis's own.
     """
 
-    networks: str = "formation"
+    networks: str | tuple[Sugeno, ...] = "formation"
     correction: Correction = "own-pose"  # "none": the thesis's followers, open loop
     look_ahead: float = quantity(LOOK_AHEAD, "m", above=0)  # L of the input alpha_l: that of the data learnt from
     ky: float = quantity(4.0, "1/m²", least=0)  # of the followers' correction; the leader's is in its network
     kpsi: float = quantity(0.8, "1/s", least=0)
     systems: tuple[CompiledSugeno, ...] = field(init=False, repr=False, compare=False)
 
+    tasks = MappingProxyType({"formation": "networks"})
+
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
         object.__setattr__(self, "systems", tuple(compile_sugeno(fis) for fis in load_networks(self.networks)))
+
+    def with_fuzzy_system(self, task: str, fis: Sugeno) -> "LeaderFollower":
+        """Return the same law with ``fis`` in the place of the networks that have its outputs; the others stay."""
+        given = {v.name for v in fis.outputs}
+        rest = [own.fis for own in self.systems if not given & {v.name for v in own.fis.outputs}]
+        gain: dict[str, Any] = {self._gain_of(task): (*rest, fis)}
+        return replace(self, **gain)
 
     @property
     def idle(self) -> frozenset[str]:
@@ -242,16 +252,14 @@ class LeaderFollower(Law[Memory]):
         return _command(seen, wish, memory, self.correction, self.ky, self.kpsi), memory
 
 
-def load_networks(name: str) -> tuple[Sugeno, ...]:
+def load_networks(source: str | tuple[Sugeno, ...]) -> tuple[Sugeno, ...]:
     """Read the systems of that name, file or folder, which together have the four outputs. Raises ControllerError.
 
+    Systems themselves are taken as they are.
     They do not warn of an input outside its universe, but are evaluated there, as in MATLAB.
     """
-    folder = FilePath(name)
-    packaged = resources.files("robotics") / "rulebases" / name if name.isidentifier() else None
-    if packaged is not None and packaged.is_dir():
-        folder = FilePath(str(packaged))
-    systems = [read_fis(folder / f"{o}.fis") for o in OUTPUTS] if folder.is_dir() else [load_rule_base(name)]
+    systems = _read_networks(source) if isinstance(source, str) else [*source]
+    name = source if isinstance(source, str) else systems[-1].name
     for fis in systems:
         for variable in fis.inputs:
             if variable.name not in INPUTS:
@@ -262,6 +270,14 @@ def load_networks(name: str) -> tuple[Sugeno, ...]:
             f"{name}: the outputs of formation networks are {', '.join(OUTPUTS)}; got {', '.join(outputs)}"
         )
     return tuple(replace(fis, out_of_range="ignore") if fis.out_of_range == "warn" else fis for fis in systems)
+
+
+def _read_networks(name: str) -> list[Sugeno]:
+    folder = FilePath(name)
+    packaged = resources.files("robotics") / "rulebases" / name if name.isidentifier() else None
+    if packaged is not None and packaged.is_dir():
+        folder = FilePath(str(packaged))
+    return [read_fis(folder / f"{o}.fis") for o in OUTPUTS] if folder.is_dir() else [load_rule_base(name)]
 
 
 def lead(x: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ STRAIGHT = 0.05  # rad: a sensor this near to straight ahead counts for both fro
 RISE = np.array([1.0, 1.0, 0.6, 0.6, 0.6])  # m/s: a clearance grows no faster; a side sensor loses echoes at corners
 SEEN_LEFT = np.array([-0.3, -1.0, 1.0, -2.1])  # rad: from here a standing team-mate counts for a sector
 SEEN_RIGHT = np.array([1.0, 0.3, 2.1, -1.0])  # rad: to here
-APART = 0.6  # m between centers: the echo of a known robot farther away is no obstacle
+NEARBY = 0.3  # m between the turning circles: a robot that stands farther away is no obstacle
 NEARER, FARTHER = 0.25, 0.05  # m: a reading so much less or more than a known robot's distance may be that robot
 
 
@@ -79,9 +79,18 @@ def sensed(sensors: Sensors, values: np.ndarray) -> np.ndarray:
 
 
 def without_robots(
-    sensors: Sensors, seen: Observation, values: np.ndarray, dx: np.ndarray, dy: np.ndarray, radii: np.ndarray
+    sensors: Sensors,
+    seen: Observation,
+    values: np.ndarray,
+    dx: np.ndarray,
+    dy: np.ndarray,
+    moves: np.ndarray,
+    unsure: np.ndarray,
+    radii: np.ndarray,
 ) -> np.ndarray:
-    """The readings ``values`` without the echoes of other robots that are known and not so near as to be in the way.
+    """The readings ``values`` without the echoes of other robots that are known, but of those that stand nearby.
+
+    Else two robots that drive side by side would follow each other as a wall.
 
     Args:
         sensors: The sensors.
@@ -89,19 +98,21 @@ def without_robots(
         values: The readings [m] (runs, robots, sensors); an echo that is left out reads infinite.
         dx: Where the others are from each robot [m], in the world's axes (runs, robots, others); not-a-number: unknown.
         dy: The same along y.
+        moves: Whether the others move (runs, robots, others) bool.
+        unsure: How far they may be from there [m] (runs, robots, others).
         radii: Of the circles around the robots [m] (robots,).
     """
     cos, sin = np.cos(seen.heading)[:, :, None], np.sin(seen.heading)[:, :, None]
     x, y = cos * dx + sin * dy, cos * dy - sin * dx
-    known = np.hypot(x, y) > radii[:, None] + radii + APART / 2
+    known = moves | (np.hypot(x, y) > radii[:, None] + radii + NEARBY)
     out = values.copy()
     for q in range(values.shape[-1]):
         to_x, to_y = x - sensors.x[:, q, None], y - sensors.y[:, q, None]
         distance = np.hypot(to_x, to_y)
         off = np.abs(wrapped(np.arctan2(to_y, to_x) - sensors.axis[:, q, None]))
         reading = values[:, :, None, q]
-        fits = (reading > distance - NEARER) & (reading < distance + FARTHER)
-        theirs = known & fits & (off < sensors.half_cone[:, q, None] + radii / np.maximum(distance, 1e-6))
+        fits = (reading > distance - NEARER - unsure) & (reading < distance + FARTHER + unsure)
+        theirs = known & fits & (off < sensors.half_cone[:, q, None] + (radii + unsure) / np.maximum(distance, 1e-6))
         out[..., q] = np.where(theirs.any(axis=-1), np.inf, out[..., q])
     return out
 

@@ -8,16 +8,41 @@ the room ahead is larger, it can still stop; the rule lets no command through af
 u is the speed of the other towards the robot. If all robots obey it and none is faster than it was heard to be, no
 robot that moves touches another: each stands before the other arrives, and what stands touches nothing. A team-mate's
 room is that between the circles in which the two turn; of obstacles it is what the sensors read.
+
+Two things that follow from what the sensors do not tell:
+
+* A thing that is near and comes nearer may move, from any side. The robot stands until it comes no nearer: then it may
+  be run into, but does not drive or turn into a thing that moves.
+* There may be no sensor behind. A robot goes back only over ground that it has just driven.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from robotics.laws.law import ControllerError, Observation
-from robotics.laws.rules.clearances import FRONT_LEFT, FRONT_RIGHT
-from robotics.laws.rules.situation import Others
+from robotics.laws.law import ControllerError
+from robotics.laws.rules.clearances import BEHIND, FRONT_LEFT, FRONT_RIGHT
+from robotics.laws.rules.situation import Situation
 from robotics.quantity import check_quantities, quantity
+
+TURNING = 0.03  # m: a robot that drives ahead has so much more room than one that turns, whose corners swing out
+ASIDE = 0.1  # cosine of the bearing from which on a robot comes no nearer to another by driving on
+FAR = 2.0  # m: robots farther away are in nobody's way
+UNSURE = 0.1  # of the way that the other has driven since its last message
+NEARER = 0.018  # m: what has come nearer by more within a second comes nearer
+SETTLED = 0.008  # m: by less, and it stands
+
+
+class Watch(NamedTuple):
+    """What the emergency rule remembers; each field is (runs, robots)."""
+
+    halted: np.ndarray  # s for which the robot has stood still for what comes nearer; 0: it does not
+
+    @classmethod
+    def start(cls, runs: int, robots: int) -> "Watch":
+        """Nothing is near."""
+        return cls(np.zeros((runs, robots)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +52,7 @@ class Guard:
     braking: float = quantity(1.0, "m/s²", above=0)  # a
     delay: float = quantity(0.15, "s", least=0)  # t: a control period, and the wheels' lag
     least: float = quantity(0.02, "m", least=0)  # room that is always left
+    near: float = quantity(0.04, "m", least=0)  # for what comes nearer than this the robot stands still
     on: float = quantity(1.0, "1", least=0, most=1)  # 0: it does nothing, to show what the rules do alone
 
     def __post_init__(self) -> None:
@@ -35,34 +61,51 @@ class Guard:
     @property
     def idle(self) -> frozenset[str]:
         """The numbers that have no effect."""
-        return frozenset() if self.on else frozenset({"braking", "delay", "least"})
+        return frozenset() if self.on else frozenset({"braking", "delay", "least", "near"})
 
-    def kept(
-        self, seen: Observation, them: Others, clear: np.ndarray, radii: np.ndarray, v: np.ndarray, w: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """The commands ``v`` [m/s] and ``w`` [rad/s] (runs, robots), brought down to what is safe.
+    def kept(self, now: Situation, v: np.ndarray, w: np.ndarray, watch: Watch) -> tuple[np.ndarray, np.ndarray, Watch]:
+        """Bring commands down to what is safe.
 
-        ``them`` are the other robots, ``clear`` the clearances [m] (sectors, runs, robots) of
-        :mod:`robotics.laws.rules.clearances`.
+        Args:
+            now: What the robots know.
+            v: The speeds wanted [m/s] (runs, robots).
+            w: The turn rates wanted [rad/s] (runs, robots).
+            watch: What the rule remembers.
+
+        Returns the safe speeds and turn rates, and what the rule remembers.
         """
         if not self.on:
-            return v, w
-        front = np.minimum(clear[FRONT_LEFT], clear[FRONT_RIGHT]) + 0.03
+            return v, w, watch
+        seen, them = now.seen, now.others
+        watch = self._watched(now, watch)
+        clear = np.minimum(
+            now.clear, now.echoes
+        )  # where a team-mate is known to be there may be something else as well
+        front = np.minimum(clear[FRONT_LEFT], clear[FRONT_RIGHT]) + TURNING
         v = np.minimum(v, np.maximum(self._fastest(front - self.least, 0.0), 0.0))
+        v = np.maximum(v, -np.maximum(self._fastest(clear[BEHIND] - self.least, 0.0), 0.0))
+        halts = watch.halted > 0
+        v, w = np.where(halts | ((v < 0) & (now.way_back <= 0)), 0.0, v), np.where(halts, 0.0, w)
         if not seen.heard.fields:
-            return v, w
+            return v, w, watch
         forward = np.sign(np.where(v == 0, 1.0, v))[:, :, None]
         cos = np.cos(them.bearing) * forward
-        theirs = np.hypot(them.v_x, them.v_y)
         dx, dy = them.x - seen.x[:, :, None], them.y - seen.y[:, :, None]
         distance = np.maximum(np.hypot(dx, dy), 1e-6)
         approach = np.maximum(-(dx * them.v_x + dy * them.v_y) / distance, 0.0)
-        late = np.minimum(np.nan_to_num(seen.heard.age, posinf=0.0), 1.0)
-        room = them.gap - self.least - approach * self.delay - 0.1 * late * theirs
-        fastest = self._fastest(room, approach) / np.maximum(cos, 1e-3)
-        limit = np.where((cos > 0.1) & (np.nan_to_num(them.gap, nan=np.inf) < 2.0), np.maximum(fastest, 0.0), np.inf)
-        limit = limit.min(axis=-1)
-        return np.sign(v) * np.minimum(np.abs(v), limit), w
+        # An old message says less of where the other is.
+        unsure = UNSURE * np.minimum(them.age, 1.0) * np.hypot(them.v_x, them.v_y)
+        room = them.gap - self.least - approach * self.delay - unsure
+        fastest = self._fastest(room, approach) / np.maximum(cos, ASIDE)
+        limit = np.where((cos > ASIDE) & (them.gap < FAR), fastest, np.inf).min(axis=-1)
+        return np.asarray(np.sign(v) * np.minimum(np.abs(v), limit)), w, watch
+
+    def _watched(self, now: Situation, watch: Watch) -> Watch:
+        """Notice what is near and comes nearer."""
+        begins = (now.nearest_room < self.near) & (now.nearing > NEARER) & (watch.halted == 0)
+        goes_on = (watch.halted > 0) & (now.nearing > SETTLED)
+        halted = np.where(begins | (goes_on & (now.nearest_room < 2 * self.near)), watch.halted + now.dt, 0.0)
+        return Watch(halted)
 
     def _fastest(self, room: np.ndarray, approach: np.ndarray | float) -> np.ndarray:
         """The largest v [m/s] with v t + v²/(2 a) + u v/a ≤ ``room`` [m]."""

@@ -11,7 +11,7 @@ from fuzzy.system import Sugeno
 from robotics.laws.law import ControllerError
 from robotics.laws.rules.quantities import GROUPS, Quantity, quantity_of
 from robotics.laws.rules.situation import Situation
-from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.laws.tracking.fuzzy_tracking import called, load_rule_base
 
 ADDED = frozenset({"turn", "w"})  # outputs that add up over the other robots; of all others the least holds
 
@@ -26,11 +26,11 @@ class RuleBase:
     outputs: Mapping[str, int]
 
     @classmethod
-    def of(cls, name: str, outputs: Mapping[str, str], task: str) -> "RuleBase":
+    def of(cls, name: str | Sugeno, outputs: Mapping[str, str], task: str) -> "RuleBase":
         """Read the rule base of that name or file. Raises ControllerError or FisFileError.
 
         Args:
-            name: A name of robotics/rulebases, or the path of a ``.fis`` file.
+            name: A name of robotics/rulebases, the path of a ``.fis`` file, or the system itself.
             outputs: The outputs that it may have, each with what it means.
             task: What messages call it.
         """
@@ -39,8 +39,8 @@ class RuleBase:
             fis = replace(fis, out_of_range="clip")
         for variable in fis.outputs:
             if variable.name not in outputs:
-                raise ControllerError(f"{name}: " + expected(variable.name, list(outputs), f"output of {task}"))
-        inputs = tuple(quantity_of(variable.name, name) for variable in fis.inputs)
+                raise ControllerError(f"{called(name)}: " + expected(variable.name, list(outputs), f"output of {task}"))
+        inputs = tuple(quantity_of(variable.name, called(name)) for variable in fis.inputs)
         places = {variable.name: k for k, variable in enumerate(fis.outputs)}
         return cls(fis, compile_sugeno(fis), inputs, places)
 

@@ -20,63 +20,72 @@ Below them stands the emergency rule of :mod:`robotics.laws.rules.emergency`, wh
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
 from fuzzy.system import Sugeno
-from robotics.laws.avoidance.priority import WHEREABOUTS, whereabouts
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
-from robotics.laws.modes import AVOID, FOLLOW, TRACK, YIELD
-from robotics.laws.rules.emergency import Guard
+from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
+from robotics.laws.rules.emergency import Guard, Watch
 from robotics.laws.rules.evaluation import RuleBase
-from robotics.laws.rules.situation import Fixed, Recall, Situation
+from robotics.laws.rules.situation import MESSAGE, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
-from robotics.laws.teams.cooperation import held
-from robotics.laws.teams.neighbours import OUTAGE, smallest_heard
+from robotics.laws.teams.cooperation import JOINING, held
+from robotics.laws.teams.neighbours import OUTAGE
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
+from robotics.paths.posture import posture_error
 from robotics.quantity import check_quantities, quantity
 
 OUTPUTS = {
-    "cooperation": {"rate": "rate of the clock"},
+    "cooperation": {"rate": "1, of the clock", "speed": "m/s, at most, beside the path"},
     "crash": {"turn": "rad", "speed": "m/s, at most"},
     "obstacles": {"turn": "rad, away from the obstacle", "speed": "m/s", "keep": "the side: 1 keep, -1 change, 0 none"},
     "supervisor": dict.fromkeys(("tracking", "cooperation", "crash", "obstacles"), "urgency"),
 }
 TURN_TIME = 0.4  # s: a turn [rad] is made in this time, as by the tracking rule base's look-ahead
 SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
+SLOWEST = 0.1  # m/s: a robot that wants to drive slower gives way by less than its speed
+GUARDED, GUARDED_TURN = 0.01, 0.2  # m/s, rad/s: what the emergency rule takes off less than this is noise
+WALL_AFTER = 6.0  # s without progress after which an avoiding robot is said to follow the wall
+LEFT_AFTER = 15.0  # s after which it is said to be left behind
 FREE_SPEED = 1.2  # m/s: what the crash rule base allows where nobody is
 
 
 class _Memory(NamedTuple):
     fixed: Fixed
     recall: Recall
+    watch: Watch
 
 
 @dataclass(frozen=True, kw_only=True)
 class FuzzyTeam(Law[_Memory]):
     """The fuzzy team: its five rule bases, and the few numbers beside them. A rule base "none" leaves its task out."""
 
-    tracking_rule_base: str = "tracking"
-    cooperation_rule_base: str = "cooperation"
-    crash_rule_base: str = "crash"
-    obstacles_rule_base: str = "obstacles"
-    supervisor_rule_base: str = "supervisor"
+    tracking_rule_base: str | Sugeno = "tracking"
+    cooperation_rule_base: str | Sugeno = "cooperation"
+    crash_rule_base: str | Sugeno = "crash"
+    obstacles_rule_base: str | Sugeno = "obstacles"
+    supervisor_rule_base: str | Sugeno = "supervisor"
     margin: float = quantity(0.2, "m", least=0.02, most=5)  # between the turning circles of robots that do not meet
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     reach: float = quantity(0.4, "m", above=0)  # the target is no farther ahead of the robot's place
     tracker: FuzzyTracking = field(init=False, repr=False)
+    joiner: FuzzyTracking = field(init=False, repr=False)  # the same for a robot off its path, which steers to it
     bases: dict[str, RuleBase | None] = field(init=False, repr=False, compare=False)
     guard: Guard = field(default_factory=Guard)
 
     yields = True
     looks = True
+    tasks = MappingProxyType({task: f"{task}_rule_base" for task in ("tracking", *OUTPUTS)})
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
         tracking = FuzzyTracking(rule_base="tracking" if self.tracking_rule_base == "none" else self.tracking_rule_base)
         object.__setattr__(self, "tracker", tracking)
+        object.__setattr__(self, "joiner", replace(tracking, steering_distance=0.0))
         bases: dict[str, RuleBase | None] = {}
         for task, outputs in OUTPUTS.items():
             name = getattr(self, f"{task}_rule_base")
@@ -86,7 +95,7 @@ class FuzzyTeam(Law[_Memory]):
     @property
     def message(self) -> tuple[str, ...]:
         """The names of the values that each robot broadcasts."""
-        return ("place", "speed", "clock", "pace", *WHEREABOUTS, "yields", "stuck")
+        return MESSAGE
 
     @property
     def watchdog(self) -> float:
@@ -104,7 +113,8 @@ class FuzzyTeam(Law[_Memory]):
         if len(setting.robots) > 1:
             check_team(setting)
         check_connected(setting)
-        return _Memory(Fixed.of(setting, self.margin), Recall.start(setting, runs))
+        watch = Watch.start(runs, len(setting.robots))
+        return _Memory(Fixed.of(setting, self.margin), Recall.start(setting, runs), watch)
 
     @property
     def rule_bases(self) -> Mapping[str, RuleBase]:
@@ -113,81 +123,87 @@ class FuzzyTeam(Law[_Memory]):
 
     def situation(self, seen: Observation, memory: _Memory, dt: float) -> Situation:
         """All that the rule bases can be told in a period."""
-        return Situation(seen, *memory, dt)
+        return Situation(seen, memory.fixed, memory.recall, dt)
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Know the situation, ask the rule bases, blend what they say, and guard it."""
-        fixed, recall = memory
+        fixed, recall, _ = memory
         now = self.situation(seen, memory, dt)
-        asked: dict[str, np.ndarray] = {}
-        urgency = self._ask(now, "supervisor", asked)
-        rate = self._rate(now, urgency, asked)
-        pace = (1 - np.exp(-seen.time)) * rate
-        v, w = self._tracked(now, pace)
-        crash = self._ask(now, "crash", asked)
-        obstacles = self._ask(now, "obstacles", asked)
+        inputs: dict[str, np.ndarray] = {}
+        urgency = self._ask(now, "supervisor", inputs)
+        crash = self._ask(now, "crash", inputs)
+        obstacles = self._ask(now, "obstacles", inputs)
+        together = self._ask(now, "cooperation", inputs)
+        pace = (1 - np.exp(-seen.time)) * (1 + urgency["cooperation"] * (together["rate"] - 1))
+        v, w = self._tracked(now, pace, inputs)
+        # blended
         way = np.where(recall.side >= 0, 1.0, -1.0)
-        mu_t, mu_o = urgency["tracking"], urgency["obstacles"]
-        total = np.maximum(mu_t + mu_o, 1e-6)
-        v = (mu_t * v + mu_o * obstacles["speed"]) / total
-        w = (mu_t * w + mu_o * way * obstacles["turn"] / TURN_TIME) / total
+        tracking, avoiding = urgency["tracking"], urgency["obstacles"]
+        total = np.maximum(tracking + avoiding, 1e-6)
         w = w + urgency["crash"] * crash["turn"] / TURN_TIME
-        wanted = v
-        v = np.minimum(v, FREE_SPEED + urgency["crash"] * (crash["speed"] - FREE_SPEED))
-        yields = np.clip((wanted - v) / np.maximum(wanted, 0.1), 0.0, 1.0)
-        safe_v, safe_w = self.guard.kept(seen, now.others, now.clear, fixed.radii, v, w)
-        guarded = (np.abs(safe_v - v) > 0.01) | (np.abs(safe_w - w) > 0.05)
-        v, w = safe_v, safe_w
+        aside = np.minimum(obstacles["speed"], FREE_SPEED + urgency["cooperation"] * (together["speed"] - FREE_SPEED))
+        v = (tracking * v + avoiding * aside) / total
+        w = (tracking * w + avoiding * way * obstacles["turn"] / TURN_TIME) / total
+        limit = FREE_SPEED + urgency["crash"] * (crash["speed"] - FREE_SPEED)
+        # guarded
+        asked = np.minimum(v, limit)
+        w = np.where(asked < 0, 0.0, w)  # back it goes straight
+        safe, safe_w, watch = self.guard.kept(now, asked, w, memory.watch)
+        yields = np.clip((v - safe) / np.maximum(v, SLOWEST), 0.0, 1.0)
         side = recall.side + dt / SIDE_TIME * (way * obstacles["keep"] - recall.side)
-        message = {
-            "place": now.place - now.off,
-            "speed": (now.place - recall.place) / dt,
-            "clock": recall.clock,
-            "pace": pace,
-            "yields": yields,
-            "stuck": now.stuck,
-            **whereabouts(seen),
-        }
-        clock = recall.clock + dt * pace
-        if seen.heard.fields:
-            theirs = seen.heard.now("clock", by="pace") + dt * np.maximum(seen.heard["pace"], 1.0)
-            clock = np.minimum(clock, smallest_heard(clock, theirs, seen.heard.hears))
-        after = Recall(now.place, message["speed"], clock, pace, now.best, now.stuck, side, now.clear, yields)
-        mode = np.where(yields > 0.5, YIELD, np.where(mu_o > mu_t, np.where(now.stuck > 6, FOLLOW, AVOID), TRACK))
+        after = now.remembered(pace=pace, side=side, yields=yields)
+        mode = np.where(avoiding > tracking, np.where(now.stuck > WALL_AFTER, FOLLOW, AVOID), TRACK)
+        mode = np.where(yields > 0.5, YIELD, mode) + np.where(now.stuck > LEFT_AFTER, LEFT_BEHIND, 0)
         due = now.due
-        moving = due._replace(v=due.v * pace, w=due.w * pace)
-        command = Command(v, w, v, w, message, moving, now.paths.share(now.place), mode=mode, guarded=guarded)
-        return command, _Memory(fixed, after)
+        command = Command(
+            safe,
+            safe_w,
+            safe,
+            safe_w,
+            now.message(after),
+            due._replace(v=due.v * pace, w=due.w * pace),
+            now.paths.share(now.place),
+            mode=mode,
+            inputs=np.concatenate([inputs[task] for task in self.fuzzy_systems]),
+            guarded=(np.abs(safe - asked) > GUARDED) | (np.abs(safe_w - w) > GUARDED_TURN),
+        )
+        return command, _Memory(fixed, after, watch)
 
-    def _ask(self, now: Situation, task: str, asked: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """What the rule base of ``task`` says, (runs, robots) each; of pairs the most cautious of all others.
-
-        An output that it does not have is neutral.
-        """
-        base = self.bases[task]
-        shape = now.place.shape
-        neutral = {name: np.full(shape, value) for name, value in NEUTRAL[task].items()}
+    def _ask(self, now: Situation, task: str, inputs: dict[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+        """What the rule base of ``task`` says, (runs, robots) each; its inputs are put into ``inputs``."""
+        base, shape = self.bases[task], now.place.shape
         if base is None or (base.of_pairs and shape[1] == 1):
-            return neutral
-        said, asked[task] = base.asked(now, NEUTRAL[task])
-        return neutral | said
+            if base is not None:
+                inputs[task] = np.full((len(base.inputs), *shape), np.nan)
+            return {name: np.full(shape, value) for name, value in NEUTRAL[task].items()}
+        said, inputs[task] = base.asked(now, NEUTRAL[task])
+        return {**{name: np.full(shape, value) for name, value in NEUTRAL[task].items()}, **said}
 
-    def _rate(self, now: Situation, urgency: dict[str, np.ndarray], asked: dict[str, np.ndarray]) -> np.ndarray:
-        said = self._ask(now, "cooperation", asked)["rate"]
-        return 1 + urgency["cooperation"] * (said - 1)
-
-    def _tracked(self, now: Situation, pace: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _tracked(
+        self, now: Situation, pace: np.ndarray, inputs: dict[str, np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
         """v [m/s] and ω [rad/s] towards the sample due."""
-        ahead = np.minimum(now.recall.clock + self.look_ahead * pace, now.fixed.end)
-        target, behind, _ = held(now.seen, now.seen.references.each_at(ahead), now.place, now.fixed.lengths, self.reach)
-        v, w = self.tracker.toward(now.seen, target, behind)
         if self.tracking_rule_base == "none":
-            v, w = np.zeros_like(v), np.zeros_like(w)
+            return np.zeros_like(pace), np.zeros_like(pace)
+        ahead = np.minimum(now.recall.clock + self.look_ahead * pace, now.fixed.end)
+        due = now.seen.references.each_at(ahead)
+        target, behind, phase = held(now.seen, due, now.place, now.fixed.lengths, self.reach)
+        v, w, asked = self.tracker.toward_with_inputs(now.seen, target, behind)
+        joins = phase == JOINING
+        if joins.any():
+            # Back to its path a robot steers straight to it, and turns first: at speed it would circle about a target
+            # that is beside it.
+            _, steep, asked_then = self.joiner.toward_with_inputs(now.seen, target, behind)
+            e = posture_error(now.seen.x, now.seen.y, now.seen.heading, target)
+            w = np.where(joins, steep, w)
+            v = np.where(joins, v * np.clip(np.cos(np.arctan2(e.y, e.x)), 0.0, 1.0), v)
+            asked = np.where(joins, asked_then, asked)
+        inputs["tracking"] = asked
         return v, w
 
 
-NEUTRAL: dict[str, dict[str, Any]] = {
-    "cooperation": {"rate": 1.0},
+NEUTRAL: dict[str, dict[str, float]] = {
+    "cooperation": {"rate": 1.0, "speed": FREE_SPEED},
     "crash": {"turn": 0.0, "speed": FREE_SPEED},
     "obstacles": {"turn": 0.0, "speed": 0.0, "keep": 0.0},
     "supervisor": {"tracking": 1.0, "cooperation": 1.0, "crash": 1.0, "obstacles": 0.0},

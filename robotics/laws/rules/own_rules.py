@@ -16,18 +16,17 @@ base of v and w whose inputs are a tracking law's four, as Table 5.6, is fuzzy t
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from fuzzy.system import Sugeno
-from robotics.laws.avoidance.priority import WHEREABOUTS, whereabouts
 from robotics.laws.law import Command, ControllerError, Observation
 from robotics.laws.rules.evaluation import RuleBase
-from robotics.laws.rules.situation import Fixed, Recall, Situation
+from robotics.laws.rules.situation import MESSAGE, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
-from robotics.laws.teams.neighbours import smallest_heard
-from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking, load_rule_base
+from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking, called, load_rule_base
 from robotics.quantity import quantity
 
 OUTPUTS = {
@@ -45,6 +44,14 @@ SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
 MARGIN = 0.2  # m: between the turning circles of robots whose paths do not meet
 
 
+def is_tracking(fis: Sugeno) -> bool:
+    """Whether a rule base is one of fuzzy tracking: of a tracking law's inputs, with two outputs, v before w."""
+    outputs = [v.name for v in fis.outputs]
+    other = {*OUTPUTS} - {"v", "w"}
+    ordered = len(outputs) == 2 and outputs[0] != "w" and outputs[1] != "v"
+    return ordered and not other & {*outputs} and all(v.name in INPUTS for v in fis.inputs)
+
+
 class _Memory(NamedTuple):
     fixed: Fixed
     recall: Recall
@@ -57,17 +64,17 @@ class OwnRules(FuzzyTracking):
     leader: float = quantity(0.0, "1", least=0)  # the number of the robot that only tracks; 0: none
     own: RuleBase | None = field(init=False, repr=False, compare=False)  # none: fuzzy tracking itself
 
+    tasks = MappingProxyType({**FuzzyTracking.tasks, "own": "rule_base"})
+
     def __post_init__(self) -> None:
-        fis = load_rule_base(self.rule_base)
-        tracks = all(v.name in INPUTS for v in fis.inputs) and not any(
-            v.name in OUTPUTS and v.name not in ("v", "w") for v in fis.outputs
+        own = (
+            None if is_tracking(load_rule_base(self.rule_base)) else RuleBase.of(self.rule_base, OUTPUTS, "a rule base")
         )
-        own = None if tracks else RuleBase.of(self.rule_base, OUTPUTS, "a rule base")
         object.__setattr__(self, "own", own)
         super().__post_init__()
 
     @property
-    def tracking_rule_base(self) -> str:
+    def tracking_rule_base(self) -> str | Sugeno:
         """The rule base by which it tracks."""
         return self.rule_base if self.own is None else "tracking"
 
@@ -80,7 +87,7 @@ class OwnRules(FuzzyTracking):
     def message(self) -> tuple[str, ...]:
         """Where the robots are, if the rule base asks for it."""
         asks = self.own is not None and (self.own.radio or "rate" in self.own.outputs)
-        return ("place", "speed", "clock", "pace", *WHEREABOUTS, "yields", "stuck") if asks else ()
+        return MESSAGE if asks else ()
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -94,8 +101,8 @@ class OwnRules(FuzzyTracking):
 
     @property
     def fuzzy_systems(self) -> Mapping[str, Sugeno]:
-        """The rule base."""
-        return {"tracking": self.tracking.fis} if self.own is None else {"own": self.own.fis}
+        """The rule base, or those of tracking."""
+        return super().fuzzy_systems if self.own is None else {"own": self.own.fis}
 
     def init(self, setting: Setting, runs: int) -> Any:
         """Look at the paths. Raises ControllerError where a rule base names a robot that does not exist."""
@@ -104,7 +111,7 @@ class OwnRules(FuzzyTracking):
         for variable, known in zip(self.own.fis.inputs, self.own.inputs, strict=True):
             if known.robot > len(setting.robots):
                 raise ControllerError(
-                    f"{self.rule_base}: {variable.name} is of robot {known.robot}, and {setting.name} has "
+                    f"{called(self.rule_base)}: {variable.name} is of robot {known.robot}, and {setting.name} has "
                     f"{len(setting.robots)}"
                 )
         if self.leader > len(setting.robots) or self.leader % 1:
@@ -133,9 +140,8 @@ class OwnRules(FuzzyTracking):
         if self.own is None:
             return super().control(seen, memory, dt)
         fixed, recall = memory
-        clocked = "rate" in self.own.outputs
         now = self.situation(seen, memory, dt)
-        time, target = now.recall.clock, now.target
+        target = now.target
         said, inputs = self.own.asked(now, NEUTRAL)
         v, w = self.toward(seen, target)
         way = np.where(recall.side >= 0, 1.0, -1.0)
@@ -145,17 +151,8 @@ class OwnRules(FuzzyTracking):
         wish_w = said.get("w", w) + said.get("turn", 0.0) / TURN_TIME
         v, w = np.where(leads, v, wish_v), np.where(leads, w, wish_w)
         pace = np.broadcast_to(said.get("rate", np.ones_like(v)), v.shape)
-        clock = time + dt * pace
-        heard = seen.heard
-        if clocked and heard.fields:
-            clock = np.minimum(
-                clock,
-                smallest_heard(clock, heard.now("clock", by="pace") + dt * np.maximum(heard["pace"], 1.0), heard.hears),
-            )
         side = recall.side + dt / SIDE_TIME * (way * said.get("keep", np.zeros_like(v)) - recall.side)
-        rate = (now.place - recall.place) / dt
-        after = Recall(now.place, rate, clock, pace, now.best, now.stuck, side, now.clear, np.zeros_like(v))
-        told = {"place": now.place, "speed": rate, "clock": time, "pace": pace, "yields": after.yields}
-        message = {**told, "stuck": now.stuck, **whereabouts(seen)} if self.message else None
+        after = now.remembered(pace=pace, side=side, yields=np.zeros_like(v))
+        message = now.message(after) if self.message else None
         progress = now.paths.share(now.place)
         return Command(v, w, v, w, message, target, progress, inputs=inputs), _Memory(fixed, after)

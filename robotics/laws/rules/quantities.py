@@ -48,12 +48,6 @@ def _mirrored(left: int, right: int) -> Callable[[Situation], np.ndarray]:
     return lambda s: np.minimum(np.where(s.recall.side >= 0, s.clear[right], s.clear[left]), NONE)
 
 
-def _lean(s: Situation) -> np.ndarray:
-    most = 2.0
-    apart = np.minimum(s.clear[FRONT_LEFT], most) - np.minimum(s.clear[FRONT_RIGHT], most)
-    return _way(s) * apart
-
-
 def _lead(s: Situation) -> np.ndarray:
     """How much earlier the robot would be through than the other would come [s]."""
     m, heard = s.meeting, s.seen.heard
@@ -107,11 +101,18 @@ _ROOM = {
     "left": Quantity("m", "room on the left", _sector(LEFT)),
     "right": Quantity("m", "room on the right", _sector(RIGHT)),
     "behind": Quantity("m", "room behind", _sector(BEHIND)),
+    "room": Quantity("m", "the least room on all sides", lambda s: s.nearest_room),
+    "coming": Quantity(
+        "m", "how much nearer the nearest thing came within the last second than the robot drove", lambda s: s.coming
+    ),
+    "way_back": Quantity("m", "the ground behind that the robot has just driven, straight", lambda s: s.way_back),
     "kept": Quantity("1", "how firmly the robot keeps to one side of an obstacle", lambda s: np.abs(s.recall.side)),
     "wall": Quantity("m", "room on the side of the obstacle that the robot goes round", _mirrored(LEFT, RIGHT)),
+    "beyond": Quantity("m", "room on the other side", _mirrored(RIGHT, LEFT)),
     "front_wall": Quantity("m", "room ahead on that side", _mirrored(FRONT_LEFT, FRONT_RIGHT)),
     "front_open": Quantity("m", "room ahead on the other side", _mirrored(FRONT_RIGHT, FRONT_LEFT)),
-    "lean": Quantity("m", "how much more room there is ahead on that other side", _lean),
+    "lean": Quantity("m", "how much more room there is ahead on that other side, smoothed", lambda s: _way(s) * s.lean),
+    "lost": Quantity("s", "time since that obstacle was seen", lambda s: s.lost),
     "path_away": Quantity(
         "rad", "bearing of the path; > 0: away from the obstacle", lambda s: _way(s) * s.path_bearing
     ),

@@ -9,8 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from robotics.laws.avoidance.priority import WHEREABOUTS, whereabouts
 from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
+    FRONT_LEFT,
+    FRONT_RIGHT,
+    LEFT,
+    RIGHT,
     RISE,
     SECTORS,
     Sensors,
@@ -20,17 +25,29 @@ from robotics.laws.rules.clearances import (
 )
 from robotics.laws.rules.meetings import Meeting, Meetings, in_the_way, next_meetings
 from robotics.laws.setting import Setting
-from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach
+from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
 from robotics.paths.path import PathPoint
 from robotics.paths.posture import PostureError, posture_error, wrapped
 from robotics.paths.trajectory import Reference
 
 LOOK_AHEAD = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
 GROWTH = 0.05  # m: a place on the path that has grown by more is progress
+BESIDE, AHEAD = 0.4, 0.7  # m: an obstacle that is nearer is seen beside, and ahead
+PATIENCE = 12.0  # s without progress: from then on the robot expects less
+RELAXING = 0.05  # m/s: by which it does
 CORRIDOR = 0.1  # m: a standing robot nearer to the path than this beyond both circles is in the way
 WAY = 1.2  # m of the path ahead that it may stand in the way of
+LONGEST_WAY_BACK = 0.3  # m: a robot remembers no more of the ground that it has driven
+SWING = 0.3  # m: a robot that turns by 1 rad forgets so much of it
+ACCELERATING = 0.2  # m/s²: by which a robot's speed may have changed since it told it
 STANDS = 0.03  # m/s: a robot that is slower stands
+MESSAGE = ("place", "speed", "clock", "pace", *WHEREABOUTS, "yields", "stuck")  # what robots tell each other
 NEAR_END = 0.1  # m: a robot this near to its path's end is parked
+NOTICED = 1.0  # m: with less room ahead it is smoothed where there is more of it
+SMOOTHING = 0.8  # s: the time constant of that
+SWINGING = 0.05  # m/rad: a robot that turns sees other corners of what is near
+QUICK, SLOW = 0.1, 1.0  # s: the time constants by which it is noticed that something comes nearer
+FARTHEST = 2.0  # m: room beyond is no more room
 NONE = 9.0  # what is told where there is nothing to tell, in the unit of the quantity
 
 
@@ -66,6 +83,12 @@ class Recall(NamedTuple):
     side: np.ndarray  # from -1 to 1: the side that the robot keeps of an obstacle; > 0: it goes round to the left of it
     clear: np.ndarray  # (sectors, runs, robots) m: the clearances, which grow slowly
     yields: np.ndarray  # 0 to 1: how much the robot gives way
+    way_back: np.ndarray  # m of ground behind that the robot has just driven
+    lost: np.ndarray  # s for which nothing was seen on the side that is kept
+    driven: np.ndarray  # m within the last second
+    fast: np.ndarray  # m: the least clearance, smoothed over QUICK
+    slow: np.ndarray  # m: the same, over SLOW
+    lean: np.ndarray  # m: how much more room there is ahead on the left than on the right, smoothed
 
     @classmethod
     def start(cls, setting: Setting, runs: int) -> "Recall":
@@ -75,8 +98,9 @@ class Recall(NamedTuple):
         pose = np.broadcast_to(setting.starts, (runs, robots, 3))
         begin = setting.references.at(0.0).s
         near = setting.references.joined.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
-        clear = np.full((len(SECTORS), runs, robots), np.inf)
-        return cls(near, zero, zero, zero, near, zero, zero, clear, zero)
+        far = zero + FARTHEST
+        start = dict.fromkeys(cls._fields, zero) | {"place": near, "best": near, "fast": far, "slow": far}
+        return cls(**start | {"clear": np.full((len(SECTORS), runs, robots), np.inf)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,9 +184,13 @@ class Situation:
 
     @cached_property
     def best(self) -> np.ndarray:
-        """The largest place less the way back to the path [m], updated where it has grown by GROWTH."""
-        net = self.place - self.off
-        return np.where(net > self.recall.best + GROWTH, net, self.recall.best)
+        """The largest place less the way back to the path [m], updated where it has grown by GROWTH.
+
+        A robot that has been stuck for long expects less: else it might go round and round what it cannot leave there.
+        """
+        net, before = self.place - self.off, self.recall.best
+        relaxed = before - np.where(self.recall.stuck > PATIENCE, RELAXING * self.dt, 0.0)
+        return np.where(net > before + GROWTH, net, relaxed)
 
     @cached_property
     def stuck(self) -> np.ndarray:
@@ -236,6 +264,13 @@ class Situation:
         return stands & (off < radii[:, None] + radii + CORRIDOR)
 
     @cached_property
+    def echoes(self) -> np.ndarray:
+        """The clearance in each sector [m] (sectors, runs, robots) by what the sensors read now, robots included."""
+        if self.seen.ranges is None:
+            return np.full_like(self.recall.clear, np.inf)
+        return sensed(self.fixed.sensors, self.seen.ranges.values)
+
+    @cached_property
     def clear(self) -> np.ndarray:
         """The clearance in each sector [m] (sectors, runs, robots); infinite: nothing is seen."""
         now = np.full_like(self.recall.clear, np.inf)
@@ -244,8 +279,105 @@ class Situation:
             if self.fixed.meetings is not None:
                 them, seen = self.others, self.seen
                 dx, dy = them.x - seen.x[:, :, None], them.y - seen.y[:, :, None]
-                values = without_robots(self.fixed.sensors, seen, values, dx, dy, self.fixed.radii)
+                speed = np.hypot(them.v_x, them.v_y)
+                unsure = (speed + ACCELERATING * them.age) * them.age
+                values = without_robots(
+                    self.fixed.sensors, seen, values, dx, dy, speed > STANDS, unsure, self.fixed.radii
+                )
             now = sensed(self.fixed.sensors, values)
         if self.fixed.meetings is not None:
             now = np.minimum(now, standing_robots(self.others.gap, self.others.bearing, self.in_the_way))
         return np.minimum(now, self.recall.clear + (RISE * self.dt)[:, None, None])
+
+    @cached_property
+    def lean(self) -> np.ndarray:
+        """How much more room there is ahead on the left than on the right [m], smoothed while something is near."""
+        left, right = (np.minimum(self.clear[sector], FARTHEST) for sector in (FRONT_LEFT, FRONT_RIGHT))
+        now, before = left - right, self.recall.lean
+        near = (np.minimum(left, right) < NOTICED) & (before != 0)
+        return np.where(near, before + self.dt / SMOOTHING * (now - before), now)
+
+    @cached_property
+    def lost(self) -> np.ndarray:
+        """The time [s] since the obstacle was seen that the robot goes round."""
+        to_left = self.recall.side >= 0
+        beside = np.where(to_left, self.clear[RIGHT], self.clear[LEFT])
+        ahead = np.where(to_left, self.clear[FRONT_RIGHT], self.clear[FRONT_LEFT])
+        sees = (beside < BESIDE) | (ahead < AHEAD) | (self.recall.side == 0)
+        return np.where(sees, 0.0, self.recall.lost + self.dt)
+
+    @cached_property
+    def way_back(self) -> np.ndarray:
+        """The ground behind that the robot has just driven, straight [m]."""
+        driven = self.dt * (self.seen.v - SWING * np.abs(self.seen.w))
+        return np.clip(self.recall.way_back + driven, 0.0, LONGEST_WAY_BACK)
+
+    @cached_property
+    def nearest_room(self) -> np.ndarray:
+        """The least clearance on all sides [m], without noise."""
+        least = np.minimum(self.clear.min(axis=0), FARTHEST)
+        return self.recall.fast + self.dt / QUICK * (least - self.recall.fast)
+
+    @cached_property
+    def slow_room(self) -> np.ndarray:
+        """The same as it was about a second ago."""
+        least = np.minimum(self.clear.min(axis=0), FARTHEST)
+        return self.recall.slow + self.dt / SLOW * (least - self.recall.slow)
+
+    @cached_property
+    def coming(self) -> np.ndarray:
+        """How much nearer the nearest thing has come within the last second than the robot has driven [m]."""
+        return self.nearing - self.driven
+
+    @cached_property
+    def nearing(self) -> np.ndarray:
+        """How much nearer the nearest thing has come within the last second, or the robot to it [m]."""
+        return self.slow_room - self.nearest_room
+
+    @cached_property
+    def driven(self) -> np.ndarray:
+        """The way that the robot has driven within about the last second, and by which its corners have swung [m]."""
+        rate = np.abs(self.seen.v) + SWINGING * np.abs(self.seen.w)
+        return self.recall.driven + self.dt / SLOW * (SLOW * rate - self.recall.driven)
+
+    def remembered(self, *, pace: np.ndarray, side: np.ndarray, yields: np.ndarray) -> Recall:
+        """What robots remember of this period. Their copies of the clock agree on the slowest.
+
+        Args:
+            pace: The rate of each robot's copy of the clock.
+            side: The side that it keeps of an obstacle.
+            yields: How much it gives way.
+        """
+        heard, clock = self.seen.heard, self.recall.clock + self.dt * pace
+        if heard.fields:
+            theirs = heard.now("clock", by="pace") + self.dt * np.maximum(heard["pace"], 1.0)
+            clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
+        return Recall(
+            place=self.place,
+            speed=(self.place - self.recall.place) / self.dt,
+            clock=clock,
+            pace=pace,
+            best=self.best,
+            stuck=self.stuck,
+            side=side,
+            clear=self.clear,
+            yields=yields,
+            way_back=self.way_back,
+            lost=self.lost,
+            driven=self.driven,
+            fast=self.nearest_room,
+            slow=self.slow_room,
+            lean=self.lean,
+        )
+
+    def message(self, after: Recall) -> dict[str, np.ndarray]:
+        """What each robot tells the others, by the names MESSAGE; ``after`` is what it remembers of this period."""
+        return {
+            "place": self.place - self.off,  # the others wait for the way back to the path as well
+            "speed": after.speed,
+            "clock": self.recall.clock,
+            "pace": after.pace,
+            "yields": after.yields,
+            "stuck": after.stuck,
+            **whereabouts(self.seen),
+        }

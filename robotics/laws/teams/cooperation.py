@@ -25,11 +25,14 @@ clock all but stops for a robot that lags by much more than d0. Stability: the l
 of :mod:`robotics.laws.tracking.fuzzy_tracking`; there is no proof for the whole.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Literal, NamedTuple
 
 import numpy as np
 
+from fuzzy.system import Sugeno
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
 from robotics.laws.modes import Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
@@ -95,7 +98,7 @@ class FuzzyCooperation(Law[_Memory]):
     """Fuzzy cooperation: the rule base, how its target is chosen, and the clock."""
 
     variant: Literal["repaired", "lag-clock", "literal"] = "repaired"
-    rule_base: str = "tracking"
+    rule_base: str | Sugeno = "tracking"
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     steering_distance: float = quantity(0.35, "m", least=0)  # as of the tracking law
     lateral: Literal["none", "path", "world"] = "none"  # as of the tracking law
@@ -106,6 +109,7 @@ class FuzzyCooperation(Law[_Memory]):
     tracker: FuzzyTracking = field(init=False, repr=False)
 
     message = ("place", "speed", "clock", "pace")
+    tasks = MappingProxyType({"tracking": "rule_base"})
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
@@ -124,6 +128,11 @@ class FuzzyCooperation(Law[_Memory]):
     def diagrams(self) -> tuple[StateDiagram, ...]:
         """The choices of the lower level, thesis Fig 5.24."""
         return (REPAIRED_DIAGRAM if self.variant == "repaired" else RULE_11_DIAGRAM,)
+
+    @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """The rule bases of the lower level."""
+        return self.tracker.fuzzy_systems
 
     def init(self, setting: Setting, runs: int) -> _Memory:
         """Set the clocks to 0. Raises ControllerError where the robots are no team, or the graph is not connected."""
@@ -156,6 +165,7 @@ class FuzzyCooperation(Law[_Memory]):
         dt: float,
         turn: np.ndarray | None = None,
         excused: np.ndarray | None = None,
+        no_lateral: np.ndarray | None = None,
     ) -> tuple[Command, _Memory]:
         """Do as :meth:`control`, with a turn added and some robots excused from the clock.
 
@@ -166,6 +176,7 @@ class FuzzyCooperation(Law[_Memory]):
             turn: Added to α (runs, robots) [rad]; none by default.
             excused: Robots for which the clock does not wait (runs, robots) bool; they broadcast a place that is not a
                 number. None by default.
+            no_lateral: Robots to which λ is not added (runs, robots) bool; none by default.
         """
         heard = seen.heard
         paths, lengths = seen.references.joined, memory.lengths
@@ -200,7 +211,7 @@ class FuzzyCooperation(Law[_Memory]):
             behind = None
             ahead = np.cos(seen.heading) * (target.x - seen.x) + np.sin(seen.heading) * (target.y - seen.y)
             phase = np.where(ahead >= 0, FOLLOWING, WAITING)
-        v, w = self.tracker.toward(seen, target, behind, turn)
+        v, w, inputs = self.tracker.toward_with_inputs(seen, target, behind, turn, no_lateral)
         message = {"place": said, "speed": said_rate, "clock": clock, "pace": pace}
         clock = clock + dt * pace
         if self.variant != "literal":
@@ -208,7 +219,7 @@ class FuzzyCooperation(Law[_Memory]):
             clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
         after = memory._replace(clock=clock, pace=pace, place=place, phase=phase)
         moving = due._replace(v=due.v * pace, w=due.w * pace)
-        return Command(v, w, v, w, message, moving, paths.share(place)), after
+        return Command(v, w, v, w, message, moving, paths.share(place), inputs=inputs), after
 
 
 def held(

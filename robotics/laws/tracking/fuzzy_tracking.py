@@ -29,16 +29,18 @@ With D = 0, as printed, there is nothing of that, and α is 0 nearer to the targ
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import resources
 from pathlib import Path
-from typing import Any, Literal
+from types import MappingProxyType
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
-from fuzzy.files.fisfile import parse_fis, read_fis
+from fuzzy.files.fisfile import read_fis
+from fuzzy.files.packaged import FisNameError, find_fis, fis_files, packaged_fis_files
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 from robotics.laws.law import Command, ControllerError, Law, Observation
@@ -48,29 +50,39 @@ from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 
 INPUTS = ("distance", "alpha", "x_err", "heading_err")  # the names of the inputs that a tracking rule base may have
+RULE_BASES = Path(__file__).parents[2] / "rulebases"
 RULE_TIME = 0.4  # s: T of the package's rule bases, v = d_RP / T and ω = 2 α / T
 AHEAD = 0.1  # m: a robot that is so far ahead of its target stands by rule 11
+
+
+class Toward(NamedTuple):
+    """What the rule bases of a tracking law answered, and to what."""
+
+    v: np.ndarray  # (runs, robots) m/s
+    w: np.ndarray  # (runs, robots) rad/s
+    inputs: np.ndarray  # (inputs, runs, robots): those of FuzzyTracking.fuzzy_systems
 
 
 @dataclass(frozen=True, kw_only=True)
 class FuzzyTracking(Law[Any]):
     """Fuzzy tracking: a rule base, and how its target and its inputs are chosen."""
 
-    rule_base: str = "tracking"  # a name of robotics/rulebases, or the path of a .fis file
+    rule_base: str | Sugeno = "tracking"  # a name of robotics/rulebases, the path of a .fis file, or the system itself
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     steering_distance: float = quantity(0.35, "m", least=0)  # D: α is the bearing of a point that is no nearer
     deadband: float = quantity(0.03, "m", least=0)  # nearer to the target α is 0; with D below it only
     steering: Literal["bearing", "heading"] = "bearing"  # α is the angle to the target point, or to the path's heading
     lateral: Literal["none", "path", "world"] = "none"  # the frame of y_err for λ; "world" is the thesis's
-    lateral_rule_base: str = "lateral"
+    lateral_rule_base: str | Sugeno = "lateral"
     tracking: CompiledSugeno = field(init=False, repr=False, compare=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
     inputs: tuple[int, ...] = field(init=False, repr=False)  # places in INPUTS of the rule base's inputs
 
+    tasks = MappingProxyType({"tracking": "rule_base", "lateral": "lateral_rule_base"})
+
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
-        name = self.tracking_rule_base
-        fis = load_rule_base(name)
+        fis, name = load_rule_base(self.tracking_rule_base), called(self.tracking_rule_base)
         for variable in fis.inputs:
             if variable.name not in INPUTS:
                 raise ControllerError(f"{name}: " + expected(variable.name, INPUTS, "tracking input"))
@@ -81,7 +93,7 @@ class FuzzyTracking(Law[Any]):
         object.__setattr__(self, "turn", compiled_curve(self.lateral_rule_base, "λ", "y_err"))
 
     @property
-    def tracking_rule_base(self) -> str:
+    def tracking_rule_base(self) -> str | Sugeno:
         """The rule base by which it tracks."""
         return self.rule_base
 
@@ -92,13 +104,19 @@ class FuzzyTracking(Law[Any]):
         idle |= {"deadband"} if self.steering == "heading" or self.steering_distance >= self.deadband else set()
         return frozenset(idle)
 
+    @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """The tracking rule base, and λ(y_err) where it acts."""
+        systems = {"tracking": self.tracking.fis}
+        return systems if self.lateral == "none" else systems | {"lateral": self.turn.fis}
+
     def init(self, setting: Setting, runs: int) -> Any:
         """Remember nothing."""
 
     def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
         """Drive towards the point ``look_ahead`` seconds from now by (2.35), (2.36)."""
-        v, w = self.toward(seen, seen.references.at(seen.time + self.look_ahead))
-        return Command(v, w, v, w), None
+        v, w, inputs = self.toward_with_inputs(seen, seen.references.at(seen.time + self.look_ahead))
+        return Command(v, w, v, w, inputs=inputs), None
 
     def toward(
         self,
@@ -109,16 +127,36 @@ class FuzzyTracking(Law[Any]):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return v [m/s] and ω [rad/s], each (runs, robots), by which a robot drives towards a target.
 
+        The arguments are those of :meth:`toward_with_inputs`.
+        """
+        v, w, _ = self.toward_with_inputs(seen, target, x_err, turn)
+        return v, w
+
+    def toward_with_inputs(
+        self,
+        seen: Observation,
+        target: Reference,
+        x_err: np.ndarray | None = None,
+        turn: np.ndarray | None = None,
+        no_lateral: np.ndarray | None = None,
+    ) -> Toward:
+        """Evaluate the rule bases for robots that drive towards a target.
+
         Args:
             seen: What the robots know.
             target: Each field (robots,) or (runs, robots).
             x_err: How far each robot is behind (runs, robots) [m]; by default the target's x in its frame (5.9).
             turn: Added to α (runs, robots) [rad], such as η of (6.4); none by default.
+            no_lateral: Robots whose y_err is taken as 0, so that λ turns them nowhere (runs, robots) bool; none by
+                default.
         """
+        y_err: np.ndarray | None = None
         if self.lateral != "none":
             y_err = target.y - seen.y
             if self.lateral == "path":
                 y_err = np.cos(target.heading) * y_err - np.sin(target.heading) * (target.x - seen.x)
+            if no_lateral is not None:
+                y_err = np.where(no_lateral, 0.0, y_err)
             lateral = self.turn(y_err[..., None])[..., 0]  # (2.36)
             turn = lateral if turn is None else lateral + turn
         robots = seen.x.shape[-1]
@@ -127,7 +165,10 @@ class FuzzyTracking(Law[Any]):
         nearest = self.steering_distance, self.deadband
         known = _known(seen.x, seen.y, seen.heading, *to, x_err, turn, places, *nearest, bearing)
         command = self.tracking(known)
-        return command[..., 0], command[..., 1]
+        inputs = known.transpose(2, 0, 1)
+        if y_err is not None:
+            inputs = np.concatenate([inputs, y_err[None]])
+        return Toward(command[..., 0], command[..., 1], inputs)
 
 
 @kernel
@@ -170,28 +211,37 @@ def _known(  # type: ignore[no-untyped-def]
     return known
 
 
-def rule_base_names() -> list[str]:
-    """The names of the rule bases that come with the package."""
-    folder = resources.files("robotics") / "rulebases"
-    return sorted(f.name.removesuffix(".fis") for f in folder.iterdir() if f.name.endswith(".fis"))
+def rule_base_files() -> dict[str, Path]:
+    """The rule bases that come with this package and with others: files by their names, in alphabetical order."""
+    return dict(sorted((packaged_fis_files() | fis_files(RULE_BASES)).items()))
 
 
-def load_rule_base(name: str) -> Sugeno:
-    """Read the package's rule base of that name, or a ``.fis`` file. Raises ControllerError or FisFileError."""
-    if name in rule_base_names():
-        file = resources.files("robotics") / "rulebases" / f"{name}.fis"
-        return parse_fis(file.read_text(encoding="utf-8"), f"{name}.fis")
-    if Path(name).suffix != ".fis":
-        raise ControllerError(expected(name, rule_base_names(), "rule base") + "; or the path of a .fis file")
-    return read_fis(name)
+def called(rule_base: str | Sugeno) -> str:
+    """What messages call a rule base: its name or file, or the system's own name."""
+    return rule_base.name if isinstance(rule_base, Sugeno) else rule_base
 
 
-def compiled_curve(name: str, symbol: str, argument: str) -> CompiledSugeno:
+def load_rule_base(name: str | Sugeno) -> Sugeno:
+    """Read the packaged rule base of that name, or a ``.fis`` file; a system is its own rule base.
+
+    A name of this package means its rule base from wherever it is run: a law's default does not change with a file
+    of that name in the present folder. Raises ControllerError or FisFileError.
+    """
+    if isinstance(name, Sugeno):
+        return name
+    own = fis_files(RULE_BASES)
+    try:
+        return read_fis(own[name] if name in own else find_fis(name, rule_base_files()))
+    except FisNameError as error:
+        raise ControllerError(str(error)) from None
+
+
+def compiled_curve(name: str | Sugeno, symbol: str, argument: str) -> CompiledSugeno:
     """Compile the rule base of that name, which must be a curve: one input, the ``argument``, and one output.
 
     ``symbol`` is what messages call the curve. Raises ControllerError or FisFileError.
     """
     fis = load_rule_base(name)
     if len(fis.inputs) != 1 or len(fis.outputs) != 1:
-        raise ControllerError(f"{name}: {symbol} has one input, {argument}, and one output")
+        raise ControllerError(f"{called(name)}: {symbol} has one input, {argument}, and one output")
     return compile_sugeno(fis)

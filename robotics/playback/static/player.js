@@ -2,6 +2,7 @@
 // The form is anywidget's: render({ model, el }), the data in model.get("run"); it returns what cleans up after it.
 
 import { axes, begin, fixed, hatch, line, sized, ticks } from "./pen.js";
+import { rulesPanel } from "./rules.js";
 import { series, unpack } from "./rundata.js";
 
 // Colours are names of the page's palette, fuzzy/figures/palette.py; every line has its dashes too.
@@ -54,6 +55,8 @@ function mount(model, el, time) {
   const begun = time === null ? data.start : Math.min(data.end, Math.max(data.start, time));
   const state = { t: begun, playing: false, before: null, picked: few ? -1 : 0, over: -1, hidden: new Set() };
   const seen = (i) => !state.hidden.has(i);
+  // The robot whose rules are shown: under the cursor, or chosen, or the first
+  const subject = () => (state.over >= 0 ? state.over : Math.max(state.picked, 0));
 
   // Parts
   const option = (value, text, chosen) => make("option", { value, selected: value === chosen }, text);
@@ -172,6 +175,12 @@ function mount(model, el, time) {
     );
     side.push(make("fieldset", {}, make("legend", {}, "Robots shown"), both, ticks));
   }
+  const chooseRobot = (i) => {
+    state.picked = i;
+    if (chosen) chosen.value = String(i);
+    draw();
+  };
+  const rules = rulesPanel(data, { make, choice, pick: chooseRobot, draw: () => draw() });
   const root = make(
     "div",
     { class: "fp-root" },
@@ -204,6 +213,7 @@ function mount(model, el, time) {
     make(
       "div",
       { class: "fp-side" },
+      ...(rules ? [rules.root] : []),
       make("div", { class: "controls" }, chartLabel),
       make("div", { class: "fp-canvas" }, plot),
       keys,
@@ -224,6 +234,7 @@ function mount(model, el, time) {
     const colors = COLORS.map(named),
       modes = MODES.map(named);
     theme = {
+      colors: colors.length,
       color: (i) => colors[i % colors.length],
       mode: (code) => modes[code & 3],
       ink: named("ink"),
@@ -371,8 +382,9 @@ function mount(model, el, time) {
     if (data.sonar) parts.push("cone: the range that a sonar reads, faint without an echo");
     if (data.modes) parts.push("ring, and bars under the slider: a robot's operating mode");
     if (contacts.length) parts.push("⊗: contact, from its begin on");
+    if (rules) parts.push("broad band and numbers: the rule that decides most along the path of the robot with a ring");
     if (calm.matches) parts.push("reduced motion: two pictures a second");
-    note.textContent = `${parts.join(" · ")}. Keys: space plays and pauses; ← and → move by 1 s, with shift by 10 s${data.sonar ? "; S shows the sonar cones" : ""}${events.length ? "; P and N go to the changes of mode" : ""}${contacts.length ? "; C goes to the next contact" : ""}.`;
+    note.textContent = `${parts.join(" · ")}. Keys: space plays and pauses; ← and → move by 1 s, with shift by 10 s${data.sonar ? "; S shows the sonar cones" : ""}${events.length ? "; P and N go to the changes of mode" : ""}${contacts.length ? "; C goes to the next contact" : ""}${rules && count > 1 ? "; R shows the rules of the next robot" : ""}.`;
   }
 
   function layoutChart() {
@@ -471,6 +483,7 @@ function mount(model, el, time) {
     slider.setAttribute("aria-valuetext", `${text} of ${fixed(data.end, 0)} s`);
     clock.textContent = `${text} / ${fixed(data.end, 0)} s`;
     readOut(t, place, ages);
+    rules?.show(subject(), state.over >= 0, place, theme);
   }
 
   function drawScene(t, place, ages) {
@@ -484,7 +497,8 @@ function mount(model, el, time) {
       view.x(data.at("x", i, place)),
       view.y(data.at("y", i, place)),
     ]);
-    const marked = state.over >= 0 ? state.over : state.picked;
+    const marked = rules?.root.open ? subject() : state.over >= 0 ? state.over : state.picked;
+    if (seen(marked)) rules?.drawPath(pen, marked, theme, view);
     pen.lineWidth = few ? 1.8 : 0.9;
     if (trail.value !== "0") {
       for (let i = 0; i < count; i++) {
@@ -877,6 +891,7 @@ function mount(model, el, time) {
       };
     if (events.length) Object.assign(letters, { n: () => jump(1), p: () => jump(-1) });
     if (contacts.length) letters.c = nextContact;
+    if (rules && count > 1) letters.r = () => chooseRobot((Math.max(state.picked, 0) + 1) % count);
     const letter = letters[event.key.toLowerCase()];
     const act = event.key === " " ? () => toggle() : event.key in times ? () => seek(times[event.key]) : letter;
     // Space presses a button and ticks a box by itself; a scrolling table has its own arrows.

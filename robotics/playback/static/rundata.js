@@ -50,6 +50,12 @@ export function unpack(run) {
   const modes = run.modes ? { ...run.modes, codes: new Int8Array(bytes(run.modes.codes)) } : null;
   const mode = (i, { k, share }) =>
     modes ? modes.codes[i * frames + (share >= 1 ? Math.min(k + 1, frames - 1) : k)] : 0;
+  const rules = run.rules && {
+    ...run.rules,
+    numbers: new Uint16Array(bytes(run.rules.numbers)),
+    strengths: new Uint8Array(bytes(run.rules.strengths)),
+    values: run.rules.values?.map(numbers),
+  };
   const sonar = run.sonar ? { ...run.sonar, readings: numbers(run.sonar.readings) } : null;
   let obstacles = null;
   if (run.obstacles) {
@@ -83,6 +89,7 @@ export function unpack(run) {
     stopped,
     modes,
     mode,
+    rules,
     sonar,
     obstacles,
     body,

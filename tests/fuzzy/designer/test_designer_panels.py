@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from anfis.designer.panel import methods, variables
 from fuzzy.designer.views import functions_data
 from fuzzy.membership import FUNCTIONS
 from fuzzy.membershipfunction import membership_function
-from robotics.designer.tryout import TryoutTrial, choices, course_data, design_data, rival_data
+from robotics.designer.tryout import TryoutTrial, choices, course_data, design_data, place_data, rival_data
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.scenario.reading import scenario_names
 from tests.fuzzy.designer.design_bench import STATIC, system
@@ -244,16 +245,18 @@ def slower() -> fuzzy.Sugeno:
 
 @pytest.fixture(scope="module")
 def traits(slower: fuzzy.Sugeno) -> dict[str, Any]:
-    trial, tracking = TryoutTrial(), load_rule_base("tracking")
+    tracking = load_rule_base("tracking")
+    place = place_data(tracking, TryoutTrial())
+    trial = TryoutTrial(**place["trial"])
     return {
         "choices": choices(),
-        "trial": {"scenario": trial.scenario, "law": "fuzzy", "look_ahead": 0.4, "seed": 0, "rival": "lyapunov"}
-        | {"kind": "tracking"},
-        "course": course_data(trial),
+        "files": ["mine.toml", "sub/<b>.toml"],
+        "trial": place["trial"] | {"kind": "tracking", "rival": "lyapunov"},
+        "course": place["course"],
         "tried": design_data(slower, trial) | {"notes": ["<img src=x onerror=alert(1)>"]},
         "before": design_data(tracking, trial) | {"label": "as opened"},
         "rival": rival_data("lyapunov", trial),
-        "busy": False,
+        "busy": None,
         "problem": None,
     }
 
@@ -301,14 +304,18 @@ def test_figures_controls_and_keys(bench: ModulePage, traits: dict[str, Any]) ->
     bench.forget()
     page.get_by_label("Scenario", exact=True).select_option("lyapunov-sine")
     page.get_by_label("Compare with", exact=True).select_option("esm")
+    page.get_by_label("Scenario", exact=True).select_option("mine.toml")
+    page.get_by_label("Law that holds the rule base", exact=True).select_option("fuzzy-team/tracking")
     page.get_by_label("Look-ahead in seconds").fill("0.6")
     page.keyboard.press("Tab")
     page.get_by_label("Look-ahead in seconds").fill("99")  # no number of seconds that there is: no message
     page.keyboard.press("Tab")
     page.get_by_role("button", name="Compare from here").press("Enter")
-    assert bench.sent() == [
+    assert [message for message in bench.sent() if message["do"] != "list"] == [
         {"do": "choose", "name": "scenario", "value": "lyapunov-sine"},
         {"do": "choose", "name": "rival", "value": "esm"},
+        {"do": "choose", "name": "scenario", "value": "mine.toml"},
+        {"do": "choose", "name": "law", "value": "fuzzy-team/tracking"},
         {"do": "choose", "name": "look_ahead", "value": 0.6},
         {"do": "pin"},
     ]
@@ -331,11 +338,11 @@ def test_a_trial_fits_the_page(bench: ModulePage, traits: dict[str, Any], width:
 
 def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuzzy.Sugeno) -> None:
     page = bench.page
-    trial = TryoutTrial(scenario="crossing-in-turn")
+    place = place_data(slower, TryoutTrial(scenario="crossing-in-turn"))
+    trial = TryoutTrial(**place["trial"])
     played = {
-        "trial": traits["trial"]
-        | {"scenario": trial.scenario, "law": "cooperation", "kind": "team", "rival": "virtual-structure"},
-        "course": course_data(trial),
+        "trial": place["trial"] | {"kind": "team", "rival": "virtual-structure"},
+        "course": place["course"],
         "tried": design_data(slower, trial),
         "before": None,
         "rival": {"label": "Virtual structure", "why": "it cannot"},
@@ -346,9 +353,50 @@ def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuz
     assert not page.locator("svg.tr-plot").first.is_visible()
     page.get_by_role("button", name="Play").click()
     page.wait_for_function("[...document.querySelectorAll('input[type=range]')].some((r) => Number(r.value) > 0)")
+    # Another design, while it is played: it is played on.
+    bench.give(tried=design_data(load_rule_base("tracking"), trial))
+    assert page.get_by_role("button", name="Pause").is_visible()
+    assert page.get_by_text("This design: no contact; least clearance ").is_visible()
     bench.give(**{name: traits[name] for name in ("trial", "course", "tried", "rival")})
     assert page.locator("svg.tr-plot").first.is_visible()
     assert page.get_by_role("button", name="Play").count() == 0
+
+
+def test_a_run_that_nobody_touched_is_replayed_after_an_edit(bench: ModulePage, traits: dict[str, Any]) -> None:
+    """From some seconds before the moment that matters most; and a long run says how far it is."""
+    page = bench.page
+    fis = load_rule_base("tracking")
+    place = place_data(fis, TryoutTrial(scenario="crossing-in-turn"))
+    tried = design_data(fis, TryoutTrial(**place["trial"]))
+    shown = {"trial": place["trial"] | {"kind": "team", "rival": ""}, "course": place["course"], "tried": tried}
+    bench.render(TRYOUT, traits | shown | {"before": None, "rival": None})
+    page.get_by_role("button", name="Play").wait_for()
+    bench.give(tried=tried | {"player": {**tried["player"], "title": "another"}, "moment": 30.0})
+    page.get_by_role("button", name="Pause").wait_for()
+    assert 22.0 <= float(page.get_by_role("slider", name="Time").input_value()) < 40.0
+    bench.give(busy={"what": "tried", "took": 2.0})
+    page.get_by_text("this design drives … 1 s").wait_for()
+    assert 0.2 < float(page.get_by_role("progressbar").get_attribute("value") or 0) <= 0.97
+    bench.give(busy=None)
+    assert not page.get_by_role("progressbar").is_visible()
+
+
+def test_a_scenario_file_from_elsewhere_is_sent(bench: ModulePage, traits: dict[str, Any], tmp_path: Path) -> None:
+    page = bench.page
+    bench.render(TRYOUT, traits)
+    (tmp_path / "far.toml").write_text("duration = 1.0", encoding="utf-8")
+    with page.expect_file_chooser() as chooser:
+        page.get_by_label("Scenario", exact=True).select_option(label="Another file …")
+    chooser.value.set_files(tmp_path / "far.toml")
+    page.wait_for_function("window.model.sent.some((message) => message.do === 'file')")
+    assert bench.sent()[-1] == {"do": "file", "name": "far.toml", "text": "duration = 1.0"}
+    trial = traits["trial"] | {"scenario": "far.toml"}
+    bench.give(trial=trial, course=traits["course"] | {"title": "From far away"})
+    assert page.get_by_label("Scenario", exact=True).input_value() == "far.toml"
+    # With a system or scenario that is no good there is nothing to compare with
+    bench.give(course=None, tried=None, before=None, rival=None, problem={"message": "far.toml:1: no robots"})
+    assert page.get_by_role("alert").inner_text() == "far.toml:1: no robots"
+    assert not page.get_by_label("Compare with", exact=True).is_visible()
 
 
 # Notebooks ------------------------------------------------------------------------------------------------------

@@ -39,8 +39,9 @@ def test_it_prints_what_happened_and_the_same_seed_prints_the_same_bytes(capsys)
 
 
 def test_the_number_of_processes_changes_nothing(capsys, monkeypatch):
-    monkeypatch.setattr("robotics.experiments.stress.crossing_crew.CHUNK", 6)
-    arguments = ("stress", "crossing", "--runs", "3", "--controller", "none", "--jobs")
+    monkeypatch.setattr("robotics.experiments.stress.crew.CHUNK", 6)
+    options = ("--robots", "3", "--lanes", "crossing", "--freeze", "3", "--controller", "cooperation")
+    arguments = ("stress", "obstacles", *options, "--runs", "3", "--jobs")
     assert printed(capsys, *arguments, "1") == printed(capsys, *arguments, "2")
 
 
@@ -56,7 +57,10 @@ def test_the_number_of_processes_changes_nothing(capsys, monkeypatch):
         (["repeat", "crossing", "--class", "U"], "unknown class 'U'"),
         (["repeat", "crossing", "--robots", "1"], "robots must be 2 or more, got 1"),
         (["repeat", "obstacles", "--robots", "2"], "robots must be 1 or 3, got 2"),
-        (["repeat", "obstacles", "--freeze", "2"], "freeze belongs to a crossing"),
+        (["repeat", "obstacles", "--lanes", "crossing"], "lanes cross where there are 2 robots or more, got 1"),
+        (["stress", "obstacles", "--lanes", "crossing"], "lanes cross where there are 2 robots or more, got 1"),
+        (["stress", "obstacles", "--lanes", "aslant"], "Invalid value for '--lanes'"),
+        (["repeat", "crossing", "--lanes", "crossing"], "lanes belong to `obstacles`"),
         (["repeat", "crossing", "--moving", "1"], "belong to `obstacles`"),
         (["run", "lyapunov-sine", "--robots", "3"], "No such option: --robots"),
         (["run", "--seed", "4", "crossing"], "`robotics repeat crossing` repeats one run"),
@@ -90,7 +94,10 @@ def test_repeat_repeats_the_crossing_of_a_seed_exactly(capsys, tmp_path, monkeyp
 
 @pytest.mark.parametrize(
     "options",
-    [("--seed", "2"), ("--seed", "1", "--robots", "3", "--loss", "0.2", "--latency", "0.3", "--moving", "1")],
+    [
+        ("--seed", "2", "--freeze", "2"),
+        ("--seed", "1", "--robots", "3", "--loss", "0.2", "--latency", "0.3", "--moving", "1", "--lanes", "crossing"),
+    ],
 )
 def test_repeat_repeats_a_course_among_obstacles(capsys, monkeypatch, options):
     monkeypatch.setattr(

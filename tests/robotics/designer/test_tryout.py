@@ -18,22 +18,22 @@ from fuzzy.system import Constant, Linear, Sugeno, Variable
 from robotics.designer.panel import TryoutSession, formation_data, panel
 from robotics.designer.tryout import (
     Attempt,
-    TryoutError,
     TryoutTrial,
     choices,
     course_data,
     design_data,
-    driven_by,
-    holds_tracking,
-    law_name,
+    driven_law,
+    place_data,
     rival_data,
     run_design,
     run_rival,
+    settled,
     shown,
 )
+from robotics.designer.uses import TryoutError, law_of
 from robotics.experiments.learning.formationdata import FILES, Recipe
 from robotics.experiments.learning.formationdata import formation_data as formation_table
-from robotics.laws.catalogue import make_controller
+from robotics.laws.catalogue import make_controller, presets
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.measures.registry import measure_all, tried
 from robotics.scenario.reading import load_scenario, scenario_names
@@ -88,20 +88,23 @@ def test_a_team_s_law_takes_the_system_where_it_holds_one(team: Attempt, slower:
     file = tmp_path / "slower.fis"
     write_fis(slower, file)
     direct = simulate(load_scenario(TEAM), make_controller(f"cooperation:rule_base={file}"), links=True)
-    assert law_name(TryoutTrial(scenario=TEAM)) == "cooperation"
+    assert settled(slower, TryoutTrial(scenario=TEAM)).law == "cooperation"
     assert np.array_equal(team.run.samples, direct.samples)
     measured = measure_all(direct)
-    metrics = shown(team, "team", "slower")["metrics"]
+    told = shown(team, "slower")
+    metrics = told["metrics"]
     assert metrics["min_distance_m"] == measured["min_distance_m"].min()
     assert metrics["arrival_time_s"] == measured["arrival_time_s"].mean()
+    assert team.run.about.rule_bases == {"tracking": slower}
+    (base,) = told["player"]["rules"]["bases"]  # the player shows which rules of the design fire
+    assert (base["task"], len(base["rules"])) == ("tracking", len(slower.rules))
 
 
-def test_only_the_tracking_rule_base_is_replaced_and_the_law_itself_stays(slower: Sugeno) -> None:
-    law: Any = make_controller("obstacles")
-    driven = driven_by(law, slower)
+def test_the_shared_law_stays_as_it_is(slower: Sugeno) -> None:
+    trial = settled(slower, TryoutTrial(scenario="trap-u"))
+    driven: Any = driven_law(slower, trial)
     assert driven.cooperation.tracker.tracking.fis is slower
-    assert driven.turn is law.turn
-    assert driven.cooperation.tracker.turn is law.cooperation.tracker.turn
+    law: Any = law_of("obstacles")
     assert law.cooperation.tracker.tracking.fis.name != slower.name
 
 
@@ -130,7 +133,8 @@ def test_edits_are_never_compiled_again(tracking: Sugeno) -> None:
     if not hasattr(evaluate_batch, "signatures"):
         pytest.skip("Numba compiles nothing here (NUMBA_DISABLE_JIT)")
     x = np.zeros((1, 1, 4))
-    driven_by(make_controller("fuzzy"), tracking).tracking(x)
+    law: Any = make_controller("fuzzy")
+    law.with_fuzzy_system("tracking", tracking).tracking(x)
     before = len(evaluate_batch.signatures)
     first = tracking.inputs[0]
     curved = replace(first, terms={**first.terms, "Close": Gaussian(0.05, 0.05)})
@@ -141,46 +145,39 @@ def test_edits_are_never_compiled_again(tracking: Sugeno) -> None:
         replace(tracking, outputs=(sloped, tracking.outputs[1])),
         replace(tracking, and_method="min", defuzzification="wtsum", out_of_range="clip", no_rule_fires="nan"),
     ):
-        driven_by(make_controller("fuzzy"), fis).tracking(x)
+        law.with_fuzzy_system("tracking", fis).tracking(x)
     assert len(evaluate_batch.signatures) == before
 
 
 # What is said ---------------------------------------------------------------------------------------------------
 
 
-def test_what_does_not_fit_gets_a_sentence_that_says_what_is_needed(tracking: Sugeno) -> None:
-    v, w = tracking.outputs
-    first = replace(tracking.inputs[0], name="range")
-    for fis, says in (
-        (replace(tracking, inputs=(first, *tracking.inputs[1:]), rules=()), "no law knows the input 'range'"),
-        (load_rule_base("theta"), "no law knows the input"),
-        (replace(tracking, outputs=(v,), rules=()), "it has 1 output (v)"),
-        (replace(tracking, outputs=(w, v)), "order w, v"),
-        (replace(tracking, rules=()), "no rule in force"),
-    ):
-        with pytest.raises(TryoutError) as caught:
-            run_design(fis, TryoutTrial())
-        assert says in str(caught.value)
-    with pytest.raises(TryoutError, match=r"distance \[m\], alpha \[rad\], x_err \[m\] and heading_err \[rad\]"):
-        run_design(replace(tracking, outputs=(v,), rules=()), TryoutTrial())
+def test_a_system_without_rules_waits_for_one(tracking: Sugeno) -> None:
+    with pytest.raises(TryoutError, match="cannot drive a robot yet: it has no rule in force"):
+        run_design(replace(tracking, rules=()), TryoutTrial())
 
 
 @pytest.mark.parametrize(
     ("choice", "says"),
     [
         ({"scenario": "fuzzy-of-path"}, "did you mean 'fuzzy-off-path'"),
-        ({"scenario": "formation-ahead"}, "not by a tracking rule base"),
-        ({"scenario": None}, "unknown scenario"),
-        ({"law": "lyapunov"}, "unknown law"),
+        (
+            {"scenario": "formation-ahead"},
+            'is of kind "formation", and the laws that tracking fits drive .* tracking or',
+        ),
+        ({"scenario": None}, "scenario must be a name"),
+        ({"law": "lyapunow"}, "unknown law"),
         ({"look_ahead": -1.0}, "look_ahead must be a finite number in s, >= 0 and <= 10"),
         ({"look_ahead": "1"}, "look_ahead must be"),
         ({"seed": 1.5}, "seed must be a whole number"),
         ({"seed": True}, "seed must be a whole number"),
+        ({"scenario": "a.toml", "text": "robots = 1"}, "a.toml:1: at least one"),
+        ({"scenario": "a.toml", "text": "x ="}, "a.toml:1: this is not TOML"),
     ],
 )
-def test_choices_that_there_are_not(choice: dict[str, Any], says: str) -> None:
-    with pytest.raises(TryoutError, match=says.replace("(", r"\(")):
-        TryoutTrial(**choice)
+def test_choices_that_there_are_not(choice: dict[str, Any], says: str, tracking: Sugeno) -> None:
+    with pytest.raises(InputError, match=says):
+        settled(tracking, TryoutTrial(**choice))
 
 
 def test_what_happens_on_the_way_is_noted(tracking: Sugeno) -> None:
@@ -200,15 +197,58 @@ def test_what_happens_on_the_way_is_noted(tracking: Sugeno) -> None:
         run_design(replace(leaving, out_of_range="error"), TryoutTrial())
 
 
-def test_every_scenario_is_offered_or_says_why_not() -> None:
+def test_every_scenario_and_law_is_offered(tracking: Sugeno) -> None:
     known = choices()
     assert [s["name"] for s in known["scenarios"]] == scenario_names()
-    assert {s["name"] for s in known["scenarios"] if s["why"]} == set(scenario_names("formation"))
-    assert {name for name, _ in known["laws"]} >= {"cooperation", "obstacles", "crash-yielding"}
-    assert not any(holds_tracking(make_controller(n)) for pairs in known["rivals"].values() for n, _ in pairs)
-    assert law_name(TryoutTrial(scenario="turn-towards-each-other")) == "obstacles"
-    assert law_name(TryoutTrial(scenario="turn-towards-each-other", law="cooperation")) == "cooperation"
-    json.dumps([known, course_data(TryoutTrial(scenario=TEAM))], allow_nan=False)
+    assert {name for pairs in known["rivals"].values() for name, _ in pairs} == {*presets()}
+    place = place_data(tracking, TryoutTrial(scenario=TEAM))
+    offered = {law for law, *_ in place["course"]["laws"]}
+    assert offered >= {"fuzzy", "cooperation", "obstacles", "crash-yielding", "fuzzy-team"}
+    json.dumps([known, place], allow_nan=False)
+
+
+def test_the_law_suits_the_scenario(tracking: Sugeno) -> None:
+    turns = "turn-towards-each-other"  # whose own law is "obstacles"
+    for wish, law in (
+        (TryoutTrial(), "fuzzy"),
+        (TryoutTrial(scenario=turns), "obstacles"),
+        (TryoutTrial(scenario=turns, law="cooperation"), "cooperation"),
+        (TryoutTrial(scenario=turns, law="fuzzy"), "obstacles"),  # which drives no team
+        (TryoutTrial(scenario="lyapunov-sine", law="cooperation"), "fuzzy"),
+        (TryoutTrial(law="fuzzy-team"), "fuzzy-team"),
+    ):
+        assert settled(tracking, wish).law == law
+    assert settled(load_rule_base("crash"), TryoutTrial()).scenario == "three-cross"
+
+
+ALONE = """
+duration = 6.0
+[[robots]]
+start = [0.0, 0.0, 0.0]
+path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }
+timing = { duration = 8.0 }
+[[obstacles]]
+shape = "disc"
+position = [1.0, 0.17]
+radius = 0.1
+"""
+
+
+def test_a_scenario_of_ones_own_with_ones_own_robot() -> None:
+    """A small robot passes 4 cm beside the obstacle that the usual one, 10 cm wide on each side, touches."""
+    text, fis = ALONE, load_rule_base("tracking")
+    data = design_data(fis, TryoutTrial(scenario="mine.toml", text=text))
+    assert data["verdict"].startswith("robot 1 and obstacle 1 touch at ")
+    assert data["metrics"]["contacts"] == 1
+    assert data["moment"] == pytest.approx(data["contacts"][0][0])
+    assert data["player"]["obstacles"]
+    small = text.replace("[[robots]]", "[robot]\nlength = 0.06\nwidth = 0.06\n[[robots]]", 1)
+    data = design_data(fis, TryoutTrial(scenario="mine.toml", text=small))
+    assert data["verdict"].startswith("no contact; least clearance ")
+    assert data["metrics"]["min_clearance_m"] == pytest.approx(0.04, abs=0.01)
+    course = course_data(TryoutTrial(scenario="mine.toml", text=small))
+    assert course["played"]
+    assert [m["name"] for m in course["metrics"]][:2] == ["contacts", "min_clearance_m"]
 
 
 def test_formation_data_for_training(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -231,7 +271,8 @@ class Bench:
     say: Any  # what the panel listens with
 
     def __init__(self, fis: Sugeno, path: Path) -> None:
-        self.document: Any = SimpleNamespace(design=SimpleNamespace(in_force=fis), path=path)
+        folder = path.parent if path.parent.is_dir() else Path()
+        self.document: Any = SimpleNamespace(design=SimpleNamespace(in_force=fis), path=path, folder=folder)
         self.traits: dict[str, Any] = {}
         self.calls: list[tuple[str, tuple[Any, ...]]] = []
         self.gate = asyncio.Event()
@@ -244,6 +285,9 @@ class Bench:
 
     def on_change(self, callback: Any) -> None:
         self.changed = callback
+
+    def on_close(self, callback: Any) -> None:
+        self.close = callback
 
     def edit(self, fis: Sugeno) -> None:
         self.document.design.in_force = fis
@@ -259,38 +303,45 @@ async def opened(fis: Sugeno, path: Path = NEW) -> tuple[Bench, TryoutSession]:
     bench = Bench(fis, path)
     session = TryoutSession(bench)
     bench.say({"do": "see", "on": True})
+    await settle(session)
+    return bench, session
+
+
+async def settle(session: TryoutSession) -> None:
+    """Wait for all that is being run."""
     assert session.task is not None
     await session.task
-    return bench, session
 
 
 def test_the_latest_design_wins_and_the_rival_is_run_once(tracking: Sugeno, slower: Sugeno) -> None:
     async def scene() -> None:
         bench, session = await opened(tracking)
         assert bench.traits["tried"] == design_data(tracking, TryoutTrial())
-        assert bench.traits["rival"] == rival_data("lyapunov", TryoutTrial())
+        assert bench.traits["rival"] == rival_data("lyapunov", TryoutTrial(scenario="fuzzy-off-path"))
+        assert [name for name, _ in bench.calls].count("design_data") == 1  # of two equal designs one is run
         assert bench.traits["before"] == bench.traits["tried"] | {"label": "as opened"}
         bench.calls.clear()
         bench.gate.clear()
-        others = [replace(tracking, name=f"design {k}") for k in range(20)]
+        others = [replace(tracking, rules=tracking.rules[: 15 - k]) for k in range(12)]
         for fis in others:
             bench.edit(fis)
             await asyncio.sleep(0)
         bench.edit(slower)
         bench.gate.set()
-        await session.task
-        assert [args[0].name for _, args in bench.calls] == ["design 0", "slower"]
+        await settle(session)
+        assert [args[0] for name, args in bench.calls if name == "design_data"] == [others[0], slower]
+        assert [name for name, _ in bench.calls if name == "rival_data"] == []
         assert bench.traits["tried"] == design_data(slower, TryoutTrial())
-        assert bench.traits["busy"] is False
+        assert bench.traits["busy"] is None
         bench.say({"do": "pin"})
-        await session.task
+        await settle(session)
         assert bench.traits["before"] == bench.traits["tried"] | {"label": "pinned"}
         bench.say({"do": "choose", "name": "rival", "value": "esm"})
-        await session.task
+        await settle(session)
         bench.say({"do": "choose", "name": "rival", "value": "lyapunov"})
-        await session.task
+        await settle(session)
         assert [name for name, _ in bench.calls].count("rival_data") == 1
-        assert bench.traits["rival"] == rival_data("lyapunov", TryoutTrial())
+        assert bench.traits["rival"] == rival_data("lyapunov", TryoutTrial(scenario="fuzzy-off-path"))
 
     asyncio.run(scene())
 
@@ -321,7 +372,7 @@ def test_a_run_that_another_choice_overtook_is_not_shown(tracking: Sugeno) -> No
         await asyncio.sleep(0)
         bench.say({"do": "choose", "name": "scenario", "value": "lyapunov-circle"})
         bench.gate.set()
-        await session.task
+        await settle(session)
         assert bench.traits["course"]["scenario"] == "lyapunov-circle"
         assert bench.traits["tried"]["time"][-1] == 25.0
         assert bench.traits["before"]["time"][-1] == 25.0
@@ -338,24 +389,109 @@ def test_wrong_wishes_and_designs_get_sentences(tracking: Sugeno) -> None:
             {"do": "run"},
             {"do": ["see"]},
             {"do": "choose"},
-            {"do": "choose", "name": "scenario", "value": {"a": 1}},
-            {"do": "choose", "name": "scenario", "value": "formation-ahead"},
-            {"do": "choose", "name": "rival", "value": "fuzzy"},
+            {"do": "choose", "name": "scenario", "value": "nowhere.toml"},
+            {"do": "choose", "name": "scenario", "value": "../up.toml"},
+            {"do": "choose", "name": "law", "value": "lyapunov"},
+            {"do": "choose", "name": "rival", "value": "fuzz"},
             {"do": "choose", "name": "look_ahead", "value": None},
             {"do": "choose", "name": "seed", "value": -1},
+            {"do": "file", "name": "a.fis", "text": ""},
+            {"do": "file", "name": "a.toml", "text": None},
+            {"do": "file", "name": "a.toml", "text": "x" * 2_000_001},
         )
         for message in wrong:
             bench.traits["problem"] = None
             bench.say(message)
             assert bench.traits["problem"]["message"], message
-        assert session.trial == TryoutTrial()
-        bench.edit(replace(tracking, outputs=tracking.outputs[:1], rules=()))
-        await session.task
-        assert "it has 1 output" in bench.traits["problem"]["message"]
+        assert session.wish == TryoutTrial()
+        # What only reading shows is said once it is read; nothing is shown of another scenario meanwhile.
+        for message, says in (
+            ({"do": "choose", "name": "scenario", "value": "fuzzy-of-path"}, "did you mean 'fuzzy-off-path'"),
+            ({"do": "choose", "name": "scenario", "value": "formation-ahead"}, 'of kind "formation"'),
+            ({"do": "file", "name": "mine.toml", "text": "[[robots]]"}, "mine.toml:1: "),
+        ):
+            bench.say(message)
+            await settle(session)
+            assert says in bench.traits["problem"]["message"]
+            assert bench.traits["tried"] is bench.traits["course"] is None
+        bench.say({"do": "choose", "name": "scenario", "value": "fuzzy-off-path"})
+        await settle(session)
+        bench.edit(replace(tracking, outputs=(replace(tracking.outputs[0], name="sped"),), rules=()))
+        await settle(session)
+        assert "no law takes the output 'sped' (did you mean 'speed'" in bench.traits["problem"]["message"]
         assert bench.traits["tried"] is None
         bench.edit(tracking)
-        await session.task
+        await settle(session)
         assert bench.traits["problem"] is None
         assert bench.traits.get("tried")["label"] == "tracking"
+
+    asyncio.run(scene())
+
+
+def test_a_scenario_file_of_the_folder_is_read_again_when_it_changes(tracking: Sugeno, tmp_path: Path) -> None:
+    write_fis(tracking, tmp_path / "mine.fis")
+    (tmp_path / "pyproject.toml").write_text("[project]\n", encoding="utf-8")
+    mine = tmp_path / "mine.toml"
+    mine.write_text(ALONE, encoding="utf-8")
+
+    async def scene() -> None:
+        bench, session = await opened(tracking, tmp_path / "mine.fis")
+        assert bench.traits["files"] == ["mine.toml"]
+        bench.say({"do": "choose", "name": "scenario", "value": "mine.toml"})
+        await settle(session)
+        assert bench.traits["trial"]["scenario"] == "mine.toml"
+        assert bench.traits["course"]["duration"] == 6.0
+        assert "touch" in bench.traits["tried"]["verdict"]
+        mine.write_text(ALONE.replace("6.0", "4.0"), encoding="utf-8")
+        session._look()
+        await settle(session)
+        assert bench.traits["course"]["duration"] == 4.0
+        calls = len(bench.calls)
+        session._look()
+        mine.write_text(ALONE.replace("radius", "radios"), encoding="utf-8")
+        session._look()
+        await settle(session)
+        assert len(bench.calls) == calls + 1  # it is run once a change, and not at all while it is faulty
+        assert "mine.toml:10: " in bench.traits["problem"]["message"]
+        assert "radius" in bench.traits["problem"]["message"]
+        mine.unlink()
+        session._look()
+        assert "there is no file 'mine.toml'" in bench.traits["problem"]["message"]
+        bench.close()
+
+    asyncio.run(scene())
+
+
+def test_a_crash_rule_base_finds_the_crossing_and_another_law(tracking: Sugeno) -> None:
+    """The law "fuzzy" lets it steer alone; a law that drives no such scenario brings its own."""
+
+    async def scene() -> None:
+        bench = Bench(load_rule_base("crash"), NEW)
+        session = TryoutSession(bench)
+        ran: list[Any] = []
+
+        async def background(function: Any, *args: Any) -> Any:
+            ran.append((function.__name__, args))
+            return {} if function.__name__ in ("design_data", "rival_data") else function(*args)
+
+        bench.background = background  # type: ignore[method-assign]
+        bench.say({"do": "see", "on": True})
+        await settle(session)
+        trial = bench.traits["trial"]
+        assert (trial["law"], trial["task"], trial["scenario"]) == ("fuzzy-team", "crash", "three-cross")
+        assert trial["rival"] == "right-of-way"
+        bench.say({"do": "choose", "name": "law", "value": "fuzzy/own"})
+        await settle(session)
+        assert bench.traits["trial"]["law"] == "fuzzy"
+        assert ran[-1][1][1].law == "fuzzy"
+        bench.edit(tracking)  # an upload: another system altogether
+        await settle(session)
+        assert bench.traits["trial"]["scenario"] == "fuzzy-off-path"
+        bench.say({"do": "choose", "name": "law", "value": "cooperation/tracking"})
+        await settle(session)
+        assert bench.traits["trial"]["scenario"] == "crossing-in-turn"
+        bench.say({"do": "choose", "name": "scenario", "value": "lyapunov-sine"})
+        await settle(session)
+        assert bench.traits["trial"]["law"] == "fuzzy"
 
     asyncio.run(scene())

@@ -16,7 +16,12 @@ from robotics.simulation.spans import ReplayError
 from tests.drawn import vertices
 from tests.robotics.handmade import handmade
 
-LAWS = (["cooperation-literal", "cooperation"], ["crash-literal", "right-of-way"], ["obstacles-literal", "obstacles"])
+LAWS = (
+    ["cooperation-literal", "cooperation"],
+    ["crash-literal", "right-of-way"],
+    ["obstacles-literal", "obstacles"],
+    ["hierarchy-literal"],
+)
 
 
 @pytest.mark.parametrize("laws", LAWS)

@@ -63,6 +63,13 @@ def test_obstacle_avoidance_goes_through_its_diagrams() -> None:
     check("obstacles", [*run_together(scenarios, "obstacles", [0]), trapped])
 
 
+def test_the_hierarchy_goes_through_its_diagrams() -> None:
+    courses = run_together([load_scenario(name) for name in COURSES[:3]], "hierarchy-literal", [1])
+    check(
+        "hierarchy-literal", [*courses, simulate(load_scenario("two-meetings"), make_controller("hierarchy-literal"))]
+    )
+
+
 @pytest.mark.parametrize("law", ["crash-literal", "crash-yielding"])
 def test_crash_avoidance_goes_through_its_diagram(law: str) -> None:
     check(law, [simulate(load_scenario("three-cross"), make_controller(law))])
@@ -94,7 +101,7 @@ def test_cooperation_goes_through_its_diagram() -> None:
 
 
 def test_states_are_the_modes_that_runs_record() -> None:
-    for law in ("obstacles", "obstacles-literal", "crash-literal", "right-of-way"):
+    for law in ("obstacles", "obstacles-literal", "crash-literal", "hierarchy-literal", "right-of-way"):
         for diagram in make_controller(law).diagrams:
             assert all(0 <= code < len(MODES) and code & diagram.mask == code for code in diagram.states)
     assert [name for name in CATALOGUE if make_controller(name).diagrams] != []

@@ -57,4 +57,10 @@ def test_kinds_share_what_every_robot_has():
     assert set(metrics_of("tracking")) == common
     assert len(common) == 14
     assert set(metrics_of("tracking", others=True)) - common == {"contacts", "min_clearance_m"}
-    assert {name for kind in KINDS for name in metrics_of(kind)} == set(ALL_METRICS)
+    assert {name for kind in KINDS for name in metrics_of(kind, guard=True)} == set(ALL_METRICS)
+
+
+def test_only_laws_with_an_emergency_rule_are_measured_by_it():
+    for kind in ("tracking", "team"):
+        assert set(metrics_of(kind, guard=True)) - set(metrics_of(kind)) == {"emergency_share"}
+    assert metrics_of("formation", guard=True) == metrics_of("formation")

@@ -14,12 +14,15 @@ import numpy as np
 import pytest
 
 from fuzzy.designer.esmodule import composed
+from fuzzy.insight.explanation import explain
 from robotics.commands.application import main
 from robotics.environment.world import Disc, Geometry, Polygon, Wall, World, box, compile_world
 from robotics.laws.catalogue import make_controller
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, MODES, YIELD
+from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.paths.path import Circle, Line
 from robotics.paths.trajectory import Timing
+from robotics.playback import player
 from robotics.playback.player import player_data, player_fragment, player_script, write_player
 from robotics.playback.replay import replay
 from robotics.scenario.reading import parse_scenario
@@ -671,3 +674,146 @@ def test_a_model_with_another_run_is_shown_anew(browser: Browser, run: Run, worl
     # A model that never changes needs no on().
     page.js("window.stop = render({ model: { get: model.get }, el: $('#box') }); stop()")
     assert page.problems == []
+
+
+# The rules that decide ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def ruled() -> Run:
+    """A team under a fuzzy law, whose robot 3 was lost after 5 s; and as if a second rule base had been asked."""
+    scenario = parse_scenario(TEAM.replace("virtual-structure-virtual", "cooperation"), "three")
+    run = simulate(scenario, make_controller("cooperation"), (4, 7), name="cooperation")
+    bases = {**run.about.rule_bases, "lateral": load_rule_base("lateral")}
+    inputs = np.concatenate([run.inputs, 0.3 * np.sin(run.time)[:, None, None, None] * np.ones((1, 2, 3))], axis=1)
+    inputs[100:, :, 1, 2] = np.nan
+    return replace(run, about=replace(run.about, rule_bases=bases)).with_recorded(inputs=inputs.astype(np.float32))
+
+
+def told(run: Run, k: int, robot: int) -> list[list[tuple[int, float]]]:
+    """The rules of each rule base that fire at a sample of the seed 7, by strength, as fuzzy explains them."""
+    asked = run.inputs[k, :, 1, robot]
+    found, first = [], 0
+    for system in run.about.rule_bases.values():
+        rows = explain(system, asked[first : first + len(system.inputs)]).rows
+        first += len(system.inputs)
+        found.append(sorted(((r.number, r.firing) for r in rows if r.firing > 0), key=lambda row: (-row[1], row[0])))
+    return found
+
+
+def test_the_strongest_rules_of_every_frame_are_those_of_explain(ruled: Run) -> None:
+    rules = player_data(ruled, 7, start=2.0, end=8.0)["rules"]
+    assert [base["task"] for base in rules["bases"]] == ["tracking", "lateral"]
+    assert rules["bases"][1]["rules"][0] == str(ruled.about.rule_bases["lateral"].rules[0])
+    assert rules["bases"][0]["inputs"][1] == ["alpha", "rad"]
+    shape = (2, 3, 121, 3)
+    numbers = np.frombuffer(base64.b64decode(rules["numbers"]), dtype="<u2").reshape(shape)
+    strengths = np.frombuffer(base64.b64decode(rules["strengths"]), dtype=np.uint8).reshape(shape)
+    for frame in (0, 7, 33, 59, 60, 120):
+        for robot in range(3):
+            if robot == 2 and frame >= 60:  # from 5 s on
+                assert (numbers[:, robot, frame] == 65535).all()
+                continue
+            for b, fires in enumerate(told(ruled, 40 + frame, robot)):
+                wanted = [*fires[:3], *[(0, 0.0)] * 3][:3]
+                assert numbers[b, robot, frame].tolist() == [number for number, _ in wanted]
+                np.testing.assert_allclose(strengths[b, robot, frame] / 255, [s for _, s in wanted], atol=0.5001 / 255)
+    alpha = unpacked(rules["values"][1]).reshape(3, 121)
+    np.testing.assert_allclose(alpha[:2], ruled.inputs[40:161, 1, 1, :2].T, atol=rules["values"][1]["scale"])
+
+
+def test_rules_are_packed_only_where_there_are_some_and_small(
+    ruled: Run, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert player_data(run)["rules"] is None
+    about, inputs = ruled.about, np.zeros((1201, 20, 1, 3), dtype=np.float32)
+    five = {str(n): load_rule_base("tracking") for n in range(5)}
+    inputs[:, :, 0] = np.random.default_rng(0).normal(size=(1201, 20, 3))
+    minute = replace(large(3, 60).with_recorded(inputs=inputs), about=replace(about, rule_bases=five))
+    assert len(json.dumps(player_data(minute))) < 800_000
+    monkeypatch.setattr(player, "_ANSWERS", 3 * 241 * 2 - 1)
+    rules = player_data(ruled)["rules"]
+    assert (rules["top"], rules["values"]) == (1, None)
+
+
+@pytest.fixture
+def ruled_page(browser: Browser, ruled: Run, tmp_path: Path) -> Iterator[Browser]:
+    write_player(ruled, tmp_path / "rules.html", 7)
+    browser.media()
+    browser.size(1300, 900)
+    page = visit(browser, tmp_path / "rules.html")
+    page.js("""
+      window.base = (n) => all(".fp-base")[n];
+      window.rules = (n) => [...base(n).querySelectorAll("li")].map((row) => row.textContent).filter((text) => text);
+      window.title = () => $(".fp-rules > summary").textContent;
+    """)
+    yield page
+    assert browser.problems == []
+
+
+def test_the_panel_says_which_rules_fire(ruled_page: Browser, ruled: Run) -> None:
+    systems = list(ruled.about.rule_bases.values())
+    for seconds, robot in ((2.5, 0), (4.0, 1), (4.0, 2)):
+        ruled_page.js(f"slide({seconds}); choose('Rules of robot', '{robot}')")
+        assert ruled_page.js("title()") == f"Rules that decide now: robot {robot + 1}"
+        for b, fires in enumerate(told(ruled, round(seconds / 0.05), robot)):
+            found = ruled_page.js(f"rules({b})")
+            assert [re.sub(r"^[\d.]+ ", "", text) for text in found] == [
+                f"rule {number}: {systems[b].rules[number - 1]}" for number, _ in fires[:3]
+            ]
+            strengths = [float(text.split()[0]) for text in found]
+            assert strengths == pytest.approx([s for _, s in fires[:3]], abs=0.0075)  # two digits of 255ths
+            bars = f"[...base({b}).querySelectorAll('.fp-bar')]"
+            widths = ruled_page.js(f"{bars}.map((bar) => parseFloat(bar.style.width))")
+            assert widths[: len(found)] == pytest.approx([100 * s for _, s in fires[:3]], abs=0.2)
+    y_err = float(ruled.inputs[80, 4, 1, 2])
+    assert ruled_page.js("base(1).querySelector('.fp-asked').textContent") == f"y_err {y_err:.3f} m".replace("-", "−")
+    ruled_page.js("slide(6)")
+    assert ruled_page.js("rules(1)") == ["no answer: an input is not a number"]
+
+
+def test_the_robot_is_chosen_by_key_click_and_cursor(ruled_page: Browser) -> None:
+    number = lambda: int(ruled_page.js("title()").split("robot ")[1][0])  # noqa: E731
+    assert number() == 1
+    found = []
+    for _ in range(3):
+        ruled_page.key("r")
+        found.append(number())
+    assert found == [2, 3, 1]
+    x, y = ruled_page.js("""(() => {
+      choose("Its path shows", "-1");
+      slide(0);
+      const canvas = $(".fp-canvas canvas"), copy = document.createElement("canvas");
+      copy.width = canvas.width; copy.height = canvas.height;
+      const pen = copy.getContext("2d");
+      pen.drawImage(canvas, 0, 0);
+      const dots = pen.getImageData(0, 0, canvas.width, canvas.height).data, xs = [], ys = [];
+      for (let n = 0; n < dots.length / 4; n++) {
+        if (dots[4 * n] !== 0 || dots[4 * n + 1] !== 158 || dots[4 * n + 2] !== 115) continue;  // robot 3's
+        xs.push(n % canvas.width); ys.push(Math.floor(n / canvas.width));
+      }
+      const middle = (values) => values.reduce((a, b) => a + b) / values.length, at = canvas.getBoundingClientRect();
+      return [at.left + middle(xs), at.top + middle(ys)];
+    })()""")
+    ruled_page.point(x, y)
+    assert ruled_page.js("title()") == "Rules that decide now: robot 3 (under the cursor)"
+    assert ruled_page.js("$('.fp-rules select').value") == "0"
+    ruled_page.click(x, y)
+    ruled_page.point(5, 5)
+    assert ruled_page.js("title()") == "Rules that decide now: robot 3"
+    assert ruled_page.js("$('.fp-rules select').value") == "2"
+
+
+def test_the_path_shows_the_strongest_rule_until_the_panel_is_closed(ruled_page: Browser) -> None:
+    ruled_page.js("slide(4)")
+    seen = {}
+    for base in ("-1", "0", "1"):
+        ruled_page.js(f"choose('Its path shows', '{base}')")
+        seen[base] = ruled_page.js("pixels()")
+    assert len(set(seen.values())) == 3
+    assert ruled_page.js("base(1).querySelector('.fp-dot').style.background") != "transparent"
+    assert ruled_page.js("base(0).querySelector('.fp-dot').style.background") == "transparent"
+    ruled_page.js("$('.fp-rules').open = false")
+    ruled_page.until("pixels() !== " + json.dumps(seen["1"]))
+    closed = ruled_page.js("pixels()")
+    assert closed not in (seen["0"], seen["1"])

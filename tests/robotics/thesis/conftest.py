@@ -40,5 +40,5 @@ def team_results() -> dict[Any, Any]:
 
 @pytest.fixture(scope="package")
 def avoidance_results() -> dict[Any, Any]:
-    """All experiments of the chapter on avoidance, with one case study and less time for random crossings."""
-    return _results(avoidance_runs, FACTOR=1.15, CASES=avoidance_runs.CASES[2:3])
+    """All experiments of the chapter on avoidance, with one case study and less time for what is not for claims."""
+    return _results(avoidance_runs, FACTOR=1.15, LATEST=1.1, CASES=avoidance_runs.CASES[2:3])

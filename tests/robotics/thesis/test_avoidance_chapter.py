@@ -15,11 +15,14 @@ from fuzzy.figures.drawing import COLORS
 from fuzzy.shell.progress import Begin
 from robotics.commands.application import main
 from robotics.experiments.together import run_together
-from robotics.figures.avoidance import plot_avoidance
-from robotics.laws.catalogue import kept_distance, make_controller
+from robotics.figures.avoidance import plot_avoidance, plot_trajectories
+from robotics.figures.drawing import CONTACT
+from robotics.laws.catalogue import kept_distance, label, make_controller
 from robotics.laws.modes import AVOID, LEFT_BEHIND
+from robotics.measures.arrival import arrival_time
 from robotics.measures.avoidance import left_behind_times, off_path_times, standing_times
 from robotics.measures.clearance import robot_gaps
+from robotics.measures.contacts import contacts
 from robotics.measures.teams import nearest_distance
 from robotics.measures.tracking import cross_track_error
 from robotics.report.chapter import Chapter
@@ -29,7 +32,18 @@ from robotics.simulation.run import Run
 from robotics.simulation.spans import ReplayError
 from robotics.thesis import avoidance
 from robotics.thesis.avoidance import FIGURES, chapter_of
-from robotics.thesis.avoidance_runs import CASES, COURSES, CRASH_LAWS, MEETINGS, OBSTACLE_LAWS, TESTS, runs_of
+from robotics.thesis.avoidance_runs import (
+    CASES,
+    COURSES,
+    CRASH_LAWS,
+    MEETINGS,
+    OBSTACLE_LAWS,
+    SIDE_BY_SIDE,
+    TESTS,
+    runs_of,
+)
+from robotics.thesis.quantities import QUANTITIES, Quantity
+from robotics.thesis.side_by_side import side_by_side_picture, side_by_side_table
 from tests.drawn import vertices, y_of
 from tests.robotics.thesis.recomputed import check_recomputed
 
@@ -100,11 +114,11 @@ def test_the_chapter_judges_the_claims_from_its_runs(avoidance_results: dict[Any
     verdicts = {claim.name: claim.forms for claim in chapter.claims}
     assert verdicts["The crash avoidance is accurate"]["as printed"] == "does not hold"
     assert len(verdicts) == 6
-    tests, crossings, courses = chapter.tables
+    tests, crossings, courses, _ = chapter.tables
     assert len(tests.rows) == len(TESTS) * len(CRASH_LAWS)
     assert [row[0] for row in crossings.rows][::2] == ["Crash avoidance, literal", "Right of way"]
     assert crossings.rows[2][1].startswith("0 % (0 to")
-    assert len(courses.rows) >= len(COURSES) * len(OBSTACLE_LAWS)
+    assert len(courses.rows) == (len(COURSES) + 1) * len(OBSTACLE_LAWS) - 1  # a case study is of one law
     for grid in chapter.tables:
         assert {len(row) for row in grid.rows} == {len(grid.head)}
     assert any(load_scenario(CASES[2]).title in film.caption for film in chapter.films)
@@ -133,6 +147,28 @@ def test_another_outcome_gives_another_verdict(avoidance_results: dict[Any, Any]
     touched = [part.outcome for part in after["A stuck robot is left behind"].of("as printed")]
     assert touched[:2] == ["fails", "fails"]
     assert [p.estimate.value for p in after["The crash avoidance is accurate"].parts] == [1.0] * 4
+
+
+def test_three_laws_side_by_side(avoidance_results: dict[Any, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = runs_of(avoidance_results)
+    rows = {row[:2]: row[2:] for row in side_by_side_table(runs).rows}
+    assert len(rows) == (len(TESTS) + len(COURSES)) * len(SIDE_BY_SIDE)
+    printed, planned = (rows[TESTS[1], label(law)] for law in (SIDE_BY_SIDE[0], SIDE_BY_SIDE[-1]))
+    assert printed[:4] == ("3 of 3", "0 % (0 to 56)", "–", "–")
+    assert planned[:2] == ("0 of 3", "100 % (44 to 100)")
+    run = runs[TESTS[1], "right-of-way"]
+    last = [max(arrival_time(run.only(seed))[0]) for seed in run.seeds]
+    assert planned[3].startswith(f"{np.mean(last) / 44.4:.2f}")
+    touched = sum(bool(contacts(runs[COURSES[1], "right-of-way"], place)) for place in range(3))
+    assert rows[COURSES[1], "Right of way: drives blind"][:4] == (f"{touched} of 3", "–", "–", "–")
+    assert touched == 3
+    # Of a law without an emergency rule the share is unknown.
+    share = Quantity(lambda r: np.full(r.stopped.shape, np.nan if r.controller == SIDE_BY_SIDE[0] else 0.25), "1")
+    monkeypatch.setattr("robotics.thesis.side_by_side.QUANTITIES", {**QUANTITIES, "emergency_share": share})
+    monkeypatch.setattr("robotics.thesis.quantities.QUANTITIES", {**QUANTITIES, "emergency_share": share})
+    table = side_by_side_table(runs)
+    assert table.head[-1] == "emergency rule"
+    assert [row[-1] for row in table.rows[:3]] == ["–", "0.250", "0.250"]
 
 
 @pytest.mark.long
@@ -184,6 +220,18 @@ def test_a_page_among_obstacles_shows_sonars_clearance_and_modes(runs: dict[tupl
     assert {"tracking", "avoiding", "left behind"} <= words
     driven = [line for line in cross.lines if line.get_color() == COLORS[0]][-1]
     np.testing.assert_array_equal(driven.get_ydata(), cross_track_error(run)[0, 0, : len(front)])
+
+
+def test_trajectories_have_a_row_a_scenario_and_a_column_a_law(avoidance_results: dict[Any, Any]) -> None:
+    picture = side_by_side_picture(runs_of(avoidance_results))
+    page = picture.draw()
+    assert [ax.get_title() for ax in page.axes] == [*map(label, SIDE_BY_SIDE), "", "", ""]
+    assert [ax.get_ylabel() for ax in page.axes[::3]] == [f"{test}, seed 3\ny [m]" for test in TESTS]
+    crosses = [any(line.get_marker() == CONTACT["marker"] for line in ax.lines) for ax in page.axes]
+    assert [crosses[0], crosses[3], crosses[5]] == [False, True, False]
+    runs = runs_of(avoidance_results)
+    with pytest.raises(ValueError, match="one scenario a row, and the same laws in each row"):
+        plot_trajectories([[runs[TESTS[0], "right-of-way"]], [runs[TESTS[1], "crash-literal"]]])
 
 
 def test_pages_that_cannot_be(runs: dict[tuple[str, str], Run], planned: Run) -> None:

@@ -10,6 +10,7 @@ import pytest
 
 import anfis
 import fuzzy
+from fuzzy.files.packaged import fis_title
 from robotics.commands.application import main
 from robotics.experiments.learning.formationdata import Recipe, checking, formation_data, formation_run
 from robotics.experiments.learning.formationlearning import (
@@ -21,6 +22,7 @@ from robotics.experiments.learning.formationlearning import (
 from robotics.experiments.learning.fresh import fresh_errors
 from robotics.laws.catalogue import make_controller
 from robotics.laws.formation.leader_follower import OUTPUTS, load_networks
+from robotics.laws.tracking.fuzzy_tracking import RULE_BASES
 from robotics.measures.formations import measure_formation
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
@@ -232,6 +234,8 @@ def test_the_packaged_networks_are_what_the_recipe_makes(tmp_path):
     check = data / "formation-well-posed-check.csv"
     command = ["learn", str(data / "formation-well-posed.csv"), "--check", str(check), "-o", str(tmp_path), "-q"]
     assert main(command) == 0
+    for name in OUTPUTS:
+        assert fis_title(tmp_path / f"{name}.fis") == fis_title(RULE_BASES / "formation" / f"{name}.fis")
     for made, packaged in zip(load_networks(str(tmp_path)), load_networks("formation"), strict=True):
         assert made.rules == packaged.rules
         for ours, theirs in zip((*made.inputs, *made.outputs), (*packaged.inputs, *packaged.outputs), strict=True):

@@ -111,7 +111,7 @@ def test_two_laws_in_tandem_change_nothing_for_the_one_that_drives():
     scenario = load_scenario("three-cross")
     short = replace(scenario.setting, ticks=120)
     teacher, pupil = make_controller("right-of-way"), make_controller("fuzzy-team")
-    both = Tandem(teacher=teacher, pupil=pupil, task="crash")
+    both = Tandem(teacher=teacher, pupil=pupil, learns="crash")
     for alone, tandem in ((teacher, both), (pupil, replace(both, driver="pupil"))):
         one, other = ([state.truth for state in drive(short, law, [3])][-1] for law in (alone, tandem))
         np.testing.assert_array_equal(one, other)
@@ -138,7 +138,7 @@ PAIRS = {
 
 
 def test_of_pairs_each_other_robot_that_is_heard_is_a_sample():
-    both = Tandem(teacher=make_controller("right-of-way"), pupil=make_controller("fuzzy-team"), task="crash")
+    both = Tandem(teacher=make_controller("right-of-way"), pupil=make_controller("fuzzy-team"), learns="crash")
     samples, flight = demonstrate(crossing_course(3), both, ("speed",), (0,), 0)
     many = np.bincount(samples.moment)
     assert many.max() == 2

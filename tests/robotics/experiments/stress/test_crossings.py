@@ -3,24 +3,18 @@
 import numpy as np
 import pytest
 
-from robotics.experiments.stress import outcome
+from robotics.experiments.stress import crossing_runs
 from robotics.experiments.stress.crossing_runs import stress_crossing
 from robotics.experiments.stress.crossings import crossing_ensemble, random_crossing
-from robotics.experiments.stress.outcome import Disturbance, StressOutcome, joined
+from robotics.experiments.stress.disturbance import Disturbance
+from robotics.experiments.stress.outcome import StressOutcome, joined
 from robotics.laws.avoidance.reservation import CELLS, plan_right_of_way
 from robotics.laws.avoidance.sidestep import sidestepped
 from robotics.laws.catalogue import make_controller
 from robotics.paths.joined import table_length
 from robotics.paths.path import CURVATURE, HEADING, Quintic, X, Y
 from robotics.paths.quintic_table import quintic_table
-
-
-def samples(tables):
-    """(robots, 101, 2): points at equal shares of the lengths."""
-    places = [np.linspace(0, t.shape[1] - 1, 101) for t in tables]
-    return np.array(
-        [[np.interp(p, np.arange(t.shape[1]), t[k]) for k in (0, 1)] for t, p in zip(tables, places, strict=True)]
-    ).swapaxes(1, 2)
+from tests.robotics.experiments.stress.equalprogress import samples
 
 
 @pytest.mark.parametrize(("kind", "robots"), [("A", 3), ("B", 3), ("A", 5), ("B", 5)])
@@ -77,7 +71,7 @@ def test_an_outcome_does_not_depend_on_chunks():
 
 def test_a_run_that_never_ends_is_judged_alike_alone(literal, monkeypatch):
     """It is given up after a multiple of its own duration, not of the longest of all."""
-    monkeypatch.setattr(outcome, "LIMIT", GIVEN_UP)
+    monkeypatch.setattr(crossing_runs, "LIMIT", GIVEN_UP)
     whole = literal["crash-literal"]
     quickest = np.argmin(np.where(whole.deadlocked, whole.nominal, np.inf))
     assert_same(whole, stress_crossing(make_controller("crash-literal"), 3, [int(quickest)]), quickest)
@@ -89,11 +83,15 @@ def test_rates_are_counted_apart():
     arrivals = np.array([[30.0, 30.5], [30.0, inf], [30.0, 32.0], [inf, inf]])
     yes = np.array([False, True, False, False])
     refused, clearance = yes[[0, 2, 3, 1]], np.array([0.3, -0.02, 0.2, -1.0])
-    judged = StressOutcome((5, 6, 7, 8), np.full(4, 30.0), arrivals, yes, refused, np.full(4, 0.5), clearance)
+    near, blamed, driven = np.full(4, 0.5), np.stack([yes, yes], axis=1), np.array([60.5, 150.0, 62.0, 0.0])
+    judged = StressOutcome(
+        (5, 6, 7, 8), np.full(4, 30.0), arrivals, yes, refused, near, clearance, blamed, driven, None
+    )
     found = judged.summary()
     assert (found["collisions"], found["deadlocks"], found["refused"], found["arrived"]) == (1, 1, 1, 2)
     assert found["arrived_together"] == 1
     assert found["min_clearance_m"] == -0.02  # of those that started
+    assert (found["contacts"], found["contacts_caused"], found["emergency_share"]) == (1, 1, None)
     assert found["failed_seeds"] == {"collision": [6], "deadlock": [6], "refused": [8], "apart": [7]}
 
 
@@ -104,7 +102,7 @@ GIVEN_UP = 1.5  # nominal durations
 def literal():
     """What (6.4), (6.5) as printed and no avoidance make of 40 crossings, given up early."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(outcome, "LIMIT", GIVEN_UP)
+        patch.setattr(crossing_runs, "LIMIT", GIVEN_UP)
         return {
             name: stress_crossing(make_controller(name), 3, range(40))
             for name in ("crash-literal", "cooperation-literal")

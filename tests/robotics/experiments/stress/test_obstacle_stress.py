@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 from robotics.commands.stress_obstacles import obstacles
 from robotics.environment.collision import obstacle_contacts
 from robotics.experiments.stress import obstaclecourse
+from robotics.experiments.stress.disturbance import Disturbance
 from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, stress_obstacles
-from robotics.experiments.stress.outcome import Disturbance
 from robotics.laws.catalogue import make_controller
 
 COMMITTED, LITERAL = make_controller("obstacles"), make_controller("obstacles-literal")

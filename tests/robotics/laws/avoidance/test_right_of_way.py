@@ -8,7 +8,7 @@ import pytest
 from robotics.commands.application import main
 from robotics.experiments.stress.crossing_runs import stress_crossing
 from robotics.experiments.stress.crossings import crossing_ensemble, quintic_table
-from robotics.experiments.stress.outcome import Disturbance
+from robotics.experiments.stress.disturbance import Disturbance
 from robotics.laws.avoidance.reservation import CELLS, plan_right_of_way
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.law import ControllerError

@@ -10,7 +10,7 @@ import pytest
 from fuzzy.files.fisfile import FisFileError, format_fis
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError, Observation
-from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, load_rule_base, rule_base_names
+from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, load_rule_base, rule_base_files
 from robotics.measures.tracking import cross_track_error, measure, settling_time, tracking_error
 from robotics.paths.path import Circle, Line
 from robotics.paths.trajectory import Timing
@@ -132,7 +132,7 @@ def test_lambda_keeps_random_starts_with_the_bearing_and_makes_them_with_the_hea
 
 def test_the_preset_with_lambda_steers_by_the_heading():
     assert make_controller("fuzzy-lateral") == make_controller("fuzzy:steering=heading,lateral=path")
-    assert make_controller("fuzzy-lateral").idle == {"deadband"}
+    assert make_controller("fuzzy-lateral").idle == {"deadband", "leader"}
     assert FUZZY.idle == {"lateral_rule_base", "deadband"}
     assert BARE.idle == {"lateral_rule_base"}
 
@@ -343,7 +343,7 @@ def test_command_is_the_rule_base_at_the_look_ahead_point():
 
 
 def test_packaged_rule_bases_have_table_5_6():
-    assert {"tracking", "tracking-literal", "lateral"} <= set(rule_base_names())
+    assert {"tracking", "tracking-literal", "lateral"} <= set(rule_base_files())
     assert len(load_rule_base("tracking-literal").rules) == 11
     assert len(load_rule_base("tracking").rules) == 16
 

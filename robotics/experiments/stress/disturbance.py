@@ -1,0 +1,54 @@
+"""What is wrong in every run of a stress test: messages lost or late, and a robot that is held up."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotics.laws.setting import Setting
+from robotics.radio.description import Radio
+from robotics.radio.faults import Fault, Faults
+from robotics.random_streams import FAULT_STREAM
+
+HELD = 2.0  # times the duration for which one robot is held up: so much longer a run may take
+
+
+@dataclass(frozen=True, kw_only=True)
+class Disturbance:
+    """The disturbances that are the same in every run."""
+
+    loss: float = 0.0  # share of the messages that are lost
+    latency: float = 0.0  # s, of the messages
+    freeze: float = 0.0  # s for which one robot, drawn at random, is held up at a random moment
+
+    @property
+    def radio(self) -> Radio:
+        """The radio over which the robots talk."""
+        return Radio(loss=self.loss, latency=self.latency)
+
+    @property
+    def extra(self) -> float:
+        """The time [s] by which a run may take longer than an undisturbed one."""
+        return HELD * self.freeze
+
+    def faults(self, ensemble: Setting, seeds: Sequence[int]) -> Faults | None:
+        """The faults that hold up one robot of each run once, from a moment in the first 80 % of the nominal time.
+
+        Args:
+            ensemble: What is driven: one run for each seed.
+            seeds: The seeds.
+
+        None where no robot is held up.
+        """
+        if not self.freeze > 0:
+            return None
+        robots, durations = len(ensemble.robots), ensemble.references.ends[:, 0]
+        stalls = tuple(Fault(robot=i + 1, kind="stall", duration=self.freeze) for i in range(robots))
+        starts = np.full((len(seeds), robots), np.inf)
+        for k, seed in enumerate(seeds):
+            rng = np.random.default_rng([seed, FAULT_STREAM])
+            starts[k, rng.integers(robots)] = rng.uniform(0.0, 0.8) * durations[k]
+        return Faults(stalls, robots, starts, starts + self.freeze)
+
+
+UNDISTURBED = Disturbance()
