@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 
 import fuzzy
 import robotics
 from robotics.laws.law import ControllerError
 from robotics.laws.rules import fuzzy_team, own_rules
 from robotics.laws.rules.own_rules import OwnRules
-from robotics.laws.rules.quantities import PAGE, PATTERNS, QUANTITIES, quantity_of
+from robotics.laws.rules.quantities import GROUPS, PAGE, PATTERNS, QUANTITIES, Quantity, quantity_of
 from robotics.laws.rules.table import page
 
 ROOT = Path(__file__).parents[4]
@@ -105,3 +106,54 @@ def test_a_rule_base_of_pairs_tracks_until_somebody_is_heard() -> None:
     run = robotics.simulate(robotics.parse_scenario(PAIR, "pair"), OwnRules(rule_base=fis))
     assert not run.diverged.any()
     np.testing.assert_allclose(run["v"][0, :, -1], 0.1, atol=0.005)
+
+
+def test_a_new_quantity_drives_and_stands_on_the_page(monkeypatch) -> None:
+    """A toy one: robots slow down towards x = 2 m, as a rule base says that names it."""
+    made = Quantity("m", "how far east the robot is", lambda s: s.seen.x)
+    monkeypatch.setitem(GROUPS["Its own motion"], "east", made)
+    monkeypatch.setitem(QUANTITIES, "east", made)
+    assert "| `east` | m | how far east the robot is |  |\n" in page()
+    fis = fuzzy.Sugeno(
+        inputs=[fuzzy.Variable("east", (0, 2), {"west": fuzzy.LinearZ(0, 2), "east": fuzzy.LinearS(0, 2)})],
+        outputs=[fuzzy.Variable("v", (0, 1), {"stop": 0.0, "drive": 1.0})],
+        rules=["if east is west then v is drive", "if east is east then v is stop"],
+    )
+    scenario = robotics.parse_scenario(PAIR.replace("duration = 2.0", "duration = 4.0"), "pair")
+    run = robotics.simulate(scenario, OwnRules(rule_base=fis))
+    np.testing.assert_allclose(run["x"][0, :, -1], 2 * (1 - np.exp(-4.0 / 2)), atol=0.1)  # x' = 1 - x/2
+
+
+def test_the_corridor_keeper_of_the_readme_keeps_to_the_middle() -> None:
+    fis = fuzzy.Sugeno(
+        inputs=[
+            fuzzy.Variable(name, (0, 2), {"near": fuzzy.LinearZ(0.1, 0.8), "far": fuzzy.LinearS(0.1, 0.8)})
+            for name in ("front_left", "front_right")
+        ],
+        outputs=[
+            fuzzy.Variable("v", (0, 0.5), {"slow": 0.15, "cruise": 0.3}),
+            fuzzy.Variable("w", (-1, 1), {"left": 1, "straight": 0, "right": -1}),
+        ],
+        rules=[
+            "if front_left is near and front_right is far then v is slow and w is right",
+            "if front_left is far and front_right is near then v is slow and w is left",
+            "if front_left is near and front_right is near then v is slow and w is straight",
+            "if front_left is far and front_right is far then v is cruise and w is straight",
+        ],
+    )
+    walls = [[-1.0, 0.6], [3.0, 0.6], [8.0, 5.6]], [[-1.0, -0.6], [3.5, -0.6], [8.5, 4.4]]  # with a bend of 45°
+    corridor = """
+    duration = 35.0
+    [[robots]]
+    start = [0.0, 0.25, 0.0]
+    path = { shape = "line", start = [0.0, 0.25], end = [6.0, 0.25] }
+    timing = { speed = 0.3 }
+    """ + "".join(f'[[obstacles]]\nshape = "wall"\npoints = {points}\n' for points in walls)
+    run = robotics.simulate(robotics.parse_scenario(corridor, "corridor"), OwnRules(rule_base=fis))
+    places = shapely.points(run["x"][0, 0], run["y"][0, 0])
+    left, right = (shapely.distance(places, shapely.LineString(points)) for points in walls)
+    assert np.minimum(left, right).min() > 0.3
+    bend = np.abs(run["x"][0, 0] - 3.25) < 0.75
+    later = (run.time > 8.0) & ~bend
+    assert np.abs(left - right)[later].max() < 0.05
+    assert run["x"][0, 0, -1] > 6.0
