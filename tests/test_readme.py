@@ -37,7 +37,7 @@ def _run(command, folder):
 def test_the_readme_has_what_a_newcomer_needs():
     kinds = [kind for kind, _ in SNIPPETS]
     assert kinds.count("python") == 6
-    assert kinds.count("sh") == 8
+    assert kinds.count("sh") == 9
     assert kinds.count("toml") == 2
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -44,6 +45,10 @@ class RuleBase:
         inputs = tuple(quantity_of(variable.name, called(name)) for variable in fis.inputs)
         places = {variable.name: k for k, variable in enumerate(fis.outputs)}
         return cls(fis, compile_sugeno(fis), inputs, places)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the system alone: its quantities are functions, which other processes find by their names."""
+        return _restored, (self.fis, dict(self.outputs))
 
     @property
     def of_pairs(self) -> bool:
@@ -123,3 +128,8 @@ class RuleBase:
         """Its outputs by name, with the axes of ``known`` but the last."""
         out = self.compiled(known)
         return {name: out[..., k] for name, k in self.outputs.items()}
+
+
+def _restored(fis: Sugeno, outputs: dict[str, int]) -> RuleBase:
+    """Make the rule base again that was pickled."""
+    return RuleBase(fis, compile_sugeno(fis), tuple(quantity_of(v.name, fis.name) for v in fis.inputs), outputs)

@@ -137,10 +137,19 @@ class FuzzyTeam(Law[_Memory]):
         watch = Watch.start(runs, len(setting.robots))
         return _Memory(Fixed.of(setting, self.margin), Recall.start(setting, runs), watch)
 
+    @property
+    def rule_bases(self) -> Mapping[str, RuleBase]:
+        """The rule bases of named inputs, by their tasks; tracking's inputs are not named so."""
+        return {task: base for task, base in self.bases.items() if base is not None}
+
+    def situation(self, seen: Observation, memory: _Memory, dt: float) -> Situation:
+        """All that the rule bases can be told in a period."""
+        return Situation(seen, memory.fixed, memory.recall, dt)
+
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Know the situation, ask the rule bases, blend what they say, and guard it."""
         fixed, recall, _ = memory
-        now = Situation(seen, fixed, recall, dt)
+        now = self.situation(seen, memory, dt)
         inputs: dict[str, np.ndarray] = {}
         urgency = self._ask(now, "supervisor", inputs)
         crash = self._ask(now, "crash", inputs)

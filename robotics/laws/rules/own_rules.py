@@ -108,15 +108,27 @@ class OwnRules(FuzzyTracking):
             )
         return _Memory(Fixed.of(setting, MARGIN), Recall.start(setting, runs))
 
+    @property
+    def rule_bases(self) -> Mapping[str, RuleBase]:
+        """The rule base, if it is not fuzzy tracking itself."""
+        return {} if self.own is None else {"own": self.own}
+
+    def situation(self, seen: Observation, memory: _Memory, dt: float) -> Situation:
+        """All that the rule base can be told in a period; without an output ``rate`` the clock shows the time."""
+        fixed, recall = memory
+        assert self.own is not None
+        if "rate" not in self.own.outputs:
+            recall = recall._replace(clock=np.full_like(recall.clock, seen.time))
+        target = seen.references.each_at(np.minimum(recall.clock + self.look_ahead, fixed.end))
+        return Situation(seen, fixed, recall, dt, target)
+
     def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
         """Ask the rule base, and track for the rest."""
         if self.own is None:
             return super().control(seen, memory, dt)
         fixed, recall = memory
-        clocked = "rate" in self.own.outputs
-        time = recall.clock if clocked else np.full_like(recall.clock, seen.time)
-        target = seen.references.each_at(np.minimum(time + self.look_ahead, fixed.end))
-        now = Situation(seen, fixed, recall._replace(clock=time), dt, target)
+        now = self.situation(seen, memory, dt)
+        target = now.target
         said, inputs = self.own.asked(now, NEUTRAL)
         v, w = self.toward(seen, target)
         way = np.where(recall.side >= 0, 1.0, -1.0)
