@@ -39,11 +39,17 @@ from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.paths.posture import posture_error
 from robotics.quantity import check_quantities, quantity
 
-OUTPUTS = {
-    "cooperation": {"rate": "1, of the clock", "speed": "m/s, at most, beside the path"},
-    "crash": {"turn": "rad", "speed": "m/s, at most"},
-    "obstacles": {"turn": "rad, away from the obstacle", "speed": "m/s", "keep": "the side: 1 keep, -1 change, 0 none"},
-    "supervisor": dict.fromkeys(("tracking", "cooperation", "crash", "obstacles"), "urgency"),
+OUTPUTS = {  # of each task, each with its unit and meaning
+    "cooperation": {"rate": "1, of the clock: 1 on time, 0 waits", "speed": "m/s, at most, beside the path"},
+    "crash": {"turn": "rad, added to that of tracking", "speed": "m/s, at most"},
+    "obstacles": {
+        "turn": "rad, away from the obstacle",
+        "speed": "m/s",
+        "keep": "1, the side: 1 keep, -1 change, 0 none",
+    },
+    "supervisor": {
+        task: f"1, how urgent {task} is: 0 to 1" for task in ("tracking", "cooperation", "crash", "obstacles")
+    },
 }
 TURN_TIME = 0.4  # s: a turn [rad] is made in this time, as by the tracking rule base's look-ahead
 SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
