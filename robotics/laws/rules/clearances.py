@@ -24,7 +24,7 @@ RISE = np.array([1.0, 1.0, 0.6, 0.6, 0.6])  # m/s: a clearance grows no faster; 
 SEEN_LEFT = np.array([-0.3, -1.0, 1.0, -2.1])  # rad: from here a standing team-mate counts for a sector
 SEEN_RIGHT = np.array([1.0, 0.3, 2.1, -1.0])  # rad: to here
 NEARBY = 0.3  # m between the turning circles: a robot that stands farther away is no obstacle
-NEARER, FARTHER = 0.25, 0.05  # m: a reading so much less or more than a known robot's distance may be that robot
+NEARER, FARTHER = 0.25, 0.05  # m: a reading so much less (or a radius) or more than a robot's distance may be that robot
 
 
 class Sensors(NamedTuple):
@@ -111,7 +111,7 @@ def without_robots(
         distance = np.hypot(to_x, to_y)
         off = np.abs(wrapped(np.arctan2(to_y, to_x) - sensors.axis[:, q, None]))
         reading = values[:, :, None, q]
-        fits = (reading > distance - NEARER - unsure) & (reading < distance + FARTHER + unsure)
+        fits = (reading > distance - np.maximum(NEARER, radii) - unsure) & (reading < distance + FARTHER + unsure)
         theirs = known & fits & (off < sensors.half_cone[:, q, None] + (radii + unsure) / np.maximum(distance, 1e-6))
         out[..., q] = np.where(theirs.any(axis=-1), np.inf, out[..., q])
     return out

@@ -9,8 +9,9 @@ The inputs are those of :mod:`robotics.laws.rules.quantities`; the outputs, of w
     rate            of the robot's copy of a clock that all share: 1 on time, 0 waits; the slowest copy holds
     keep            the side of an obstacle to keep, 1 this one, -1 the other, 0 none; the robot remembers it
 
-What a rule base does not give, or one of pairs cannot give as nobody is heard, fuzzy tracking does: it drives to the target ``look_ahead`` seconds from now. A rule
-base of v and w whose inputs are a tracking law's four, as Table 5.6, is fuzzy tracking itself
+What a rule base does not give, fuzzy tracking does: it drives to the target ``look_ahead`` seconds from now. It does all
+for a robot that hears nobody of whom a rule base of pairs could tell. A rule base of v and w whose inputs are a
+tracking law's four, as Table 5.6, is fuzzy tracking itself
 (:mod:`robotics.laws.tracking.fuzzy_tracking`).
 """
 
