@@ -9,7 +9,7 @@ The inputs are those of :mod:`robotics.laws.rules.quantities`; the outputs, of w
     rate            of the robot's copy of a clock that all share: 1 on time, 0 waits; the slowest copy holds
     keep            the side of an obstacle to keep, 1 this one, -1 the other, 0 none; the robot remembers it
 
-What a rule base does not give, fuzzy tracking does: it drives to the target ``look_ahead`` seconds from now. It does all
+What a rule base does not give, fuzzy tracking does: it drives to the target ``look_ahead`` seconds from now. So it does
 for a robot that hears nobody of whom a rule base of pairs could tell. A rule base of v and w whose inputs are a
 tracking law's four, as Table 5.6, is fuzzy tracking itself
 (:mod:`robotics.laws.tracking.fuzzy_tracking`).

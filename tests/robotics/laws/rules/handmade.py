@@ -23,8 +23,8 @@ def linear_base(
 ) -> Path:
     """Write a rule base whose outputs are linear in its inputs to ``path``.
 
-    ``inputs`` have their universes; ``outputs`` a coefficient for each input, and a constant. With no ``rules`` the rule
-    base is empty.
+    ``inputs`` have their universes; ``outputs`` a coefficient for each input, and a constant. With no ``rules`` it is
+    empty.
     """
     parts = [HEAD.format(inputs=len(inputs), outputs=len(outputs), rules=rules)]
     for k, (name, (low, high)) in enumerate(inputs.items(), start=1):

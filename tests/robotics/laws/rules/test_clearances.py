@@ -15,6 +15,7 @@ from robotics.laws.rules.clearances import (
     LEFT,
     RIGHT,
     Sensors,
+    room_for_braking,
     sensed,
     standing_robots,
     without_robots,
@@ -73,9 +74,7 @@ def test_a_thing_on_one_side_ahead_is_in_that_front_sector_only(sensors):
 def test_axes_are_sorted_by_direction_whatever_turn_they_are_written_with():
     axes = {"ahead": 0.0, "a": 0.5, "b": -0.5, "c": 1.5, "d": -1.5, "e": 3.0, "f": 2 * np.pi - 0.5}
     sensors = Sensors.of([ROBOT], [{name: RangeSensor(axis=axis) for name, axis in axes.items()}])
-    found = {
-        name: {k for k in range(5) if sensors.sector[k, 0, q]} for q, name in enumerate(sensors.names)
-    }
+    found = {name: {k for k in range(5) if sensors.sector[k, 0, q]} for q, name in enumerate(sensors.names)}
     assert found == {
         "ahead": {FRONT_LEFT, FRONT_RIGHT},
         "a": {FRONT_LEFT},
@@ -98,6 +97,25 @@ def test_robots_that_carry_unlike_sensors_are_told_of_their_own():
     clear = sensed(sensors, np.full((1, 2, 2), 1.0))
     assert np.isfinite(clear[:, 0, 0]).tolist() == [True, True, False, False, False]
     assert np.isfinite(clear[:, 0, 1]).tolist() == [False, False, True, False, False]
+
+
+@pytest.mark.parametrize("sensors", ["sonar", "lidar"])
+def test_within_the_turning_circle_there_is_no_room_to_brake(sensors):
+    """Clearances end at 0; what is nearer to the nose than a sonar's minimum may touch it."""
+    carried = NOISELESS[sensors]
+    array = SensorArray.opened(tuple(carried.values()), (0,), 0.05)
+    sorted_by_axis = Sensors.of([ROBOT], [carried])
+    for gap, room in ((0.3, 0.3), (0.01, None)):  # m from the nose
+        world = compile_world(World(obstacles=(ahead(ROBOT.length / 2 + gap),))).at(0.0)
+        here = np.zeros((1, 1))
+        values = array.echoes(here, here, here, footprints([ROBOT]), world)
+        values = np.maximum(values, [s.minimum for s in carried.values()])
+        found = room_for_braking(sorted_by_axis, values)[:, 0, 0]
+        if room is None:
+            assert found[FRONT_LEFT] < -0.02
+            assert sensed(sorted_by_axis, values)[FRONT_LEFT, 0, 0] < 0.01
+        else:
+            np.testing.assert_allclose(found, sensed(sorted_by_axis, values)[:, 0, 0])
 
 
 def echo_of_the_other(place, moves, robot=ROBOT, reading=None):

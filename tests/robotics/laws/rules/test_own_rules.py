@@ -10,7 +10,7 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import simulate
-from tests.robotics.laws.rules.handmade import lines, linear_base
+from tests.robotics.laws.rules.handmade import linear_base, lines
 
 TIME = {"time": (0, 900)}
 RADIUS = float(np.hypot(0.23, 0.20)) / 2  # m, of the turning circle
