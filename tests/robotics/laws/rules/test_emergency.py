@@ -34,8 +34,9 @@ def situation(
     one = np.zeros((1, 1))
     pair = np.zeros((1, 1, 1))
     others = SimpleNamespace(
-        x=pair + distance * np.cos(bearing), y=pair + distance * np.sin(bearing), bearing=pair + bearing, gap=pair + gap,
-        v_x=pair + velocity[0], v_y=pair + velocity[1], age=pair + age,
+        x=pair + distance * np.cos(bearing), y=pair + distance * np.sin(bearing),
+        bearing=pair + bearing, gap=pair + gap, v_x=pair + velocity[0], v_y=pair + velocity[1],
+        age=pair + age,
     )  # fmt: skip
     seen = SimpleNamespace(x=one, y=one, heard=SimpleNamespace(fields=("x",)))
     return SimpleNamespace(
