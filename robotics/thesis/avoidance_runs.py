@@ -26,7 +26,7 @@ COURSES = ("obstacles-on-two-paths", "turn-into-neighbour", "trap-u", "obstacles
 CASES = ("wait-for-one", "neighbour-stops", "turn-towards-each-other", "trap-u-middle")  # the case studies of 6.2.3
 OBSTACLE_LAWS = ("obstacles-literal", "obstacles")
 # Side by side in a table of their own: the printed rules in one law, one law for robots and obstacles, and a plan
-SIDE_BY_SIDE = ("hierarchy-literal", "obstacles", "right-of-way")
+SIDE_BY_SIDE = ("hierarchy-literal", "fuzzy-team", "right-of-way")
 LATEST = 1.6  # times the nominal duration: side by side, who arrives later has not arrived
 FACTOR = 1.6  # times the nominal duration: a run in which not all have arrived by then counts as a deadlock
 

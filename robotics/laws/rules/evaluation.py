@@ -11,6 +11,7 @@ from fuzzy.system import Sugeno
 from robotics.laws.law import ControllerError
 from robotics.laws.rules.quantities import GROUPS, Quantity, quantity_of
 from robotics.laws.rules.situation import Situation
+from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import called, load_rule_base
 
 ADDED = frozenset({"turn", "w"})  # outputs that add up over the other robots; of all others the least holds
@@ -55,6 +56,11 @@ class RuleBase:
         return any(quantity.radio for quantity in self.inputs)
 
     @property
+    def sensors(self) -> tuple[str, ...]:
+        """The range sensors that it names."""
+        return tuple(quantity.sensor for quantity in self.inputs if quantity.sensor)
+
+    @property
     def looks(self) -> bool:
         """Whether it asks for the room around the robot."""
         return any(
@@ -62,14 +68,24 @@ class RuleBase:
             for v, q in zip(self.fis.inputs, self.inputs, strict=True)
         )
 
+    def check(self, setting: Setting, name: str | Sugeno) -> None:
+        """Raise ControllerError where it names a robot that does not exist in ``setting``; ``name`` is its own."""
+        for variable, known in zip(self.fis.inputs, self.inputs, strict=True):
+            if known.robot > len(setting.robots):
+                raise ControllerError(
+                    f"{called(name)}: {variable.name} is of robot {known.robot}, and {setting.name} has "
+                    f"{len(setting.robots)}"
+                )
+
     def asked(self, situation: Situation, neutral: Mapping[str, float]) -> tuple[dict[str, np.ndarray], np.ndarray]:
         """What it says in ``situation``, by output, (runs, robots) each; and its inputs (inputs, runs, robots).
 
         Where it is of pairs, turns of all other robots add up and of all else the least holds; the inputs are those of
-        the robot for which the least was said. ``neutral`` is what it says of a robot that is not heard.
+        the robot for which the least was said. ``neutral`` is what it says of a robot that is not heard. A rule base
+        without rules says nothing.
         """
         known = self.known(situation)
-        said = self(known)
+        said = self(known) if self.fis.rules else {}
         if not self.of_pairs:
             return said, np.moveaxis(known, -1, 0)
         ignored = ~situation.seen.heard.hears | np.isnan(situation.others.gap)
@@ -81,12 +97,13 @@ class RuleBase:
                 out[name] = values.sum(axis=-1)
             else:
                 out[name], worst = values.min(axis=-1), values.argmin(axis=-1)
-        if not set(said) - ADDED:
+        if not said:
+            worst = (~ignored).argmax(axis=-1)
+        elif not set(said) - ADDED:
             worst = np.abs(np.where(ignored, 0.0, next(iter(said.values())))).argmax(axis=-1)
-        # Nobody is urgent: then the nearest robot's inputs are the ones to show
-        calm = np.isclose(np.where(ignored, np.inf, 0).min(axis=-1), np.inf)
         inputs = np.take_along_axis(known, worst[..., None, None], axis=-2)[..., 0, :]
-        return out, np.moveaxis(np.where(calm[..., None], np.nan, inputs), -1, 0)
+        alone = ignored.all(axis=-1)  # nobody is heard: there are no inputs to show
+        return out, np.moveaxis(np.where(alone[..., None], np.nan, inputs), -1, 0)
 
     def known(self, situation: Situation) -> np.ndarray:
         """Its inputs (runs, robots, inputs), or where it is of pairs (runs, robots, others, inputs)."""

@@ -67,7 +67,10 @@ class _Memory(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class FuzzyTeam(Law[_Memory]):
-    """The fuzzy team: its five rule bases, and the few numbers beside them. A rule base "none" leaves its task out."""
+    """The fuzzy team: its five rule bases, and the few numbers beside them. A rule base "none" leaves its task out.
+
+    So does one without rules.
+    """
 
     tracking_rule_base: str | Sugeno = "tracking"
     cooperation_rule_base: str | Sugeno = "cooperation"
@@ -111,6 +114,11 @@ class FuzzyTeam(Law[_Memory]):
         return OUTAGE
 
     @property
+    def needs(self) -> tuple[str, ...]:
+        """The range sensors that the rule bases name."""
+        return tuple(dict.fromkeys(name for base in self.bases.values() if base is not None for name in base.sensors))
+
+    @property
     def fuzzy_systems(self) -> dict[str, Sugeno]:
         """The rule bases by their tasks."""
         found = {"tracking": self.tracker.tracking.fis} if self.tracking_rule_base != "none" else {}
@@ -119,9 +127,12 @@ class FuzzyTeam(Law[_Memory]):
     def init(self, setting: Setting, runs: int) -> _Memory:
         """Look at the paths, and plan where a plan is wanted and robots may meet.
 
-        Raises ControllerError where the robots are no team, the graph is not connected, or a scenario has no safe plan.
-        In an ensemble the runs without a plan are refused.
+        In an ensemble the runs without a plan are refused. Raises ControllerError where the robots are no team, the
+        graph is not connected, a scenario has no safe plan, or a rule base names a robot that does not exist.
         """
+        for task, base in self.bases.items():
+            if base is not None:
+                base.check(setting, getattr(self, f"{task}_rule_base"))
         if len(setting.robots) > 1:
             check_team(setting)
         check_connected(setting)
@@ -144,13 +155,14 @@ class FuzzyTeam(Law[_Memory]):
         obstacles = self._ask(now, "obstacles", inputs)
         together = self._ask(now, "cooperation", inputs)
         pace = (1 - np.exp(-seen.time)) * (1 + urgency["cooperation"] * (together["rate"] - 1))
-        v, w = self._tracked(now, pace, inputs)
+        in_time = FREE_SPEED + urgency["cooperation"] * (together["speed"] - FREE_SPEED)
+        v, w = self._tracked(now, pace, in_time, inputs)
         # blended
         way = np.where(recall.side >= 0, 1.0, -1.0)
         tracking, avoiding = urgency["tracking"], urgency["obstacles"]
         total = np.maximum(tracking + avoiding, 1e-6)
         w = w + urgency["crash"] * crash["turn"] / TURN_TIME
-        aside = np.minimum(obstacles["speed"], FREE_SPEED + urgency["cooperation"] * (together["speed"] - FREE_SPEED))
+        aside = np.minimum(obstacles["speed"], in_time)
         v = (tracking * v + avoiding * aside) / total
         w = (tracking * w + avoiding * way * obstacles["turn"] / TURN_TIME) / total
         limit = FREE_SPEED + urgency["crash"] * (crash["speed"] - FREE_SPEED)
@@ -176,7 +188,7 @@ class FuzzyTeam(Law[_Memory]):
             now.paths.share(now.place),
             refused=None if stays is None else stays[:, 0],
             mode=mode,
-            inputs=np.concatenate([inputs[task] for task in self.fuzzy_systems]),
+            inputs=np.concatenate([inputs[task] for task in self.fuzzy_systems]) if inputs else None,
             guarded=(np.abs(safe - asked) > GUARDED) | (np.abs(safe_w - w) > GUARDED_TURN),
         )
         return command, memory._replace(recall=after, watch=watch)
@@ -192,10 +204,13 @@ class FuzzyTeam(Law[_Memory]):
         return {**{name: np.full(shape, value) for name, value in NEUTRAL[task].items()}, **said}
 
     def _tracked(
-        self, now: Situation, pace: np.ndarray, inputs: dict[str, np.ndarray]
+        self, now: Situation, pace: np.ndarray, in_time: np.ndarray, inputs: dict[str, np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """v [m/s] and ω [rad/s] towards the sample due."""
+        """v [m/s] and ω [rad/s] towards the sample due, beside the path no faster than ``in_time`` [m/s]."""
         if self.tracking_rule_base == "none":
+            return np.zeros_like(pace), np.zeros_like(pace)
+        if not self.tracker.tracking.fis.rules:
+            inputs["tracking"] = np.full((len(self.tracker.inputs), *pace.shape), np.nan)
             return np.zeros_like(pace), np.zeros_like(pace)
         ahead = np.minimum(now.recall.clock + self.look_ahead * pace, now.fixed.end)
         due = now.seen.references.each_at(ahead)
@@ -208,7 +223,7 @@ class FuzzyTeam(Law[_Memory]):
             _, steep, asked_then = self.joiner.toward_with_inputs(now.seen, target, behind)
             e = posture_error(now.seen.x, now.seen.y, now.seen.heading, target)
             w = np.where(joins, steep, w)
-            v = np.where(joins, v * np.clip(np.cos(np.arctan2(e.y, e.x)), 0.0, 1.0), v)
+            v = np.where(joins, np.minimum(v, in_time) * np.clip(np.cos(np.arctan2(e.y, e.x)), 0.0, 1.0), v)
             asked = np.where(joins, asked_then, asked)
         inputs["tracking"] = asked
         return v, w

@@ -178,19 +178,19 @@ def _line(last, others, room, r, t, i, here, found):  # type: ignore[no-untyped-
     line, free = found, 0
     needed = int(room[i] / CELL)
     c = found - 1
-    while c > here and free < needed:
+    while c >= here and free < needed:
         taken = False
         for k in range(last.shape[1]):
             if k != i and not np.isnan(others[r, i, k]) and last[t, i, k, c] >= others[r, i, k]:
                 taken = True
                 break
+        if taken and c == here:
+            return found  # it stands in one of them already: there is no better place than right before this one
         if taken:
             line, free = c, 0
         else:
             free += 1
         c -= 1
-    if c <= here and line < found and free < needed:
-        return found  # it stands in one of them already: there is no better place than right before this one
     return line
 
 

@@ -9,9 +9,9 @@ The inputs are those of :mod:`robotics.laws.rules.quantities`; the outputs, of w
     rate            of the robot's copy of a clock that all share: 1 on time, 0 waits; the slowest copy holds
     keep            the side of an obstacle to keep, 1 this one, -1 the other, 0 none; the robot remembers it
 
-What a rule base does not give, fuzzy tracking does: it drives to the target ``look_ahead`` seconds from now. A rule
-base of v and w whose inputs are a tracking law's four, as Table 5.6, is fuzzy tracking itself
-(:mod:`robotics.laws.tracking.fuzzy_tracking`).
+What a rule base does not give, or one of pairs cannot give as nobody is heard, fuzzy tracking does: it drives to the
+target ``look_ahead`` seconds from now. A rule base of v and w whose inputs are a tracking law's four, as Table 5.6, is
+fuzzy tracking itself (:mod:`robotics.laws.tracking.fuzzy_tracking`).
 """
 
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ from robotics.laws.law import Command, ControllerError, Observation
 from robotics.laws.rules.evaluation import RuleBase
 from robotics.laws.rules.situation import MESSAGE, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
-from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking, called, load_rule_base
+from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking, load_rule_base
 from robotics.quantity import quantity
 
 OUTPUTS = {
@@ -92,7 +92,7 @@ class OwnRules(FuzzyTracking):
     @property
     def needs(self) -> tuple[str, ...]:
         """The range sensors that the rule base names."""
-        return () if self.own is None else tuple(q.sensor for q in self.own.inputs if q.sensor)
+        return () if self.own is None else self.own.sensors
 
     @property
     def looks(self) -> bool:
@@ -108,12 +108,7 @@ class OwnRules(FuzzyTracking):
         """Look at the paths. Raises ControllerError where a rule base names a robot that does not exist."""
         if self.own is None:
             return None
-        for variable, known in zip(self.own.fis.inputs, self.own.inputs, strict=True):
-            if known.robot > len(setting.robots):
-                raise ControllerError(
-                    f"{called(self.rule_base)}: {variable.name} is of robot {known.robot}, and {setting.name} has "
-                    f"{len(setting.robots)}"
-                )
+        self.own.check(setting, self.rule_base)
         if self.leader > len(setting.robots) or self.leader % 1:
             raise ControllerError(
                 f"leader must be the number of a robot of {setting.name}, 1 to {len(setting.robots)}, or 0 for none; "
@@ -133,11 +128,12 @@ class OwnRules(FuzzyTracking):
         said, inputs = self.own.asked(now, NEUTRAL)
         v, w = self.toward(seen, target)
         way = np.where(recall.side >= 0, 1.0, -1.0)
-        leads = np.arange(1, v.shape[1] + 1) == self.leader
+        # A rule base of pairs tells a robot that hears nobody nothing
+        tracks = (np.arange(1, v.shape[1] + 1) == self.leader) | np.isnan(inputs).all(axis=0)
         wish_v = said.get("v", v * said.get("speed_factor", 1.0))
         wish_v = np.minimum(wish_v, said.get("speed", np.inf))
         wish_w = said.get("w", w) + said.get("turn", 0.0) / TURN_TIME
-        v, w = np.where(leads, v, wish_v), np.where(leads, w, wish_w)
+        v, w = np.where(tracks, v, wish_v), np.where(tracks, w, wish_w)
         pace = np.broadcast_to(said.get("rate", np.ones_like(v)), v.shape)
         side = recall.side + dt / SIDE_TIME * (way * said.get("keep", np.zeros_like(v)) - recall.side)
         after = now.remembered(pace=pace, side=side, yields=np.zeros_like(v))

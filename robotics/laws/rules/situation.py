@@ -294,12 +294,17 @@ class Situation:
 
     @cached_property
     def in_the_way(self) -> np.ndarray:
-        """Whether another robot stands on the way ahead (runs, robots, others) bool."""
+        """Whether another robot stands on the way ahead (runs, robots, others) bool.
+
+        One that stands where a plan has it stand is in nobody's way: it goes on in time.
+        """
         if self.fixed.meetings is None:
             return np.zeros((*self.place.shape, 1), dtype=bool)
         them, radii = self.others, self.fixed.radii
         off = in_the_way(self.fixed.meetings, self.place, them.x, them.y, WAY)
         stands = np.hypot(them.v_x, them.v_y) < STANDS
+        if self.fixed.plan is not None:
+            stands &= np.abs(self.their_due - them.place) > ON_PLAN
         return stands & (off < radii[:, None] + radii + CORRIDOR)
 
     @cached_property

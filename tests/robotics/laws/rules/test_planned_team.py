@@ -76,9 +76,7 @@ def test_what_planning_brings_four_robots_swap_their_places_on_a_roundabout():
 def test_what_the_rules_bring_the_planned_team_drives_round_what_no_plan_knows():
     """The right of way drives the same plan blind."""
     course = {"robots": 3, "lanes": "crossing"}
-    planned, blind = (
-        stress_obstacles(law, [1], "A", **course) for law in (PLANNED, make_controller("right-of-way"))
-    )
+    planned, blind = (stress_obstacles(law, [1], "A", **course) for law in (PLANNED, make_controller("right-of-way")))
     assert planned.succeeded.all()
     assert blind.hit.all()
 
