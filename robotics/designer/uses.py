@@ -133,7 +133,8 @@ def _tracking_uses() -> list[Use]:
     found = [Use("fuzzy", "tracking", _ONE, _ALONE, "lyapunov")]
     for name, kind in _laws("tracking"):
         if kind == "team":
-            kinds = _BOTH if name == "fuzzy-team" else _TEAM  # it drives a robot that is alone as well
+            alone = presets()[name].law is fuzzy_team.FuzzyTeam  # it drives a robot that is alone as well
+            kinds = _BOTH if alone else _TEAM
             found.append(Use(name, "tracking", kinds, _SCENARIOS["tracking"], _RIVALS["tracking"]))
     return found
 

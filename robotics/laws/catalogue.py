@@ -155,6 +155,13 @@ CATALOGUE: dict[str, Preset] = {
     "fuzzy-team": Preset(
         FuzzyTeam, {}, "Fuzzy team", "five rule bases: tracking, cooperation, crash, obstacles, and who decides", "team"
     ),
+    "fuzzy-team-planned": Preset(
+        FuzzyTeam,
+        {"plan": "reservation"},
+        "Fuzzy team, planned",
+        "the same five rule bases on the paths and the timing of right-of-way's plan",
+        "team",
+    ),
     "obstacles": Preset(
         ObstacleAvoidance, {}, "Obstacle avoidance", "the side kept, then along the wall; thesis 6.2 otherwise", "team"
     ),

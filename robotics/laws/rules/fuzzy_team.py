@@ -16,22 +16,26 @@ Thesis 1.8, 5.3 and (6.4)-(6.7), Figs 5.20 and 6.26; there two modes are switche
       v = min((μ_t v_tracking + μ_o v_obstacles) / (μ_t + μ_o), speed_crash)
       z' = 1 + μ_k (z'_cooperation − 1)
 
+By its gain ``plan`` the team plans before the start, :mod:`robotics.laws.avoidance.planned_way`: the rule bases then
+work on the plan's paths and timing in the place of the scenario's, and the right of way of ``crash`` is the plan's.
+
 Below them stands the emergency rule of :mod:`robotics.laws.rules.emergency`, which knows no rules and no paths.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from fuzzy.system import Sugeno
+from robotics.laws.avoidance.planned_way import planned_timing
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
 from robotics.laws.rules.emergency import Guard, Watch
 from robotics.laws.rules.evaluation import RuleBase
-from robotics.laws.rules.situation import MESSAGE, Fixed, Recall, Situation
+from robotics.laws.rules.situation import MESSAGE, Fixed, Recall, Situation, turning_circles
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import JOINING, held
 from robotics.laws.teams.neighbours import OUTAGE
@@ -64,6 +68,7 @@ class _Memory(NamedTuple):
     fixed: Fixed
     recall: Recall
     watch: Watch
+    stays: np.ndarray | None  # (runs, 1) bool: there is no plan; None: none is wanted
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +84,9 @@ class FuzzyTeam(Law[_Memory]):
     obstacles_rule_base: str | Sugeno = "obstacles"
     supervisor_rule_base: str | Sugeno = "supervisor"
     margin: float = quantity(0.2, "m", least=0.02, most=5)  # between the turning circles of robots that do not meet
+    plan: Literal["none", "reservation"] = (
+        "none"  # the timing that it follows: the scenario's, or a plan without conflicts
+    )
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     reach: float = quantity(0.4, "m", above=0)  # the target is no farther ahead of the robot's place
     tracker: FuzzyTracking = field(init=False, repr=False)
@@ -123,10 +131,10 @@ class FuzzyTeam(Law[_Memory]):
         return found | {task: base.fis for task, base in self.bases.items() if base is not None}
 
     def init(self, setting: Setting, runs: int) -> _Memory:
-        """Look at the paths.
+        """Look at the paths, and plan where a plan is wanted and robots may meet.
 
-        Raises ControllerError where the robots are no team, the graph is not connected, or a rule base names a robot
-        that does not exist.
+        In an ensemble the runs without a plan are refused. Raises ControllerError where the robots are no team, the
+        graph is not connected, a scenario has no safe plan, or a rule base names a robot that does not exist.
         """
         for task, base in self.bases.items():
             if base is not None:
@@ -135,7 +143,11 @@ class FuzzyTeam(Law[_Memory]):
             check_team(setting)
         check_connected(setting)
         watch = Watch.start(runs, len(setting.robots))
-        return _Memory(Fixed.of(setting, self.margin), Recall.start(setting, runs), watch)
+        plan = None
+        if self.plan == "reservation" and len(setting.robots) > 1:
+            plan = planned_timing(setting, 2 * float(turning_circles(setting).max()) + self.margin)
+        stays = None if plan is None else np.broadcast_to(~plan.found, (runs, 1))
+        return _Memory(Fixed.of(setting, self.margin, plan), Recall.start(setting, runs, plan), watch, stays)
 
     @property
     def rule_bases(self) -> Mapping[str, RuleBase]:
@@ -144,11 +156,13 @@ class FuzzyTeam(Law[_Memory]):
 
     def situation(self, seen: Observation, memory: _Memory, dt: float) -> Situation:
         """All that the rule bases can be told in a period."""
+        if memory.fixed.plan is not None:
+            seen = seen._replace(references=memory.fixed.plan)
         return Situation(seen, memory.fixed, memory.recall, dt)
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Know the situation, ask the rule bases, blend what they say, and guard it."""
-        fixed, recall, _ = memory
+        recall, stays = memory.recall, memory.stays
         now = self.situation(seen, memory, dt)
         inputs: dict[str, np.ndarray] = {}
         urgency = self._ask(now, "supervisor", inputs)
@@ -169,6 +183,8 @@ class FuzzyTeam(Law[_Memory]):
         limit = FREE_SPEED + urgency["crash"] * (crash["speed"] - FREE_SPEED)
         # guarded
         asked = np.minimum(v, limit)
+        if stays is not None:
+            asked, w = np.where(stays, 0.0, asked), np.where(stays, 0.0, w)
         w = np.where(asked < 0, 0.0, w)  # back it goes straight
         safe, safe_w, watch = self.guard.kept(now, asked, w, memory.watch)
         yields = np.clip((v - safe) / np.maximum(v, SLOWEST), 0.0, 1.0)
@@ -185,11 +201,12 @@ class FuzzyTeam(Law[_Memory]):
             now.message(after),
             due._replace(v=due.v * pace, w=due.w * pace),
             now.paths.share(now.place),
+            refused=None if stays is None else stays[:, 0],
             mode=mode,
             inputs=np.concatenate([inputs[task] for task in self.fuzzy_systems]) if inputs else None,
             guarded=(np.abs(safe - asked) > GUARDED) | (np.abs(safe_w - w) > GUARDED_TURN),
         )
-        return command, _Memory(fixed, after, watch)
+        return command, memory._replace(recall=after, watch=watch)
 
     def _ask(self, now: Situation, task: str, inputs: dict[str, np.ndarray]) -> Mapping[str, np.ndarray]:
         """What the rule base of ``task`` says, (runs, robots) each; its inputs are put into ``inputs``."""

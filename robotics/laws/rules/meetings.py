@@ -65,6 +65,20 @@ def next_meetings(meetings: Meetings, place: np.ndarray, others: np.ndarray) -> 
     return Meeting(*_next(meetings.last, meetings.lengths, meetings.room, place, others))
 
 
+def planned_order(meetings: Meetings, reached: np.ndarray, place: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Who goes first by a plan where robots meet next: 1 the robot, -1 the other (runs, robots, others); 0: neither.
+
+    Either robot has a next meeting of its own, and what the plan passes first of the two counts: the two agree.
+
+    Args:
+        meetings: The conflicts of the paths.
+        reached: When the plan has each robot at each cell of its path (runs, robots, cells) [s].
+        place: Where robots are (runs, robots) [m].
+        others: What each knows of where the others are (runs, robots, others) [m]; not-a-number: nothing.
+    """
+    return np.asarray(_order(meetings.last, np.ascontiguousarray(reached), place, others))
+
+
 def in_the_way(meetings: Meetings, place: np.ndarray, x: np.ndarray, y: np.ndarray, reach: float) -> np.ndarray:
     """The distance [m] of each other robot from the next ``reach`` [m] of each robot's path (runs, robots, others).
 
@@ -195,3 +209,33 @@ def _off(points, lengths, place, x, y, reach):  # type: ignore[no-untyped-def]
                     gap = np.hypot(points[t, i, c, 0] - x[r, i, j], points[t, i, c, 1] - y[r, i, j])
                     off[r, i, j] = min(off[r, i, j], gap)
     return off
+
+
+@kernel
+def _order(last, reached, place, others):  # type: ignore[no-untyped-def]
+    runs, robots = place.shape
+    order = np.zeros((runs, robots, robots))
+    for r in range(runs):
+        t = r if len(last) > 1 else 0
+        for i in range(robots):
+            for j in range(robots):
+                if i == j or np.isnan(others[r, i, j]):
+                    continue
+                mine, theirs = _passing(last[t], reached[t], i, j, place[r, i], others[r, i, j])
+                their_own, my_own = _passing(last[t], reached[t], j, i, others[r, i, j], place[r, i])
+                if min(my_own, their_own) < min(mine, theirs):
+                    mine, theirs = my_own, their_own
+                if mine < theirs:
+                    order[r, i, j] = 1.0
+                elif theirs < mine:
+                    order[r, i, j] = -1.0
+    return order
+
+
+@kernel
+def _passing(last, reached, i, j, place, other):  # type: ignore[no-untyped-def]
+    """When robot i, at ``place``, enters its next meeting with j, at ``other``, and when j leaves it; infinite: none"""
+    for c in range(int(max(place, 0.0) / CELL), last.shape[2]):
+        if last[i, j, c] >= other:
+            return reached[i, c], reached[j, min(int(np.ceil(last[i, j, c] / CELL)), last.shape[2] - 1)]
+    return np.inf, np.inf

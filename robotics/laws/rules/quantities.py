@@ -63,7 +63,7 @@ def _heard(name: str) -> Callable[[Situation], np.ndarray]:
 
 
 def _their_lag(s: Situation) -> np.ndarray:
-    lags = s.paths.level(s.due.s) - s.others.place
+    lags = s.their_due - s.others.place
     return np.nan_to_num(lags)
 
 

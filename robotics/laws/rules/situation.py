@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from robotics.laws.avoidance.planned_way import PlannedTiming
 from robotics.laws.avoidance.priority import WHEREABOUTS, whereabouts
 from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
@@ -24,7 +25,7 @@ from robotics.laws.rules.clearances import (
     standing_robots,
     without_robots,
 )
-from robotics.laws.rules.meetings import Meeting, Meetings, in_the_way, next_meetings
+from robotics.laws.rules.meetings import CELL, Meeting, Meetings, in_the_way, next_meetings, planned_order
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
 from robotics.paths.path import PathPoint
@@ -44,12 +45,18 @@ ACCELERATING = 0.2  # m/s²: by which a robot's speed may have changed since it 
 STANDS = 0.03  # m/s: a robot that is slower stands
 MESSAGE = ("place", "speed", "clock", "pace", *WHEREABOUTS, "yields", "stuck")  # what robots tell each other
 NEAR_END = 0.1  # m: a robot this near to its path's end is parked
+ON_PLAN = 0.1  # m: a robot no farther behind a plan, which may have it stand, is on time
 NOTICED = 1.0  # m: with less room ahead it is smoothed where there is more of it
 SMOOTHING = 0.8  # s: the time constant of that
 SWINGING = 0.05  # m/rad: a robot that turns sees other corners of what is near
 QUICK, SLOW = 0.1, 1.0  # s: the time constants by which it is noticed that something comes nearer
 FARTHEST = 2.0  # m: room beyond is no more room
 NONE = 9.0  # what is told where there is nothing to tell, in the unit of the quantity
+
+
+def turning_circles(setting: Setting) -> np.ndarray:
+    """The radii of the circles in which the robots turn (robots,) [m]."""
+    return np.array([np.hypot(robot.length, robot.width) / 2 for robot in setting.robots])
 
 
 class Fixed(NamedTuple):
@@ -60,16 +67,27 @@ class Fixed(NamedTuple):
     meetings: Meetings | None  # of the paths; none for a single robot
     lengths: np.ndarray  # (robots,) or (runs, robots) m
     end: np.ndarray  # (1,) or (runs, 1) s: the last reference arrives
+    plan: PlannedTiming | None = None  # what the references are where they are a plan's
+    reached: np.ndarray | None = None  # (runs, robots, cells) s: when that has each robot at the cells of the meetings
 
     @classmethod
-    def of(cls, setting: Setting, margin: float) -> "Fixed":
-        """Look at the robots, their sensors and paths; ``margin`` [m] is what lies between robots that do not meet."""
+    def of(cls, setting: Setting, margin: float, plan: PlannedTiming | None = None) -> "Fixed":
+        """Look at the robots, their sensors and paths.
+
+        Args:
+            setting: The setting of the law.
+            margin: What lies between the circles of robots that do not meet [m].
+            plan: References in the place of the setting's.
+        """
         robots = len(setting.robots)
-        radii = np.array([np.hypot(robot.length, robot.width) / 2 for robot in setting.robots])
-        paths = setting.references.joined
+        radii = turning_circles(setting)
+        references = plan or setting.references
+        paths = references.joined
         meetings = Meetings.of(paths, robots, radii, margin) if robots > 1 else None
-        ends = setting.references.ends.max(axis=-1, keepdims=True)
-        return cls(radii, Sensors.of(setting.robots, setting.sensors), meetings, paths.lengths, ends)
+        ends = references.ends.max(axis=-1, keepdims=True)
+        reached = None if plan is None or meetings is None else plan.reached(CELL, meetings.last.shape[-1])
+        sensors = Sensors.of(setting.robots, setting.sensors)
+        return cls(radii, sensors, meetings, paths.lengths, ends, plan, reached)
 
 
 class Recall(NamedTuple):
@@ -92,13 +110,17 @@ class Recall(NamedTuple):
     lean: np.ndarray  # m: how much more room there is ahead on the left than on the right, smoothed
 
     @classmethod
-    def start(cls, setting: Setting, runs: int) -> "Recall":
-        """What robots remember before the first period: nothing but where they are."""
+    def start(cls, setting: Setting, runs: int, plan: PlannedTiming | None = None) -> "Recall":
+        """What robots remember before the first period: nothing but where they are.
+
+        ``plan`` stands in the place of the setting's references.
+        """
+        references = plan or setting.references
         robots = len(setting.robots)
         zero = np.zeros((runs, robots))
         pose = np.broadcast_to(setting.starts, (runs, robots, 3))
-        begin = setting.references.at(0.0).s
-        near = setting.references.joined.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
+        begin = references.at(0.0).s
+        near = references.joined.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
         far = zero + FARTHEST
         start = dict.fromkeys(cls._fields, zero) | {"place": near, "best": near, "fast": far, "slow": far}
         return cls(**start | {"clear": np.full((len(SECTORS), runs, robots), np.inf)})
@@ -169,6 +191,15 @@ class Situation:
         return self.seen.references.each_at(np.minimum(self.recall.clock, self.fixed.end))
 
     @cached_property
+    def their_due(self) -> np.ndarray:
+        """Where the others should be by the robot's copy of the clock [m] (runs, robots, others)."""
+        if self.fixed.plan is None:
+            return self.paths.level(self.due.s)
+        shape = (*self.place.shape, self.place.shape[1])
+        share, _ = self.fixed.plan.due(np.broadcast_to(self.recall.clock[..., None], shape))
+        return np.asarray(share * self.fixed.lengths[..., None, :])
+
+    @cached_property
     def target(self) -> Reference:
         """The point that the robot tracks."""
         return self._target or self.due
@@ -196,7 +227,8 @@ class Situation:
     @cached_property
     def stuck(self) -> np.ndarray:
         """The time [s] without progress, other than by giving way or at the end."""
-        waits = (self.recall.yields > 0.5) | (self.remaining < NEAR_END) | (self.due.s < self.place - self.off)
+        on_time = self.due.s < self.place - self.off + (0.0 if self.fixed.plan is None else ON_PLAN)
+        waits = (self.recall.yields > 0.5) | (self.remaining < NEAR_END) | on_time
         grown = self.recall.stuck + np.where(waits, 0.0, self.dt)
         return np.where(self.best > self.recall.best, 0.0, grown)
 
@@ -245,23 +277,35 @@ class Situation:
 
     @cached_property
     def right_of_way(self) -> np.ndarray:
-        """1 where the robot goes before the other, -1 where the other does; 0 for itself."""
+        """1 where the robot goes before the other, -1 where the other does; 0 for itself.
+
+        A plan tells it, then the ends of the paths, then the robots' numbers.
+        """
         number = np.arange(self.place.shape[1])
         by_number = np.sign(number - number[:, None]).astype(float)
         if self.fixed.meetings is None:
             return np.broadcast_to(by_number, (*self.place.shape, self.place.shape[1]))
         first = self.fixed.meetings.first
         demanded = first.astype(float) - np.swapaxes(first, -1, -2)
-        return np.broadcast_to(np.where(demanded != 0, demanded, by_number), (len(self.place), *by_number.shape))
+        rule = np.broadcast_to(np.where(demanded != 0, demanded, by_number), (len(self.place), *by_number.shape))
+        if self.fixed.reached is None:
+            return rule
+        planned = planned_order(self.fixed.meetings, self.fixed.reached, self.place, self.others.place)
+        return np.where(planned != 0, planned, rule)
 
     @cached_property
     def in_the_way(self) -> np.ndarray:
-        """Whether another robot stands on the way ahead (runs, robots, others) bool."""
+        """Whether another robot stands on the way ahead (runs, robots, others) bool.
+
+        One that stands where a plan has it stand is in nobody's way: it goes on in time.
+        """
         if self.fixed.meetings is None:
             return np.zeros((*self.place.shape, 1), dtype=bool)
         them, radii = self.others, self.fixed.radii
         off = in_the_way(self.fixed.meetings, self.place, them.x, them.y, WAY)
         stands = np.hypot(them.v_x, them.v_y) < STANDS
+        if self.fixed.plan is not None:
+            stands &= np.abs(self.their_due - them.place) > ON_PLAN
         return stands & (off < radii[:, None] + radii + CORRIDOR)
 
     @cached_property

@@ -106,10 +106,11 @@ def test_goals_within_d_min_are_told_of_and_hold_a_robot_up_for_ever(tmp_path, c
     assert json.loads(shown.out)["scenario"] == "near"
 
 
-def test_right_of_way_names_the_goals_that_leave_no_plan():
+@pytest.mark.parametrize("law", ["right-of-way", "fuzzy-team-planned"])
+def test_a_law_that_plans_names_the_goals_that_leave_no_plan(law):
     near = parse_scenario(lanes(0.7), "near")
     with pytest.raises(ControllerError, match=r"the goals of robots 1 and 3 are 0.30 m apart; no order"):
-        simulate(near, make_controller("right-of-way"))
+        simulate(near, make_controller(law))
 
 
 @pytest.mark.parametrize(
