@@ -136,7 +136,9 @@ class OwnRules(FuzzyTracking):
         tracks = (np.arange(1, v.shape[1] + 1) == self.leader) | np.isnan(inputs).all(axis=0)
         wish_v = said.get("v", v * said.get("speed_factor", 1.0))
         wish_v = np.minimum(wish_v, said.get("speed", np.inf))
-        wish_w = said.get("w", w) + said.get("turn", 0.0) / TURN_TIME
+        # Who keeps a side turns away from the obstacle there, whichever it is.
+        turn = said.get("turn", 0.0) * (way if "keep" in self.own.outputs else 1.0)
+        wish_w = said.get("w", w) + turn / TURN_TIME
         v, w = np.where(tracks, v, wish_v), np.where(tracks, w, wish_w)
         pace = np.broadcast_to(said.get("rate", np.ones_like(v)), v.shape)
         side = recall.side + dt / SIDE_TIME * (way * said.get("keep", np.zeros_like(v)) - recall.side)

@@ -68,8 +68,8 @@ _KEEP = """\
 The robot remembers `keep` as σ, from −1 to 1: σ' = (keep · sign σ − σ) / {side:g} s. It takes a side slowly, keeps it
 while the rules say 1, leaves it for the other by −1, and forgets it by 0. `kept` is |σ|. With σ ≥ 0 it goes round to
 the left of an obstacle: `wall` is the room on its right and `beyond` that on its left. With σ < 0 it is the other way
-round, so that one set of rules serves both sides. In `fuzzy` a `turn` > 0 is to the left whatever the side; in the task
-*obstacles* of a fuzzy team it is away from the obstacle.
+round, so that one set of rules serves both sides. A rule base that says `keep`
+says `turn` in the same way: > 0 is away from the obstacle. Without `keep` it is to the left.
 
 ## Outputs in a fuzzy team
 
