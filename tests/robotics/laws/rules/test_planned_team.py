@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.avoidance import circle_swap, ensemble
-from robotics.experiments.stress.crossing_runs import run_ensemble
+from robotics.experiments.stress.crossing_runs import run_ensemble, stress_crossing
 from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.obstaclecourse import stress_obstacles
 from robotics.laws.avoidance.planned_way import planned_timing
@@ -72,11 +72,20 @@ def test_what_planning_brings_four_robots_swap_their_places_on_a_roundabout():
     assert planned.min_distance.min() > 0.5 > alone.min_distance.min()
 
 
+def test_a_robot_that_waits_by_the_plan_is_no_obstacle_to_drive_round():
+    """The plan of this crossing has robots 2 and 6 wait near each other; it is kept to the last centimetre."""
+    outcome = stress_crossing(PLANNED, 10, [5])
+    assert outcome.arrived.all()
+    assert outcome.emergency_share == 0.0
+    assert outcome.min_distance[0] > 0.5
+
+
 @pytest.mark.filterwarnings("ignore:obstacles. no rule fires for output keep")
 def test_what_the_rules_bring_the_planned_team_drives_round_what_no_plan_knows():
     """The right of way drives the same plan blind."""
-    course = {"robots": 3, "lanes": "crossing"}
-    planned, blind = (stress_obstacles(law, [1], "A", **course) for law in (PLANNED, make_controller("right-of-way")))
+    planned, blind = (
+        stress_obstacles(law, [1], "A", 3, lanes="crossing") for law in (PLANNED, make_controller("right-of-way"))
+    )
     assert planned.succeeded.all()
     assert blind.hit.all()
 
