@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.avoidance import circle_swap, ensemble
-from robotics.experiments.stress.crossing_runs import run_ensemble, stress_crossing
+from robotics.experiments.stress.crossing_runs import run_ensemble
 from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.obstaclecourse import stress_obstacles
 from robotics.laws.avoidance.planned_way import planned_timing
@@ -73,11 +73,12 @@ def test_what_planning_brings_four_robots_swap_their_places_on_a_roundabout():
 
 
 def test_a_robot_that_waits_by_the_plan_is_no_obstacle_to_drive_round():
-    """The plan of this crossing has robots 2 and 6 wait near each other; it is kept to the last centimetre."""
-    outcome = stress_crossing(PLANNED, 10, [5])
-    assert outcome.arrived.all()
-    assert outcome.emergency_share == 0.0
-    assert outcome.min_distance[0] > 0.5
+    """The plan of this crossing has robots 2 and 6 wait near each other; both stay where it has them."""
+    *_, state = islice(drive(crossing_ensemble(10, [5]), PLANNED, [5]), 560)
+    plan, recall = state.memory.fixed.plan, state.memory.recall
+    due = plan.each_at(recall.clock)
+    assert (due.v[0, [1, 5]] == 0.0).all()
+    np.testing.assert_allclose(recall.place, due.s, atol=0.1)
 
 
 @pytest.mark.filterwarnings("ignore:obstacles. no rule fires for output keep")
