@@ -58,6 +58,7 @@ PROVEN = (
     "an obstacle",
     "a path shape",
     "a robot parameter",
+    "a quantity that a robot can know",
     "a report chapter",
     "a designer panel",
     "a learning method",

@@ -6,9 +6,12 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
+import shapely
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -33,9 +36,9 @@ def _run(command, folder):
 
 def test_the_readme_has_what_a_newcomer_needs():
     kinds = [kind for kind, _ in SNIPPETS]
-    assert kinds.count("python") == 5
-    assert kinds.count("sh") == 7
-    assert kinds.count("toml") == 1
+    assert kinds.count("python") == 6
+    assert kinds.count("sh") == 9
+    assert kinds.count("toml") == 2
 
 
 def test_snippets_run_in_order(folder):
@@ -46,11 +49,15 @@ def test_snippets_run_in_order(folder):
             output += _run([sys.executable, "-c", text], folder)
         elif kind == "sh" and "make " not in text:
             output += _run(["sh", "-e", "-c", text], folder)
+        elif file := re.match(r"# ([\w-]+\.toml)", text):
+            (folder / file[1]).write_text(text, encoding="utf-8")
     for name in (
         "surface.png",
         "go.fis",
         "memberships.png",
         "run.png",
+        "wall-surface.png",
+        "wall.png",
         "comparison/report.html",
         "formation.png",
         "sinc.fis",
@@ -59,6 +66,7 @@ def test_snippets_run_in_order(folder):
         "crossing-3-A-seed-4.html",
     ):
         assert (folder / name).stat().st_size > 200, name
+    _check_the_wall_is_followed(folder)
     assert "within 5 cm of the path after" in output
     assert "virtual-structure  from" in output
     import fuzzy
@@ -71,10 +79,26 @@ def test_snippets_run_in_order(folder):
     assert float(go([1.0, 0.1])[0]) == pytest.approx(expected, rel=1e-12)
 
 
+def _check_the_wall_is_followed(folder):
+    """The saved run goes round the room, at a distance from its wall that changes little, corners included."""
+    from robotics.simulation.run import load_run
+
+    run = load_run(folder / "wall.npz")
+    room = tomllib.loads((folder / "wall.toml").read_text(encoding="utf-8"))
+    wall = shapely.LineString(room["obstacles"][0]["points"])
+    later = run.time > 5.0  # it starts too far away
+    places = shapely.points(run["x"][0, 0, later], run["y"][0, 0, later])
+    distance = shapely.distance(places, wall)
+    assert 0.25 < distance.min() < distance.max() < 0.65
+    assert 0.36 < np.median(distance) < 0.46
+    along = np.unwrap(shapely.line_locate_point(wall, places), period=wall.length)
+    assert along[-1] - along[0] > wall.length
+
+
 def test_the_sensors_of_the_readme_are_what_a_scenario_takes():
     from robotics.scenario.reading import parse_scenario
 
-    ((_, text),) = (snippet for snippet in SNIPPETS if snippet[0] == "toml")
+    (text,) = (text for kind, text in SNIPPETS if kind == "toml" and "[[sensors]]" in text)
     path = 'path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }\ntiming = { speed = 0.2 }\n'
     robot = f"[[robots]]\nstart = [0.0, 0.0, 0.0]\n{path}"
     scenario = parse_scenario(text.replace("[[robots]]\n", f"{robot}{robot}"), "readme")

@@ -31,13 +31,13 @@ app = application("Simulate robots and compare their controllers, fuzzy and nonl
 
 app.add_typer(dataset, name="dataset")
 app.add_typer(stress, name="stress")
+app.add_typer(learn, name="learn")
 app.command("list")(list_)
 app.command()(copy)
 app.command("run")(run_)
 app.command()(repeat)
 app.command()(compare)
 app.command()(explain)
-app.command()(learn)
 app.command()(animate)
 app.command()(certify)
 app.command()(sweep)
@@ -50,14 +50,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _as_named_today(arguments: Sequence[str]) -> list[str]:
-    """The arguments, with `run crossing|obstacles`, as repeat was called in 0.1, replaced by `repeat ...`."""
-    if len(arguments) < 2 or arguments[0] != "run" or arguments[1] not in list(Stress):
-        return list(arguments)
-    now = f"repeat {arguments[1]}"
+    """The arguments by today's names: what version 0.1 called `run crossing|obstacles` and `learn DATA.csv`."""
+    match list(arguments):
+        case ["run", stress, *rest] if stress in list(Stress):
+            return _renamed(f"run {stress}", ["repeat", stress], rest)
+        case ["learn", data, *rest] if data.endswith(".csv"):
+            return _renamed("learn DATA.csv", ["learn", "formation"], [data, *rest])
+    return list(arguments)
+
+
+def _renamed(before: str, now: list[str], rest: list[str]) -> list[str]:
     print(
-        f"robotics: `run {arguments[1]}` is now called `{now}`; the old name goes in the next release", file=sys.stderr
+        f"robotics: `{before}` is now called `{' '.join(now)}`; the old name goes in the next release", file=sys.stderr
     )
-    return ["repeat", *arguments[1:]]
+    return [*now, *rest]
 
 
 def _version(wanted: bool) -> None:

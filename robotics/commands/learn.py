@@ -1,86 +1,14 @@
-"""The command ``robotics learn``: formation networks from formation data."""
-
-from pathlib import Path
-from typing import Annotated
+"""The command line ``robotics learn``: its commands."""
 
 import typer
 
-from anfis.methods.catalogue import METHODS
-from fuzzy.shell.progress import progress_bar
-from fuzzy.shell.terminal import print_json
-from robotics.commands.shared import Json, Quiet
+from robotics.commands.learn_formation import formation
+from robotics.commands.learn_rules import rules_
 
-
-def learn(
-    data: Annotated[Path, typer.Argument(metavar="DATA.csv", help="Formation data with a header line.")],
-    out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder into which v_l.fis ... w_f.fis go.")
-    ],
-    check: Annotated[
-        Path | None, typer.Option(metavar="CHECK.csv", help="Checking data with the same columns.")
-    ] = None,
-    rules: Annotated[
-        int, typer.Option(min=1, help="Wanted number of rules; the nearest that a setting gives is taken.")
-    ] = 8,
-    method: Annotated[str, typer.Option(help=f"Method of learning: {', '.join(METHODS)}.")] = "hybrid",
-    epochs: Annotated[int, typer.Option(min=0, help="Number of epochs of learning.")] = 60,
-    json: Json = False,
-    quiet: Quiet = False,
-) -> None:
-    """Cluster and train the four networks that drive leader and followers.
-
-    Example: robotics learn formation.csv --check check.csv -o networks, then
-    robotics run formation-behind --controller formation:networks=networks
-    """
-    from threadpoolctl import threadpool_limits
-
-    from anfis import Options
-    from fuzzy.files.table import read_table
-    from robotics.experiments.learning.formationlearning import (
-        FormationLearningError,
-        learn_networks,
-        steps,
-        write_networks,
-    )
-
-    options = Options(method=method, epochs=epochs)
-    names, values = read_table(data)
-    if names is None:
-        raise FormationLearningError(f"{data}: a header line with the columns' names is needed")
-    held = None
-    if check is not None:
-        others, held = read_table(check)
-        if others != names:
-            raise FormationLearningError(f"{check}: its columns must be those of {data}: {', '.join(names)}")
-    with threadpool_limits(1, "blas"), progress_bar(quiet) as begin:  # the matrices are small
-        advance = begin("learning", steps(epochs))
-        networks = learn_networks(names, values, held, rules=rules, options=options, advance=advance)
-    write_networks(networks, out, data.name)
-    rows = []
-    for network in networks:
-        training, trial = network.training, network.trial
-        best = training.history[training.best]
-        rows.append(
-            {
-                "output": network.output,
-                "rules": trial.rules,
-                "radius": trial.radius,
-                "squash": trial.options.squash,
-                "accept": trial.options.accept,
-                "reject": trial.options.reject,
-                "clustering_rmse": training.history[0].train,
-                "train_rmse": best.train,
-                "check_rmse": best.check,
-                "best_epoch": training.best,
-                "stopped": training.stopped,
-                "file": str(out / f"{network.output}.fis"),
-            }
-        )
-    if json:
-        print_json({"method": method, "networks": rows})
-        return
-    for row in rows:
-        print(
-            f"{row['file']}: {row['rules']} rules; RMSE {row['clustering_rmse']:.2e} by clustering, then "
-            f"{row['train_rmse']:.2e} training, {row['check_rmse']:.2e} checking (epoch {row['best_epoch']})"
-        )
+learn = typer.Typer(
+    help="Learn rule bases: of formations from data, or from what another law does.",
+    rich_markup_mode=None,
+    no_args_is_help=True,
+)
+learn.command()(formation)
+learn.command("rules")(rules_)

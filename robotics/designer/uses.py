@@ -16,10 +16,9 @@ from robotics.laws.catalogue import label, make_controller, presets
 from robotics.laws.formation import leader_follower
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.rules import fuzzy_team, own_rules
-from robotics.laws.rules.quantities import GROUPS, PATTERNS, QUANTITIES, Quantity, quantity_of
+from robotics.laws.rules.quantities import GROUPS, PAGE, PATTERNS, QUANTITIES, Quantity, quantity_of
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 
-TABLE = "docs/quantities.md"  # where the quantities that a robot can know are listed
 _CURVES = ("eta", "theta", "lateral")  # rule bases of one input and one output
 _ONE, _TEAM, _BOTH = ("tracking",), ("team",), ("team", "tracking")  # kinds of scenarios
 _SCENARIOS = {
@@ -195,7 +194,7 @@ def _why_none(fis: Sugeno) -> str:
     supervisor = _list(fuzzy_team.OUTPUTS["supervisor"])
     return (
         f"{fis.name} cannot drive a robot: {'; '.join(parts)}. A law takes the outputs {_list(own_rules.OUTPUTS)}, and "
-        f"the supervisor of a fuzzy team {supervisor}; {TABLE} lists all that a robot knows, by these names."
+        f"the supervisor of a fuzzy team {supervisor}; {PAGE} lists all that a robot knows, by these names."
     )
 
 

@@ -204,7 +204,7 @@ class LeaderFollower(Law[Memory]):
     v_f.fis and w_f.fis, or a name of robotics/rulebases, or the systems themselves. The inputs of each are some of
     x_l, y_l, theta_l, dx, alpha_l and kappa_f, by name. Raises ControllerError for other inputs or outputs.
 
-    "formation" is what ``robotics learn datasets/formation-well-posed.csv --check
+    "formation" is what ``robotics learn formation datasets/formation-well-posed.csv --check
     datasets/formation-well-posed-check.csv -o robotics/rulebases/formation`` makes; "thesis" the thesis's own.
     """
 

@@ -24,7 +24,10 @@ RISE = np.array([1.0, 1.0, 0.6, 0.6, 0.6])  # m/s: a clearance grows no faster; 
 SEEN_LEFT = np.array([-0.3, -1.0, 1.0, -2.1])  # rad: from here a standing team-mate counts for a sector
 SEEN_RIGHT = np.array([1.0, 0.3, 2.1, -1.0])  # rad: to here
 NEARBY = 0.3  # m between the turning circles: a robot that stands farther away is no obstacle
-NEARER, FARTHER = 0.25, 0.05  # m: a reading so much less or more than a known robot's distance may be that robot
+NEARER, FARTHER = (
+    0.25,
+    0.05,
+)  # m: a reading so much less (or a radius) or more than a robot's distance may be that robot
 
 
 class Sensors(NamedTuple):
@@ -37,6 +40,7 @@ class Sensors(NamedTuple):
     axis: np.ndarray  # (robots, sensors) rad
     half_cone: np.ndarray  # (robots, sensors) rad
     inner: np.ndarray  # (robots, sensors) m: from the sensor to the robot's turning circle, along its axis
+    minimum: np.ndarray  # (robots, sensors) m: what it reads of all that is nearer
 
     @classmethod
     def of(cls, robots: Sequence[Robot], carried: Sequence[Mapping[str, RangeSensor]]) -> "Sensors":
@@ -44,7 +48,7 @@ class Sensors(NamedTuple):
         names = sensor_names(carried)
         shape = len(robots), len(names)
         sector = np.zeros((len(SECTORS), *shape), dtype=bool)
-        rows = np.zeros((5, *shape))
+        rows = np.zeros((6, *shape))
         for i, (robot, own) in enumerate(zip(robots, carried, strict=True)):
             radius = float(np.hypot(robot.length, robot.width)) / 2
             for q, name in enumerate(names):
@@ -55,7 +59,7 @@ class Sensors(NamedTuple):
                 sector[_sectors(axis), i, q] = True
                 along = s.x * np.cos(axis) + s.y * np.sin(axis)
                 inner = -along + np.sqrt(max(radius**2 - (s.x**2 + s.y**2 - along**2), 0.0))
-                rows[:, i, q] = s.x, s.y, axis, s.half_cone, inner
+                rows[:, i, q] = s.x, s.y, axis, s.half_cone, inner, s.minimum
         return cls(names, sector, *rows)
 
 
@@ -74,7 +78,15 @@ def sensed(sensors: Sensors, values: np.ndarray) -> np.ndarray:
 
     Infinite where nothing is seen, or no sensor looks.
     """
-    clear = np.maximum(values - sensors.inner, 0.0)
+    return _least(sensors, np.maximum(values - sensors.inner, 0.0))
+
+
+def room_for_braking(sensors: Sensors, values: np.ndarray) -> np.ndarray:
+    """The same below 0 too, within the turning circle; minus infinite where a sensor reads its minimum, or less."""
+    return _least(sensors, np.where(values <= sensors.minimum, -np.inf, values - sensors.inner))
+
+
+def _least(sensors: Sensors, clear: np.ndarray) -> np.ndarray:
     return np.stack([np.where(own, clear, np.inf).min(axis=-1, initial=np.inf) for own in sensors.sector])
 
 
@@ -111,7 +123,7 @@ def without_robots(
         distance = np.hypot(to_x, to_y)
         off = np.abs(wrapped(np.arctan2(to_y, to_x) - sensors.axis[:, q, None]))
         reading = values[:, :, None, q]
-        fits = (reading > distance - NEARER - unsure) & (reading < distance + FARTHER + unsure)
+        fits = (reading > distance - np.maximum(NEARER, radii) - unsure) & (reading < distance + FARTHER + unsure)
         theirs = known & fits & (off < sensors.half_cone[:, q, None] + (radii + unsure) / np.maximum(distance, 1e-6))
         out[..., q] = np.where(theirs.any(axis=-1), np.inf, out[..., q])
     return out

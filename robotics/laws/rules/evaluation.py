@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -44,6 +45,10 @@ class RuleBase:
         inputs = tuple(quantity_of(variable.name, called(name)) for variable in fis.inputs)
         places = {variable.name: k for k, variable in enumerate(fis.outputs)}
         return cls(fis, compile_sugeno(fis), inputs, places)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the system alone: its quantities are functions, which other processes find by their names."""
+        return _restored, (self.fis, dict(self.outputs))
 
     @property
     def of_pairs(self) -> bool:
@@ -90,20 +95,22 @@ class RuleBase:
             return said, np.moveaxis(known, -1, 0)
         ignored = ~situation.seen.heard.hears | np.isnan(situation.others.gap)
         out = {}
-        worst = np.zeros(situation.place.shape, dtype=int)
         for name, values in said.items():
             values = np.where(ignored, neutral[name], values)
-            if name in ADDED:
-                out[name] = values.sum(axis=-1)
-            else:
-                out[name], worst = values.min(axis=-1), values.argmin(axis=-1)
-        if not said:
-            worst = (~ignored).argmax(axis=-1)
-        elif not set(said) - ADDED:
-            worst = np.abs(np.where(ignored, 0.0, next(iter(said.values())))).argmax(axis=-1)
+            out[name] = values.sum(axis=-1) if name in ADDED else values.min(axis=-1)
+        worst = self._most_urgent(said, ignored)
         inputs = np.take_along_axis(known, worst[..., None, None], axis=-2)[..., 0, :]
         alone = ignored.all(axis=-1)  # nobody is heard: there are no inputs to show
         return out, np.moveaxis(np.where(alone[..., None], np.nan, inputs), -1, 0)
+
+    @staticmethod
+    def _most_urgent(said: Mapping[str, np.ndarray], ignored: np.ndarray) -> np.ndarray:
+        """The place of the other robot of which the first output that does not add up is least, or the turn largest."""
+        least = [name for name in said if name not in ADDED]
+        if least:
+            return np.asarray(np.where(ignored, np.inf, said[least[0]]).argmin(axis=-1))
+        turn = np.abs(next(iter(said.values()))) if said else 0.0
+        return np.asarray(np.where(ignored, -1.0, turn).argmax(axis=-1))
 
     def known(self, situation: Situation) -> np.ndarray:
         """Its inputs (runs, robots, inputs), or where it is of pairs (runs, robots, others, inputs)."""
@@ -123,3 +130,8 @@ class RuleBase:
         """Its outputs by name, with the axes of ``known`` but the last."""
         out = self.compiled(known)
         return {name: out[..., k] for name, k in self.outputs.items()}
+
+
+def _restored(fis: Sugeno, outputs: dict[str, int]) -> RuleBase:
+    """Make the rule base again that was pickled."""
+    return RuleBase(fis, compile_sugeno(fis), tuple(quantity_of(v.name, fis.name) for v in fis.inputs), outputs)

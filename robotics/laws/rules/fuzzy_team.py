@@ -43,11 +43,17 @@ from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.paths.posture import posture_error
 from robotics.quantity import check_quantities, quantity
 
-OUTPUTS = {
-    "cooperation": {"rate": "1, of the clock", "speed": "m/s, at most, beside the path"},
-    "crash": {"turn": "rad", "speed": "m/s, at most"},
-    "obstacles": {"turn": "rad, away from the obstacle", "speed": "m/s", "keep": "the side: 1 keep, -1 change, 0 none"},
-    "supervisor": dict.fromkeys(("tracking", "cooperation", "crash", "obstacles"), "urgency"),
+OUTPUTS = {  # of each task, each with its unit and meaning
+    "cooperation": {"rate": "1, of the clock: 1 on time, 0 waits", "speed": "m/s, at most, beside the path"},
+    "crash": {"turn": "rad, added to that of tracking", "speed": "m/s, at most"},
+    "obstacles": {
+        "turn": "rad, away from the obstacle",
+        "speed": "m/s",
+        "keep": "1, the side: 1 keep, -1 change, 0 none",
+    },
+    "supervisor": {
+        task: f"1, how urgent {task} is: 0 to 1" for task in ("tracking", "cooperation", "crash", "obstacles")
+    },
 }
 TURN_TIME = 0.4  # s: a turn [rad] is made in this time, as by the tracking rule base's look-ahead
 SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
@@ -143,12 +149,21 @@ class FuzzyTeam(Law[_Memory]):
         stays = None if plan is None else np.broadcast_to(~plan.found, (runs, 1))
         return _Memory(Fixed.of(setting, self.margin, plan), Recall.start(setting, runs, plan), watch, stays)
 
+    @property
+    def rule_bases(self) -> Mapping[str, RuleBase]:
+        """The rule bases of named inputs, by their tasks; tracking's inputs are not named so."""
+        return {task: base for task, base in self.bases.items() if base is not None}
+
+    def situation(self, seen: Observation, memory: _Memory, dt: float) -> Situation:
+        """All that the rule bases can be told in a period."""
+        if memory.fixed.plan is not None:
+            seen = seen._replace(references=memory.fixed.plan)
+        return Situation(seen, memory.fixed, memory.recall, dt)
+
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Know the situation, ask the rule bases, blend what they say, and guard it."""
-        fixed, recall, _, stays = memory
-        if fixed.plan is not None:
-            seen = seen._replace(references=fixed.plan)
-        now = Situation(seen, fixed, recall, dt)
+        recall, stays = memory.recall, memory.stays
+        now = self.situation(seen, memory, dt)
         inputs: dict[str, np.ndarray] = {}
         urgency = self._ask(now, "supervisor", inputs)
         crash = self._ask(now, "crash", inputs)

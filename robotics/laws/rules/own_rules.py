@@ -1,14 +1,6 @@
 """Any rule base flies: a law whose inputs are quantities that a robot can know, by their names in the ``.fis`` file.
 
-The inputs are those of :mod:`robotics.laws.rules.quantities`; the outputs, of which it has one or more, are
-
-    v, w            the speed [m/s] and the turn rate [rad/s] themselves
-    turn            [rad], made in 0.4 s: added to the turn of fuzzy tracking underneath
-    speed           [m/s], at most: fuzzy tracking underneath drives no faster
-    speed_factor    what the speed of fuzzy tracking underneath is multiplied by
-    rate            of the robot's copy of a clock that all share: 1 on time, 0 waits; the slowest copy holds
-    keep            the side of an obstacle to keep, 1 this one, -1 the other, 0 none; the robot remembers it
-
+The inputs are those of :mod:`robotics.laws.rules.quantities`; the outputs are one or more of ``OUTPUTS``.
 What a rule base does not give, or one of pairs cannot give as nobody is heard, fuzzy tracking does: it drives to the
 target ``look_ahead`` seconds from now. A rule base of v and w whose inputs are a tracking law's four, as Table 5.6, is
 fuzzy tracking itself (:mod:`robotics.laws.tracking.fuzzy_tracking`).
@@ -29,18 +21,18 @@ from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking, load_rule_base
 from robotics.quantity import quantity
 
-OUTPUTS = {
-    "v": "m/s",
-    "w": "rad/s",
-    "turn": "rad, added to that of tracking",
-    "speed": "m/s, at most",
-    "speed_factor": "1",
-    "rate": "1, of the clock",
-    "keep": "1, the side of an obstacle",
-}
-NEUTRAL = {"v": np.inf, "w": 0.0, "turn": 0.0, "speed": np.inf, "speed_factor": 1.0, "rate": 1.0, "keep": 0.0}
 TURN_TIME = 0.4  # s: a turn is made in this time, as by the tracking rule base's look-ahead
 SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
+OUTPUTS = {  # each with its unit and meaning
+    "v": "m/s: the speed itself",
+    "w": "rad/s: the turn rate itself",
+    "turn": f"rad, made in {TURN_TIME:g} s: added to the turn of fuzzy tracking underneath",
+    "speed": "m/s, at most: fuzzy tracking underneath drives no faster",
+    "speed_factor": "1: what the speed of fuzzy tracking underneath is multiplied by",
+    "rate": "1, of the robot's copy of a clock that all share: 1 on time, 0 waits; the slowest copy holds",
+    "keep": "1, the side of an obstacle to keep: 1 this one, -1 the other, 0 none; the robot remembers it",
+}
+NEUTRAL = {"v": np.inf, "w": 0.0, "turn": 0.0, "speed": np.inf, "speed_factor": 1.0, "rate": 1.0, "keep": 0.0}
 MARGIN = 0.2  # m: between the turning circles of robots whose paths do not meet
 
 
@@ -116,15 +108,27 @@ class OwnRules(FuzzyTracking):
             )
         return _Memory(Fixed.of(setting, MARGIN), Recall.start(setting, runs))
 
+    @property
+    def rule_bases(self) -> Mapping[str, RuleBase]:
+        """The rule base, if it is not fuzzy tracking itself."""
+        return {} if self.own is None else {"own": self.own}
+
+    def situation(self, seen: Observation, memory: _Memory, dt: float) -> Situation:
+        """All that the rule base can be told in a period; without an output ``rate`` the clock shows the time."""
+        fixed, recall = memory
+        assert self.own is not None
+        if "rate" not in self.own.outputs:
+            recall = recall._replace(clock=np.full_like(recall.clock, seen.time))
+        target = seen.references.each_at(np.minimum(recall.clock + self.look_ahead, fixed.end))
+        return Situation(seen, fixed, recall, dt, target)
+
     def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
         """Ask the rule base, and track for the rest."""
         if self.own is None:
             return super().control(seen, memory, dt)
         fixed, recall = memory
-        clocked = "rate" in self.own.outputs
-        time = recall.clock if clocked else np.full_like(recall.clock, seen.time)
-        target = seen.references.each_at(np.minimum(time + self.look_ahead, fixed.end))
-        now = Situation(seen, fixed, recall._replace(clock=time), dt, target)
+        now = self.situation(seen, memory, dt)
+        target = now.target
         said, inputs = self.own.asked(now, NEUTRAL)
         v, w = self.toward(seen, target)
         way = np.where(recall.side >= 0, 1.0, -1.0)

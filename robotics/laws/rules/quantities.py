@@ -1,7 +1,8 @@
 """The table of what a robot can know: the quantities that a rule base may name as its inputs.
 
-Each has a unit and a sentence; ``docs/quantities.md`` is made of this table. A quantity of pairs is told of each other
-robot: a rule base with one among its inputs is evaluated for every other robot, and its outputs are joined.
+Each has a unit and a sentence; :mod:`robotics.laws.rules.table` makes ``docs/quantities.md`` of this table. A quantity
+of pairs is told of each other robot: a rule base with one among its inputs is evaluated for every other robot, and its
+outputs are joined.
 """
 
 import re
@@ -17,8 +18,8 @@ from robotics.laws.rules.clearances import BEHIND, FRONT_LEFT, FRONT_RIGHT, LEFT
 from robotics.laws.rules.meetings import INSIDE
 from robotics.laws.rules.situation import NONE, Situation
 
+PAGE = "docs/quantities.md"  # made of this table; messages name it
 CRUISE = 0.2  # m/s: a robot that is slower is taken to go on at this speed
-ALIKE = 0.02  # m: front clearances that differ by no more are alike
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ class Quantity:
     of: Callable[[Situation], Any]  # (runs, robots), of pairs (runs, robots, others)
     pair: bool = False  # whether it is told of each other robot
     radio: bool = False  # whether robots must tell each other where they are
+    ranges: bool = False  # whether it needs range sensors; without them it tells that nothing is near
     sensor: str = ""  # the range sensor that it needs
     robot: int = 0  # the number of the robot that it is of
 
@@ -117,6 +119,7 @@ _ROOM = {
         "rad", "bearing of the path; > 0: away from the obstacle", lambda s: _way(s) * s.path_bearing
     ),
 }
+_UNSENSED = {"way_back", "kept", "path_away"}  # what of it the robot remembers, or knows by its path
 _PAIRS = {
     "gap": Quantity("m", "between the circles in which the two robots turn", lambda s: s.others.gap),
     "bearing": Quantity("rad", "of the other robot; > 0: it is on the left", lambda s: s.others.bearing),
@@ -136,7 +139,7 @@ GROUPS: dict[str, dict[str, Quantity]] = {
     "Its own motion": _OWN,
     "The target": _TARGET,
     "The path and the timetable": _PATH,
-    "The room around it": _ROOM,
+    "The room around it": {name: replace(q, ranges=name not in _UNSENSED) for name, q in _ROOM.items()},
     "Each other robot": {name: replace(quantity, pair=True, radio=True) for name, quantity in _PAIRS.items()},
 }
 QUANTITIES: dict[str, Quantity] = {name: quantity for group in GROUPS.values() for name, quantity in group.items()}
@@ -171,14 +174,16 @@ def quantity_of(name: str, where: str) -> Quantity:
     if numbered and numbered[2] in _NUMBERED:
         return _of_robot(int(numbered[1]) - 1, _NUMBERED[numbered[2]])
     known = [*QUANTITIES, *PATTERNS]
-    raise ControllerError(f"{where}: " + expected(name, known, "quantity that a robot knows"))
+    raise ControllerError(
+        f"{where}: " + expected(name, known, "quantity that a robot knows") + f"; {PAGE} tells what each is"
+    )
 
 
 def _reading(sensor: str) -> Quantity:
     def of(s: Situation) -> np.ndarray:
         return np.full_like(s.place, np.inf) if s.seen.ranges is None else s.seen.ranges[sensor]
 
-    return Quantity("m", f"what {sensor} reads", of, sensor=sensor)
+    return Quantity("m", f"what {sensor} reads", of, ranges=True, sensor=sensor)
 
 
 def _of_robot(number: int, quantity: Quantity) -> Quantity:

@@ -20,6 +20,7 @@ from robotics.laws.rules.clearances import (
     RISE,
     SECTORS,
     Sensors,
+    room_for_braking,
     sensed,
     standing_robots,
     without_robots,
@@ -309,10 +310,10 @@ class Situation:
 
     @cached_property
     def echoes(self) -> np.ndarray:
-        """The clearance in each sector [m] (sectors, runs, robots) by what the sensors read now, robots included."""
+        """The room to brake in each sector [m] (sectors, runs, robots) by what sensors read now, robots included."""
         if self.seen.ranges is None:
             return np.full_like(self.recall.clear, np.inf)
-        return sensed(self.fixed.sensors, self.seen.ranges.values)
+        return room_for_braking(self.fixed.sensors, self.seen.ranges.values)
 
     @cached_property
     def clear(self) -> np.ndarray:

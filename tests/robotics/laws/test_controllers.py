@@ -1,5 +1,6 @@
 """The catalogue of controllers and the specifications that name them."""
 
+import pickle
 from dataclasses import FrozenInstanceError, replace
 from typing import Any
 
@@ -121,3 +122,9 @@ def test_posture_error_is_5_9():
     assert [f.item() for f in e] == pytest.approx([1.0, 0.0, 0.5 - np.pi / 2])
     e = posture_error(np.array([[0.0]]), np.array([[0.0]]), np.array([[0.0]]), target)
     assert [f.item() for f in e] == pytest.approx([1.0, 1.0, 0.5])
+
+
+@pytest.mark.parametrize("name", sorted(CATALOGUE))
+def test_a_law_goes_to_other_processes(name):
+    law = make_controller(name)
+    assert gains_of(pickle.loads(pickle.dumps(law))) == gains_of(law)

@@ -1,0 +1,69 @@
+"""What teachers and pupils drive: scenarios, and the random scenarios of stress tests, each for any seeds."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robotics.experiments.stress.crossing_runs import run_ensemble
+from robotics.experiments.stress.crossings import crossing_ensemble
+from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, run_course
+from robotics.laws.law import Law
+from robotics.laws.setting import Setting
+from robotics.measures.contacts import can_touch
+from robotics.measures.registry import headlines, measure_all
+from robotics.scenario.description import Scenario
+from robotics.simulation.loop import simulate
+
+Judge = Callable[[Law[Any], str, Sequence[int]], dict[str, float]]
+
+
+@dataclass(frozen=True)
+class Course:
+    """What is driven."""
+
+    name: str
+    setting: Callable[[Sequence[int]], Setting]  # for these seeds
+    # The outcome of a law, which has a name, on these seeds: numbers by what they are, with their unit
+    judged: Judge
+
+
+def scenario_course(scenario: Scenario) -> Course:
+    """A scenario, judged by what a comparison's short table shows: means over seeds and robots."""
+
+    def judged(law: Law[Any], name: str, seeds: Sequence[int]) -> dict[str, float]:
+        run = simulate(scenario, law, seeds, name=name)
+        values = measure_all(run)
+        found: dict[str, float] = {"robots stopped": float(run.diverged.sum())}
+        if can_touch(run):
+            found["runs with a contact"] = float((values["contacts"] > 0).any(axis=1).sum())
+        for metric, about in headlines(scenario.kind, can_touch(run)).items():
+            found[f"{about.short or about.title} [{about.unit}]"] = float(np.mean(values[metric]))
+        return found
+
+    return Course(scenario.name, lambda seeds: scenario.setting, judged)
+
+
+def crossing_course(robots: int = 3) -> Course:
+    """Random crossings of class A, one for each seed, judged as by ``robotics stress crossing``."""
+
+    def judged(law: Law[Any], name: str, seeds: Sequence[int]) -> dict[str, float]:
+        return _told(run_ensemble(crossing_ensemble(robots, seeds), law, seeds).summary())
+
+    return Course(f"{robots} robots on random crossings", lambda seeds: crossing_ensemble(robots, seeds), judged)
+
+
+def obstacle_course(robots: int = 1) -> Course:
+    """Random obstacle courses of class A, one for each seed, judged as by ``robotics stress obstacles``."""
+
+    def judged(law: Law[Any], name: str, seeds: Sequence[int]) -> dict[str, float]:
+        return _told(run_course(obstacle_ensemble(seeds, "A", robots), law, seeds).summary())
+
+    return Course(
+        f"{robots} robots among random obstacles", lambda seeds: obstacle_ensemble(seeds, "A", robots), judged
+    )
+
+
+def _told(summary: dict[str, Any]) -> dict[str, float]:
+    return {name: float("nan") if value is None else value for name, value in summary.items() if name != "failed_seeds"}

@@ -1,0 +1,98 @@
+"""A lesson: what rule base is to be learnt, from which law, on what, and how."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import anfis
+from fuzzy.errors import InputError
+from fuzzy.naming import expected
+from robotics.experiments.learning.courses import Course
+from robotics.experiments.learning.demonstrations import LABELS
+from robotics.laws.catalogue import make_controller
+from robotics.laws.rules.own_rules import OwnRules
+from robotics.laws.rules.quantities import quantity_of
+from robotics.laws.tracking.fuzzy_tracking import INPUTS
+
+RIDGE = 1e-5  # of the least squares: without it, rules that few samples determine say anything beside them
+UNITS = {"v": "m/s", "w": "rad/s", "speed": "m/s"}
+
+
+class ImitationError(InputError):
+    """A teacher, inputs or outputs of which no rule base can be learnt."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lesson:
+    """What is to be learnt, from whom, and how."""
+
+    teacher: str  # a controller's specification
+    courses: tuple[Course, ...]
+    inputs: tuple[str, ...]  # names of robotics.laws.rules.quantities
+    outputs: tuple[str, ...] = ("v", "w")  # names of LABELS
+    into: str = "fuzzy:rule_base"  # a controller's specification that ends in the gain which names the rule base
+    seeds: tuple[int, ...] = tuple(range(12))
+    rules: int = 12
+    rounds: int = 3  # in which the pupil drives
+    disturbance: float = 1.0  # of every second run
+    options: anfis.Options = field(default_factory=lambda: anfis.Options(epochs=30, ridge=RIDGE))
+
+    def __post_init__(self) -> None:
+        for what, names in (("input", self.inputs), ("output", self.outputs)):
+            if not names:
+                raise ImitationError(f"a rule base needs an {what}")
+            for name in names:
+                if names.count(name) > 1:
+                    raise ImitationError(f"the {what} {name!r} is given twice")
+        for name in self.inputs:
+            quantity_of(name, "inputs")
+        for name in self.outputs:
+            if name not in LABELS:
+                raise ImitationError(expected(name, LABELS, "output that a teacher shows"))
+        if len(self.seeds) < 2:
+            raise ImitationError("at least two seeds are needed: one to learn from, and one to check with")
+        if not self.courses:
+            raise ImitationError("at least one scenario or stress test is needed to drive")
+        if "=" in self.into.rpartition(",")[2] or ":" not in self.into:
+            raise ImitationError(
+                f"into must end in the gain that names the rule base, such as fuzzy:rule_base; got {self.into!r}"
+            )
+        tracking = self.into.partition(":")[0].startswith("fuzzy") and set(self.inputs) <= set(INPUTS)
+        if tracking and isinstance(make_controller(self.into.partition(":")[0]), OwnRules):
+            raise ImitationError(
+                f"a rule base of {', '.join(self.inputs)} alone is that of fuzzy tracking itself, which takes its "
+                "inputs from a point ahead of the target; add another input, such as y_err"
+            )
+        if self.of_pairs and self.outputs != ("speed",):
+            raise ImitationError(
+                f"inputs that are told of each other robot ({', '.join(self.pairs)}) belong to the output speed alone: "
+                "of all other robots the least speed holds, and v and w are not shown for each of them"
+            )
+
+    @property
+    def name(self) -> str:
+        """The name of the rule base."""
+        return f"{self.teacher.partition(':')[0].strip()}-learnt"
+
+    @property
+    def pairs(self) -> tuple[str, ...]:
+        """The inputs that are told of each other robot."""
+        return tuple(name for name in self.inputs if quantity_of(name, "inputs").pair)
+
+    @property
+    def of_pairs(self) -> bool:
+        """Whether the rule base is asked about each other robot."""
+        return bool(self.pairs)
+
+    def controller(self, file: str | Path) -> str:
+        """The specification of the controller that flies the rule base in ``file``."""
+        return f"{self.into}={file}"
+
+    def check_file(self, file: Path) -> None:
+        """Raise ImitationError unless a controller's specification can name ``file``."""
+        if file.suffix != ".fis" or "," in str(file):
+            raise ImitationError(f"{file}: the file's name must end in .fis, and hold no comma")
+
+    @property
+    def checking(self) -> tuple[int, ...]:
+        """The seeds that are not learnt from."""
+        return self.seeds[3::4] or self.seeds[-1:]

@@ -1,0 +1,76 @@
+"""The command line ``robotics learn``, end to end."""
+
+import json
+
+import pytest
+
+from fuzzy.files.table import read_table
+from robotics.commands.application import main
+
+TINY = """
+title = "a line, from beside it"
+duration = 4.0
+
+[sensing]
+posture = "pose"
+position_noise = 0.002
+
+[[robots]]
+start = [0.0, 0.1, 0.0]
+path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }
+timing = { speed = 0.3 }
+"""
+
+
+@pytest.fixture
+def command(tmp_path):
+    (tmp_path / "tiny.toml").write_text(TINY, encoding="utf-8")
+    few = ["--rules", "3", "--rounds", "0", "--epochs", "1", "--seeds", "3", "--unseen", "1", "-q"]
+    driven = ["--scenario", str(tmp_path / "tiny.toml"), "--inputs", "x_err,y_err,heading_err"]
+    return ["learn", "rules", "--from", "lyapunov", *driven, *few, "-o", str(tmp_path / "learnt.fis")]
+
+
+def test_rules_are_learnt_saved_and_flown_on_unseen_seeds(command, tmp_path, capsys):
+    data = tmp_path / "data.csv"
+    assert main([*command, "--data", str(data)]) == 0
+    out, _ = capsys.readouterr()
+    assert "round 0:" in out
+    assert "3 rules. Flown on the unseen seeds 3 to 3" in out
+    assert f"--controller fuzzy:rule_base={tmp_path / 'learnt.fis'}" in out
+    names, values = read_table(data)
+    assert names[3:] == ("x_err [m]", "y_err [m]", "heading_err [rad]", "v [m/s]", "w [rad/s]")
+    first = (tmp_path / "learnt.fis").read_bytes(), data.read_bytes()
+    assert main([*command, "--data", str(data), "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert first == ((tmp_path / "learnt.fis").read_bytes(), data.read_bytes())
+    assert printed["seeds"] == [3]
+    assert printed["taken"] == 0
+    assert printed["rounds"][0]["samples"] < len(values)  # those of the checking seed are not learnt from
+    assert printed["flown"]["tiny"].keys() == {"teacher", "learnt"}
+    assert main(["run", str(tmp_path / "tiny.toml"), "-c", f"fuzzy:rule_base={tmp_path / 'learnt.fis'}", "-q"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--inputs", "x_er"], "did you mean 'x_err'"),
+        (["--outputs", "rate"], "unknown output that a teacher shows 'rate'"),
+        (["--from", "lyapnov"], "unknown controller 'lyapnov'; did you mean 'lyapunov'"),
+        (["--scenario", "referense"], "did you mean 'reference'"),
+        (["-o", "learnt.txt"], "learnt.txt: the file's name must end in .fis"),
+        (["--into", "fuzzy-team"], "must end in the gain that names the rule base"),
+    ],
+)
+def test_what_cannot_be_learnt_is_told_in_a_sentence(command, arguments, said, capsys):
+    assert main([*command, *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert said in err
+    assert "Traceback" not in err
+    assert out == ""
+
+
+def test_the_name_of_version_0_1_still_learns_formations(capsys):
+    assert main(["learn", "missing.csv", "-o", "networks", "-q"]) == 2
+    err = capsys.readouterr().err
+    assert "`learn DATA.csv` is now called `learn formation`" in err
+    assert "missing.csv" in err.splitlines()[-1]

@@ -1,0 +1,163 @@
+"""What range sensors say of the room around a robot: like walls for unlike sensors, sectors, and team-mates' echoes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robotics.environment.collision import footprints
+from robotics.environment.world import Polygon, World, box, compile_world
+from robotics.laws.law import Observation
+from robotics.laws.rules.clearances import (
+    BEHIND,
+    FRONT_LEFT,
+    FRONT_RIGHT,
+    LEFT,
+    RIGHT,
+    Sensors,
+    room_for_braking,
+    sensed,
+    standing_robots,
+    without_robots,
+)
+from robotics.sensing.sonar import LIDAR, SONAR, RangeSensor, SensorArray
+from robotics.vehicle.robot import Robot
+
+ROBOT = Robot()
+RADIUS = float(np.hypot(ROBOT.length, ROBOT.width)) / 2  # 0.152 m
+CELL = 0.05  # m
+NOISELESS = {
+    name: {key: replace(s, noise=0.0, relative_noise=0.0) for key, s in carried.items()}
+    for name, carried in {"sonar": SONAR, "lidar": LIDAR}.items()
+}
+WALL = 0.1  # m thick
+
+
+def clearances(carried, *walls, heading=0.0):
+    """The clearance in each sector [m] of one robot at the origin between ``walls``."""
+    array = SensorArray.opened(tuple(carried.values()), (0,), 0.05)
+    pose = np.zeros((1, 1)), np.zeros((1, 1)), np.full((1, 1), heading)
+    values = array.echoes(*pose, footprints([ROBOT]), compile_world(World(obstacles=walls)).at(0.0))
+    return sensed(Sensors.of([ROBOT], [carried]), values)[:, 0, 0]
+
+
+def ahead(distance):
+    return Polygon(corners=box(WALL, 6.0), position=(distance + WALL / 2, 0.0))
+
+
+def beside(distance):
+    return Polygon(corners=box(6.0, WALL), position=(0.0, distance + np.sign(distance) * WALL / 2))
+
+
+@pytest.mark.parametrize("sensors", ["sonar", "lidar"])
+@pytest.mark.parametrize("distance", [0.4, 0.7, 1.1])
+def test_a_wall_is_as_far_from_the_turning_circle_for_all_sensors(sensors, distance):
+    near = pytest.approx(distance - RADIUS, abs=CELL)
+    front = clearances(NOISELESS[sensors], ahead(distance))
+    assert front[FRONT_LEFT] == near
+    assert front[FRONT_RIGHT] == near
+    left = clearances(NOISELESS[sensors], beside(distance))
+    assert left[LEFT] == near
+    assert np.isinf(left[RIGHT])
+    assert clearances(NOISELESS[sensors], beside(-distance))[RIGHT] == near
+
+
+@pytest.mark.parametrize("sensors", ["sonar", "lidar"])
+def test_a_thing_on_one_side_ahead_is_in_that_front_sector_only(sensors):
+    left = clearances(NOISELESS[sensors], Polygon(corners=box(0.2, 0.2), position=(0.6, 0.5)))
+    assert left[FRONT_LEFT] < 0.6
+    assert left[FRONT_LEFT] < left[FRONT_RIGHT] - 0.05
+    right = clearances(NOISELESS[sensors], Polygon(corners=box(0.2, 0.2), position=(0.6, -0.5)))
+    np.testing.assert_allclose(right[[FRONT_LEFT, FRONT_RIGHT]], left[[FRONT_RIGHT, FRONT_LEFT]], atol=1e-6)
+
+
+def test_axes_are_sorted_by_direction_whatever_turn_they_are_written_with():
+    axes = {"ahead": 0.0, "a": 0.5, "b": -0.5, "c": 1.5, "d": -1.5, "e": 3.0, "f": 2 * np.pi - 0.5}
+    sensors = Sensors.of([ROBOT], [{name: RangeSensor(axis=axis) for name, axis in axes.items()}])
+    found = {name: {k for k in range(5) if sensors.sector[k, 0, q]} for q, name in enumerate(sensors.names)}
+    assert found == {
+        "ahead": {FRONT_LEFT, FRONT_RIGHT},
+        "a": {FRONT_LEFT},
+        "b": {FRONT_RIGHT},
+        "c": {LEFT},
+        "d": {RIGHT},
+        "e": {BEHIND},
+        "f": {FRONT_RIGHT},
+    }
+
+
+def test_where_no_sensor_looks_nothing_is_seen():
+    clear = clearances(NOISELESS["sonar"], Polygon(corners=box(WALL, 6.0), position=(-0.4, 0.0)))
+    assert np.isinf(clear).all()
+    assert np.isinf(clearances({"ahead": RangeSensor()}, beside(0.4))).all()
+
+
+def test_robots_that_carry_unlike_sensors_are_told_of_their_own():
+    sensors = Sensors.of([ROBOT, ROBOT], [{"a": RangeSensor()}, {"b": RangeSensor(axis=np.pi / 2)}])
+    clear = sensed(sensors, np.full((1, 2, 2), 1.0))
+    assert np.isfinite(clear[:, 0, 0]).tolist() == [True, True, False, False, False]
+    assert np.isfinite(clear[:, 0, 1]).tolist() == [False, False, True, False, False]
+
+
+@pytest.mark.parametrize("sensors", ["sonar", "lidar"])
+def test_within_the_turning_circle_there_is_no_room_to_brake(sensors):
+    """Clearances end at 0; what is nearer to the nose than a sonar's minimum may touch it."""
+    carried = NOISELESS[sensors]
+    array = SensorArray.opened(tuple(carried.values()), (0,), 0.05)
+    sorted_by_axis = Sensors.of([ROBOT], [carried])
+    for gap, room in ((0.3, 0.3), (0.01, None)):  # m from the nose
+        world = compile_world(World(obstacles=(ahead(ROBOT.length / 2 + gap),))).at(0.0)
+        here = np.zeros((1, 1))
+        values = array.echoes(here, here, here, footprints([ROBOT]), world)
+        values = np.maximum(values, [s.minimum for s in carried.values()])
+        found = room_for_braking(sorted_by_axis, values)[:, 0, 0]
+        if room is None:
+            assert found[FRONT_LEFT] < -0.02
+            assert sensed(sorted_by_axis, values)[FRONT_LEFT, 0, 0] < 0.01
+        else:
+            np.testing.assert_allclose(found, sensed(sorted_by_axis, values)[:, 0, 0])
+
+
+def echo_of_the_other(place, moves, robot=ROBOT, reading=None):
+    """What remains of the readings of a robot at the origin, of another of its kind at ``place`` in its frame."""
+    carried = NOISELESS["sonar"]
+    array = SensorArray.opened(tuple(carried.values()), (0,), 0.05)
+    x, y, heading = np.array([[0.0, place[0]]]), np.array([[0.0, place[1]]]), np.zeros((1, 2))
+    nothing = compile_world(World()).at(0.0)
+    values = array.echoes(x, y, heading, footprints([robot, robot]), nothing)
+    assert np.isfinite(values[0, 0]).any()  # it sees the other
+    if reading is not None:
+        values = np.where(np.isfinite(values), reading, values)
+    seen = Observation(0.0, x, y, heading, x * 0, x * 0, None, None)
+    dx, dy = x[:, None, :] - x[:, :, None], y[:, None, :] - y[:, :, None]
+    unknown = np.where(np.eye(2, dtype=bool), np.nan, 0.0)
+    radii = np.full(2, np.hypot(robot.length, robot.width) / 2)
+    moving = np.full((1, 2, 2), moves)
+    sensors = Sensors.of([robot, robot], [carried, carried])
+    return without_robots(sensors, seen, values, dx + unknown, dy + unknown, moving, np.zeros((1, 2, 2)), radii)[0, 0]
+
+
+@pytest.mark.parametrize("place", [(0.5, 0.0), (0.6, 0.25), (0.0, 0.5), (0.0, -0.5), (1.2, 0.1)])
+def test_the_echo_of_a_known_robot_that_moves_is_left_out(place):
+    assert np.isinf(echo_of_the_other(place, True)).all()
+
+
+def test_that_of_a_robot_that_stands_is_kept_nearby_only():
+    assert np.isfinite(echo_of_the_other((0.5, 0.0), False)).any()
+    assert np.isinf(echo_of_the_other((1.2, 0.0), False)).all()
+
+
+def test_what_is_much_nearer_than_the_robot_is_something_else():
+    assert np.isfinite(echo_of_the_other((1.2, 0.0), True, reading=0.5)).any()
+
+
+def test_the_echo_of_a_large_robot_is_left_out_too():
+    assert np.isinf(echo_of_the_other((1.2, 0.0), True, robot=replace(ROBOT, length=0.8, width=0.6))).all()
+
+
+def test_standing_robots_count_in_the_sectors_in_which_they_are():
+    gap = np.array([[[0.4, 0.7, 0.9, 0.2]]])
+    bearing = np.array([[[0.0, 1.5, -0.8, 0.5]]])
+    counts = np.array([[[True, True, True, False]]])
+    clear = standing_robots(gap, bearing, counts)[:, 0, 0]
+    np.testing.assert_array_equal(clear, [0.4, 0.4, 0.7, np.inf, np.inf])
