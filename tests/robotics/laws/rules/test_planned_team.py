@@ -72,11 +72,21 @@ def test_what_planning_brings_four_robots_swap_their_places_on_a_roundabout():
     assert planned.min_distance.min() > 0.5 > alone.min_distance.min()
 
 
+def test_a_robot_that_waits_by_the_plan_is_no_obstacle_to_drive_round():
+    """The plan of this crossing has robots 2 and 6 wait near each other; both stay where it has them."""
+    *_, state = islice(drive(crossing_ensemble(10, [5]), PLANNED, [5]), 560)
+    plan, recall = state.memory.fixed.plan, state.memory.recall
+    due = plan.each_at(recall.clock)
+    assert (due.v[0, [1, 5]] == 0.0).all()
+    np.testing.assert_allclose(recall.place, due.s, atol=0.1)
+
+
 @pytest.mark.filterwarnings("ignore:obstacles. no rule fires for output keep")
 def test_what_the_rules_bring_the_planned_team_drives_round_what_no_plan_knows():
     """The right of way drives the same plan blind."""
-    course = {"robots": 3, "lanes": "crossing"}
-    planned, blind = (stress_obstacles(law, [1], "A", **course) for law in (PLANNED, make_controller("right-of-way")))
+    planned, blind = (
+        stress_obstacles(law, [1], "A", 3, lanes="crossing") for law in (PLANNED, make_controller("right-of-way"))
+    )
     assert planned.succeeded.all()
     assert blind.hit.all()
 
