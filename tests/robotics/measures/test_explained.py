@@ -97,7 +97,7 @@ def test_the_inputs_of_a_stopped_robot_are_not_numbers():
 
 
 def test_a_law_without_rule_bases_keeps_none_though_one_below_it_says_its_inputs():
-    run = simulate(replace(load_scenario("three-cross"), duration=0.5), make_controller("crash-yielding"))
+    run = simulate(replace(load_scenario("trap-u"), duration=0.5), make_controller("obstacles"))
     assert run.inputs is None
     assert run.about.rule_bases == {}
 

@@ -133,8 +133,8 @@ def test_lambda_keeps_random_starts_with_the_bearing_and_makes_them_with_the_hea
 def test_the_preset_with_lambda_steers_by_the_heading():
     assert make_controller("fuzzy-lateral") == make_controller("fuzzy:steering=heading,lateral=path")
     assert make_controller("fuzzy-lateral").idle == {"deadband", "leader"}
-    assert FUZZY.idle == {"lateral_rule_base", "deadband"}
-    assert BARE.idle == {"lateral_rule_base"}
+    assert FUZZY.idle == {"lateral_rule_base", "deadband", "leader"}
+    assert BARE.idle == {"lateral_rule_base", "leader"}
 
 
 @pytest.mark.parametrize(("lateral", "reaches"), [("none", False), ("path", True)])
