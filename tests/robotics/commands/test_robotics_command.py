@@ -164,6 +164,7 @@ def test_a_diverging_controller_is_named_and_its_history_kept(tmp_path, capsys):
     assert table["mean_error_norm"].notna().all()
 
 
+@pytest.mark.long
 def test_interrupted_comparison_keeps_its_rows(tmp_path):
     command = [
         sys.executable,

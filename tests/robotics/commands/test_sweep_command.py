@@ -193,7 +193,7 @@ def finish(place, out, before, *options):
     assert (out / "results.parquet").read_bytes() == expected(place)
 
 
-@pytest.mark.parametrize("kills", [5, pytest.param(17, marks=pytest.mark.long)])
+@pytest.mark.parametrize("kills", [3, pytest.param(17, marks=pytest.mark.long)])
 def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm, kills):
     """Killed a random number of chunks after each start, and a random moment later."""
     random = np.random.default_rng(0)
@@ -302,6 +302,7 @@ def cluster(tmp_path_factory):
             member.wait(timeout=PATIENCE)
 
 
+@pytest.mark.long
 def test_a_dask_cluster_gives_the_same_table(place, tmp_path, cluster):
     finish(place, tmp_path / "out", {}, "--dask", cluster)
 

@@ -249,6 +249,7 @@ def test_pages_that_cannot_be(runs: dict[tuple[str, str], Run], planned: Run) ->
 # The command line -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_compare_writes_the_chapter_into_the_report(
     avoidance_results: dict[Any, Any],
     tmp_path: Path,

@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from robotics.commands.application import main
 from robotics.experiments.scaling import Scaling
@@ -89,6 +90,7 @@ def test_scaling_says_what_it_found(team_results):
     assert all(isinstance(s, Scaling) and s.spread <= 0.3 and s.gap <= 0.02 for s in scaling)
 
 
+@pytest.mark.long
 def test_numbers_are_recomputed_by_code_that_shares_nothing(team_results, tmp_path):
     check_recomputed(team_results, chapter_of(team_results).claims, tmp_path, least=25)
 
