@@ -42,6 +42,7 @@ import numpy as np
 
 from fuzzy.compiled.sugeno import CompiledSugeno
 from fuzzy.system import Sugeno
+from robotics.laws.avoidance.echoes import in_own_frame, without_echoes
 from robotics.laws.avoidance.obstacle_modes import (
     BEST,
     GROWTH,
@@ -72,6 +73,7 @@ PASSING_CONE = 1.3  # rad from the heading: a robot that avoids is let pass wher
 LONGEST_WAIT = 6.0  # s: a robot lets others pass for no longer
 LITERAL_RISE = 2.0  # m/s: a reading grows no faster
 COMMITTED_RISE = np.array([1.0, 1.0, 0.6, 0.6])  # m/s, in the order of SONAR; the side ones lose echoes at corners
+ROBOT_RADIUS = 0.16  # m: of the robots whose echoes are left out
 IN_THE_WAY = 0.6  # m: robots that are known to be farther away are not avoided as obstacles
 LEAVING_ROOM = 0.4  # m: with more ahead, a robot drives away from a thing that is too near
 LEAVING_SPEED = 0.5  # m/s: no faster than this
@@ -383,16 +385,7 @@ def _without_robots(seen: Observation, them: Others, ranges: np.ndarray, mountin
 
     ``ranges`` and the result are (runs, robots, sensors); an echo that is left out reads infinite.
     """
-    cos, sin = np.cos(seen.heading)[:, :, None], np.sin(seen.heading)[:, :, None]
-    x, y = cos * them.dx + sin * them.dy, cos * them.dy - sin * them.dx
-    apart = np.hypot(x, y) > IN_THE_WAY
-    out = ranges.copy()
-    for q in range(ranges.shape[-1]):
-        mount_x, mount_y, axis, half_cone = (row[q, :, None] for row in mounting[:4])
-        distance = np.hypot(x - mount_x, y - mount_y)
-        off = np.abs(wrapped(np.arctan2(y - mount_y, x - mount_x) - axis))
-        reading = ranges[:, :, None, q]
-        fits = (reading > distance - 0.25) & (reading < distance + 0.05)
-        theirs = apart & fits & (off < half_cone + 0.16 / distance)
-        out[..., q] = np.where(theirs.any(axis=-1), np.inf, out[..., q])
-    return out
+    ahead, left = in_own_frame(seen, them.dx, them.dy)
+    apart = np.hypot(ahead, left) > IN_THE_WAY
+    mounts = tuple(row.T for row in mounting[:4])
+    return without_echoes(ranges, mounts, ahead, left, apart, radius=ROBOT_RADIUS)

@@ -22,6 +22,8 @@ class Others(NamedTuple):
     v_y: np.ndarray  # m/s
     distance: np.ndarray  # m, between centers
     bearing: np.ndarray  # rad in [-π, π), from the robot's own heading
+    x: np.ndarray  # m, in the world
+    y: np.ndarray  # m
 
 
 def whereabouts(seen: Observation) -> dict[str, np.ndarray]:
@@ -33,10 +35,10 @@ def whereabouts(seen: Observation) -> dict[str, np.ndarray]:
 def others(seen: Observation) -> Others:
     """The others' places by the values WHEREABOUTS of their messages; not-a-number before the first message."""
     heard = seen.heard
-    dx = heard.now("x", by="v_x") - seen.x[:, :, None]
-    dy = heard.now("y", by="v_y") - seen.y[:, :, None]
+    x, y = heard.now("x", by="v_x"), heard.now("y", by="v_y")
+    dx, dy = x - seen.x[:, :, None], y - seen.y[:, :, None]
     bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
-    return Others(dx, dy, heard["v_x"], heard["v_y"], np.hypot(dx, dy), bearing)
+    return Others(dx, dy, heard["v_x"], heard["v_y"], np.hypot(dx, dy), bearing, x, y)
 
 
 def blocked(seen: Observation, them: Others, near: float) -> np.ndarray:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from robotics.laws.avoidance.echoes import NEARER, in_own_frame, without_echoes
 from robotics.laws.law import Observation
 from robotics.paths.posture import wrapped
 from robotics.sensing.carried import sensor_names
@@ -24,10 +25,6 @@ RISE = np.array([1.0, 1.0, 0.6, 0.6, 0.6])  # m/s: a clearance grows no faster; 
 SEEN_LEFT = np.array([-0.3, -1.0, 1.0, -2.1])  # rad: from here a standing team-mate counts for a sector
 SEEN_RIGHT = np.array([1.0, 0.3, 2.1, -1.0])  # rad: to here
 NEARBY = 0.3  # m between the turning circles: a robot that stands farther away is no obstacle
-NEARER, FARTHER = (
-    0.25,
-    0.05,
-)  # m: a reading so much less (or a radius) or more than a robot's distance may be that robot
 
 
 class Sensors(NamedTuple):
@@ -114,19 +111,11 @@ def without_robots(
         unsure: How far they may be from there [m] (runs, robots, others).
         radii: Of the circles around the robots [m] (robots,).
     """
-    cos, sin = np.cos(seen.heading)[:, :, None], np.sin(seen.heading)[:, :, None]
-    x, y = cos * dx + sin * dy, cos * dy - sin * dx
-    known = moves | (np.hypot(x, y) > radii[:, None] + radii + NEARBY)
-    out = values.copy()
-    for q in range(values.shape[-1]):
-        to_x, to_y = x - sensors.x[:, q, None], y - sensors.y[:, q, None]
-        distance = np.hypot(to_x, to_y)
-        off = np.abs(wrapped(np.arctan2(to_y, to_x) - sensors.axis[:, q, None]))
-        reading = values[:, :, None, q]
-        fits = (reading > distance - np.maximum(NEARER, radii) - unsure) & (reading < distance + FARTHER + unsure)
-        theirs = known & fits & (off < sensors.half_cone[:, q, None] + (radii + unsure) / np.maximum(distance, 1e-6))
-        out[..., q] = np.where(theirs.any(axis=-1), np.inf, out[..., q])
-    return out
+    ahead, left = in_own_frame(seen, dx, dy)
+    known = moves | (np.hypot(ahead, left) > radii[:, None] + radii + NEARBY)
+    mounts = sensors.x, sensors.y, sensors.axis, sensors.half_cone
+    nearer = np.maximum(NEARER, radii)  # from the far side of a large robot to its center
+    return without_echoes(values, mounts, ahead, left, known, radius=radii, nearer=nearer, unsure=unsure)
 
 
 def standing_robots(gap: np.ndarray, bearing: np.ndarray, counts: np.ndarray) -> np.ndarray:

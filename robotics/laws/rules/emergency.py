@@ -78,9 +78,8 @@ class Guard:
             return v, w, watch
         seen, them = now.seen, now.others
         watch = self._watched(now, watch)
-        clear = np.minimum(
-            now.clear, now.echoes
-        )  # where a team-mate is known to be there may be something else as well
+        # Where a team-mate is known to be there may be something else as well.
+        clear = np.minimum(now.clear, now.echoes)
         front = np.minimum(clear[FRONT_LEFT], clear[FRONT_RIGHT]) + TURNING
         v = np.minimum(v, np.maximum(self._fastest(front - self.least, 0.0), 0.0))
         v = np.maximum(v, -np.maximum(self._fastest(clear[BEHIND] - self.least, 0.0), 0.0))

@@ -35,7 +35,7 @@ from robotics.laws.law import Command, ControllerError, Law, Observation, check_
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
 from robotics.laws.rules.emergency import Guard, Watch
 from robotics.laws.rules.evaluation import RuleBase
-from robotics.laws.rules.situation import MESSAGE, Fixed, Recall, Situation, turning_circles
+from robotics.laws.rules.situation import MESSAGE, TURN_TIME, Fixed, Recall, Situation, turning_circles
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import JOINING, held
 from robotics.laws.teams.neighbours import OUTAGE
@@ -55,8 +55,6 @@ OUTPUTS = {  # of each task, each with its unit and meaning
         task: f"1, how urgent {task} is: 0 to 1" for task in ("tracking", "cooperation", "crash", "obstacles")
     },
 }
-TURN_TIME = 0.4  # s: a turn [rad] is made in this time, as by the tracking rule base's look-ahead
-SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
 SLOWEST = 0.1  # m/s: a robot that wants to drive slower gives way by less than its speed
 GUARDED, GUARDED_TURN = 0.01, 0.2  # m/s, rad/s: what the emergency rule takes off less than this is noise
 WALL_AFTER = 6.0  # s without progress after which an avoiding robot is said to follow the wall
@@ -84,9 +82,7 @@ class FuzzyTeam(Law[_Memory]):
     obstacles_rule_base: str | Sugeno = "obstacles"
     supervisor_rule_base: str | Sugeno = "supervisor"
     margin: float = quantity(0.2, "m", least=0.02, most=5)  # between the turning circles of robots that do not meet
-    plan: Literal["none", "reservation"] = (
-        "none"  # the timing that it follows: the scenario's, or a plan without conflicts
-    )
+    plan: Literal["none", "reservation"] = "none"  # whose timing it follows: the scenario's, or a plan's
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     reach: float = quantity(0.4, "m", above=0)  # the target is no farther ahead of the robot's place
     tracker: FuzzyTracking = field(init=False, repr=False)
@@ -162,7 +158,7 @@ class FuzzyTeam(Law[_Memory]):
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Know the situation, ask the rule bases, blend what they say, and guard it."""
-        recall, stays = memory.recall, memory.stays
+        stays = memory.stays
         now = self.situation(seen, memory, dt)
         inputs: dict[str, np.ndarray] = {}
         urgency = self._ask(now, "supervisor", inputs)
@@ -173,13 +169,12 @@ class FuzzyTeam(Law[_Memory]):
         in_time = FREE_SPEED + urgency["cooperation"] * (together["speed"] - FREE_SPEED)
         v, w = self._tracked(now, pace, in_time, inputs)
         # blended
-        way = np.where(recall.side >= 0, 1.0, -1.0)
         tracking, avoiding = urgency["tracking"], urgency["obstacles"]
         total = np.maximum(tracking + avoiding, 1e-6)
         w = w + urgency["crash"] * crash["turn"] / TURN_TIME
         aside = np.minimum(obstacles["speed"], in_time)
         v = (tracking * v + avoiding * aside) / total
-        w = (tracking * w + avoiding * way * obstacles["turn"] / TURN_TIME) / total
+        w = (tracking * w + avoiding * now.way * obstacles["turn"] / TURN_TIME) / total
         limit = FREE_SPEED + urgency["crash"] * (crash["speed"] - FREE_SPEED)
         # guarded
         asked = np.minimum(v, limit)
@@ -188,8 +183,7 @@ class FuzzyTeam(Law[_Memory]):
         w = np.where(asked < 0, 0.0, w)  # back it goes straight
         safe, safe_w, watch = self.guard.kept(now, asked, w, memory.watch)
         yields = np.clip((v - safe) / np.maximum(v, SLOWEST), 0.0, 1.0)
-        side = recall.side + dt / SIDE_TIME * (way * obstacles["keep"] - recall.side)
-        after = now.remembered(pace=pace, side=side, yields=yields)
+        after = now.remembered(pace=pace, keep=obstacles["keep"], yields=yields)
         mode = np.where(avoiding > tracking, np.where(now.stuck > WALL_AFTER, FOLLOW, AVOID), TRACK)
         mode = np.where(yields > 0.5, YIELD, mode) + np.where(now.stuck > LEFT_AFTER, LEFT_BEHIND, 0)
         due = now.due

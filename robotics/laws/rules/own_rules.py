@@ -16,13 +16,11 @@ import numpy as np
 from fuzzy.system import Sugeno
 from robotics.laws.law import Command, ControllerError, Observation
 from robotics.laws.rules.evaluation import RuleBase
-from robotics.laws.rules.situation import MESSAGE, Fixed, Recall, Situation
+from robotics.laws.rules.situation import MESSAGE, TURN_TIME, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking, load_rule_base
 from robotics.quantity import quantity
 
-TURN_TIME = 0.4  # s: a turn is made in this time, as by the tracking rule base's look-ahead
-SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
 OUTPUTS = {  # each with its unit and meaning
     "v": "m/s: the speed itself",
     "w": "rad/s: the turn rate itself",
@@ -126,23 +124,22 @@ class OwnRules(FuzzyTracking):
         """Ask the rule base, and track for the rest."""
         if self.own is None:
             return super().control(seen, memory, dt)
-        fixed, recall = memory
+        fixed, _ = memory
         now = self.situation(seen, memory, dt)
         target = now.target
         said, inputs = self.own.asked(now, NEUTRAL)
         v, w = self.toward(seen, target)
-        way = np.where(recall.side >= 0, 1.0, -1.0)
         # A rule base of pairs tells a robot that hears nobody nothing
         tracks = (np.arange(1, v.shape[1] + 1) == self.leader) | np.isnan(inputs).all(axis=0)
         wish_v = said.get("v", v * said.get("speed_factor", 1.0))
         wish_v = np.minimum(wish_v, said.get("speed", np.inf))
         # Who keeps a side turns away from the obstacle there, whichever it is.
-        turn = said.get("turn", 0.0) * (way if "keep" in self.own.outputs else 1.0)
+        turn = said.get("turn", 0.0) * (now.way if "keep" in self.own.outputs else 1.0)
         wish_w = said.get("w", w) + turn / TURN_TIME
         v, w = np.where(tracks, v, wish_v), np.where(tracks, w, wish_w)
         pace = np.broadcast_to(said.get("rate", np.ones_like(v)), v.shape)
-        side = recall.side + dt / SIDE_TIME * (way * said.get("keep", np.zeros_like(v)) - recall.side)
-        after = now.remembered(pace=pace, side=side, yields=np.zeros_like(v))
+        zero = np.zeros_like(v)
+        after = now.remembered(pace=pace, keep=said.get("keep", zero), yields=zero)
         message = now.message(after) if self.message else None
         progress = now.paths.share(now.place)
         return Command(v, w, v, w, message, target, progress, inputs=inputs), _Memory(fixed, after)

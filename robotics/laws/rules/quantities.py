@@ -40,14 +40,8 @@ def _sector(number: int) -> Callable[[Situation], np.ndarray]:
     return lambda s: np.minimum(s.clear[number], NONE)
 
 
-def _way(s: Situation) -> np.ndarray:
-    """1 where the robot goes round to the left of an obstacle, or has not chosen yet; -1: to the right."""
-    return np.where(s.recall.side >= 0, 1.0, -1.0)
-
-
 def _mirrored(left: int, right: int) -> Callable[[Situation], np.ndarray]:
-    """The clearance of the sector ``left`` where the robot goes round to the right, otherwise that of ``right``."""
-    return lambda s: np.minimum(np.where(s.recall.side >= 0, s.clear[right], s.clear[left]), NONE)
+    return lambda s: np.minimum(s.on_wall_side(left, right), NONE)
 
 
 def _lead(s: Situation) -> np.ndarray:
@@ -113,11 +107,9 @@ _ROOM = {
     "beyond": Quantity("m", "room on the other side", _mirrored(RIGHT, LEFT)),
     "front_wall": Quantity("m", "room ahead on that side", _mirrored(FRONT_LEFT, FRONT_RIGHT)),
     "front_open": Quantity("m", "room ahead on the other side", _mirrored(FRONT_RIGHT, FRONT_LEFT)),
-    "lean": Quantity("m", "how much more room there is ahead on that other side, smoothed", lambda s: _way(s) * s.lean),
+    "lean": Quantity("m", "how much more room there is ahead on that other side, smoothed", lambda s: s.way * s.lean),
     "lost": Quantity("s", "time since that obstacle was seen", lambda s: s.lost),
-    "path_away": Quantity(
-        "rad", "bearing of the path; > 0: away from the obstacle", lambda s: _way(s) * s.path_bearing
-    ),
+    "path_away": Quantity("rad", "bearing of the path; > 0: away from the obstacle", lambda s: s.way * s.path_bearing),
 }
 _UNSENSED = {"way_back", "kept", "path_away"}  # what of it the robot remembers, or knows by its path
 _PAIRS = {

@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from robotics.laws.avoidance.echoes import in_own_frame
 from robotics.laws.avoidance.planned_way import PlannedTiming
-from robotics.laws.avoidance.priority import WHEREABOUTS, whereabouts
+from robotics.laws.avoidance.priority import WHEREABOUTS, others, whereabouts
 from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
     FRONT_LEFT,
@@ -51,6 +52,8 @@ SMOOTHING = 0.8  # s: the time constant of that
 SWINGING = 0.05  # m/rad: a robot that turns sees other corners of what is near
 QUICK, SLOW = 0.1, 1.0  # s: the time constants by which it is noticed that something comes nearer
 FARTHEST = 2.0  # m: room beyond is no more room
+TURN_TIME = 0.4  # s: a turn [rad] is made in this time, as by the tracking rule base's look-ahead
+SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
 NONE = 9.0  # what is told where there is nothing to tell, in the unit of the quantity
 
 
@@ -240,15 +243,11 @@ class Situation:
             none = np.full(heard.age.shape, np.nan)
             return Others(*[*[none] * 10, heard.age])
         unheard = ~heard.hears
-        x, y = heard.now("x", by="v_x"), heard.now("y", by="v_y")
-        dx, dy = x - seen.x[:, :, None], y - seen.y[:, :, None]
-        distance = np.hypot(dx, dy)
-        bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
+        dx, dy, v_x, v_y, distance, bearing, x, y = others(seen)
         cos, sin = np.cos(seen.heading)[:, :, None], np.sin(seen.heading)[:, :, None]
-        v_x, v_y = heard["v_x"], heard["v_y"]
         towards = dx * (seen.v[:, :, None] * cos - v_x) + dy * (seen.v[:, :, None] * sin - v_y)
         radii = self.fixed.radii
-        ahead, left = cos * dx + sin * dy, cos * dy - sin * dx
+        ahead, left = in_own_frame(seen, dx, dy)
         rows = (
             x,
             y,
@@ -343,11 +342,18 @@ class Situation:
         return np.where(near, before + self.dt / SMOOTHING * (now - before), now)
 
     @cached_property
+    def way(self) -> np.ndarray:
+        """1 where the robot goes round to the left of an obstacle, or has not chosen yet; -1: to the right."""
+        return np.where(self.recall.side >= 0, 1.0, -1.0)
+
+    def on_wall_side(self, left: int, right: int) -> np.ndarray:
+        """The clearance [m] of the sector ``left`` where the robot goes round to the right, else that of ``right``."""
+        return np.where(self.recall.side >= 0, self.clear[right], self.clear[left])
+
+    @cached_property
     def lost(self) -> np.ndarray:
         """The time [s] since the obstacle was seen that the robot goes round."""
-        to_left = self.recall.side >= 0
-        beside = np.where(to_left, self.clear[RIGHT], self.clear[LEFT])
-        ahead = np.where(to_left, self.clear[FRONT_RIGHT], self.clear[FRONT_LEFT])
+        beside, ahead = self.on_wall_side(LEFT, RIGHT), self.on_wall_side(FRONT_LEFT, FRONT_RIGHT)
         sees = (beside < BESIDE) | (ahead < AHEAD) | (self.recall.side == 0)
         return np.where(sees, 0.0, self.recall.lost + self.dt)
 
@@ -358,16 +364,19 @@ class Situation:
         return np.clip(self.recall.way_back + driven, 0.0, LONGEST_WAY_BACK)
 
     @cached_property
+    def least_room(self) -> np.ndarray:
+        """The least clearance on all sides [m], as it is seen now."""
+        return np.minimum(self.clear.min(axis=0), FARTHEST)
+
+    @cached_property
     def nearest_room(self) -> np.ndarray:
         """The least clearance on all sides [m], without noise."""
-        least = np.minimum(self.clear.min(axis=0), FARTHEST)
-        return self.recall.fast + self.dt / QUICK * (least - self.recall.fast)
+        return self.recall.fast + self.dt / QUICK * (self.least_room - self.recall.fast)
 
     @cached_property
     def slow_room(self) -> np.ndarray:
         """The same as it was about a second ago."""
-        least = np.minimum(self.clear.min(axis=0), FARTHEST)
-        return self.recall.slow + self.dt / SLOW * (least - self.recall.slow)
+        return self.recall.slow + self.dt / SLOW * (self.least_room - self.recall.slow)
 
     @cached_property
     def coming(self) -> np.ndarray:
@@ -385,12 +394,12 @@ class Situation:
         rate = np.abs(self.seen.v) + SWINGING * np.abs(self.seen.w)
         return self.recall.driven + self.dt / SLOW * (SLOW * rate - self.recall.driven)
 
-    def remembered(self, *, pace: np.ndarray, side: np.ndarray, yields: np.ndarray) -> Recall:
+    def remembered(self, *, pace: np.ndarray, keep: np.ndarray, yields: np.ndarray) -> Recall:
         """What robots remember of this period. Their copies of the clock agree on the slowest.
 
         Args:
             pace: The rate of each robot's copy of the clock.
-            side: The side that it keeps of an obstacle.
+            keep: The side of an obstacle to keep: 1 this one, -1 the other, 0 none.
             yields: How much it gives way.
         """
         heard, clock = self.seen.heard, self.recall.clock + self.dt * pace
@@ -404,7 +413,7 @@ class Situation:
             pace=pace,
             best=self.best,
             stuck=self.stuck,
-            side=side,
+            side=self.recall.side + self.dt / SIDE_TIME * (self.way * keep - self.recall.side),
             clear=self.clear,
             yields=yields,
             way_back=self.way_back,

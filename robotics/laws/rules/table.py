@@ -11,7 +11,7 @@ from robotics.laws.rules import fuzzy_team, own_rules
 from robotics.laws.rules.clearances import ABEAM, AHEAD
 from robotics.laws.rules.evaluation import ADDED
 from robotics.laws.rules.quantities import GROUPS, PATTERNS, Quantity, quantity_of
-from robotics.laws.rules.situation import FARTHEST, NONE
+from robotics.laws.rules.situation import FARTHEST, NONE, SIDE_TIME
 from robotics.laws.tracking.fuzzy_tracking import INPUTS
 
 _HEAD = """\
@@ -145,7 +145,7 @@ def page() -> str:
         for task, outputs in fuzzy_team.OUTPUTS.items()
         for name, words in outputs.items()
     ]
-    parts += [_KEEP.format(side=own_rules.SIDE_TIME, tracking=_listed(INPUTS))]
+    parts += [_KEEP.format(side=SIDE_TIME, tracking=_listed(INPUTS))]
     parts += [_table(("task", "output", "unit and meaning", "where there is none"), team), _EXAMPLE]
     return "".join(parts)
 
