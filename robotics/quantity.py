@@ -4,7 +4,7 @@ A plausible range catches the commonest mistake in a file of numbers: the right 
 (degrees for radians, millimetres for metres). The message names the field, its unit and what is accepted.
 """
 
-from dataclasses import field, fields
+from dataclasses import MISSING, field, fields
 from math import inf, isfinite
 from typing import Any
 
@@ -25,6 +25,17 @@ def quantity(
         doc: A sentence for programs that show the field.
     """
     return field(default=default, metadata={"unit": unit, "above": above, "least": least, "most": most, "doc": doc})
+
+
+def described(doc: str, default: Any = MISSING, *, default_factory: Any = MISSING) -> Any:
+    """Declare a dataclass field that is no quantity, with a sentence for programs and files that show it.
+
+    Args:
+        doc: The sentence.
+        default: The default value; without one the field must be given.
+        default_factory: Makes the default value, where each instance needs its own.
+    """
+    return field(default=default, default_factory=default_factory, metadata={"doc": doc})
 
 
 def accepted(metadata: Any) -> str:

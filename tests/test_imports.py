@@ -24,8 +24,8 @@ STAIRS = {
         data premises consequents network state methods checkpoint training accuracy estimator plot designer commands
     """,
     "robotics": """
-        quantity random_streams vehicle paths radio environment sensing laws scenario simulation measures experiments
-        figures playback report thesis designer commands
+        quantity random_streams tables vehicle paths radio environment sensing laws scenario simulation measures
+        experiments figures playback report thesis designer commands
     """,
     "robotics.laws": "setting modes law tracking formation teams avoidance rules catalogue",
 }

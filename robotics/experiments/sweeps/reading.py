@@ -18,6 +18,7 @@ from robotics.laws.catalogue import make_controller
 from robotics.quantity import is_number
 from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.scenario.renamed import current_name
+from robotics.tables.text import parse_table, read_text
 
 FIELDS = (
     "title",
@@ -49,13 +50,7 @@ def load_sweep(name: str | Path) -> Sweep:
     path = Path(name)
     if path.suffix != ".toml":
         raise SweepError(f"{expected(str(name), sweep_names(), 'sweep')}; or the path of a .toml file")
-    try:
-        text = path.read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        raise SweepError(f"{path}: cannot be read: it is not UTF-8 text") from None
-    except (OSError, ValueError) as error:
-        raise SweepError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    return parse_sweep(text, path.stem, str(path), path.parent)
+    return parse_sweep(read_text(path, SweepError), path.stem, str(path), path.parent)
 
 
 def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Path | None = None) -> Sweep:
@@ -68,11 +63,7 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
         folder: The folder to which a scenario's path is relative, by default the current one.
     """
     source = _Source(text, file)
-    try:
-        table = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # also an endless number, an endless nesting
-        line = re.search(r"at line (\d+)", str(error))
-        raise SweepError(f"{file}:{line[1] if line else 1}: this is not TOML: {error}") from None
+    table = parse_table(text, file, SweepError)
     for key in table:
         if key not in FIELDS:
             raise source.refuse(expected(key, FIELDS, "key"), key)

@@ -1,0 +1,138 @@
+"""Frozen dataclasses made of TOML tables: every key known, every value of its field's type, nothing missing.
+
+A field's type says what its value must be: a number, text, one of some words, points, a dataclass (a table) or several
+of them (tables [[...]]). What a table cannot say by its types alone has a :data:`Special` reader. Where a field is
+described by :mod:`robotics.quantity`, the same description stands in messages, in explanations and in schemas.
+"""
+
+import types
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from fuzzy.errors import InputError
+from fuzzy.naming import expected
+from robotics.quantity import accepted, is_number
+
+Keys = tuple[str | int, ...]  # the place of a value in a file: the keys from the outermost in
+Special = Callable[[Any, Keys], Any]  # makes a field's value of what stands in the file, or raises an InputError
+
+
+@dataclass(frozen=True)
+class Builder:
+    """Makes dataclasses of tables; its errors are ``fault``, and are ``about`` the keys of what is wrong."""
+
+    fault: type[InputError]
+    special: Mapping[Any, Special]  # by the type of the field
+
+    def build(self, kind: type, table: Mapping[str, Any], keys: Keys, also: tuple[str, ...] = (), **given: Any) -> Any:
+        """Make a dataclass of a table.
+
+        Args:
+            kind: The dataclass. A field "name" is never read, but given.
+            table: The table.
+            keys: Its place in the file.
+            also: Other keys that messages say are accepted there.
+            given: Fields that are not read.
+        """
+        hints = get_type_hints(kind)
+        known = {f.name: f for f in fields(kind) if f.init and f.name not in given and f.name != "name"}
+        values = dict(given)
+        for key, value in table.items():
+            if key not in known:
+                raise self.fault(expected(key, [*known, *also], "key")).about(*keys, key)
+            values[key] = self.convert(value, hints[key], known[key], (*keys, key))
+        needed = (f for f in known.values() if f.default is MISSING and f.default_factory is MISSING)
+        missing = [f.name for f in needed if f.name not in values]
+        if missing:
+            raise self.fault(f"{kind.__name__.lower()} lacks {', '.join(missing)}").about(*keys)
+        try:
+            return kind(**values)
+        except InputError as error:
+            raise error.about(*keys) from None
+
+    def convert(self, value: Any, hint: Any, field: Field[Any], keys: Keys) -> Any:
+        """Make the value of a ``field`` of type ``hint`` of the ``value`` in the file at ``keys``."""
+
+        def refuse(what: str) -> InputError:
+            return self.fault(f"{field.name} must be {what}; got {value!r}").about(*keys)
+
+        origin = get_origin(hint)
+        if origin in (Union, types.UnionType) and hint not in self.special:
+            hint = next(h for h in get_args(hint) if h is not type(None))
+            origin = get_origin(hint)
+        if hint in self.special:
+            return self.special[hint](value, keys)
+        if is_dataclass(hint):
+            assert isinstance(hint, type)
+            return self.build(hint, self.table(value, keys), keys)
+        if origin is tuple:
+            return self._tuple(value, get_args(hint), field, keys, refuse)
+        if origin is Literal:
+            if value not in get_args(hint):
+                raise refuse("one of " + ", ".join(map(repr, get_args(hint))))
+            return value
+        return _plain(value, hint, field, refuse)
+
+    def table(self, value: Any, keys: Keys) -> dict[str, Any]:
+        """``value`` itself, which must be a table."""
+        if not isinstance(value, dict):
+            raise self.fault(f"{keys[-1]} must be a table, got {value!r}").about(*keys)
+        return value
+
+    def tables(self, value: Any, keys: Keys) -> list[dict[str, Any]]:
+        """``value`` itself, which must be a list of tables."""
+        if not isinstance(value, list):
+            raise self.fault(f"{keys[-1]} must be tables [[{keys[-1]}]]; got {value!r}").about(*keys)
+        return [self.table(row, (*keys, i)) for i, row in enumerate(value)]
+
+    def _tuple(
+        self, value: Any, inner: tuple[Any, ...], field: Field[Any], keys: Keys, refuse: Callable[[str], InputError]
+    ) -> tuple[Any, ...]:
+        if inner[-1] is not Ellipsis:
+            return numbers(value, len(inner), refuse)
+        if is_dataclass(inner[0]):
+            assert isinstance(inner[0], type)
+            return tuple(self.build(inner[0], row, (*keys, i)) for i, row in enumerate(self.tables(value, keys)))
+        if inner[0] is str:
+            if not (isinstance(value, list) and all(isinstance(v, str) for v in value)):
+                raise refuse("a list of texts in quotes")
+            return tuple(value)
+        if inner[0] == tuple[int, int]:
+            good = isinstance(value, list) and all(isinstance(e, list) and len(e) == 2 for e in value)
+            if not (good and all(type(i) is int for e in value for i in e)):
+                raise refuse("a list of pairs [sender, receiver], robots counted from 1")
+            return tuple((a, b) for a, b in value)
+        if not isinstance(value, list):
+            raise refuse("a list of points [x, y]")
+        return tuple(numbers(row, 2, refuse) for row in value)
+
+
+def _plain(value: Any, hint: Any, field: Field[Any], refuse: Callable[[str], InputError]) -> Any:
+    """A number, a word or a truth value."""
+    if hint is bool:
+        if not isinstance(value, bool):
+            raise refuse("true or false")
+        return value
+    if hint is int:
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise refuse("a whole number")
+        return value
+    if hint is float:
+        if not is_number(value):
+            raise refuse(accepted(field.metadata) if "unit" in field.metadata else "a finite number")
+        return float(value)
+    if hint is str:
+        if not isinstance(value, str):
+            raise refuse("text in quotes")
+        return value
+    raise TypeError(f"a field of type {hint!r} cannot be read from TOML")
+
+
+def numbers(value: Any, count: int, refuse: Callable[[str], InputError]) -> tuple[float, ...]:
+    """``value`` as a point (2 numbers) or a pose (3). Raises what ``refuse`` makes of what is accepted."""
+    shape = {2: "[x, y] in m", 3: "[x, y, heading] in m, m, rad"}[count]
+    good = isinstance(value, Sequence) and not isinstance(value, str) and len(value) == count
+    if not (good and all(is_number(v) for v in value)):
+        raise refuse(f"{count} finite numbers {shape}")
+    return tuple(float(v) for v in value)
