@@ -314,6 +314,7 @@ def _files(sweep: Sweep) -> Iterator[tuple[str, Path]]:
         for level in axis.levels:
             if axis.target == "controller" and isinstance(level, str):
                 found |= fis_files_named(level)
+    listed = " ".join(sweep.controllers)
     for text, path in found.items():
-        inside = sweep.folder and path.is_relative_to(sweep.folder)
-        yield (path.relative_to(sweep.folder).as_posix() if inside else text), path
+        there = text not in listed and path.is_relative_to(sweep.folder)  # as the sweep's file has it, from its folder
+        yield (path.relative_to(sweep.folder).as_posix() if there else text), path
