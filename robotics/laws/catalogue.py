@@ -12,6 +12,7 @@ from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.formation.leader_follower import FormationTeacher, LeaderFollower
 from robotics.laws.law import ControllerError, Law
+from robotics.laws.rules.follow_leader import FollowLeader
 from robotics.laws.rules.fuzzy_team import FuzzyTeam
 from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.setting import Kind
@@ -84,6 +85,13 @@ CATALOGUE: dict[str, Preset] = {
         {},
         "Leader-follower law",
         "the law that the well-posed formation data sample; a choice, thesis 5.2.1 gives it in words only",
+        "formation",
+    ),
+    "leader-follower": Preset(
+        FollowLeader,
+        {},
+        "Leader and followers on any paths",
+        "speeds by the lead along the leader's path, pure pursuit; the forms of thesis 5.2.1 with gains of our own",
         "formation",
     ),
     "graph-esm": Preset(
