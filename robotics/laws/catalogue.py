@@ -10,9 +10,10 @@ from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
 from robotics.laws.avoidance.fuzzy_hierarchy import FuzzyHierarchy
 from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
 from robotics.laws.avoidance.right_of_way import RightOfWay
-from robotics.laws.formation.leader_follower import FormationTeacher, LeaderFollower
+from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.rules.follow_leader import FollowLeader
+from robotics.laws.rules.formation_networks import FormationNetworks
 from robotics.laws.rules.fuzzy_team import FuzzyTeam
 from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.setting import Kind
@@ -74,7 +75,7 @@ CATALOGUE: dict[str, Preset] = {
     "qssm": Preset(SlidingMode, {"mode": "qssm", "k": 0.8}, "Quasi-continuous SM", "K = 0.8, λ = 10 (thesis 2.1.3.2)"),
     "esm": Preset(SlidingMode, {"mode": "esm"}, "Exponential SM", "K = 0.2, λ = 10, μ0 = 0.1, α = 3 (thesis 2.1.3.2)"),
     "formation": Preset(
-        LeaderFollower,
+        FormationNetworks,
         {},
         "Leader-follower networks",
         "thesis 5.2 with followers corrected by their own posture; correction=none is the thesis's",

@@ -61,6 +61,16 @@ class FormationMemory(NamedTuple):
         near = setting.references.joined.nearest(x, y, np.broadcast_to(begin.s, x.shape), reach)
         return cls(fixed, recall._replace(place=near, best=near), np.zeros(runs, dtype=bool))
 
+    def situation(self, seen: Observation, dt: float) -> Situation:
+        """All that robots know now; the clock shows the time, and the target is the sample due."""
+        return Situation(seen, self.fixed, self.recall._replace(clock=np.full_like(self.recall.clock, seen.time)), dt)
+
+    def after(self, now: Situation) -> "FormationMemory":
+        """What is remembered of a period, all that quantities may ask for."""
+        zero = np.zeros_like(now.place)
+        recall = now.remembered(pace=zero + 1.0, keep=zero, yields=zero)
+        return self._replace(recall=recall, over=self.arrived(now))
+
     def arrived(self, now: Situation) -> np.ndarray:
         """In which runs the leader has reached the end of its path by now (runs,) bool."""
         length = np.broadcast_to(now.fixed.lengths, now.place.shape)[:, 0]
