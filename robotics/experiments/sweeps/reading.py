@@ -14,7 +14,7 @@ import numpy as np
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.experiments.sweeps.plan import KEYS, METHODS, MOST_POINTS, Axis, Sweep, SweepError
-from robotics.laws.catalogue import make_controller
+from robotics.laws.catalogue import located, make_controller
 from robotics.quantity import is_number
 from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.scenario.renamed import current_name
@@ -60,7 +60,8 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
         text: The TOML text.
         name: The sweep's name.
         file: The file's name in messages.
-        folder: The folder to which a scenario's path is relative, by default the current one.
+        folder: The folder to which a scenario's path is relative, by default the current one; controllers' files are
+            looked for there before the current one.
     """
     source = _Source(text, file)
     table = parse_table(text, file, SweepError)
@@ -89,7 +90,7 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
     return Sweep(
         scenario=scenario,
         table=content,
-        controllers=_controllers(source, table, default),
+        controllers=_controllers(source, table, default, folder),
         axes=axes,
         seeds=source.whole(table, "seeds", 1, 1),
         first_seed=source.whole(table, "first_seed", 0, 0),
@@ -100,6 +101,7 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
         name=name,
         file=file,
         line=source.line("controllers"),
+        folder=str(folder or ""),
     )
 
 
@@ -149,12 +151,15 @@ def _scenario(source: _Source, table: dict[str, Any], folder: Path | None) -> tu
             return name, tomllib.loads(text), load_scenario(name).controller
         path = (folder or Path()) / name if name.endswith(".toml") else Path(name)
         base = load_scenario(path)
-        return base.name, tomllib.loads(path.read_text(encoding="utf-8")), base.controller
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        if base.controller:
+            content["controller"] = base.controller  # with its files as seen from here
+        return base.name, content, base.controller
     except InputError as error:
         raise source.refuse(f"scenario: {error}", "scenario") from None
 
 
-def _controllers(source: _Source, table: dict[str, Any], default: str) -> tuple[str, ...]:
+def _controllers(source: _Source, table: dict[str, Any], default: str, folder: Path | None) -> tuple[str, ...]:
     listed = table.get("controllers", [default] if default else None)
     if not (isinstance(listed, list) and listed and all(isinstance(c, str) for c in listed)):
         raise source.refuse(
@@ -164,7 +169,7 @@ def _controllers(source: _Source, table: dict[str, Any], default: str) -> tuple[
         if listed.count(controller) > 1:
             raise source.refuse(f"controllers: {controller!r} is given twice", "controllers")
         try:
-            make_controller(controller)
+            make_controller(located(controller, folder or Path()))
         except InputError as error:
             raise source.refuse(str(error), "controllers") from None
     return tuple(listed)
