@@ -62,7 +62,9 @@ class Obstacle(ABC):
     """
 
     position: Point = described(
-        "Where it stands; of an obstacle that moves, its place beside the point on the path.", (0.0, 0.0)
+        "Where it stands; of an obstacle that moves, its place beside the point on the path.",
+        (0.0, 0.0),
+        example=[2.0, 4.0],
     )
     heading: float = quantity(0.0, "rad", least=-2 * pi, most=2 * pi, doc="How far it is turned to the left.")
     path: Shape | None = described("The path of an obstacle that moves, which needs a timing too.", None)

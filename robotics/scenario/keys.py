@@ -40,7 +40,7 @@ def scenario_table() -> Table:
     )
     by_name = {key.name: key for key in keys_of(Scenario, _SPECIALS, also=also)}
     first = ("title", "source", "kind", "controller", "duration", "period", "latency", "plant", "divergence")
-    last = ("sensing", "sensors", "radio", "robot", "virtual", "robots", "obstacles", "faults")
+    last = ("sensing", "sensors", "radio", "robot", "robots", "virtual", "obstacles", "faults")
     between = [name for name in by_name if name not in (*first, *last)]
     keys = tuple(by_name[name] for name in (*first, *between, *last))
     return Table(name="scenario", doc="A scenario: its robots, their sensing and radio, and obstacles.", keys=keys)

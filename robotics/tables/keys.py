@@ -76,11 +76,11 @@ class Key:
 
     @property
     def shown(self) -> Any:
-        """A value that it can have, as a file has it: its default, or an example; None for a table."""
-        if self.default is not None:
-            return self.default
+        """A value that it can have, as a file has it: an example, or its default; None for a table."""
         if self.example is not None:
             return self.example
+        if self.default is not None:
+            return self.default
         if self.words:
             return self.words[0]
         return {"number": max(self.least, 1.0) if self.above < 1 else 2 * self.above, "whole number": 1}.get(self.holds)

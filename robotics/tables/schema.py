@@ -1,7 +1,8 @@
 """JSON schemas of TOML files, draft 2020-12: editors complete and check a file by them.
 
-An editor that knows schemas of TOML (taplo, Even Better TOML) finds the schema by the file's first line, :func:`naming`.
-A schema says of each key what :mod:`robotics.tables.keys` does; what depends on several keys only the reader says.
+An editor that knows schemas of TOML (taplo, Even Better TOML) finds the schema by the file's first line, as
+:func:`naming` writes it. A schema says of each key what :mod:`robotics.tables.keys` does; what depends on several keys
+only the reader says.
 """
 
 from math import inf
