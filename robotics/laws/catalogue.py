@@ -15,10 +15,12 @@ from robotics.laws.avoidance.fuzzy_hierarchy import FuzzyHierarchy
 from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.foreign import error_in_law, is_foreign
-from robotics.laws.formation.leader_follower import FormationTeacher, LeaderFollower
+from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.lawfile import law_in_file, loaded_law
 from robotics.laws.preset import Preset
+from robotics.laws.rules.follow_leader import FollowLeader
+from robotics.laws.rules.formation_networks import FormationNetworks
 from robotics.laws.rules.fuzzy_team import FuzzyTeam
 from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.specification import Specification
@@ -71,7 +73,7 @@ CATALOGUE: dict[str, Preset] = {
     "qssm": Preset(SlidingMode, {"mode": "qssm", "k": 0.8}, "Quasi-continuous SM", "K = 0.8, λ = 10 (thesis 2.1.3.2)"),
     "esm": Preset(SlidingMode, {"mode": "esm"}, "Exponential SM", "K = 0.2, λ = 10, μ0 = 0.1, α = 3 (thesis 2.1.3.2)"),
     "formation": Preset(
-        LeaderFollower,
+        FormationNetworks,
         {},
         "Leader-follower networks",
         "thesis 5.2 with followers corrected by their own posture; correction=none is the thesis's",
@@ -82,6 +84,13 @@ CATALOGUE: dict[str, Preset] = {
         {},
         "Leader-follower law",
         "the law that the well-posed formation data sample; a choice, thesis 5.2.1 gives it in words only",
+        "formation",
+    ),
+    "leader-follower": Preset(
+        FollowLeader,
+        {},
+        "Leader and followers on any paths",
+        "speeds by the lead along the leader's path, pure pursuit; the forms of thesis 5.2.1 with gains of our own",
         "formation",
     ),
     "graph-esm": Preset(

@@ -129,7 +129,7 @@ def _path(table: dict[str, Any], keys: Keys) -> Shape:
     kind = shape.pop("shape")
     if not isinstance(kind, str) or kind not in SHAPES:
         raise ScenarioError(expected(str(kind), SHAPES, "path shape")).about(*keys, "path", "shape")
-    made: Shape = _BUILDER.build(SHAPES[kind], shape, (*keys, "path"))
+    made: Shape = _BUILDER.build(SHAPES[kind], shape, (*keys, "path"), ("shape",))
     return made
 
 
@@ -145,7 +145,7 @@ def _member(table: Any, common: dict[str, Any], keys: Keys, virtual: tuple[Shape
         return _offset_member(table, keys, virtual, robot)
     path = _path(table, keys)
     del table["path"]
-    return _BUILDER.build(Member, table, keys, path=path, robot=robot)
+    return _BUILDER.build(Member, table, keys, ("path", "offset", "robot"), path=path, robot=robot)
 
 
 def _offset_member(table: dict[str, Any], keys: Keys, virtual: tuple[Shape, Timing] | None, robot: Robot) -> Member:
@@ -173,7 +173,7 @@ def _offset_member(table: dict[str, Any], keys: Keys, virtual: tuple[Shape, Timi
     except PathError as error:
         raise error.about(*at) from None
     table = {"start": list(start), **table}
-    return _BUILDER.build(Member, table, keys, path=path, timing=timing, robot=robot)
+    return _BUILDER.build(Member, table, keys, ("offset", "robot"), path=path, timing=timing, robot=robot)
 
 
 def _radio(value: Any, keys: Keys) -> Radio:
@@ -184,7 +184,7 @@ def _radio(value: Any, keys: Keys) -> Radio:
         if not isinstance(preset, str) or preset not in PRESETS:
             raise ScenarioError(expected(str(preset), PRESETS, "radio preset")).about(*keys, "preset")
         table = {**PRESETS[preset], **table}
-    radio: Radio = _BUILDER.build(Radio, table, keys)
+    radio: Radio = _BUILDER.build(Radio, table, keys, ("preset",))
     return radio
 
 
@@ -213,7 +213,7 @@ def _sensors(value: Any, keys: Keys) -> dict[str, RangeSensor]:
             if not isinstance(name, str) or not name:
                 text = f'a sensor needs a name such as "rear", or preset, one of {", ".join(SENSOR_PRESETS)}'
                 raise ScenarioError(text).about(*at)
-            made = {name: _BUILDER.build(RangeSensor, own, at)}
+            made = {name: _BUILDER.build(RangeSensor, own, at, ("name", "preset"))}
         for name in made:
             if name in found:
                 raise ScenarioError(f"there are two sensors called {name!r}").about(*at)
