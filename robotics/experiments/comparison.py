@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from fuzzy.errors import InputError
-from robotics.laws.catalogue import OwnLaws, chosen_laws, gains_of, law_title, names_of, shown_gain
+from robotics.laws.catalogue import OwnLaws, chosen_laws, gains_of, law_title, named_laws, shown_gain
 from robotics.laws.law import Law
 from robotics.measures.evidence import student
 from robotics.measures.own import NO_METRICS, OwnMetrics
@@ -60,8 +60,8 @@ def compare(
 
     Args:
         scenarios: Scenarios of one kind.
-        controllers: A list of specifications, such as "csm:k=0.3" or "mylaw.py:MyLaw", and of pairs (name, law); or
-            these by name.
+        controllers: A list of specifications, such as "csm:k=0.3" or "mylaw.py:MyLaw", of laws, and of pairs
+            (name, law); or laws by name.
         seeds: The seeds; each gives one run of each controller on each scenario.
         metrics: The user's own metrics: a list of specifications, such as "mymetric.py:comfort", and of functions of
             a run; or these by name. They are measured and shown as the others are.
@@ -90,7 +90,10 @@ def check_comparison(scenarios: Sequence[Scenario], controllers: OwnLaws, metric
 
     Raises ControllerError for a specification that no controller has, and MetricError for a metric that cannot be used.
     """
-    for what, names in (("scenario", [s.name for s in scenarios]), ("controller", names_of(controllers))):
+    for what, names in (
+        ("scenario", [s.name for s in scenarios]),
+        ("controller", [name for name, _ in named_laws(controllers)]),
+    ):
         for name in names:
             if names.count(name) > 1:
                 raise ComparisonError(f"{what} {name!r} is given twice")

@@ -32,8 +32,8 @@ from robotics.laws.tracking.pdc import ParallelCompensation
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.quantity import accepted
 
-# What users hand in: specifications, and pairs of a name and a law; or laws by name
-OwnLaws = Mapping[str, Law[Any] | str] | Sequence[str | tuple[str, Law[Any] | str]]
+# What users hand in: specifications, laws, and pairs of a name and a law; or laws by name
+OwnLaws = Mapping[str, Law[Any] | str] | Sequence[str | Law[Any] | tuple[str, Law[Any] | str]]
 GROUP = "fuzzyfleet.laws"  # the entry points by which other packages add laws
 
 
@@ -308,30 +308,34 @@ def as_law(controller: Law[Any] | str) -> Law[Any]:
     return controller if isinstance(controller, Law) else make_controller(controller)
 
 
-def names_of(controllers: OwnLaws) -> list[str]:
-    """The names of the controllers that :func:`chosen_laws` makes, in their order."""
-    if isinstance(controllers, Mapping):
-        return [*controllers]
-    return [item if isinstance(item, str) else item[0] for item in controllers]
+def named_laws(controllers: OwnLaws) -> list[tuple[str, Law[Any] | str]]:
+    """Names and laws, or specifications, in their order; a law without a name has that of its class.
+
+    Raises ControllerError for what is neither.
+    """
+    found: list[tuple[str, Any]] = []
+    given: Any = controllers.items() if isinstance(controllers, Mapping) else controllers
+    for item in given:
+        pair = (item, item) if isinstance(item, str) else (type(item).__name__, item) if isinstance(item, Law) else item
+        if not (isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], str)):
+            raise ControllerError(f"a controller is a specification, a law, or a pair (name, law); got {item!r}")
+        if not isinstance(pair[1], (str, Law)):
+            raise ControllerError(f"the controller {pair[0]!r} must be a law or a specification; got {pair[1]!r}")
+        found.append(pair)
+    return found
 
 
 def chosen_laws(controllers: OwnLaws) -> dict[str, Law[Any]]:
     """Laws by name: what ``controllers`` means wherever several are compared.
 
     Args:
-        controllers: A list of specifications and of pairs (name, law or specification); or these by name.
+        controllers: A list of specifications, laws, and pairs (name, law or specification); or these by name.
 
     Raises ControllerError for a specification that no controller has, for what is no law, and for a law that has the
     name of another in the catalogue.
     """
     laws: dict[str, Law[Any]] = {}
-    given: Any = controllers.items() if isinstance(controllers, Mapping) else controllers
-    for item in given:
-        if not isinstance(item, str) and not (isinstance(item, tuple) and len(item) == 2 and isinstance(item[0], str)):
-            raise ControllerError(f"a controller is a specification, or a pair (name, law); got {item!r}")
-        name, thing = (item, item) if isinstance(item, str) else item
-        if not isinstance(thing, (str, Law)):
-            raise ControllerError(f"the controller {name!r} must be a law or a specification; got {thing!r}")
+    for name, thing in named_laws(controllers):
         laws[name] = as_law(thing)
         if Specification.of(name).name in presets() and laws[name] != make_controller(name):
             raise ControllerError(f"the controller {name!r} is another law than the catalogue's of that name")

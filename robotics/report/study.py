@@ -15,7 +15,7 @@ from fuzzy.shell.progress import Begin
 from robotics.experiments.comparison import Comparison, check_comparison, compare, summarise
 from robotics.experiments.executors import uninterrupted
 from robotics.experiments.versions import digest_of, versions
-from robotics.laws.catalogue import OwnLaws, chosen_laws, files_of, gains_of, shown_gain
+from robotics.laws.catalogue import OwnLaws, chosen_laws, files_of, gains_of, named_laws, shown_gain
 from robotics.laws.specification import Specification
 from robotics.measures.own import NO_METRICS, OwnMetrics
 from robotics.measures.registry import own_metrics
@@ -126,10 +126,8 @@ def _write_configuration(
 def _files(controllers: OwnLaws, metrics: OwnMetrics) -> dict[str, Path]:
     """The files that specifications name: of laws, their gains, and metrics."""
     found: dict[str, Path] = {}
-    for law in controllers.values() if isinstance(controllers, Mapping) else controllers:
-        specification = law if isinstance(law, str) else law[1] if isinstance(law, tuple) else None
-        if isinstance(specification, str):
-            found |= files_of(specification)
+    for _, law in named_laws(controllers):
+        found |= files_of(law) if isinstance(law, str) else {}
     for metric in metrics.values() if isinstance(metrics, Mapping) else metrics:
         if isinstance(metric, str) and (file := Specification.of(metric).file):
             found[file] = Path(file)
