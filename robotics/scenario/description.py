@@ -21,8 +21,9 @@ from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
 from robotics.quantity import check_quantities, quantity
 from robotics.radio.description import Radio, RadioError
 from robotics.radio.faults import Fault
+from robotics.scenario.robots import STANDARD, RobotModel, load_robot
 from robotics.sensing.posture import Sensing
-from robotics.sensing.sonar import SONAR, RangeSensor
+from robotics.sensing.sonar import RangeSensor
 from robotics.vehicle.plant import STEP
 from robotics.vehicle.robot import Robot
 
@@ -40,11 +41,14 @@ class Member:
     start: Pose  # x [m], y [m], heading [rad]
     path: Shape  # in a formation by offsets an Offset, and the timing is that of its virtual robot
     timing: Timing
-    robot: Robot = field(default_factory=Robot)
+    robot: Robot = field(default_factory=lambda: load_robot(STANDARD).robot)
+    model: RobotModel | None = None  # what the robot was made of; None: only its numbers are known
     sensing: Sensing | None = None  # its own; None: the scenario's
     sensors: Mapping[str, RangeSensor] | None = None  # its own range sensors, by name; None: the scenario's
 
     def __post_init__(self) -> None:
+        if self.model is None and self.robot is load_robot(STANDARD).robot:  # nothing was said of it
+            object.__setattr__(self, "model", load_robot(STANDARD))
         if not all(isfinite(v) for v in self.start):
             raise ScenarioError(f"start must be finite, got {self.start!r}")
         if abs(self.start[2]) > 2 * pi:
@@ -69,7 +73,7 @@ class Scenario:
     plant: Literal["dynamic", "kinematic"] = "dynamic"
     divergence: float = quantity(10.0, "m", above=0)  # a robot this far from its reference is stopped
     sensing: Sensing = field(default_factory=Sensing)
-    sensors: Mapping[str, RangeSensor] = field(default_factory=lambda: SONAR)  # those that each robot carries, by name
+    sensors: Mapping[str, RangeSensor] | None = None  # those that each robot carries; None: those of its model
     kind: Kind = "tracking"
     controller: str = ""  # the controller to run if no other is asked for
     radio: Radio = field(default_factory=Radio)  # of a team
@@ -124,7 +128,7 @@ class Scenario:
             references=self.trajectory,
             radio=self.radio,
             sensing=tuple(member.sensing or self.sensing for member in self.robots),
-            sensors=tuple(self.sensors if m.sensors is None else m.sensors for m in self.robots),
+            sensors=tuple(self._sensors(member) for member in self.robots),
             world=compile_world(World(obstacles=self.obstacles, known=False)) if self.obstacles else None,
             faults=self.faults,
             ticks=self.ticks,
@@ -133,6 +137,13 @@ class Scenario:
             plant=self.plant,
             divergence=self.divergence,
         )
+
+    def _sensors(self, member: Member) -> Mapping[str, RangeSensor]:
+        """The range sensors that a robot carries: its own, else the scenario's, else its model's."""
+        carried = self.sensors if member.sensors is None else member.sensors
+        if carried is None:
+            return member.model.sensors if member.model else {}
+        return carried
 
     def _check_team(self) -> None:
         """Refuse robots that do not exist in the radio and the faults, and a team with several durations."""

@@ -23,6 +23,7 @@ from fuzzy.errors import InputError
 from robotics.laws.catalogue import gains_of, make_controller
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import scenario_from_table
+from robotics.scenario.robots import robot_files, robot_tables
 
 if TYPE_CHECKING:
     from robotics.laws.law import Law
@@ -79,6 +80,7 @@ class Sweep:
     name: str = field(default="sweep", compare=False)
     file: str = field(default="<text>", compare=False)
     line: int = field(default=1, compare=False)  # where the file names its controllers
+    folder: Path = field(default=Path(), compare=False)  # of the scenario's file: where its robots' files are
 
 
 @dataclass(frozen=True)
@@ -158,12 +160,12 @@ def unit_design(sweep: Sweep) -> np.ndarray:
 
 def scenario_at(sweep: Sweep, values: Sequence[Any]) -> Scenario:
     """The scenario at a point's ``values``. Raises an InputError, with ``keys`` if it is about a key of the table."""
-    table = copy.deepcopy(sweep.table)
+    table = robot_tables(copy.deepcopy(sweep.table))
     for axis, value in zip(sweep.axes, values, strict=True):
         if axis.target == "scenario":
             keys = axis.name.split(".")
             _assign(table, keys, value, axis.name)
-    return scenario_from_table(table, sweep.scenario)
+    return scenario_from_table(table, sweep.scenario, sweep.folder)
 
 
 def _assign(node: Any, keys: Sequence[str], value: Any, name: str) -> None:
@@ -302,7 +304,10 @@ def digest(value: Any) -> str:
 
 
 def _files(sweep: Sweep) -> Iterator[tuple[str, Path]]:
-    """The .fis files, or folders of them, that gains name."""
+    """The .fis files, or folders of them, that gains name, and the files of robots."""
+    yield from robot_files(sweep.table, sweep.folder).items()
+    robots = {v for a in sweep.axes if a.name.split(".")[-1] in ("robot", "model") for v in a.levels}
+    yield from robot_files({"robots": [{"robot": name} for name in robots]}, sweep.folder).items()
     texts = {v for spec in sweep.controllers for v in gains_of(make_controller(spec)).values() if isinstance(v, str)}
     texts |= {v for a in sweep.axes if a.target == "controller" for v in a.levels if isinstance(v, str)}
     for text in filter(None, texts):
