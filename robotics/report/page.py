@@ -33,7 +33,6 @@ from robotics.report.chapter import Chapter, Claim, Picture, Plate
 from robotics.report.summarytable import SummaryTable, comparison_leads, summary_table
 from robotics.report.wording import reading
 from robotics.scenario.description import Member, Scenario
-from robotics.vehicle.robot import Robot
 
 SYMBOLS: dict[Verdict, str] = {"holds": "✔", "holds in part": "◐", "does not hold": "✘", "cannot be told": "?"}
 OUTCOMES: dict[Outcome, str] = {"holds": "✔", "fails": "✘", "open": "?"}
@@ -262,17 +261,25 @@ def _member(member: Member) -> str:
     start = ", ".join(f"{v:g}" for v in member.start)
     timing = ", ".join(f"{name} {value}" for name, value in _set(member.timing))
     shape = ", ".join(f"{name} {value}" for name, value in _set(member.path))
-    robot = ", ".join(f"{name} {value}" for name, value in _set(member.robot))
     text = f"starts at [{start}] (m, m, rad); {type(member.path).__name__.lower()}: {shape}; timing: {timing}"
-    return text + (f"; robot differs from the standard one: {robot}" if robot else "; standard robot")
+    return f"{text}; {_robot(member)}"
+
+
+def _robot(member: Member) -> str:
+    """The robot's model, and the numbers in which it differs from it; all of them where it has no model."""
+    if member.model is None:
+        return "robot: " + ", ".join(f"{name} {value}" for name, value in _set(member.robot))
+    usual = dict(_set(member.model.robot))
+    other = ", ".join(f"{name} {value}" for name, value in _set(member.robot) if usual.get(name) != value)
+    return f"robot {member.model.title or member.model.name}" + (f", but {other}" if other else "")
 
 
 def _set(instance: Any) -> list[tuple[str, str]]:
-    """The fields of a dataclass with their units, without those that are not set; of a robot, what is not standard."""
+    """The fields of a dataclass with their units, without those that are not set."""
     result = []
     for f in fields(instance):
         value = getattr(instance, f.name)
-        if not f.init or value is None or (value == f.default and (isinstance(instance, Robot) or value == 0)):
+        if not f.init or value is None or (value == f.default and value == 0):
             continue
         if isinstance(value, float):
             unit = f.metadata.get("unit", "")
