@@ -5,7 +5,7 @@ know, are known here. An error cannot go well, a warning is probably unwanted, a
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -29,6 +29,7 @@ from robotics.vehicle.robot import Robot
 
 Severity = Literal["error", "warning", "note"]
 
+_GRAVEST: tuple[Severity, ...] = ("error", "warning", "note")
 LITTLE = 0.1  # 1: a reserve of speed below which a robot that is behind hardly catches up
 LAG = 0.05  # m: a robot that falls farther behind while it gathers speed is told
 ROOM = 0.05  # m: beside an obstacle; noise and tracking errors take as much
@@ -75,7 +76,21 @@ def inspect_survey(read: Survey, controller: str = "") -> Inspection:
     if read.scenario is None:
         return Inspection(None, name, tuple(findings), ())
     found = inspect_scenario(read.scenario, name)
-    return Inspection(read.scenario, name, (*findings, *found.findings), found.demands)
+    if read.robots != tuple(range(len(read.robots))):
+        numbers = ", ".join(
+            f"robot {n + 1} of the file as {k}" for k, n in enumerate(read.robots, start=1) if n + 1 != k
+        )
+        findings.append(
+            Finding("note", "numbers", f"robots that cannot be read are not counted: {numbers}", ("robots",))
+        )
+    placed = (replace(f, at=_in_file(f.at, read.robots)) for f in found.findings)
+    ordered = sorted([*findings, *placed], key=lambda f: _GRAVEST.index(f.severity))
+    return Inspection(read.scenario, name, tuple(ordered), found.demands)
+
+
+def _in_file(at: Keys, robots: tuple[int, ...]) -> Keys:
+    """The keys in the file of what is about a robot by its number among those that could be read."""
+    return (at[0], robots[at[1]], *at[2:]) if len(at) > 1 and at[0] == "robots" and isinstance(at[1], int) else at
 
 
 def inspect_scenario(scenario: Scenario, controller: str) -> Inspection:
@@ -90,8 +105,8 @@ def inspect_scenario(scenario: Scenario, controller: str) -> Inspection:
     else:
         findings += [*_ends(setting, law), *_obstacles(setting, law), *_law(setting, law, controller)]
         findings += [*_meetings(setting, law, controller), *_radio(setting, law)]
-    ranks = ("error", "warning", "note")
-    return Inspection(scenario, controller, tuple(sorted(findings, key=lambda f: ranks.index(f.severity))), (*needed,))
+    ordered = sorted(findings, key=lambda f: _GRAVEST.index(f.severity))
+    return Inspection(scenario, controller, tuple(ordered), tuple(needed))
 
 
 # One robot -------------------------------------------------------------------------------------------------------

@@ -19,8 +19,16 @@ from robotics.tables.lines import line_of
 from robotics.tables.text import parse_table, read_text
 
 MOST = 200  # faults that are looked for
-# What counts the robots: wrong as soon as one of them is left out
-_COUNTING = ("radio", "faults", "robots")
+# The keys that count the robots, without the numbers of entries: wrong as soon as one robot is left out
+_COUNTING = (
+    (),
+    ("robots",),
+    ("virtual",),
+    ("radio", "hub"),
+    ("radio", "edges"),
+    ("faults", "robot"),
+    ("faults", "other"),
+)
 
 
 @dataclass(frozen=True)
@@ -40,6 +48,7 @@ class Survey:
     scenario: Scenario | None  # without what is wrong, and without its controller; its references may be infeasible
     controller: str  # that the file names
     faults: tuple[Fault, ...]
+    robots: tuple[int, ...] = ()  # the number in the file, from 0, of each robot that could be read
 
     def line(self, at: Keys) -> int:
         """The line (from 1) on which ``at`` stands."""
@@ -86,7 +95,9 @@ def survey_text(text: str, name: str, file: str = "<text>") -> Survey:
                 faults.append(Fault(str(error), at))
             if not rest.drop(error.at):
                 break
-    return Survey(text, file, scenario, controller if isinstance(controller, str) else "", tuple(faults))
+    count = len(scenario.robots) if scenario is not None else 0
+    numbers = tuple(int(rest.original(("robots", i))[1]) for i in range(count))
+    return Survey(text, file, scenario, controller if isinstance(controller, str) else "", tuple(faults), numbers)
 
 
 class _Rest:
@@ -115,7 +126,7 @@ class _Rest:
         if any(gone[: len(here)] == here for gone in self.dropped):
             return True
         fewer = any(len(gone) == 2 and gone[0] == "robots" for gone in self.dropped)
-        return fewer and (not at or at[0] in _COUNTING) and len(at) < 3 + (at[:1] == ("faults",))
+        return fewer and tuple(key for key in at if isinstance(key, str)) in _COUNTING
 
     def drop(self, at: Keys) -> bool:
         """Leave out what stands at ``at``, or the innermost table around it; False if there is nothing."""
