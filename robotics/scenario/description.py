@@ -21,6 +21,7 @@ from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
 from robotics.quantity import check_quantities, described, quantity
 from robotics.radio.description import Radio, RadioError
 from robotics.radio.faults import Fault
+from robotics.scenario.feasibility import demands
 from robotics.scenario.robots import STANDARD, RobotModel, load_robot
 from robotics.sensing.posture import Sensing
 from robotics.sensing.sonar import RangeSensor
@@ -32,6 +33,12 @@ Pose = tuple[float, float, float]
 
 class ScenarioError(InputError):
     """A scenario that cannot be run. The message names the file, line, field and accepted values."""
+
+
+class InfeasibleError(ScenarioError):
+    """A scenario with a reference that no command can follow, and in which nothing else is wrong."""
+
+    scenario: "Scenario"  # complete but for that
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,27 +205,15 @@ class Scenario:
 
     def _check_feasible(self, trajectory: Trajectory) -> None:
         """Refuse a reference that no command can follow: |v| + L |ω| beyond what the wheels can turn."""
-        # The times are 10 ms apart, not a period: a sharp corner lasts no longer.
-        span = min(self.duration, trajectory.ends.max())
-        times = np.linspace(0.0, span, min(round(span / STEP), 100_000) + 1)
-        reference = trajectory.sampled(times)
-        for i, member in enumerate(self.robots):
-            robot = member.robot
-            v, w = np.abs(reference.v[:, i]), np.abs(reference.w[:, i])
-            for need, limit, what in (
-                (v + robot.half_axle * w, robot.wheel_speed_limit, "|v| + L |ω| = {:.4g} m/s exceeds r ω_wheel ="),
-                (v, robot.v_max, "|v| = {:.4g} m/s exceeds v_max ="),
-                (w, robot.w_max, "|ω| = {:.4g} rad/s exceeds w_max ="),
-            ):
-                k = int(np.argmax(need))
-                if need[k] > limit * (1 + 1e-9):
-                    place = f"({reference.x[k, i]:.3f}, {reference.y[k, i]:.3f}) m, abscissa {reference.s[k, i]:.3f} m"
-                    problem = ScenarioError(
-                        f"robot {i + 1}: the reference is infeasible: at t = {times[k]:.2f} s, {place}, "
-                        f"{what.format(need[k])} {limit:.4g} by {need[k] - limit:.3g} "
-                        f"({100 * (need[k] / limit - 1):.1f} %); slow the timing down or smooth the path"
-                    )
-                    raise problem.about("robots", i, "timing")
+        for demand in demands([member.robot for member in self.robots], trajectory, self.duration):
+            if not demand.feasible:
+                place = f"({demand.x:.3f}, {demand.y:.3f}) m, abscissa {demand.s:.3f} m"
+                problem = InfeasibleError(
+                    f"robot {demand.robot + 1}: the reference is infeasible: at t = {demand.time:.2f} s, {place}, "
+                    f"{demand.words}; slow the timing down or smooth the path"
+                )
+                problem.scenario = self
+                raise problem.about("robots", demand.robot, "timing")
 
 
 def _trajectory(robots: tuple[Member, ...]) -> Trajectory:
