@@ -24,7 +24,7 @@ from robotics.experiments.versions import versions
 from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_velocities
 from robotics.figures.drawing import looks, seeds_as_text
 from robotics.figures.leads import plot_leads
-from robotics.laws.catalogue import label, law_title
+from robotics.laws.catalogue import law_title
 from robotics.laws.specification import Specification
 from robotics.measures.evidence import FORMS, Outcome, Verdict
 from robotics.measures.registry import headlines
@@ -189,8 +189,11 @@ def _pictures(comparison: Comparison, scenario: Scenario) -> list[Picture]:
     name, slug, seed = scenario.name, _slug(comparison, scenario), comparison.seeds[0]
     looked = looks(comparison.controllers)
     runs = [comparison.runs[name, specification] for specification in comparison.controllers]
-    who = ", ".join(label(specification) for specification in comparison.controllers)
-    several, shown = len(scenario.robots) > 1, headlines(scenario.kind, scenario.setting.has_others)
+    who = ", ".join(law_title(specification) for specification in comparison.controllers)
+    several, shown = (
+        len(scenario.robots) > 1,
+        headlines(scenario.kind, scenario.setting.has_others, own=comparison.metrics),
+    )
     larger = any(metric.larger for metric in shown.values())
     pictures = [
         Picture(

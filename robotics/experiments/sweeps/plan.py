@@ -74,6 +74,7 @@ class Sweep:
     table: dict[str, Any] = field(repr=False)  # its TOML table, which the axes change
     controllers: tuple[str, ...]  # specifications, such as "fuzzy" or "csm:k=0.3"
     axes: tuple[Axis, ...] = ()
+    metrics: tuple[str, ...] = ()  # of the user's own: specifications, such as "mymetric.py:comfort"
     seeds: int = 1  # number of seeds
     first_seed: int = 0
     method: Method = "grid"
@@ -208,6 +209,11 @@ def controller_at(sweep: Sweep, controller: str, values: Sequence[Any]) -> str:
     return str(Specification.of(here).with_gains(gains)) if gains else here
 
 
+def metrics_at(sweep: Sweep) -> list[str]:
+    """The specifications of a sweep's own metrics, with their files as seen from the current folder."""
+    return [located(name, sweep.folder) for name in sweep.metrics]
+
+
 def described(sweep: Sweep, point: int, values: Sequence[Any]) -> str:
     """A point in words, such as "point 3 (latency = 0.1, ky = 10)".
 
@@ -277,6 +283,7 @@ def identity(plan: SweepPlan) -> dict[str, Any]:
         "sweep": {
             "scenario": sweep.scenario,
             "controllers": list(sweep.controllers),
+            "metrics": list(sweep.metrics),
             "seeds": sweep.seeds,
             "first_seed": sweep.first_seed,
             "method": sweep.method,
@@ -308,7 +315,7 @@ def digest(value: Any) -> str:
 
 
 def _files(sweep: Sweep) -> Iterator[tuple[str, Path]]:
-    """The files of robots, of laws, and of rule bases that gains name; by name, from the sweep's folder."""
+    """The files of robots, laws and metrics, and of rule bases that gains name; by name, from the sweep's folder."""
     found = dict(robot_files(sweep.table, sweep.home))
     robots = {v for a in sweep.axes if a.name.split(".")[-1] in ("robot", "model") for v in a.levels}
     found |= robot_files({"robots": [{"robot": name} for name in robots]}, sweep.home)
@@ -318,6 +325,9 @@ def _files(sweep: Sweep) -> Iterator[tuple[str, Path]]:
         for level in axis.levels:
             if axis.target == "controller" and isinstance(level, str):
                 found |= fis_files_named(level)
+    named = [file for name in metrics_at(sweep) if (file := Specification.of(name).file)]
+    found |= {file: Path(file) for file in named}
+    listed = " ".join((*sweep.controllers, *sweep.metrics))
     for text, path in found.items():
-        inside = path.is_relative_to(sweep.folder)
-        yield (path.relative_to(sweep.folder).as_posix() if inside else text), path
+        there = text not in listed and path.is_relative_to(sweep.folder)  # as the sweep's file has it, from its folder
+        yield (path.relative_to(sweep.folder).as_posix() if there else text), path

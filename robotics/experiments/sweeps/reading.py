@@ -2,8 +2,8 @@
 
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass, fields
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, replace
 from importlib import resources
 from math import inf
 from pathlib import Path
@@ -13,8 +13,9 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.experiments.sweeps.plan import KEYS, METHODS, MOST_POINTS, Axis, Method, Sweep, SweepError
+from robotics.experiments.sweeps.plan import KEYS, METHODS, MOST_POINTS, Axis, Method, Sweep, SweepError, metrics_at
 from robotics.laws.catalogue import located, make_controller
+from robotics.measures.registry import own_metrics
 from robotics.quantity import described, is_number, quantity, whole
 from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.scenario.renamed import current_name
@@ -31,6 +32,11 @@ class SweepFile:
     )
     controllers: tuple[str, ...] = described(
         "The controllers, each a name or name:gain=value,...; left out: the scenario's own.", (), example=["lyapunov"]
+    )
+    metrics: tuple[str, ...] = described(
+        "Metrics of your own besides: functions in Python files, relative to this file.",
+        (),
+        example=["mymetric.py:comfort"],
     )
     seeds: int = whole(1, least=1, doc="How many seeds each point and controller runs with.")
     first_seed: int = whole(0, least=0, doc="The first of the seeds.")
@@ -120,6 +126,7 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
         table=content,
         controllers=_controllers(source, table, default, folder),
         axes=axes,
+        metrics=_metrics(source, table, folder, content.get("kind", "tracking")),
         seeds=source.whole(table, "seeds", 1, 1),
         first_seed=source.whole(table, "first_seed", 0, 0),
         method=method,
@@ -132,6 +139,20 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
         folder=folder or Path(),
         home=home,
     )
+
+
+def with_own(sweep: Sweep, laws: Sequence[str], metrics: Sequence[str]) -> Sweep:
+    """A sweep with more controllers and more metrics, by their specifications, seen from the current folder.
+
+    Raises SweepError for one that is there already, ControllerError and MetricError for one that cannot be used.
+    """
+    for name in laws:
+        if name in sweep.controllers or laws.count(name) > 1:
+            raise SweepError(f"the controller {name!r} is given twice")
+        make_controller(name)
+    sweep = replace(sweep, controllers=(*sweep.controllers, *laws), metrics=(*sweep.metrics, *metrics))
+    own_metrics(metrics_at(sweep), sweep.table.get("kind", "tracking"))
+    return sweep
 
 
 @dataclass(frozen=True)
@@ -201,6 +222,17 @@ def _controllers(source: _Source, table: dict[str, Any], default: str, folder: P
             make_controller(located(controller, folder or Path()))
         except InputError as error:
             raise source.refuse(str(error), "controllers") from None
+    return tuple(listed)
+
+
+def _metrics(source: _Source, table: dict[str, Any], folder: Path | None, kind: str) -> tuple[str, ...]:
+    listed = table.get("metrics", [])
+    if not (isinstance(listed, list) and all(isinstance(name, str) for name in listed)):
+        raise source.refuse(f'metrics must be a list, such as ["mymetric.py:comfort"]; got {listed!r}', "metrics")
+    try:
+        own_metrics([located(name, folder or Path()) for name in listed], kind)
+    except InputError as error:
+        raise source.refuse(f"metrics: {error}", "metrics") from None
     return tuple(listed)
 
 
