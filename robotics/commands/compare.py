@@ -129,9 +129,11 @@ def split_controllers(text: str) -> list[str]:
     >>> split_controllers("fuzzy,csm:k=0.3,realisation=velocity,esm")
     ['fuzzy', 'csm:k=0.3,realisation=velocity', 'esm']
     """
+    from robotics.laws.specification import starts_gain
+
     result: list[str] = []
     for part in (p.strip() for p in text.split(",")):
-        if "=" in part and ":" not in part and result:
+        if starts_gain(part) and result:
             result[-1] += f",{part}"
         elif part:
             result.append(part)

@@ -25,6 +25,7 @@ from robotics.figures.controllers import plot_comparison, plot_errors, plot_path
 from robotics.figures.drawing import looks, seeds_as_text
 from robotics.figures.leads import plot_leads
 from robotics.laws.catalogue import label, law_title
+from robotics.laws.specification import Specification
 from robotics.measures.evidence import FORMS, Outcome, Verdict
 from robotics.measures.registry import headlines
 from robotics.playback.player import player_script
@@ -96,7 +97,7 @@ def write_report(
         reading=reading,
         counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in SYMBOLS},
         terms=terms(comparison).to_dict(orient="records"),
-        changed={name: name.partition(":")[2] for name in comparison.controllers},
+        changed={name: Specification.of(name).gains for name in comparison.controllers},
         seeds=seeds_as_text(comparison.seeds),
         first_seed=comparison.seeds[0],
         sections=sections,

@@ -14,8 +14,8 @@ from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin
 from robotics.experiments.comparison import Comparison, check_comparison, compare, summarise
 from robotics.experiments.executors import uninterrupted
-from robotics.experiments.versions import versions
-from robotics.laws.catalogue import gains_of, make_controller
+from robotics.experiments.versions import digest_of, versions
+from robotics.laws.catalogue import files_of, gains_of, make_controller
 from robotics.report.chapter import Chapter, Claim
 from robotics.report.page import draw_sections, figure_count, write_report
 from robotics.scenario.description import Scenario
@@ -108,6 +108,7 @@ def _write_configuration(
     configuration = {
         "scenarios": [scenario.name for scenario in scenarios],
         "controllers": {law: gains_of(make_controller(law)) for law in specifications},
+        "files_sha256": {name: digest_of(file) for law in specifications for name, file in files_of(law).items()},
         "seeds": list(seeds),
         "versions": versions(),
     }
