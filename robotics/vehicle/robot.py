@@ -17,6 +17,7 @@ from robotics.quantity import check_quantities, quantity
 GRAVITY = 9.81  # m/s²
 GRIP = 0.55  # 1: rubber grips hard floors with 0.8, and castors bear about 30 % of the weight
 ROLLING = 0.02  # 1: rolling resistance over weight; small rubber wheels on hard floors have 0.01 to 0.035
+ROTOR = 0.01  # s: mechanical time constant of small motors without load; data sheets have 3 to 20 ms
 FASTEST_LOOP = 0.04  # s: four periods of the wheel loop, so that its sampling does not matter
 STIFFEST = 1000.0  # 1/s: the plant's Runge-Kutta steps of 2.5 ms are stable up to 2.78 / 2.5 ms
 
@@ -81,10 +82,6 @@ class Robot:
         "kg m²", "The inertia of a driving wheel about its diameter (I_m).",
         "wheel_mass wheel_radius² / 4: a thin disc", lambda r: r.wheel_mass * r.wheel_radius**2 / 4, least=0,
     )  # fmt: skip
-    wheel_spin_inertia: float = _derived(
-        "kg m²", "The inertia of a driving wheel about the axle (J_w).",
-        "wheel_mass wheel_radius² / 2: a disc", lambda r: r.wheel_mass * r.wheel_radius**2 / 2, least=0,
-    )  # fmt: skip
     # Motors, as they act at the wheel, behind the gear
     supply_voltage: float = _needed("V", "The voltage that the motors are driven with at most.", above=0)
     stall_torque: float | None = quantity(
@@ -103,16 +100,22 @@ class Robot:
         "V s/rad", "The voltage for each rad/s of the wheel without load (k_e).",
         "supply_voltage / no_load_speed", lambda r: r.supply_voltage / (r.no_load_speed or inf), above=0,
     )  # fmt: skip
+    wheel_spin_inertia: float = _derived(
+        "kg m²", "The inertia of a driving wheel and of its rotor, behind the gear, about the axle (J_w).",
+        f"wheel_mass wheel_radius² / 2 + {ROTOR:g} s torque_constant back_emf: a disc, and a rotor that alone takes up "
+        "speed with the time constant of most small motors; behind a high gear it outweighs the robot",
+        lambda r: r.wheel_mass * r.wheel_radius**2 / 2 + ROTOR * r.torque_constant * r.back_emf, least=0,
+    )  # fmt: skip
     torque_limit: float = _derived(
         "N m", "The highest torque of one wheel, where its tyre slips or its motor stalls.",
-        f"the smaller of the motor's torque_constant supply_voltage and the tyre's {GRIP:g} m g wheel_radius / 2: "
-        "rubber grips hard floors with 0.8, and castors bear 30 % of the weight",
-        lambda r: min(r.torque_constant * r.supply_voltage, GRIP * r._weight * r.wheel_radius / 2), above=0,
+        f"the smaller of torque_constant supply_voltage, where the motor stalls, and of {GRIP:g} g wheel_radius "
+        "(effective mass) / 2, where the tyre slips: rubber grips hard floors with 0.8, castors bear 30 % of the weight",
+        lambda r: min(r.torque_constant * r.supply_voltage, GRIP * GRAVITY * r.wheel_load / r.wheel_radius), above=0,
     )  # fmt: skip
     friction_torque: float = _derived(
         "N m", "The dry (Coulomb) friction of one wheel with its gear.",
         f"{ROLLING:g} m g wheel_radius / 2: small rubber wheels on hard floors roll with 0.01 to 0.035 of the weight",
-        lambda r: ROLLING * r._weight * r.wheel_radius / 2, least=0,
+        lambda r: ROLLING * r.mass * GRAVITY * r.wheel_radius / 2, least=0,
     )  # fmt: skip
     friction_speed: float = _derived(
         "rad/s", "The range of wheel speeds over which the friction changes its sign.",
@@ -208,10 +211,6 @@ class Robot:
     def changed(self, **numbers: float) -> "Robot":
         """This robot with other ``numbers``, by the names of fields; what was derived is derived anew."""
         return type(self)(**merged(self.given, numbers))
-
-    @property
-    def _weight(self) -> float:
-        return self.mass * GRAVITY  # N
 
     @property
     def wheel_load(self) -> float:
