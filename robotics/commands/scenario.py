@@ -61,7 +61,7 @@ def file_kind(name: str) -> FileKind:
 
 def _row(p: "Placed") -> dict[str, Any]:
     key = p.key
-    row = {"key": p.path, "shape": p.shape or None, "holds": key.holds, "unit": key.unit or None}
+    row: dict[str, Any] = {"key": p.path, "shape": p.shape or None, "holds": key.holds, "unit": key.unit or None}
     bounds = {"above": key.above, "least": key.least, "most": key.most}
     row |= bounds | {"words": list(key.words) or None, "required": key.required, "default": key.default}
     return row | {"rule": key.rule or None, "example": key.shown, "accepted": key.accepted, "doc": key.doc}
