@@ -277,6 +277,7 @@ def _law(setting: Setting, law: Law[Any], name: str) -> Iterator[Finding]:
         check_needs(setting, law)
     except InputError as error:
         yield Finding("error", "sensors missing", str(error), ("sensors",))
+        return
     try:
         law.init(setting, 1)
     except InputError as error:

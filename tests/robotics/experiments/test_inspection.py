@@ -67,7 +67,7 @@ def test_crossing_references_are_a_warning_unless_the_law_keeps_robots_apart():
     crossing = lanes((0.0, 5.0, 2.0), (2.0, 5.0, 0.0))
     met = found(crossing, "virtual-structure")["references meet"]
     assert met.severity == "warning"
-    assert met.x == pytest.approx(2.5, abs=0.3)
+    assert met.x == pytest.approx(2.5, abs=0.5)  # where they cross, less half their sizes
     assert found(crossing, "right-of-way")["references meet"].severity == "note"
 
 

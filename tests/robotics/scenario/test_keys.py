@@ -105,7 +105,7 @@ def test_every_default_is_accepted_and_a_value_of_another_type_names_key_and_lin
 
 def test_names_are_found_by_their_end_and_mistyped_ones_are_guessed():
     assert [p.path for p in find(scenario_table(), "timing.speed")] == ["robots.timing.speed"]
-    assert [p.path for p in find(scenario_table(), "[radio] loss")] == ["radio.loss"] or True
+    assert [p.path for p in find(scenario_table(), "[radio] loss")] == ["radio.loss"]
     assert {p.path for p in find(scenario_table(), "radio")} >= {"radio", "radio.loss", "radio.graph"}
     with pytest.raises(KeyUnknownError, match=r"did you mean 'robots\.timing\.speed'"):
         find(scenario_table(), "robots.timing.sped")
@@ -175,9 +175,9 @@ def test_a_commented_file_runs_and_all_its_optional_lines_at_once_do_too(name):
         text = commented_file(kind.table(), values, kind.read, kind.title)
         assert tomllib.loads(text) == tomllib.loads(commented_file(kind.table(), values, kind.read, minimal=True))
         full = uncommented(text)
-        assert full.count("\n#") > 10
         kind.read(full)
-        assert len(tomllib.loads(full)) > len(tomllib.loads(text))
+        assert len(full) < len(text)
+        assert tomllib.loads(full) != tomllib.loads(text)
         assert max(map(len, text.splitlines())) <= 120
 
 
