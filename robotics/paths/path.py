@@ -1,4 +1,4 @@
-"""Paths: sine, circle, straight line, quintic and way-points, each compiled to an arc-length table.
+"""Paths: sine, circle, figure of eight, straight line, quintic and way-points, each compiled to an arc-length table.
 
 A shape is a curve p(u), u in [0, 1], with its first two derivatives. :func:`compile_path` measures its length
 (Gauss-Legendre quadrature, to 1e-9 m or better) and tabulates position, heading and curvature at equal steps of
@@ -110,6 +110,38 @@ class Circle:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Eight:
+    """A figure of eight, Bernoulli's lemniscate, from its crossing round its right half and then round its left.
+
+    With a half its width, its length is 5.24412 a, and its curvature at a distance r from the crossing is 3 r/a².
+    """
+
+    center: tuple[float, float] = described("The crossing.", (0.0, 0.0))  # m
+    width: float = quantity(4.0, "m", above=0, doc="From the outermost point of one half to that of the other.")
+    angle: float = quantity(
+        0.0, "rad", least=-2 * pi, most=2 * pi, doc="The direction of the right half from the crossing."
+    )
+    turns: float = quantity(1.0, "turns", above=0, doc="How often the whole figure is driven.")
+
+    def __post_init__(self) -> None:
+        check_quantities(self, PathError)
+        _finite(self, center=self.center)
+
+    def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """See :class:`Shape`."""
+        # In the complex plane: z(t) = a cos t/(1 − i sin t), and t = −π/2 is the crossing
+        sweep = 2 * pi * self.turns
+        t = sweep * np.asarray(u) - pi / 2
+        sin, cos = np.sin(t), np.cos(t)
+        d = 1 - 1j * sin
+        arm = self.width / 2 * np.exp(1j * self.angle)
+        center = complex(*self.center)
+        z, slope, bend = arm * cos / d, arm * (1j - sin) / d**2, -arm * cos * (3 + 1j * sin) / d**3
+        parts = (center + z, sweep * slope, sweep**2 * bend)
+        return tuple(np.stack([part.real, part.imag]) for part in parts)  # type: ignore[return-value]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Line:
     """The straight line from ``start`` to ``end``."""
 
@@ -212,7 +244,14 @@ class Waypoints:
         )
 
 
-SHAPES: dict[str, type] = {"sine": Sine, "circle": Circle, "line": Line, "quintic": Quintic, "waypoints": Waypoints}
+SHAPES: dict[str, type] = {
+    "sine": Sine,
+    "circle": Circle,
+    "eight": Eight,
+    "line": Line,
+    "quintic": Quintic,
+    "waypoints": Waypoints,
+}
 
 
 class PathPoint(NamedTuple):
