@@ -118,7 +118,7 @@ class _Writer:
         text = f"{key.name} = {toml_value(key.shown if value is None else value)}"
         words = _remark(key) if remark and self.remarks else ""
         room = max(len(mark + text), 32)
-        if room + len(words) + 4 > WIDTH:
+        if room + len(words) + 4 + 3 * (mark == "#") > WIDTH:
             for row in _wrapped(words):
                 self.add(row, "## ")
             words = ""

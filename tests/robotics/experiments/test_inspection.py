@@ -1,12 +1,15 @@
 """What a judgement before a run finds, against geometry that is computed by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from robotics.experiments.inspection import Finding, acceleration, inspect_survey
+from robotics.scenario.robots import load_robot
 from robotics.scenario.survey import survey_text
-from robotics.vehicle.robot import Robot
 
+ROBOT = load_robot("etsro").robot
 LANE = """
 [[robots]]
 start = [0.0, {y}, 0.0]
@@ -34,7 +37,7 @@ def test_an_infeasible_speed_is_told_with_its_place_and_demand():
     assert (first.severity, first.kind, first.at) == ("error", "infeasible", ("robots", 0, "timing"))
     wheels = next(d for d in result.demands if d.limit == "wheels")
     assert wheels.need == pytest.approx(60.0 / 38.0)  # between two ramps of 2 s
-    assert wheels.reserve == pytest.approx(1 - 60 / 38 / Robot().wheel_speed_limit)
+    assert wheels.reserve == pytest.approx(1 - 60 / 38 / ROBOT.wheel_speed_limit)
 
 
 def test_a_path_through_a_wall_is_told_where_the_robot_touches_it():
@@ -42,11 +45,11 @@ def test_a_path_through_a_wall_is_told_where_the_robot_touches_it():
     text = lanes((0.0, 5.0, 0.0)).replace('"team"', '"tracking"') + wall
     hit = found(text, "lyapunov")["path through an obstacle"]
     assert hit.severity == "error"
-    assert (hit.x, hit.y) == pytest.approx((2.0 - Robot().length / 2, 0.0), abs=1e-3)
+    assert (hit.x, hit.y) == pytest.approx((2.0 - ROBOT.length / 2, 0.0), abs=1e-3)
 
 
 def test_a_wall_beside_a_path_is_told_if_it_leaves_less_than_the_least_room():
-    robot = Robot()
+    robot = ROBOT
     for room, told in ((0.03, True), (0.08, False)):
         y = robot.width / 2 + room
         wall = f'\n[[obstacles]]\nshape = "wall"\npoints = [[2.0, {y}], [3.0, {y}]]\n'
@@ -88,15 +91,15 @@ def test_a_start_far_off_turned_away_or_beyond_the_divergence_is_told():
 
 def test_a_sudden_start_is_told_with_the_way_that_is_lost():
     text = lanes((0.0, 5.0, 0.0)).replace('"team"', '"tracking"').replace("duration = 40.0, ramp = 2.0", "speed = 0.75")
-    robot = Robot()
+    robot = ROBOT
     sudden = found(text, "fuzzy")["sudden start"]
     assert f"{0.75**2 / (2 * acceleration(robot)):.2g} m behind" in sudden.sentence
-    slow = Robot(v_rate_max=0.5)
+    slow = replace(ROBOT, v_rate_max=0.5)
     assert acceleration(slow) == 0.5
 
 
 def test_a_law_that_lacks_sensors_or_sees_nothing_is_told():
     bare = '\n[[sensors]]\nname = "rear"\n'
     assert found(lanes((0.0, 5.0, 0.0), (1.5, 5.0, 1.5)) + bare, "obstacles")["sensors missing"].at == ("sensors",)
-    assert found(lanes((0.0, 5.0, 0.0)), "no-such-law")["controller"].severity == "error"
-    assert np.isfinite(acceleration(Robot()))
+    assert found(lanes((0.0, 5.0, 0.0), (1.5, 5.0, 1.5)), "no-such-law")["controller"].severity == "error"
+    assert np.isfinite(acceleration(ROBOT))

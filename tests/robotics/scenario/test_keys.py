@@ -37,6 +37,8 @@ def place(key: Placed) -> tuple[dict, list]:
             made = {k.name: k.shown for k in inner.table.keys if k.required and k.table is None}
             if inner.table.name == "sensors":
                 made = {"name": "rear"}
+            if inner.table.name == "robot":
+                made = {"model": "etsro"}
             if inner.table.name in ("path", "timing") and names[0] == "obstacles":
                 node |= {"path": dict(LINE), "timing": {"speed": 0.1}}
             node.setdefault(name, [made] if inner.holds == "tables" else made)
