@@ -5,6 +5,7 @@ import re
 import tomllib
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -20,21 +21,23 @@ from robotics.tables.template import commented_file, uncommented
 
 ROOT = Path(__file__).parents[3]
 LINE = {"shape": "line", "start": [0.0, 0.0], "end": [5.0, 0.0]}
-BASE = {"robots": [{"start": [0.0, 0.0, 0.0], "path": LINE, "timing": {"speed": 0.1}}]}
+BASE: dict[str, Any] = {"robots": [{"start": [0.0, 0.0, 0.0], "path": LINE, "timing": {"speed": 0.1}}]}
 ALL = list(walk(scenario_table()))
 
 
-def place(key: Placed) -> tuple[dict, list]:
+def place(key: Placed) -> tuple[dict[str, Any], list[Any]]:
     """A scenario's table with all tables around ``key``, and the keys that lead to its table."""
     table, names = copy.deepcopy(BASE), key.path.split(".")[:-1]
-    node, at = table, []
+    node: Any = table
+    at: list[Any] = []
     if names[:1] == ["virtual"]:
         table["robots"] = [{"offset": [0.0, 0.1]}]
         table["virtual"] = {"path": dict(LINE), "timing": {"speed": 0.1}}
     for depth, name in enumerate(names, start=1):
         inner = find(scenario_table(), ".".join(names[:depth]))[0].key
+        assert inner.table is not None
         if name not in node:
-            made = {k.name: k.shown for k in inner.table.keys if k.required and k.table is None}
+            made: Any = {k.name: k.shown for k in inner.table.keys if k.required and k.table is None}
             if inner.table.name == "sensors":
                 made = {"name": "rear"}
             if inner.table.name == "robot":
@@ -52,7 +55,7 @@ def place(key: Placed) -> tuple[dict, list]:
     return table, at
 
 
-def inside(table: dict, at: list) -> dict:
+def inside(table: Any, at: list[Any]) -> Any:
     for key in at:
         table = table[key]
     return table
@@ -65,11 +68,12 @@ def test_every_key_bears_a_sentence():
 
 
 @pytest.mark.parametrize("key", [p for p in ALL if p.key.table is not None] + ALL[:1], ids=lambda p: p.path)
-def test_the_reader_accepts_in_every_table_the_keys_that_are_listed_and_no_others(key):
+def test_the_reader_accepts_in_every_table_the_keys_that_are_listed_and_no_others(key: Any) -> None:
     """The reader lists what it accepts where it refuses a key that no table has."""
+    shapes: Any
     if key is ALL[0]:
         table, names, shapes = copy.deepcopy(BASE), {k.name for k in scenario_table().keys}, {"": ()}
-        at: list = []
+        at: list[Any] = []
     else:
         names, shapes = {k.name for k in key.key.table.keys}, key.key.table.shapes or {"": ()}
     for shape, own in shapes.items():
