@@ -133,10 +133,12 @@ class _Rest:
         """Leave out what stands at ``at``, or the innermost table around it; False if there is nothing."""
         places: list[tuple[Any, Any]] = []
         node: Any = self.table
-        for key in at:
-            if (isinstance(node, dict) and key in node) or (isinstance(node, list) and key in range(len(node))):
-                places.append((node, key))
-                node = node[key]
+        step: Any
+        for step in at:
+            known: Any = node if isinstance(node, dict) else range(len(node)) if isinstance(node, list) else ()
+            if step in known:
+                places.append((node, step))
+                node = node[step]
             else:
                 break
         if not places:
