@@ -119,7 +119,9 @@ def place_error(run: Run) -> np.ndarray:
     paths, due = _paths(run), run.target("s")
     steps, which = np.unique(due[0], return_index=True)
     leader = abscissae(run)[:, 0]
-    s = np.stack([leader, *(np.interp(leader, steps, row[which]) for row in due[1:])], axis=-1)  # (runs, samples, robots)
+    s = np.stack(
+        [leader, *(np.interp(leader, steps, row[which]) for row in due[1:])], axis=-1
+    )  # (runs, samples, robots)
     point = paths.at(np.nan_to_num(s))
     x, y = np.moveaxis(point.x, -1, 1), np.moveaxis(point.y, -1, 1)
     return np.asarray(np.hypot(run["x"] - x, run["y"] - y))

@@ -123,9 +123,7 @@ def learn_networks(
     """
     outputs = outputs_of(names)
     if jobs == 1:
-        return [
-            learn_network(o, names, values, check, rules=rules, options=options, advance=advance) for o in outputs
-        ]
+        return [learn_network(o, names, values, check, rules=rules, options=options, advance=advance) for o in outputs]
     one = partial(_learnt_alone, names=names, values=values, check=check, rules=rules, options=options)
     with processes(min(jobs, len(outputs)), [__name__]) as workers:
         futures = [workers.executor.submit(one, output) for output in outputs]

@@ -106,9 +106,7 @@ def passes(recipe: ScenarioRecipe) -> int:
     return (recipe.runs > 0 and recipe.displaced < 1) + (recipe.places if recipe.displaced > 0 else 0)
 
 
-def scenario_data(
-    scenario: Scenario, recipe: ScenarioRecipe, advance: Callable[[], None] | None = None
-) -> RobotTable:
+def scenario_data(scenario: Scenario, recipe: ScenarioRecipe, advance: Callable[[], None] | None = None) -> RobotTable:
     """Make the set that ``recipe`` describes of ``scenario``; ``advance`` is called after every simulation.
 
     Raises FormationDataError where the teacher commands no velocities or an input does not suit, and what the teacher

@@ -130,7 +130,12 @@ run = robotics.simulate(team, robotics.make_controller("fuzzy:rule_base=keeper.f
 """
 
 
-_NOTES = {"The target": _TARGET, "The path and the timetable": _PATH, "The formation": _FORMATION, "Each other robot": _PAIRS}
+_NOTES = {
+    "The target": _TARGET,
+    "The path and the timetable": _PATH,
+    "The formation": _FORMATION,
+    "Each other robot": _PAIRS,
+}
 _COLUMNS = ("name", "unit", "meaning", "needs")
 
 
