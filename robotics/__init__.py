@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from robotics.scenario.formations import formation_scenario
     from robotics.scenario.random_team import TeamError, random_team, team_toml
     from robotics.scenario.reading import load_scenario, parse_scenario, scenario_names
+    from robotics.scenario.robots import RobotModel, load_robot, robot_names
     from robotics.sensing.posture import Sensing, SensingError
     from robotics.sensing.sonar import RangeSensor
     from robotics.simulation.loop import SimulationError, simulate
@@ -69,6 +70,7 @@ _MODULES = {
     "robotics.scenario.formations": ("formation_scenario",),
     "robotics.scenario.random_team": ("TeamError", "random_team", "team_toml"),
     "robotics.scenario.reading": ("load_scenario", "parse_scenario", "scenario_names"),
+    "robotics.scenario.robots": ("RobotModel", "load_robot", "robot_names"),
     "robotics.sensing.posture": ("Sensing", "SensingError"),
     "robotics.sensing.sonar": ("RangeSensor",),
     "robotics.simulation.loop": ("SimulationError", "simulate"),
@@ -112,6 +114,7 @@ __all__ = [
     "Recovery",
     "Robot",
     "RobotError",
+    "RobotModel",
     "Run",
     "RunError",
     "Scenario",
@@ -134,6 +137,7 @@ __all__ = [
     "explain_spans",
     "formation_scenario",
     "laplacian",
+    "load_robot",
     "load_run",
     "load_scenario",
     "make_controller",
@@ -149,6 +153,7 @@ __all__ = [
     "progress_gap",
     "random_team",
     "recovery_curve",
+    "robot_names",
     "scenario_names",
     "simulate",
     "summarise",

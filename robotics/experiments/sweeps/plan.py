@@ -26,6 +26,7 @@ from robotics.laws.foreign import begun
 from robotics.laws.specification import Specification
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import scenario_from_table
+from robotics.scenario.robots import robot_files, robot_tables
 
 if TYPE_CHECKING:
     from robotics.laws.law import Law
@@ -83,7 +84,8 @@ class Sweep:
     name: str = field(default="sweep", compare=False)
     file: str = field(default="<text>", compare=False)
     line: int = field(default=1, compare=False)  # where the file names its controllers
-    folder: str = field(default="", compare=False)  # in which the controllers' files are looked for first
+    folder: Path = field(default=Path(), compare=False)  # in which the controllers' files are looked for first
+    home: Path = field(default=Path(), compare=False)  # of the scenario's file: where its robots' files are
 
 
 @dataclass(frozen=True)
@@ -163,12 +165,12 @@ def unit_design(sweep: Sweep) -> np.ndarray:
 
 def scenario_at(sweep: Sweep, values: Sequence[Any]) -> Scenario:
     """The scenario at a point's ``values``. Raises an InputError, with ``keys`` if it is about a key of the table."""
-    table = copy.deepcopy(sweep.table)
+    table = robot_tables(copy.deepcopy(sweep.table))
     for axis, value in zip(sweep.axes, values, strict=True):
         if axis.target == "scenario":
             keys = axis.name.split(".")
             _assign(table, keys, value, axis.name)
-    return scenario_from_table(table, sweep.scenario)
+    return scenario_from_table(table, sweep.scenario, sweep.home)
 
 
 def _assign(node: Any, keys: Sequence[str], value: Any, name: str) -> None:
@@ -313,8 +315,10 @@ def digest(value: Any) -> str:
 
 
 def _files(sweep: Sweep) -> Iterator[tuple[str, Path]]:
-    """The files of laws and metrics, and the .fis files that gains name; by name, from the sweep's folder."""
-    found: dict[str, Path] = {}
+    """The files of robots, laws and metrics, and of rule bases that gains name; by name, from the sweep's folder."""
+    found = dict(robot_files(sweep.table, sweep.home))
+    robots = {v for a in sweep.axes if a.name.split(".")[-1] in ("robot", "model") for v in a.levels}
+    found |= robot_files({"robots": [{"robot": name} for name in robots]}, sweep.home)
     for controller in sweep.controllers:
         found |= files_of(located(controller, sweep.folder))
     for axis in sweep.axes:

@@ -113,7 +113,7 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
             raise source.refuse(f"{key} belongs to method = 'random' or 'latin-hypercube'; {hint}", key)
     if method != "grid" and "samples" not in table:
         raise source.refuse(f"method = {method!r} needs samples = N, the number of points", "method")
-    scenario, content, default = _scenario(source, table, folder)
+    scenario, content, default, home = _scenario(source, table, folder)
     axes = (
         *_axes(source, table, "scenario_fields", method),
         *_axes(source, table, "controller_parameters", method),
@@ -136,7 +136,8 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
         name=name,
         file=file,
         line=source.line("controllers"),
-        folder=str(folder or ""),
+        folder=folder or Path(),
+        home=home,
     )
 
 
@@ -188,8 +189,8 @@ class _Source:
         return value
 
 
-def _scenario(source: _Source, table: dict[str, Any], folder: Path | None) -> tuple[str, dict[str, Any], str]:
-    """The scenario's name, its TOML table, and the controller that it names itself, if any."""
+def _scenario(source: _Source, table: dict[str, Any], folder: Path | None) -> tuple[str, dict[str, Any], str, Path]:
+    """The scenario's name, its TOML table, the controller that it names itself, if any, and its folder."""
     name = table.get("scenario")
     if not isinstance(name, str) or not name:
         raise source.refuse(f"scenario must be a scenario's name or a .toml file's path; got {name!r}", "scenario")
@@ -197,13 +198,13 @@ def _scenario(source: _Source, table: dict[str, Any], folder: Path | None) -> tu
         name = current_name(name)
         if name in scenario_names():
             text = (resources.files("robotics") / "scenarios" / f"{name}.toml").read_text(encoding="utf-8")
-            return name, tomllib.loads(text), load_scenario(name).controller
+            return name, tomllib.loads(text), load_scenario(name).controller, Path()
         path = (folder or Path()) / name if name.endswith(".toml") else Path(name)
         base = load_scenario(path)
         content = tomllib.loads(path.read_text(encoding="utf-8"))
         if base.controller:
             content["controller"] = base.controller  # with its files as seen from here
-        return base.name, content, base.controller
+        return base.name, content, base.controller, path.parent
     except InputError as error:
         raise source.refuse(f"scenario: {error}", "scenario") from None
 
