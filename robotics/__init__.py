@@ -7,8 +7,8 @@ True
 
 Describe and simulate:
     load_scenario, parse_scenario, scenario_names, load_robot, robot_names, Scenario and its parts (Member, Robot,
-    Timing, Radio, Fault, Sensing, RangeSensor, shapes of paths such as Sine); compile_path, formation_scenario, random_team, team_toml, adjacency,
-    laplacian; make_controller, CATALOGUE; simulate, load_run, Run
+    Timing, Radio, Fault, Sensing, RangeSensor, shapes of paths such as Sine); compile_path, formation_scenario,
+    random_team, team_toml, adjacency, laplacian; make_controller, CATALOGUE; simulate, load_run, Run
 Measure, compare and look:
     measure_all, metrics_of, measure, measure_team, measure_formation, tracking_error, cross_track_error, arrival_time,
     nearest_distance, progress_gap, true_progress; compare, summarise, Comparison; recovery_curve; explain_decision,
