@@ -21,6 +21,7 @@ from robotics.commands.explain import explain
 from robotics.commands.learn import learn
 from robotics.commands.list import list_
 from robotics.commands.repeat import Stress, repeat
+from robotics.commands.robot import robot
 from robotics.commands.run import run_
 from robotics.commands.stress import stress
 from robotics.commands.sweep import sweep
@@ -40,6 +41,7 @@ app.command()(compare)
 app.command()(explain)
 app.command()(animate)
 app.command()(certify)
+app.command()(robot)
 app.command()(sweep)
 app.command()(team)
 

@@ -1,5 +1,6 @@
 """The controllers by name: presets of the laws, with the thesis's gains or the tuned ones."""
 
+from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -22,6 +23,7 @@ from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pdc import ParallelCompensation
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.quantity import accepted
+from robotics.vehicle.robot import Robot
 
 GROUP = "fuzzyfleet.laws"  # the entry points by which other packages add laws
 
@@ -330,9 +332,12 @@ def law_title(controller: str) -> str:
         return controller
 
 
-def kept_distance(controller: str) -> float | None:
-    """The distance [m] between centers that a law keeps, by its specification; None if it keeps none, or is unknown."""
+def kept_distance(controller: str, robots: Sequence[Robot]) -> float | None:
+    """The distance [m] between the centers of ``robots`` that a law keeps, by its specification.
+
+    None if it keeps none, or is unknown.
+    """
     try:
-        return make_controller(controller).kept_distance
+        return make_controller(controller).kept_between(robots)
     except ControllerError:  # of a run from a file, or of a law without a preset
         return None
