@@ -125,7 +125,8 @@ class TryoutSession:
             self._want(replace(self.wish, scenario=name, text=None))
             return
         state = changed_at(self.folder, name)
-        self._want(replace(self.wish, scenario=name, text=read_scenario_file(self.folder, name)))
+        text = read_scenario_file(self.folder, name)
+        self._want(replace(self.wish, scenario=name, text=text, folder=(self.folder.path / name).parent))
         self.watched = name, state
 
     def _choose_law(self, value: Any) -> None:

@@ -1,10 +1,12 @@
 """The scenario files of the folder that the designer serves; nothing outside it is read."""
 
 import re
+import tomllib
 from pathlib import Path
 
-from fuzzy.designer.folder import LARGEST_FILE, Folder
+from fuzzy.designer.folder import LARGEST_FILE, Folder, FolderError
 from robotics.scenario.description import ScenarioError
+from robotics.scenario.robots import robot_files
 
 _ROBOTS = re.compile(rb"^\s*(\[\[\s*robots\s*\]\]|robots\s*=)", re.MULTILINE)  # what every scenario has
 
@@ -22,14 +24,30 @@ def _is_scenario(path: Path) -> bool:
 
 
 def read_scenario_file(folder: Folder, name: str) -> str:
-    """The text of a scenario file of the folder. Raises FolderError or ScenarioError."""
+    """The text of a scenario file of the folder. Raises FolderError or ScenarioError.
+
+    The files of robots that it names are in the folder, too.
+    """
     path = folder.inside(name, ".toml")
     if not path.is_file():
         raise ScenarioError(f"there is no file {name!r} in the opened folder")
     try:
-        return checked_text(name, path.read_bytes())
+        text = checked_text(name, path.read_bytes())
     except OSError as error:
         raise ScenarioError(f"{name}: cannot be read: {error.strerror or error}") from None
+    _check_robots(folder, name, text)
+    return text
+
+
+def _check_robots(folder: Folder, name: str, text: str) -> None:
+    """Raise FolderError where a scenario names a robot's file outside the folder."""
+    try:
+        files = robot_files(tomllib.loads(text), (folder.path / name).parent)
+    except ValueError:  # the reader of scenarios says it better
+        return
+    for said, path in files.items():
+        if not path.resolve().is_relative_to(folder.path):
+            raise FolderError(f"{name}: the file of a robot, {said!r}, leads out of the opened folder")
 
 
 def checked_text(name: str, data: bytes) -> str:

@@ -6,10 +6,11 @@ scenario and the law. The numbers are those of :func:`robotics.simulation.loop.s
 of a millimetre.
 """
 
+import tomllib
 import warnings
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,6 +30,7 @@ from robotics.playback.player import player_data
 from robotics.quantity import check_quantities, quantity
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario, parse_scenario, scenario_names
+from robotics.scenario.robots import robot_files
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
@@ -42,6 +44,7 @@ class TryoutTrial:
 
     scenario: str = ""  # a scenario that comes with the package, or the name of the file that holds ``text``
     text: str | None = None  # of a scenario file of one's own
+    folder: Path = Path()  # of that file, where the files of its robots are
     law: str = ""  # a name of the catalogue
     task: str = ""  # of that law, whose rule base is replaced
     look_ahead: float = quantity(0.4, "s", least=0, most=10)  # of a single robot's tracking law
@@ -63,7 +66,8 @@ class TryoutTrial:
     def _read(self) -> Scenario:
         if self.text is None and self.scenario not in scenario_names():
             raise TryoutError(expected(self.scenario, scenario_names(), "scenario"))
-        return _scenario(self.scenario, self.text)
+        files = () if self.text is None else _robot_files(self.text, self.folder)
+        return _scenario(self.scenario, self.text, self.folder, files)
 
 
 class Attempt(NamedTuple):
@@ -81,7 +85,7 @@ def choices() -> dict[str, Any]:
     rivals: dict[str, list[list[str]]] = {"tracking": [], "team": [], "formation": []}
     for name, preset in presets().items():
         rivals[preset.kind].append([name, preset.title])
-    found = [(name, _scenario(name, None)) for name in scenario_names()]
+    found = [(name, _scenario(name, None, Path(), ())) for name in scenario_names()]
     return {
         "scenarios": [{"name": name, "title": s.title or name, "kind": s.kind} for name, s in found],
         "rivals": rivals,
@@ -128,8 +132,18 @@ def _chosen(uses: list[Use], wish: TryoutTrial, scenario: Scenario | None) -> Us
 
 # The user's files are read anew when they change; a scenario that is read stays, which takes longer than a drag may.
 @lru_cache(maxsize=64)
-def _scenario(name: str, text: str | None) -> Scenario:
-    return load_scenario(name) if text is None else parse_scenario(text, PurePath(name).stem, name)
+def _scenario(name: str, text: str | None, folder: Path, robots: tuple[tuple[Path, int], ...]) -> Scenario:
+    """The scenario; ``robots`` says which files of robots it names and when they were changed, for the cache only."""
+    return load_scenario(name) if text is None else parse_scenario(text, PurePath(name).stem, name, folder)
+
+
+def _robot_files(text: str, folder: Path) -> tuple[tuple[Path, int], ...]:
+    """The files of robots that a scenario's text names, and when each was changed [ns]."""
+    try:
+        files = robot_files(tomllib.loads(text), folder).values()
+    except ValueError:  # the reader of scenarios says it better
+        return ()
+    return tuple((path, path.stat().st_mtime_ns) for path in files if path.is_file())
 
 
 def driven_law(fis: Sugeno, trial: TryoutTrial) -> Law[Any]:
