@@ -23,6 +23,7 @@ from robotics.commands.learn import learn
 from robotics.commands.list import list_
 from robotics.commands.new import new
 from robotics.commands.repeat import Stress, repeat
+from robotics.commands.robot import robot
 from robotics.commands.run import run_
 from robotics.commands.scenario import scenario
 from robotics.commands.stress import stress
@@ -46,6 +47,7 @@ app.command()(compare)
 app.command()(explain)
 app.command()(animate)
 app.command()(certify)
+app.command()(robot)
 app.command()(sweep)
 app.command()(team)
 
