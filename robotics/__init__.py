@@ -14,6 +14,23 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from robotics.experiments.comparison import Comparison, compare, summarise
     from robotics.experiments.recovery import Recovery, recovery_curve
+    from robotics.figures.avoidance import plot_avoidance, plot_trajectories
+    from robotics.figures.certificate import plot_certificate
+    from robotics.figures.comparison import plot_comparison
+    from robotics.figures.controllers import plot_errors, plot_paths, plot_velocities
+    from robotics.figures.distances import plot_distances
+    from robotics.figures.drawing import PlotError
+    from robotics.figures.formation_run import plot_formation
+    from robotics.figures.leads import plot_leads
+    from robotics.figures.meetings import plot_meetings
+    from robotics.figures.modes import plot_modes
+    from robotics.figures.progress import plot_progress
+    from robotics.figures.recovery import plot_recovery, plot_scaling
+    from robotics.figures.rules import plot_rules_at
+    from robotics.figures.run import plot_run
+    from robotics.figures.sonar import plot_sonar
+    from robotics.figures.states import plot_states
+    from robotics.figures.team import plot_team
     from robotics.laws.catalogue import CATALOGUE, make_controller
     from robotics.laws.law import Command, Controller, ControllerError, Law, Observation
     from robotics.laws.setting import Setting
@@ -44,6 +61,23 @@ if TYPE_CHECKING:
 _MODULES = {
     "robotics.experiments.comparison": ("Comparison", "compare", "summarise"),
     "robotics.experiments.recovery": ("Recovery", "recovery_curve"),
+    "robotics.figures.avoidance": ("plot_avoidance", "plot_trajectories"),
+    "robotics.figures.certificate": ("plot_certificate",),
+    "robotics.figures.comparison": ("plot_comparison",),
+    "robotics.figures.controllers": ("plot_errors", "plot_paths", "plot_velocities"),
+    "robotics.figures.distances": ("plot_distances",),
+    "robotics.figures.drawing": ("PlotError",),
+    "robotics.figures.formation_run": ("plot_formation",),
+    "robotics.figures.leads": ("plot_leads",),
+    "robotics.figures.meetings": ("plot_meetings",),
+    "robotics.figures.modes": ("plot_modes",),
+    "robotics.figures.progress": ("plot_progress",),
+    "robotics.figures.recovery": ("plot_recovery", "plot_scaling"),
+    "robotics.figures.rules": ("plot_rules_at",),
+    "robotics.figures.run": ("plot_run",),
+    "robotics.figures.sonar": ("plot_sonar",),
+    "robotics.figures.states": ("plot_states",),
+    "robotics.figures.team": ("plot_team",),
     "robotics.laws.catalogue": ("CATALOGUE", "make_controller"),
     "robotics.laws.law": ("Command", "Controller", "ControllerError", "Law", "Observation"),
     "robotics.laws.setting": ("Setting",),
@@ -98,6 +132,7 @@ __all__ = [
     "Observation",
     "Path",
     "PathError",
+    "PlotError",
     "Quintic",
     "Radio",
     "RadioError",
@@ -138,6 +173,26 @@ __all__ = [
     "nearest_distance",
     "parse_scenario",
     "player",
+    "plot_avoidance",
+    "plot_certificate",
+    "plot_comparison",
+    "plot_distances",
+    "plot_errors",
+    "plot_formation",
+    "plot_leads",
+    "plot_meetings",
+    "plot_modes",
+    "plot_paths",
+    "plot_progress",
+    "plot_recovery",
+    "plot_rules_at",
+    "plot_run",
+    "plot_scaling",
+    "plot_sonar",
+    "plot_states",
+    "plot_team",
+    "plot_trajectories",
+    "plot_velocities",
     "progress_gap",
     "random_team",
     "recovery_curve",

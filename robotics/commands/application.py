@@ -20,6 +20,7 @@ from robotics.commands.dataset import dataset
 from robotics.commands.explain import explain
 from robotics.commands.learn import learn
 from robotics.commands.list import list_
+from robotics.commands.plot import plot
 from robotics.commands.repeat import Stress, repeat
 from robotics.commands.run import run_
 from robotics.commands.stress import stress
@@ -37,6 +38,7 @@ app.command()(copy)
 app.command("run")(run_)
 app.command()(repeat)
 app.command()(compare)
+app.command()(plot)
 app.command()(explain)
 app.command()(animate)
 app.command()(certify)
