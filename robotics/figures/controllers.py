@@ -28,7 +28,7 @@ from robotics.figures.drawing import (
 )
 from robotics.figures.faults import FEW
 from robotics.figures.run import plot_run
-from robotics.laws.catalogue import label
+from robotics.laws.catalogue import law_title
 from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.simulation.run import Run
 from robotics.vehicle.robot import Robot
@@ -89,7 +89,7 @@ def _some(runs: Run | Sequence[Run], robot: int = 0) -> Sequence[Run]:
 
 def _named(run: Run, robot: int) -> str:
     """The law, and which of several robots it drives."""
-    return label(run.controller) + (f", robot {robot + 1}" if len(run.paths) > 1 else "")
+    return law_title(run.controller) + (f", robot {robot + 1}" if len(run.paths) > 1 else "")
 
 
 def _points(run: Run) -> np.ndarray:
@@ -101,7 +101,7 @@ def _points(run: Run) -> np.ndarray:
 def _draw_paths(ax: Axes, run: Run, look: Look, scale: float, center: tuple[float, float] = (0.0, 0.0)) -> None:
     for i in range(len(run.paths)):
         x, y = (scale * (run[axis][0, i] - c) for axis, c in zip("xy", center, strict=True))
-        ax.plot(*strided(x, y), color=look.color, linestyle=look.line, label=label(run.controller))
+        ax.plot(*strided(x, y), color=look.color, linestyle=look.line, label=law_title(run.controller))
         if run.diverged[0, i] and (k := last_known(x)) >= 0:
             mark_stop(ax, x[k], y[k], look.color)
     mark_contacts(ax, run, 0, scale=scale, center=center)

@@ -14,7 +14,8 @@ from robotics.experiments.comparison import Comparison, terms
 from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_velocities
 from robotics.figures.drawing import looks, seeds_as_text
 from robotics.figures.leads import plot_leads
-from robotics.laws.catalogue import label, law_title
+from robotics.laws.catalogue import law_title
+from robotics.laws.specification import Specification
 from robotics.measures.evidence import FORMS, Outcome, Verdict
 from robotics.measures.registry import headlines
 from robotics.report.chapter import Chapter, Claim, Picture, Plate
@@ -23,7 +24,6 @@ from robotics.report.summarytable import SummaryTable, comparison_leads, summary
 from robotics.report.template import rendered
 from robotics.report.wording import reading
 from robotics.scenario.description import Member, Scenario
-from robotics.vehicle.robot import Robot
 
 SYMBOLS: dict[Verdict, str] = {"holds": "✔", "holds in part": "◐", "does not hold": "✘", "cannot be told": "?"}
 OUTCOMES: dict[Outcome, str] = {"holds": "✔", "fails": "✘", "open": "?"}
@@ -84,7 +84,7 @@ def write_report(
         reading=reading,
         counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in SYMBOLS},
         terms=terms(comparison).to_dict(orient="records"),
-        changed={name: name.partition(":")[2] for name in comparison.controllers},
+        changed={name: Specification.of(name).gains for name in comparison.controllers},
         seeds=seeds_as_text(comparison.seeds),
         first_seed=comparison.seeds[0],
         sections=sections,
@@ -155,8 +155,11 @@ def _pictures(comparison: Comparison, scenario: Scenario) -> list[Picture]:
     name, slug, seed = scenario.name, _slug(comparison, scenario), comparison.seeds[0]
     looked = looks(comparison.controllers)
     runs = [comparison.runs[name, specification] for specification in comparison.controllers]
-    who = ", ".join(label(specification) for specification in comparison.controllers)
-    several, shown = len(scenario.robots) > 1, headlines(scenario.kind, scenario.setting.has_others)
+    who = ", ".join(law_title(specification) for specification in comparison.controllers)
+    several, shown = (
+        len(scenario.robots) > 1,
+        headlines(scenario.kind, scenario.setting.has_others, own=comparison.metrics),
+    )
     larger = any(metric.larger for metric in shown.values())
     pictures = [
         Picture(
@@ -227,17 +230,25 @@ def _member(member: Member) -> str:
     start = ", ".join(f"{v:g}" for v in member.start)
     timing = ", ".join(f"{name} {value}" for name, value in _set(member.timing))
     shape = ", ".join(f"{name} {value}" for name, value in _set(member.path))
-    robot = ", ".join(f"{name} {value}" for name, value in _set(member.robot))
     text = f"starts at [{start}] (m, m, rad); {type(member.path).__name__.lower()}: {shape}; timing: {timing}"
-    return text + (f"; robot differs from the standard one: {robot}" if robot else "; standard robot")
+    return f"{text}; {_robot(member)}"
+
+
+def _robot(member: Member) -> str:
+    """The robot's model, and the numbers in which it differs from it; all of them where it has no model."""
+    if member.model is None:
+        return "robot: " + ", ".join(f"{name} {value}" for name, value in _set(member.robot))
+    usual = dict(_set(member.model.robot))
+    other = ", ".join(f"{name} {value}" for name, value in _set(member.robot) if usual.get(name) != value)
+    return f"robot {member.model.title or member.model.name}" + (f", but {other}" if other else "")
 
 
 def _set(instance: Any) -> list[tuple[str, str]]:
-    """The fields of a dataclass with their units, without those that are not set; of a robot, what is not standard."""
+    """The fields of a dataclass with their units, without those that are not set."""
     result = []
     for f in fields(instance):
         value = getattr(instance, f.name)
-        if not f.init or value is None or (value == f.default and (isinstance(instance, Robot) or value == 0)):
+        if not f.init or value is None or (value == f.default and value == 0):
             continue
         if isinstance(value, float):
             unit = f.metadata.get("unit", "")

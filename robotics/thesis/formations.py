@@ -34,6 +34,7 @@ from robotics.figures.run import plot_run
 from robotics.laws.formation.leader_follower import OUTPUTS, load_networks
 from robotics.measures.evidence import mean_of
 from robotics.measures.formations import measure_formation
+from robotics.measures.quantities import measured
 from robotics.report.chapter import Chapter, Grid, Picture
 from robotics.report.learning import fit_of, parameter_grid, setting_of
 from robotics.report.wording import shown
@@ -42,7 +43,6 @@ from robotics.simulation.run import Run
 from robotics.thesis.claims import Needed, judged
 from robotics.thesis.driving import driven
 from robotics.thesis.experiment import Effort, Experiment
-from robotics.thesis.quantities import measured
 
 EXPERIMENTS = ("formation-behind", "formation-ahead")
 # The variants: specification (NETWORKS is the folder of the networks just learnt) and title

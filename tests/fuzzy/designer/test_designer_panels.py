@@ -250,7 +250,7 @@ def traits(slower: fuzzy.Sugeno) -> dict[str, Any]:
     trial = TryoutTrial(**place["trial"])
     return {
         "choices": choices(),
-        "files": ["mine.toml", "sub/<b>.toml"],
+        "files": {"scenarios": ["mine.toml", "sub/<b>.toml"], "robots": ["small.toml"], "laws": []},
         "trial": place["trial"] | {"kind": "tracking", "rival": "lyapunov"},
         "course": place["course"],
         "tried": design_data(slower, trial) | {"notes": ["<img src=x onerror=alert(1)>"]},
@@ -349,7 +349,8 @@ def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuz
     }
     bench.render(TRYOUT, traits | played)
     page.get_by_role("button", name="Play").wait_for()
-    assert page.get_by_text("Virtual structure, waiting: it cannot").is_visible()
+    refused = page.locator(".tr-end-refused")
+    assert refused.inner_text().split("\n") == ["Refused: Virtual structure, waiting", "it cannot"]
     assert not page.locator("svg.tr-plot").first.is_visible()
     page.get_by_role("button", name="Play").click()
     page.wait_for_function("[...document.querySelectorAll('input[type=range]')].some((r) => Number(r.value) > 0)")
