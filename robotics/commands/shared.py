@@ -40,6 +40,19 @@ def print_forewarnings(sentences: Iterable[str]) -> None:
         print(f"robotics: warning: {sentence}", file=sys.stderr)
 
 
+def print_outside(runs: "Iterable[Run]") -> list[dict[str, Any]]:
+    """Print on stderr, one sentence a run, which learnt systems were asked outside their data; return every input."""
+    from robotics.measures.outside import outside, outside_sentence
+
+    rows = []
+    for run in runs:
+        found = outside(run)
+        rows += [one.row() for one in found]
+        if found:
+            print(f"robotics: warning: {outside_sentence(found)}", file=sys.stderr)
+    return rows
+
+
 def print_run(run: "Run", page: Path | None, json: bool, outcome: Mapping[str, Any] | None = None) -> None:
     """Print the metrics of a run, and exit with 2 if robots were stopped.
 
@@ -52,6 +65,7 @@ def print_run(run: "Run", page: Path | None, json: bool, outcome: Mapping[str, A
     from robotics.measures.registry import measure_all
 
     values = measure_all(run)
+    left = print_outside([run])
     if json:
         print_json(
             {
@@ -62,6 +76,7 @@ def print_run(run: "Run", page: Path | None, json: bool, outcome: Mapping[str, A
                 "metrics": {name: v[:, 0] if v.shape[1] == 1 else v for name, v in values.items()},
                 "contacts": _contact_rows(run),
                 "diverged": run.diverged,
+                "outside": left,
                 "versions": versions(),
             }
             | ({"outcome": outcome} if outcome is not None else {})

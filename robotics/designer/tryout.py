@@ -23,6 +23,7 @@ from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.measures.clearance import clearances, robot_gaps
 from robotics.measures.contacts import can_touch, contact_sentences, contacts, who
+from robotics.measures.outside import outside, outside_sentence
 from robotics.measures.registry import headlines, measure_all, tried
 from robotics.measures.tracking import Metric, cross_track_error
 from robotics.playback.player import player_data
@@ -179,7 +180,9 @@ def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
         for robot in np.flatnonzero(run.diverged[0])
     ]
     touches = [f"{line.partition(': ')[2]}; what comes after it is not measured" for line in contact_sentences(run)]
-    return Attempt(run, (*forewarnings(scenario.setting, law, "this law"), *notes, *touches, *stops))
+    left = outside(run)
+    beyond = [outside_sentence(left)] if left else []
+    return Attempt(run, (*forewarnings(scenario.setting, law, "this law"), *notes, *beyond, *touches, *stops))
 
 
 # What is shown --------------------------------------------------------------------------------------------------

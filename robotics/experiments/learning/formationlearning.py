@@ -11,7 +11,6 @@ clusters an input that says nothing costs rules.
 
 import re
 import warnings
-
 from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
