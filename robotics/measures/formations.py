@@ -1,9 +1,9 @@
 """Metrics of leader-follower formations, thesis 5.2: how level robots drive, and how near their paths.
 
-Robot 1 leads. A run counts until the leader reaches the end of its path, where all robots stop. Where x grows along all
-paths, as in the thesis, a robot is where its x is; on other paths, also closed ones, it is at the abscissa of its path's
-nearest point, which is followed from the start on. The places of two robots are level with each other where their
-references are at one time.
+Robot 1 leads. A run counts until the leader reaches the end of its path, where all robots stop. Where x grows along
+all paths, as in the thesis, a robot is where its x is; on other paths, also closed ones, it is at the abscissa of its
+path's nearest point, which is followed from the start on. The places of two robots are level with each other where
+their references are at one time.
 """
 
 import numpy as np
@@ -128,7 +128,7 @@ def place_error(run: Run) -> np.ndarray:
 
 
 def _in_formation(run: Run) -> np.ndarray:
-    """The place errors that count (runs, robots, samples), not-a-number else: after SETTLING, until the leader's end."""
+    """The place errors after SETTLING and until the leader's end (runs, robots, samples), otherwise not-a-number."""
     last = last_samples(run)
     samples = np.arange(len(run.time))
     counted = (run.time >= SETTLING) & (samples <= np.where(last >= 0, last, len(samples))[:, None])

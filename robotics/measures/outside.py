@@ -97,8 +97,8 @@ def outside_sentence(found: list[Outside]) -> str:
     unit = f" {one.unit}" if one.unit and one.unit != "1" else ""
     return (
         f"controller {one.controller!r} on {one.scenario!r} left the data that it knows: {one.input} of robot "
-        f"{one.robot} ({one.task}) came to {one.farthest:.3g}{unit}, its range is {low:.3g} to {high:.3g}{unit}; it was "
-        f"outside {_percent(one.share)} of the time{others}"
+        f"{one.robot} ({one.task}) came to {one.farthest:.3g}{unit}, its range is {low:.3g} to {high:.3g}{unit}; it "
+        f"was outside {_percent(one.share)} of the time{others}"
     )
 
 
