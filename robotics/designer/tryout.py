@@ -19,7 +19,7 @@ from fuzzy.system import Sugeno
 from robotics.designer.conditions import conditioned, file_name, noises, robot_from, robot_names, scenario_of
 from robotics.designer.uses import TryoutError, Use, law_of, uses_of
 from robotics.experiments.forewarnings import forewarnings
-from robotics.laws.catalogue import make_controller, preset_of, presets
+from robotics.laws.catalogue import preset_of, presets
 from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.measures.clearance import clearances, robot_gaps
@@ -180,7 +180,7 @@ def run_rival(specification: str, trial: TryoutTrial) -> Attempt:
 def rival_law(specification: str) -> Law[Any]:
     """The law of a specification: that of a file is made of what stands there now. Raises ControllerError."""
     preset_of(specification)
-    return law_of(specification) if specification in presets() else make_controller(specification)
+    return law_of(specification)
 
 
 def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
