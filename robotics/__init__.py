@@ -16,14 +16,16 @@ if TYPE_CHECKING:
     from robotics.experiments.recovery import Recovery, recovery_curve
     from robotics.laws.catalogue import CATALOGUE, make_controller
     from robotics.laws.law import Command, Controller, ControllerError, Law, Observation
+    from robotics.laws.preset import Preset
     from robotics.laws.setting import Setting
     from robotics.measures.arrival import arrival_time
     from robotics.measures.explained import explain_decision, explain_spans
     from robotics.measures.formations import FORMATION_METRICS, measure_formation
+    from robotics.measures.own import MetricError, metric
     from robotics.measures.progress import progress_gap, true_progress
     from robotics.measures.registry import measure_all, metrics_of
     from robotics.measures.teams import TEAM_METRICS, measure_team, nearest_distance
-    from robotics.measures.tracking import METRICS, cross_track_error, measure, tracking_error
+    from robotics.measures.tracking import METRICS, Metric, cross_track_error, measure, tracking_error
     from robotics.paths.path import Circle, Line, Path, PathError, Quintic, Sine, Waypoints, compile_path
     from robotics.paths.trajectory import Timing, Trajectory
     from robotics.playback.notebook import player
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from robotics.scenario.formations import formation_scenario
     from robotics.scenario.random_team import TeamError, random_team, team_toml
     from robotics.scenario.reading import load_scenario, parse_scenario, scenario_names
+    from robotics.scenario.robots import RobotModel, load_robot, robot_names
     from robotics.sensing.posture import Sensing, SensingError
     from robotics.sensing.sonar import RangeSensor
     from robotics.simulation.loop import SimulationError, simulate
@@ -46,14 +49,16 @@ _MODULES = {
     "robotics.experiments.recovery": ("Recovery", "recovery_curve"),
     "robotics.laws.catalogue": ("CATALOGUE", "make_controller"),
     "robotics.laws.law": ("Command", "Controller", "ControllerError", "Law", "Observation"),
+    "robotics.laws.preset": ("Preset",),
     "robotics.laws.setting": ("Setting",),
     "robotics.measures.explained": ("explain_decision", "explain_spans"),
     "robotics.measures.formations": ("FORMATION_METRICS", "measure_formation"),
     "robotics.measures.registry": ("measure_all", "metrics_of"),
     "robotics.measures.teams": ("TEAM_METRICS", "measure_team", "nearest_distance"),
     "robotics.measures.arrival": ("arrival_time",),
+    "robotics.measures.own": ("MetricError", "metric"),
     "robotics.measures.progress": ("progress_gap", "true_progress"),
-    "robotics.measures.tracking": ("METRICS", "cross_track_error", "measure", "tracking_error"),
+    "robotics.measures.tracking": ("METRICS", "Metric", "cross_track_error", "measure", "tracking_error"),
     "robotics.paths.path": ("Circle", "Line", "Path", "PathError", "Quintic", "Sine", "Waypoints", "compile_path"),
     "robotics.paths.trajectory": ("Timing", "Trajectory"),
     "robotics.playback.notebook": ("player",),
@@ -65,6 +70,7 @@ _MODULES = {
     "robotics.scenario.formations": ("formation_scenario",),
     "robotics.scenario.random_team": ("TeamError", "random_team", "team_toml"),
     "robotics.scenario.reading": ("load_scenario", "parse_scenario", "scenario_names"),
+    "robotics.scenario.robots": ("RobotModel", "load_robot", "robot_names"),
     "robotics.sensing.posture": ("Sensing", "SensingError"),
     "robotics.sensing.sonar": ("RangeSensor",),
     "robotics.simulation.loop": ("SimulationError", "simulate"),
@@ -95,9 +101,12 @@ __all__ = [
     "Law",
     "Line",
     "Member",
+    "Metric",
+    "MetricError",
     "Observation",
     "Path",
     "PathError",
+    "Preset",
     "Quintic",
     "Radio",
     "RadioError",
@@ -105,6 +114,7 @@ __all__ = [
     "Recovery",
     "Robot",
     "RobotError",
+    "RobotModel",
     "Run",
     "RunError",
     "Scenario",
@@ -127,6 +137,7 @@ __all__ = [
     "explain_spans",
     "formation_scenario",
     "laplacian",
+    "load_robot",
     "load_run",
     "load_scenario",
     "make_controller",
@@ -134,6 +145,7 @@ __all__ = [
     "measure_all",
     "measure_formation",
     "measure_team",
+    "metric",
     "metrics_of",
     "nearest_distance",
     "parse_scenario",
@@ -141,6 +153,7 @@ __all__ = [
     "progress_gap",
     "random_team",
     "recovery_curve",
+    "robot_names",
     "scenario_names",
     "simulate",
     "summarise",

@@ -14,6 +14,7 @@ from fuzzy.errors import InputError
 from fuzzy.shell.terminal import application, run
 from robotics.commands.animate import animate
 from robotics.commands.certify import certify
+from robotics.commands.check import check
 from robotics.commands.compare import compare
 from robotics.commands.copy import copy
 from robotics.commands.dataset import dataset
@@ -38,6 +39,7 @@ app.command("list")(list_)
 app.command()(copy)
 app.command()(scenario)
 app.command()(new)
+app.command()(check)
 app.command("run")(run_)
 app.command()(repeat)
 app.command()(compare)

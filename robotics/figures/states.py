@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, style, text_width
-from robotics.laws.catalogue import label, make_controller
+from robotics.laws.catalogue import law_title, make_controller
 from robotics.laws.modes import Box, StateDiagram, Transition
 
 # All lengths are in inches: the axes of a diagram have this unit.
@@ -41,9 +41,9 @@ def plot_states(specifications: Sequence[str]) -> Figure:
         for diagram in diagrams:
             users = next((names for other, names in drawn if other is diagram), None)
             if users is None:
-                drawn.append((diagram, [label(name)]))
+                drawn.append((diagram, [law_title(name)]))
             else:
-                users.append(label(name))
+                users.append(law_title(name))
     drawn.sort(key=lambda pair: len(pair[1]))  # what several laws share comes last
     heights = [_height(diagram) for diagram, _ in drawn]
     total = sum(heights)

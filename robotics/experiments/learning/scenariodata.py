@@ -46,7 +46,7 @@ class ScenarioRecipe:
 
     teacher: str = "leader-follower"  # a controller's name, with gains if wanted
     inputs: tuple[str, ...] = ()  # the quantities that each robot's networks shall know; none: those of the teacher
-    samples: int = 4000  # rows
+    samples: int = 2000  # rows
     runs: int = 2  # from the scenario's own starts, with a seed each
     places: int = 24  # times of the timing, evenly spread, from which displaced robots start
     starts: int = 8  # displaced starts from each
