@@ -5,6 +5,7 @@
 
 from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 
@@ -50,7 +51,8 @@ def _formation(kind: str) -> Any:
 def _scenario_asks(folder: Path) -> Any:
     """What is asked before data of a scenario are made: scenario, teacher, robot and output."""
     from anfis.designer.task import Ask
-    from robotics.designer.scenariofiles import scenario_files
+    from fuzzy.designer.folder import open_folder
+    from robotics.designer.folderfiles import scenario_files
     from robotics.laws.catalogue import presets
     from robotics.scenario.reading import scenario_names
 
@@ -68,17 +70,17 @@ def _scenario_asks(folder: Path) -> Any:
 def _scenario_formation(folder: Path, chosen: dict[str, str]) -> Any:
     """What one robot of a scenario knows, and what the teacher makes it do: few rows, for the page."""
     from anfis.designer.task import Columns
-    from robotics.designer.scenariofiles import read_scenario_file
+    from fuzzy.designer.folder import open_folder
+    from robotics.designer.conditions import scenario_of
+    from robotics.designer.folderfiles import read_text_file
+    from robotics.designer.uses import TryoutError
     from robotics.experiments.learning.scenariodata import ScenarioRecipe, column, scenario_data
-    from robotics.scenario.reading import load_scenario, parse_scenario
 
     name, robot = chosen["scenario"], int(chosen["robot"])
-    if name.endswith(".toml"):
-        scenario = parse_scenario(read_scenario_file(open_folder(folder), name), Path(name).stem, name)
-    else:
-        scenario = load_scenario(name)
+    text = read_text_file(open_folder(folder), name).text if name.endswith(".toml") else None
+    scenario = scenario_of(name, text, str(folder))
     if robot > len(scenario.robots):
-        raise _problem(f"{name} has {len(scenario.robots)} robots; got robot {robot}")
+        raise TryoutError(f"{name} has {len(scenario.robots)} robots; got robot {robot}")
     # Robots that come back along the whole way, and no whole run: a page waits for it
     recipe = ScenarioRecipe(teacher=chosen["teacher"], samples=1000, runs=0, places=16, starts=8, displaced=1.0)
     table = scenario_data(scenario, recipe)
