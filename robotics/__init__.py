@@ -27,6 +27,23 @@ TYPE_CHECKING = False  # type checkers take it as true by its name; importing ty
 if TYPE_CHECKING:
     from robotics.experiments.comparison import Comparison, compare, summarise
     from robotics.experiments.recovery import Recovery, recovery_curve
+    from robotics.figures.avoidance import plot_avoidance, plot_trajectories
+    from robotics.figures.certificate import plot_certificate
+    from robotics.figures.comparison import plot_comparison
+    from robotics.figures.controllers import plot_errors, plot_paths, plot_velocities
+    from robotics.figures.distances import plot_distances
+    from robotics.figures.drawing import PlotError
+    from robotics.figures.formation_run import plot_formation
+    from robotics.figures.leads import plot_leads
+    from robotics.figures.meetings import plot_meetings
+    from robotics.figures.modes import plot_modes
+    from robotics.figures.progress import plot_progress
+    from robotics.figures.recovery import plot_recovery, plot_scaling
+    from robotics.figures.rules import plot_rules_at
+    from robotics.figures.run import plot_run
+    from robotics.figures.sonar import plot_sonar
+    from robotics.figures.states import plot_states
+    from robotics.figures.team import plot_team
     from robotics.laws.catalogue import CATALOGUE, make_controller
     from robotics.laws.law import Command, Controller, ControllerError, Law, Observation
     from robotics.laws.preset import Preset
@@ -58,125 +75,54 @@ if TYPE_CHECKING:
     from robotics.vehicle.robot import Robot, RobotError
 
 _HOMES = {
-    "robotics.experiments.comparison": (
-        "Comparison",
-        "compare",
-        "summarise",
-    ),
-    "robotics.experiments.recovery": (
-        "Recovery",
-        "recovery_curve",
-    ),
-    "robotics.laws.catalogue": (
-        "CATALOGUE",
-        "make_controller",
-    ),
-    "robotics.laws.law": (
-        "Command",
-        "Controller",
-        "ControllerError",
-        "Law",
-        "Observation",
-    ),
+    "robotics.experiments.comparison": ("Comparison", "compare", "summarise"),
+    "robotics.experiments.recovery": ("Recovery", "recovery_curve"),
+    "robotics.figures.avoidance": ("plot_avoidance", "plot_trajectories"),
+    "robotics.figures.certificate": ("plot_certificate",),
+    "robotics.figures.comparison": ("plot_comparison",),
+    "robotics.figures.controllers": ("plot_errors", "plot_paths", "plot_velocities"),
+    "robotics.figures.distances": ("plot_distances",),
+    "robotics.figures.drawing": ("PlotError",),
+    "robotics.figures.formation_run": ("plot_formation",),
+    "robotics.figures.leads": ("plot_leads",),
+    "robotics.figures.meetings": ("plot_meetings",),
+    "robotics.figures.modes": ("plot_modes",),
+    "robotics.figures.progress": ("plot_progress",),
+    "robotics.figures.recovery": ("plot_recovery", "plot_scaling"),
+    "robotics.figures.rules": ("plot_rules_at",),
+    "robotics.figures.run": ("plot_run",),
+    "robotics.figures.sonar": ("plot_sonar",),
+    "robotics.figures.states": ("plot_states",),
+    "robotics.figures.team": ("plot_team",),
+    "robotics.laws.catalogue": ("CATALOGUE", "make_controller"),
+    "robotics.laws.law": ("Command", "Controller", "ControllerError", "Law", "Observation"),
     "robotics.laws.preset": ("Preset",),
     "robotics.laws.setting": ("Setting",),
     "robotics.measures.arrival": ("arrival_time",),
-    "robotics.measures.explained": (
-        "explain_decision",
-        "explain_spans",
-    ),
-    "robotics.measures.formations": (
-        "FORMATION_METRICS",
-        "measure_formation",
-    ),
-    "robotics.measures.own": (
-        "MetricError",
-        "metric",
-    ),
-    "robotics.measures.progress": (
-        "progress_gap",
-        "true_progress",
-    ),
-    "robotics.measures.registry": (
-        "measure_all",
-        "metrics_of",
-    ),
-    "robotics.measures.teams": (
-        "TEAM_METRICS",
-        "measure_team",
-        "nearest_distance",
-    ),
-    "robotics.measures.tracking": (
-        "METRICS",
-        "Metric",
-        "cross_track_error",
-        "measure",
-        "tracking_error",
-    ),
-    "robotics.paths.path": (
-        "Circle",
-        "Line",
-        "Path",
-        "PathError",
-        "Quintic",
-        "Sine",
-        "Waypoints",
-        "compile_path",
-    ),
-    "robotics.paths.trajectory": (
-        "Timing",
-        "Trajectory",
-    ),
+    "robotics.measures.explained": ("explain_decision", "explain_spans"),
+    "robotics.measures.formations": ("FORMATION_METRICS", "measure_formation"),
+    "robotics.measures.own": ("MetricError", "metric"),
+    "robotics.measures.progress": ("progress_gap", "true_progress"),
+    "robotics.measures.registry": ("measure_all", "metrics_of"),
+    "robotics.measures.teams": ("TEAM_METRICS", "measure_team", "nearest_distance"),
+    "robotics.measures.tracking": ("METRICS", "Metric", "cross_track_error", "measure", "tracking_error"),
+    "robotics.paths.path": ("Circle", "Line", "Path", "PathError", "Quintic", "Sine", "Waypoints", "compile_path"),
+    "robotics.paths.trajectory": ("Timing", "Trajectory"),
     "robotics.playback.notebook": ("player",),
     "robotics.radio.channel": ("Heard",),
-    "robotics.radio.description": (
-        "Radio",
-        "RadioError",
-    ),
+    "robotics.radio.description": ("Radio", "RadioError"),
     "robotics.radio.faults": ("Fault",),
-    "robotics.radio.graph": (
-        "adjacency",
-        "laplacian",
-    ),
-    "robotics.scenario.description": (
-        "Member",
-        "Scenario",
-        "ScenarioError",
-    ),
+    "robotics.radio.graph": ("adjacency", "laplacian"),
+    "robotics.scenario.description": ("Member", "Scenario", "ScenarioError"),
     "robotics.scenario.formations": ("formation_scenario",),
-    "robotics.scenario.random_team": (
-        "TeamError",
-        "random_team",
-        "team_toml",
-    ),
-    "robotics.scenario.reading": (
-        "load_scenario",
-        "parse_scenario",
-        "scenario_names",
-    ),
-    "robotics.scenario.robots": (
-        "RobotModel",
-        "load_robot",
-        "robot_names",
-    ),
-    "robotics.sensing.posture": (
-        "Sensing",
-        "SensingError",
-    ),
+    "robotics.scenario.random_team": ("TeamError", "random_team", "team_toml"),
+    "robotics.scenario.reading": ("load_scenario", "parse_scenario", "scenario_names"),
+    "robotics.scenario.robots": ("RobotModel", "load_robot", "robot_names"),
+    "robotics.sensing.posture": ("Sensing", "SensingError"),
     "robotics.sensing.sonar": ("RangeSensor",),
-    "robotics.simulation.loop": (
-        "SimulationError",
-        "simulate",
-    ),
-    "robotics.simulation.run": (
-        "Run",
-        "RunError",
-        "load_run",
-    ),
-    "robotics.vehicle.robot": (
-        "Robot",
-        "RobotError",
-    ),
+    "robotics.simulation.loop": ("SimulationError", "simulate"),
+    "robotics.simulation.run": ("Run", "RunError", "load_run"),
+    "robotics.vehicle.robot": ("Robot", "RobotError"),
 }
 if not TYPE_CHECKING:  # a type checker has the names above, and sees which there are not
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)
@@ -201,6 +147,7 @@ __all__ = [
     "Observation",
     "Path",
     "PathError",
+    "PlotError",
     "Preset",
     "Quintic",
     "Radio",
@@ -245,6 +192,26 @@ __all__ = [
     "nearest_distance",
     "parse_scenario",
     "player",
+    "plot_avoidance",
+    "plot_certificate",
+    "plot_comparison",
+    "plot_distances",
+    "plot_errors",
+    "plot_formation",
+    "plot_leads",
+    "plot_meetings",
+    "plot_modes",
+    "plot_paths",
+    "plot_progress",
+    "plot_recovery",
+    "plot_rules_at",
+    "plot_run",
+    "plot_scaling",
+    "plot_sonar",
+    "plot_states",
+    "plot_team",
+    "plot_trajectories",
+    "plot_velocities",
     "progress_gap",
     "random_team",
     "recovery_curve",
