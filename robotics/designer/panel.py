@@ -126,7 +126,7 @@ class TryoutSession:
             return
         state = changed_at(self.folder, name)
         text = read_scenario_file(self.folder, name)
-        self._want(replace(self.wish, scenario=name, text=text, folder=(self.folder.path / name).parent))
+        self._want(replace(self.wish, scenario=name, text=text, folder=str((self.folder.path / name).parent)))
         self.watched = name, state
 
     def _choose_law(self, value: Any) -> None:
@@ -288,9 +288,9 @@ class TryoutSession:
         return course
 
     def _trial(self) -> dict[str, Any]:
-        """The choices as the page shows them, without the text of a file."""
+        """The choices as the page shows them, without the text of a file and where it is."""
         shown = asdict(self.trial or self.wish) | {"rival": self._rival(), "kind": self._course().get("kind", "")}
-        return {name: value for name, value in shown.items() if name != "text"}
+        return {name: value for name, value in shown.items() if name not in ("text", "folder")}
 
     def _rival(self) -> str:
         """The law to compare with: the one that was chosen, if it drives such scenarios."""

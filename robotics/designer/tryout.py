@@ -44,7 +44,7 @@ class TryoutTrial:
 
     scenario: str = ""  # a scenario that comes with the package, or the name of the file that holds ``text``
     text: str | None = None  # of a scenario file of one's own
-    folder: Path = Path()  # of that file, where the files of its robots are
+    folder: str = ""  # of that file, where the files of its robots are
     law: str = ""  # a name of the catalogue
     task: str = ""  # of that law, whose rule base is replaced
     look_ahead: float = quantity(0.4, "s", least=0, most=10)  # of a single robot's tracking law
@@ -54,7 +54,7 @@ class TryoutTrial:
         check_quantities(self, TryoutError)
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or not 0 <= self.seed < 2**32:
             raise TryoutError(f"seed must be a whole number >= 0, got {self.seed!r}")
-        for name in ("scenario", "law", "task"):
+        for name in ("scenario", "folder", "law", "task"):
             if not isinstance(getattr(self, name), str):
                 raise TryoutError(f"{name} must be a name, got {getattr(self, name)!r}")
 
@@ -66,8 +66,8 @@ class TryoutTrial:
     def _read(self) -> Scenario:
         if self.text is None and self.scenario not in scenario_names():
             raise TryoutError(expected(self.scenario, scenario_names(), "scenario"))
-        files = () if self.text is None else _robot_files(self.text, self.folder)
-        return _scenario(self.scenario, self.text, self.folder, files)
+        files = () if self.text is None else _robot_files(self.text, Path(self.folder))
+        return _scenario(self.scenario, self.text, Path(self.folder), files)
 
 
 class Attempt(NamedTuple):

@@ -242,7 +242,7 @@ def test_a_scenario_of_ones_own_with_ones_own_robot() -> None:
     assert data["metrics"]["contacts"] == 1
     assert data["moment"] == pytest.approx(data["contacts"][0][0])
     assert data["player"]["obstacles"]
-    small = text.replace("[[robots]]", "[robot]\nlength = 0.06\nwidth = 0.06\n[[robots]]", 1)
+    small = text.replace("[[robots]]", '[robot]\nmodel = "etsro"\nlength = 0.06\nwidth = 0.06\n[[robots]]', 1)
     data = design_data(fis, TryoutTrial(scenario="mine.toml", text=small))
     assert data["verdict"].startswith("no contact; least clearance ")
     assert data["metrics"]["min_clearance_m"] == pytest.approx(0.04, abs=0.01)
