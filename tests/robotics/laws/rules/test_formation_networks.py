@@ -70,7 +70,7 @@ def test_sets_that_do_not_suit_are_refused(tmp_path):
     law = make_controller(f"formation:networks={tmp_path}")
     assert law.robots == 3
     assert law.idle == {"correction", "look_ahead", "ky", "kpsi"}
-    with pytest.raises(ControllerError, match="gap is told of each other robot; .* such as robot1_gap"):
+    with pytest.raises(ControllerError, match=r"gap is told of each other robot; .* such as robot1_gap"):
         FormationNetworks(networks=(network("v_1", ["gap"], [0.0], 0.1), *team()[1:]))
     with pytest.raises(ControllerError, match="did you mean 'leader_ahead'"):
         FormationNetworks(networks=(network("v_1", ["leader_ahed"], [0.0], 0.1), *team()[1:]))
