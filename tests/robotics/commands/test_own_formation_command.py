@@ -8,10 +8,17 @@ import pytest
 from fuzzy.files.table import read_table
 from robotics.commands.application import main
 from robotics.experiments.learning.datacard import read_card
+from robotics.paths.offset import Offset
+from robotics.scenario.description import Member
 from robotics.scenario.formationtext import FormationPlan, formation_text, path_table
 from robotics.scenario.reading import load_scenario, parse_scenario
 
 FEW = ["--samples", "30", "--displaced", "0", "--seeds", "1", "-q"]
+
+
+def offset(member: Member) -> tuple[float, float]:
+    assert isinstance(member.path, Offset)
+    return member.path.offset
 
 
 def test_a_wedge_of_ones_own_becomes_a_scenario_a_table_and_a_card(tmp_path, capsys):
@@ -24,7 +31,7 @@ def test_a_wedge_of_ones_own_becomes_a_scenario_a_table_and_a_card(tmp_path, cap
     names, values = read_table(data)
     assert list(names) == said["columns"]
     read = load_scenario(scenario)
-    assert [member.path.offset for member in read.robots] == [(0.0, 0.0), (-0.5, 0.5), (-0.5, -0.5), (-1.0, 1.0)]
+    assert [offset(member) for member in read.robots] == [(0.0, 0.0), (-0.5, 0.5), (-0.5, -0.5), (-1.0, 1.0)]
     # A point fixed beside the leader of a circle to the right moves on a circle of this radius
     radius = np.hypot(2.0 + np.array([0.0, 0.5, -0.5, 1.0]), [0.0, -0.5, -0.5, -1.0])
     stretch = values[:, [names.index(f"stretch_{i}") for i in (1, 2, 3, 4)]]
@@ -67,5 +74,5 @@ def test_a_path_can_be_that_of_a_file(tmp_path):
     assert sine == {"shape": "sine", "amplitude": 0.4, "wavenumber": pytest.approx(2 * np.pi / 5), "x_end": 10.0}
     assert formation_text(FormationPlan(path=str(tmp_path / "mine.toml"), followers=1))
     made = parse_scenario(text, "mine")
-    assert made.robots[1].path.offset == (0.0, 0.6)
+    assert offset(made.robots[1]) == (0.0, 0.6)
     assert made.duration > made.setting.references.ends.max()

@@ -68,6 +68,7 @@ def test_sets_that_do_not_suit_are_refused(tmp_path):
         make_controller(f"formation:networks={tmp_path}")
     write_fis(team()[0], tmp_path / "v_1.fis")
     law = make_controller(f"formation:networks={tmp_path}")
+    assert isinstance(law, FormationNetworks)
     assert law.robots == 3
     assert law.idle == {"correction", "look_ahead", "ky", "kpsi"}
     with pytest.raises(ControllerError, match=r"gap is told of each other robot; .* such as robot1_gap"):
