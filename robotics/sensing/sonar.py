@@ -13,7 +13,7 @@ arrives straight on: half its way is then read as a distance.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import gcd, pi
+from math import gcd, pi, remainder
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.environment.collision import as_poses, for_runs
 from robotics.environment.world import Geometry
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import check_quantities, is_number, quantity, whole
 from robotics.random_streams import SONAR_STREAM
 from robotics.sensing.raycasting import (
     COS_AXIS,
@@ -58,30 +58,38 @@ class SonarError(InputError):
 class RangeSensor:
     """One range sensor in the robot's frame: x forward, y left, from the axle midpoint. Raises SonarError."""
 
-    x: float = quantity(0.0, "m", least=-10, most=10)  # where it is mounted
-    y: float = quantity(0.0, "m", least=-10, most=10)
+    x: float = quantity(0.0, "m", least=-10, most=10, doc="Where it is mounted, ahead of the middle of the axle.")
+    y: float = quantity(0.0, "m", least=-10, most=10, doc="Where it is mounted, to the left of the middle of the axle.")
     axis: float = quantity(
-        0.0, "rad", least=-2 * pi, most=2 * pi
-    )  # its direction, counted from straight ahead to the left
-    half_cone: float = quantity(0.0, "rad", least=0, most=pi)
-    rays: int = 1  # spread evenly over the cone, its edges included; a single one on the axis
-    range: float = quantity(2.0, "m", above=0, most=1000)
-    minimum: float = quantity(0.0, "m", least=0, most=1000)
-    period: float = quantity(0.05, "s", above=0, most=60)  # from update to update
-    noise: float = quantity(0.0, "m", least=0, most=10)  # standard deviation
-    relative_noise: float = quantity(0.0, "1", least=0, most=1)  # of the distance
+        0.0, "rad", least=-2 * pi, most=2 * pi, doc="Its direction, counted from straight ahead to the left."
+    )
+    half_cone: float = quantity(0.0, "rad", least=0, most=pi, doc="Half the opening angle of its cone.")
+    rays: int = whole(
+        1, least=1, most=10_000, doc="How many rays are spread evenly over the cone; a cone needs at least 2."
+    )
+    range: float = quantity(2.0, "m", above=0, most=1000, doc="The distance beyond which it sees nothing.")
+    minimum: float = quantity(0.0, "m", least=0, most=1000, doc="The least distance that it can read.")
+    period: float = quantity(0.05, "s", above=0, most=60, doc="The time from update to update.")
+    noise: float = quantity(0.0, "m", least=0, most=10, doc="The standard deviation of a reading.")
+    relative_noise: float = quantity(
+        0.0, "1", least=0, most=1, doc="The standard deviation of a reading as a share of it, added to the noise."
+    )
     incidence: float = quantity(
-        pi / 2, "rad", above=0, most=pi / 2
-    )  # from the surface's normal; beyond it there is no echo
-    dropout: float = quantity(0.0, "1", least=0, most=1)  # of echoes, independently
-    crosstalk: float = quantity(0.0, "1", least=0, most=1)  # the probability that a robot straight on pings meanwhile
-    failure_start: float | None = quantity(None, "s", least=0)  # from then on it sees nothing; None: it never fails
-    failure_end: float | None = quantity(None, "s", above=0)  # until then; None: to the end
+        pi / 2, "rad", above=0, most=pi / 2, doc="The angle from a surface's normal beyond which there is no echo."
+    )
+    dropout: float = quantity(0.0, "1", least=0, most=1, doc="The probability with which an echo is lost.")
+    crosstalk: float = quantity(
+        0.0, "1", least=0, most=1, doc="The probability with which it hears the ping of a robot straight on instead."
+    )
+    failure_start: float | None = quantity(
+        None, "s", least=0, doc="From when on it sees nothing; left out: it never fails.", example=10.0
+    )
+    failure_end: float | None = quantity(
+        None, "s", above=0, doc="Until when it sees nothing; left out: to the end.", example=20.0
+    )
 
     def __post_init__(self) -> None:
         check_quantities(self, SonarError)
-        if isinstance(self.rays, bool) or not isinstance(self.rays, int) or not 1 <= self.rays <= 10_000:
-            raise SonarError(f"rays must be a whole number >= 1 and <= 10000, got {self.rays!r}").about("rays")
         if self.rays == 1 and self.half_cone > 0:
             raise SonarError(f"rays must be >= 2 to fill a half_cone of {self.half_cone:g} rad, got 1").about("rays")
         if self.minimum >= self.range:
@@ -98,17 +106,25 @@ def _sonar(x: float, y: float, axis: float, half_cone: float, reach: float) -> R
     )  # fmt: skip
 
 
-# Two sonars on the nose and one on each side (thesis 6.2); the thesis gives neither their places nor their ranges.
-SONAR: Mapping[str, RangeSensor] = {
-    "front-left": _sonar(0.115, 0.06, pi / 9, 37 * pi / 180, 2.0),
-    "front-right": _sonar(0.115, -0.06, -pi / 9, 37 * pi / 180, 2.0),
-    "left": _sonar(0.0, 0.10, pi / 2, pi / 12, 1.2),
-    "right": _sonar(0.0, -0.10, -pi / 2, pi / 12, 1.2),
-}
+def sonar(length: float, width: float) -> dict[str, RangeSensor]:
+    """Two sonars on the nose and one on each side (thesis 6.2) of a robot of that size [m].
+
+    The thesis gives neither their places nor their ranges.
+    """
+    nose, side = length / 2, width / 2
+    return {
+        "front-left": _sonar(nose, 0.3 * width, pi / 9, 37 * pi / 180, 2.0),
+        "front-right": _sonar(nose, -0.3 * width, -pi / 9, 37 * pi / 180, 2.0),
+        "left": _sonar(0.0, side, pi / 2, pi / 12, 1.2),
+        "right": _sonar(0.0, -side, -pi / 2, pi / 12, 1.2),
+    }
+
+
+SONAR: Mapping[str, RangeSensor] = sonar(0.23, 0.20)  # on the EtsRo
 FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT = range(4)  # the order of SONAR
 
 
-def lidar(beams: int = 121, span: float = 4 * pi / 3, reach: float = 4.0) -> dict[str, RangeSensor]:
+def lidar(beams: int = 121, span: float = 4 * pi / 3, reach: float = 4.0, axis: float = 0.0) -> dict[str, RangeSensor]:
     """The beams of a scanner above the axle, by name: beam-1, beam-2 and so on, from right to left.
 
     It makes ten scans a second with 1 cm + 1 % of noise, as a small scanner such as the Hokuyo URG-04LX.
@@ -117,16 +133,26 @@ def lidar(beams: int = 121, span: float = 4 * pi / 3, reach: float = 4.0) -> dic
         beams: Their number.
         span: The angle from the first to the last [rad].
         reach: Their range [m].
+        axis: The direction of the middle of the span, counted from straight ahead to the left [rad].
 
     Raises SonarError for another number than 2 to 10 000, and as :class:`RangeSensor`.
     """
+    for name, angle in (("span", span), ("axis", axis)):
+        if not (is_number(angle) and abs(angle) <= 2 * pi):
+            raise SonarError(f"{name} must be a finite number in rad, >= -2π and <= 2π; got {angle!r}").about(name)
     if isinstance(beams, bool) or not isinstance(beams, int) or not 2 <= beams <= 10_000:
         raise SonarError(f"beams must be a whole number >= 2 and <= 10000, got {beams!r}").about("beams")
-    axes = np.linspace(-span / 2, span / 2, beams).tolist()
+    axes = [axis + a for a in np.linspace(-span / 2, span / 2, beams).tolist()]
     return {
-        f"beam-{n}": RangeSensor(axis=a, range=reach, minimum=0.02, period=0.1, noise=0.01, relative_noise=0.01)
+        f"beam-{n}": RangeSensor(
+            axis=_wrapped(a), range=reach, minimum=0.02, period=0.1, noise=0.01, relative_noise=0.01
+        )
         for n, a in enumerate(axes, start=1)
     }
+
+
+def _wrapped(angle: float) -> float:
+    return angle if abs(angle) <= 2 * pi else remainder(angle, 2 * pi)
 
 
 LIDAR: Mapping[str, RangeSensor] = lidar()
