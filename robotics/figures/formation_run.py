@@ -23,7 +23,7 @@ from robotics.figures.drawing import (
 )
 from robotics.figures.faults import FEW
 from robotics.figures.world import draw_bodies, draw_world
-from robotics.measures.formations import ALIGNED, last_samples, leads
+from robotics.measures.formations import ALIGNED, last_samples, leads, place_error, x_grows
 from robotics.measures.tracking import cross_track_error
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
@@ -33,11 +33,12 @@ _AFTER = 1.0  # s shown after the last robot came to rest
 
 
 def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
-    """Draw a formation: paths, robot 1's lead over the others, distances from the own path, speeds, wheel speeds.
+    """Draw a formation: paths, robot 1's lead over the others, distances from path and place, speeds, wheels.
 
-    Grey lines join the robots of one time, at seven equal times. A thin line beside a robot's speed is the command; a
-    law that commands torques has these in place of the wheels' speeds. Speeds are in m/s and rad/s, those of the wheels
-    over the ground; leads and distances are in m.
+    The lead is that in x where x grows along all paths, else that along robot 1's path; a robot's place is the point of
+    its path level with robot 1. Grey lines join the robots of one time, at seven equal times. A thin line beside a
+    robot's speed is the command; a law that commands torques has these in place of the wheels' speeds. Speeds are in
+    m/s and rad/s, those of the wheels over the ground; leads and distances are in m.
 
     Args:
         run: A run of a scenario of the kind "formation".
@@ -59,22 +60,23 @@ def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
     unit = "torque [N m]" if torque else "[m/s]"
     panels: list[tuple[str, np.ndarray, np.ndarray | None]] = [
         ("off its path [m]", cross_track_error(run)[place], None),
+        ("off its place [m]", place_error(run)[place], None),
         ("v [m/s]", run["v"][place], None if command is None else command[0]),
         ("ω [rad/s]", run["w"][place], None if command is None else command[1]),
         (f"right wheel {unit}", wheels[0], None),
         (f"left wheel {unit}", wheels[1], None),
     ]
     with style():
-        figure = new_figure(DOUBLE, 7.2)
-        grid = figure.add_gridspec(4, 2, height_ratios=(2.2, 1, 1, 1))
+        figure = new_figure(DOUBLE, 8.6)
+        grid = figure.add_gridspec(5, 2, height_ratios=(2.3, 1, 1, 1, 1))
         _draw_top_view(figure.add_subplot(grid[0, :]), run, place, last)
-        lead = figure.add_subplot(grid[1, 0])
+        lead = figure.add_subplot(grid[1, :])
         _draw_lead(lead, run, place, last)
-        for k, (label, values, commanded) in enumerate(panels, start=1):
-            ax = figure.add_subplot(grid[1 + k // 2, k % 2], sharex=lead)
+        for k, (label, values, commanded) in enumerate(panels):
+            ax = figure.add_subplot(grid[2 + k // 2, k % 2], sharex=lead)
             _draw_channel(ax, run, place, values[:, : last + 1], commanded)
             ax.set_ylabel(label)
-            if k < len(panels) - 1:
+            if k < len(panels) - 2:
                 ax.tick_params(labelbottom=False)
             else:
                 ax.set_xlabel("time [s]")
@@ -128,7 +130,7 @@ def _draw_lead(ax: Axes, run: Run, place: int, last: int) -> None:
         ax.text(run.time[end], 0.9, text, transform=ax.get_xaxis_transform(), ha="right", va="top", fontsize=6.5)
         low, high = ax.get_ylim()
         ax.set_ylim(low, high + 0.25 * (high - low))  # above the curve there is room for the words
-    ax.set_ylabel("lead in x [m]")
+    ax.set_ylabel("lead in x [m]" if x_grows(run) else "lead along\nits path [m]")
 
 
 def _draw_channel(ax: Axes, run: Run, place: int, values: np.ndarray, commanded: np.ndarray | None) -> None:
