@@ -22,13 +22,13 @@ from robotics.figures.drawing import (
     strided,
 )
 from robotics.figures.faults import FEW
-from robotics.figures.world import draw_bodies, draw_world
+from robotics.figures.world import draw_bodies, draw_world, moments
+from robotics.laws.catalogue import CATALOGUE
 from robotics.measures.formations import ALIGNED, last_samples, leads, place_error, x_grows
 from robotics.measures.tracking import cross_track_error
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
 
-_MARKS = 7  # equal times at which the robots are joined by a line
 _AFTER = 1.0  # s shown after the last robot came to rest
 
 
@@ -36,19 +36,21 @@ def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
     """Draw a formation: paths, robot 1's lead over the others, distances from path and place, speeds, wheels.
 
     The lead is that in x where x grows along all paths, else that along robot 1's path; a robot's place is the point of
-    its path level with robot 1. Grey lines join the robots of one time, at seven equal times. A thin line beside a
+    its path level with robot 1. Grey lines join the robots of one time, at eight equal times. A thin line beside a
     robot's speed is the command; a law that commands torques has these in place of the wheels' speeds. Speeds are in
     m/s and rad/s, those of the wheels over the ground; leads and distances are in m.
 
     Args:
-        run: A run of a scenario of the kind "formation".
+        run: A run of a scenario of the kind "formation", or of several robots under a law for formations.
         seed: The seed that is drawn, by default the first.
 
-    Raises PlotError for a run of another kind, ReplayError for a seed that was not run.
+    Raises PlotError for another run, ReplayError for a seed that was not run.
     """
     place = seed_place(run, seed)
-    if run.about.kind != "formation":
-        raise PlotError(f'{run.scenario} is no formation: its kind is "{run.about.kind}"; plot_run draws it')
+    if not is_formation(run):
+        raise PlotError(
+            f'{run.scenario} is no formation but of the kind "{run.about.kind}", and its law none for formations'
+        )
     last = shown_until(run, place, _AFTER) - 1
     torque = run.level == "torque"
     command = None if torque else (run["command_1"][place], run["command_2"][place])
@@ -87,6 +89,14 @@ def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
         return figure
 
 
+def is_formation(run: Run) -> bool:
+    """Whether a run is that of a formation: by its scenario's kind, or of several robots by its law's."""
+    preset = CATALOGUE.get(run.controller.partition(":")[0])
+    return run.about.kind == "formation" or (
+        run.samples.shape[3] > 1 and preset is not None and preset.kind == "formation"
+    )
+
+
 def _look(robot: int, robots: int) -> dict[str, Any]:
     few = robots <= FEW
     return {
@@ -102,7 +112,7 @@ def _draw_top_view(ax: Axes, run: Run, place: int, last: int) -> None:
     robots, x, y = run.samples.shape[3], run["x"][place], run["y"][place]
     draw_world(ax, run, last)
     order = np.argsort(y[:, 0], kind="stable")
-    at = np.linspace(0, last, _MARKS).round().astype(int)
+    at = moments(last)
     ax.plot(x[order][:, at], y[order][:, at], color="0.75", linestyle="-", linewidth=0.8, zorder=1)
     for i, nodes in enumerate(run.paths):
         quiet = TARGET if robots <= FEW else TARGET | {"linewidth": 0.5, "alpha": 0.6}

@@ -23,7 +23,7 @@ from robotics.experiments.learning.formationlearning import Learnt, input_column
 from robotics.experiments.learning.fresh import Columns, columns_of
 from robotics.experiments.learning.scatter import DRAWS, ScatterError, scatter
 from robotics.figures.drawing import seeds_as_text
-from robotics.figures.formation_run import plot_formation
+from robotics.figures.formation_run import is_formation, plot_formation
 from robotics.figures.formations import Fit, ShareOfRange, plot_search_and_epochs, plot_shares, plot_stages
 from robotics.figures.run import plot_run
 from robotics.laws.catalogue import make_controller
@@ -466,7 +466,7 @@ def _drive(k: int, run: Run) -> Chapter:
     head = [f"robot {i + 1}" for i in range(robots)] if few else ["least", "median", "largest"]
     name = f"drive-{k + 1}"
     together = robots > 1
-    page = partial(plot_formation if run.about.kind == "formation" else plot_run, run)
+    page = partial(plot_formation if is_formation(run) else plot_run, run)
     return Chapter(
         name,
         f"The networks drive {run.scenario}",

@@ -208,8 +208,9 @@ def test_a_formation_of_a_run(data: Path) -> None:
     labels = [ax.get_ylabel() for ax in (top, lead, off, away, v, w, right, left)]
     assert all("[" in label for label in labels)
     assert lead.get_xlim()[0] == 0.0
-    with pytest.raises(PlotError, match='short is no formation: its kind is "team"; plot_run draws it'):
-        plot_formation(replace(run, about=replace(run.about, kind="team")))
+    with pytest.raises(PlotError, match='short is no formation but of the kind "team"'):
+        plot_formation(replace(run, about=replace(run.about, kind="team", controller="cooperation")))
+    plot_formation(replace(run, about=replace(run.about, kind="team")))
 
 
 def test_networks_of_single_robots_are_found_in_their_columns() -> None:
