@@ -5,11 +5,24 @@
 >>> bool(run["x"].shape == (1, 1, 501))
 True
 
+Describe and simulate:
+    load_scenario, parse_scenario, scenario_names, load_robot, robot_names, Scenario and its parts (Member, Robot,
+    Timing, Radio, Fault, Sensing, RangeSensor, shapes of paths such as Sine); compile_path, formation_scenario,
+    random_team, team_toml, adjacency, laplacian; make_controller, CATALOGUE; simulate, load_run, Run
+Measure, compare and look:
+    measure_all, metrics_of, measure, measure_team, measure_formation, tracking_error, cross_track_error, arrival_time,
+    nearest_distance, progress_gap, true_progress; compare, summarise, Comparison; recovery_curve; explain_decision,
+    explain_spans; player, a run in motion
+Your own laws and metrics:
+    Law, Setting, Observation, Command, Heard, Preset, ControllerError; metric, Metric; a file or an object is accepted
+    wherever a controller or a metric is named: docs/own-law.md
+
 Each name is imported from its module when it is first used, so that the command line starts quickly.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from fuzzy.lazynames import lazy_names
 
 if TYPE_CHECKING:
     from robotics.experiments.comparison import Comparison, compare, summarise
@@ -61,7 +74,7 @@ if TYPE_CHECKING:
     from robotics.simulation.run import Run, RunError, load_run
     from robotics.vehicle.robot import Robot, RobotError
 
-_MODULES = {
+_HOMES = {
     "robotics.experiments.comparison": ("Comparison", "compare", "summarise"),
     "robotics.experiments.recovery": ("Recovery", "recovery_curve"),
     "robotics.figures.avoidance": ("plot_avoidance", "plot_trajectories"),
@@ -85,13 +98,13 @@ _MODULES = {
     "robotics.laws.law": ("Command", "Controller", "ControllerError", "Law", "Observation"),
     "robotics.laws.preset": ("Preset",),
     "robotics.laws.setting": ("Setting",),
+    "robotics.measures.arrival": ("arrival_time",),
     "robotics.measures.explained": ("explain_decision", "explain_spans"),
     "robotics.measures.formations": ("FORMATION_METRICS", "measure_formation"),
-    "robotics.measures.registry": ("measure_all", "metrics_of"),
-    "robotics.measures.teams": ("TEAM_METRICS", "measure_team", "nearest_distance"),
-    "robotics.measures.arrival": ("arrival_time",),
     "robotics.measures.own": ("MetricError", "metric"),
     "robotics.measures.progress": ("progress_gap", "true_progress"),
+    "robotics.measures.registry": ("measure_all", "metrics_of"),
+    "robotics.measures.teams": ("TEAM_METRICS", "measure_team", "nearest_distance"),
     "robotics.measures.tracking": ("METRICS", "Metric", "cross_track_error", "measure", "tracking_error"),
     "robotics.paths.path": ("Circle", "Line", "Path", "PathError", "Quintic", "Sine", "Waypoints", "compile_path"),
     "robotics.paths.trajectory": ("Timing", "Trajectory"),
@@ -111,14 +124,8 @@ _MODULES = {
     "robotics.simulation.run": ("Run", "RunError", "load_run"),
     "robotics.vehicle.robot": ("Robot", "RobotError"),
 }
-_HOME = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
-    raise AttributeError(f"module 'robotics' has no attribute {name!r}")
-
+if not TYPE_CHECKING:  # a type checker has the names above, and sees which there are not
+    __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
     "CATALOGUE",

@@ -24,6 +24,7 @@ from robotics.commands.list import list_
 from robotics.commands.new import new
 from robotics.commands.plot import plot
 from robotics.commands.repeat import Stress, repeat
+from robotics.commands.robot import robot
 from robotics.commands.run import run_
 from robotics.commands.scenario import scenario
 from robotics.commands.stress import stress
@@ -48,6 +49,7 @@ app.command()(plot)
 app.command()(explain)
 app.command()(animate)
 app.command()(certify)
+app.command()(robot)
 app.command()(sweep)
 app.command()(team)
 

@@ -118,7 +118,7 @@ def _thesis_set(given: dict[str, Any]) -> None:
     from robotics.experiments.learning.scatter import DRAWS, NEIGHBOURS, SHARE, scatter
 
     out, kind, check, seed = given["out"], given.get("kind", "literal"), given["check"], given["seed"]
-    own = {n: given[n] for n in ("coverage", "jitter", "lateral", "heading", "lead") if n in given}
+    own: dict[str, Any] = {n: given[n] for n in ("coverage", "jitter", "lateral", "heading", "lead") if n in given}
     if kind == "literal" and own:
         raise InputError(f"--{next(iter(own))} belongs to --kind well-posed; literal data have nothing random")
     if check and "formations" in given:

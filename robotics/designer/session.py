@@ -48,7 +48,7 @@ _RUNS = {"tried", "before", "rival"}
 _LOOK = 1.0  # s between two looks at the files
 _KEPT = 32  # runs of rivals
 _CHOICES = ("scenario", "law", "look_ahead", "seed", "robot", "robot_of", "noise", "count", "shown", "rival")
-_HIDDEN = ("text", "robot_text")  # what the page needs not know of a trial
+_HIDDEN = ("text", "robot_text", "folder")  # what the page needs not know of a trial
 MODULE = Path(__file__).parent / "static" / "tryout.js"
 
 
@@ -61,7 +61,9 @@ class TryoutSession:
     def __init__(self, bench: Any) -> None:
         self.bench = bench
         self.folder = open_folder(bench.document.folder)
-        self.wish = TryoutTrial()  # what was chosen; what is empty is chosen to suit the system
+        self.wish = TryoutTrial(
+            folder=str(self.folder.path)
+        )  # what was chosen; what is empty is chosen to suit the system
         self.trial: TryoutTrial | None = None  # what follows from it; none: the system or the scenario is no good
         self.rival = ""  # empty: what suits the system
         self.before, self.label = self._opened()
@@ -442,7 +444,8 @@ class TryoutSession:
     async def _check(self) -> None:
         desk = self.desks.get(self.open)
         if desk is not None:
-            self._judge(await self._background(tryout.checked, desk.what, desk.file.name, desk.text), desk)
+            fault = await self._background(tryout.checked, desk.what, desk.file.name, desk.text, self.wish.folder)
+            self._judge(fault, desk)
 
     async def _beside_rival(self, trial: TryoutTrial) -> dict[str, Any]:
         rival, file = self._rival(), self.watched.get("rival")

@@ -16,20 +16,23 @@ import numpy as np
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from robotics.designer.conditions import conditioned, file_name, noises, robot_from, robot_names, scenario_of
+from robotics.designer.conditions import conditioned, file_name, noises, robot_from, scenario_of
 from robotics.designer.uses import TryoutError, Use, law_of, uses_of
+from robotics.environment.world import outlines
 from robotics.experiments.forewarnings import forewarnings
-from robotics.laws.catalogue import make_controller, preset_of, presets
+from robotics.laws.catalogue import preset_of, presets
 from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.measures.clearance import clearances, robot_gaps
 from robotics.measures.contacts import Contact, can_touch, contact_sentences, contacts, who
+from robotics.measures.outside import outside, outside_sentence
 from robotics.measures.registry import headlines, measure_all, tried
 from robotics.measures.tracking import Metric, cross_track_error
 from robotics.playback.player import player_data
 from robotics.quantity import check_quantities, quantity
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import scenario_names
+from robotics.scenario.robots import load_robot, robot_names
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
@@ -53,6 +56,7 @@ class TryoutTrial:
     robot: str = ""  # as the scenario says; or one of the package, or the name of the file that holds ``robot_text``
     robot_text: str | None = None  # of a robot file of one's own
     robot_of: int = 0  # the robot that is another, from 1; 0: all of them
+    folder: str = ""  # the opened one, where the files are that a scenario's file names
     noise: bool = True  # see robotics.designer.conditions.exact
 
     def __post_init__(self) -> None:
@@ -63,7 +67,7 @@ class TryoutTrial:
             raise TryoutError(f"robot_of must be the number of a robot, or 0 for all; got {self.robot_of!r}")
         if not isinstance(self.noise, bool):
             raise TryoutError(f"noise must be true or false, got {self.noise!r}")
-        for name in ("scenario", "law", "task", "robot"):
+        for name in ("scenario", "law", "task", "robot", "folder"):
             if not isinstance(getattr(self, name), str):
                 raise TryoutError(f"{name} must be a name, got {getattr(self, name)!r}")
 
@@ -74,7 +78,8 @@ class TryoutTrial:
 
     def conditioned(self) -> Scenario:
         """The scenario under the trial's conditions. Raises ScenarioError, RobotError or TryoutError."""
-        return conditioned(self.scenario, self.text, self.robot, self.robot_text, self.robot_of, self.noise)
+        robot = (self.robot, self.robot_text, self.robot_of)
+        return conditioned(self.scenario, self.text, *robot, self.noise, self.folder)
 
 
 class Attempt(NamedTuple):
@@ -98,7 +103,7 @@ def choices() -> dict[str, Any]:
     return {
         "scenarios": [{"name": name, "title": s.title or name, "kind": s.kind} for name, s in found],
         "rivals": rivals,
-        "robots": robot_names(),
+        "robots": [[name, load_robot(name).title] for name in robot_names()],
     }
 
 
@@ -180,7 +185,7 @@ def run_rival(specification: str, trial: TryoutTrial) -> Attempt:
 def rival_law(specification: str) -> Law[Any]:
     """The law of a specification: that of a file is made of what stands there now. Raises ControllerError."""
     preset_of(specification)
-    return law_of(specification) if specification in presets() else make_controller(specification)
+    return law_of(specification)
 
 
 def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
@@ -189,7 +194,10 @@ def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
         warnings.simplefilter("always")
         run = simulate(scenario, law, (trial.seed,), name=name, links=scenario.kind == "team")
     notes = dict.fromkeys(str(warning.message) for warning in told)  # the same is told every period
-    return Attempt(run, tuple(forewarnings(scenario.setting, law, "this law")), tuple(notes), scenario.divergence)
+    left = outside(run)
+    beyond = [outside_sentence(left)] if left else []
+    warned = tuple(forewarnings(scenario.setting, law, "this law"))
+    return Attempt(run, warned, (*notes, *beyond), scenario.divergence)
 
 
 def outcomes(run: Run, divergence: float, place: int = 0) -> list[list[str]]:
@@ -223,14 +231,22 @@ def course_data(trial: TryoutTrial) -> dict[str, Any]:
         "kind": scenario.kind,
         "played": _played(scenario),
         "duration": scenario.duration,
-        "noises": noises(scenario_of(trial.scenario, trial.text)),
+        "noises": noises(replace(trial, noise=True).conditioned()),
         "paths": [_curve(path.table[0], path.table[1]) for path in scenario.trajectory.paths],
+        "obstacles": _outlines(scenario),
         "starts": [list(member.start) for member in scenario.robots],
         "metrics": [
             {"name": name, "title": metric.title, "unit": metric.unit, "larger": metric.larger}
             for name, metric in _shown_metrics(scenario.kind, scenario.setting.has_others).items()
         ],
     }
+
+
+def _outlines(scenario: Scenario) -> list[list[list[float | None]]]:
+    """The outline x, y [m] of each obstacle where it is at the start."""
+    if scenario.setting.world is None:
+        return []
+    return [[rounded_list(line[:, 0]), rounded_list(line[:, 1])] for line in outlines(scenario.setting.world.rest)]
 
 
 def place_data(fis: Sugeno, wish: TryoutTrial, file: str = "") -> dict[str, Any]:
@@ -298,17 +314,18 @@ def rival_system_data(fis: Sugeno, trial: TryoutTrial, file: str) -> dict[str, A
     return shown(run_design(fis, rival_system(fis, trial, file)), file)
 
 
-def checked(what: str, name: str, text: str) -> dict[str, Any]:
+def checked(what: str, name: str, text: str, folder: str = "") -> dict[str, Any]:
     """What is wrong with the text of a scenario or a robot file: its line, if it is known, and the message; or nothing.
 
     Args:
         what: "scenario" or "robot".
         name: The name of the file.
         text: What stands in it.
+        folder: The opened folder.
     """
     try:
         if what == "scenario":
-            scenario_of(name, text)
+            scenario_of(name, text, folder)
         else:
             robot_from(name, text)
     except InputError as error:

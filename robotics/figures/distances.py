@@ -66,7 +66,7 @@ def draw_distances(ax: Axes, run: Run, place: int, end: int) -> None:
     # Centers nearer than this cannot be without contact, whichever two robots it is and however they stand.
     inner = sorted(min(robot.length, robot.width) / 2 for robot in run.about.robots)
     ax.axhspan(0.0, sum(inner[:2]), color="0.85", linewidth=0)
-    kept = kept_distance(run.controller)
+    kept = kept_distance(run.controller, run.about.robots)
     if kept is not None:
         line: dict[str, Any] = TARGET | {"color": "0.2"}
         ax.axhline(kept, **line, label="$d_{min}$")

@@ -85,7 +85,7 @@ def formation_text(plan: FormationPlan) -> str:
     lines = [
         'kind = "formation"',
         f"title = {json.dumps(f'A leader {what}, {followers} {arranged}')}",
-        f'source = "robotics dataset formation; {plan.spacing:g} m apart, {plan.speed:g} m/s, 3 mm and 3 mrad of noise"',
+        f'source = "robotics dataset formation; {plan.spacing:g} m apart, {plan.speed:g} m/s; noise: 3 mm, 3 mrad"',
         "duration = DURATION",
         'controller = "leader-follower"',
         "",

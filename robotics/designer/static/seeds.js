@@ -51,19 +51,24 @@ export function seedStrip(pick) {
     const counts = ["contact", "stopped", "refused"].filter((state) => told[state]);
     const found =
       counts.map((state) => `${told[state]} ${WORDS[state]}`).join(", ") || "none touched, stopped or refused";
-    const why = shown === worst ? `the worst: first contact, else ${by}` : `picked; the worst is seed ${worst}`;
+    const last = seeds.rows.find((each) => each.seed === worst)?.state;
+    const how =
+      { contact: "the first contact", stopped: "a robot was stopped", refused: "refused" }[last] ?? `by ${by}`;
+    const why = shown === worst ? `the worst: ${how}` : `picked; the worst is seed ${worst}`;
     say(caption, `${seeds.count} seeds of this design: ${found}. Drawn: seed ${shown} (${why}).`);
     const held = row.contains(document.activeElement) ? document.activeElement.dataset.seed : null;
     const values = seeds.rows.map((each) => (typeof each.value === "number" ? each.value : null));
-    const most = Math.max(...values.filter((value) => value !== null), 1e-12);
-    row.replaceChildren(...seeds.rows.map((each, k) => one(each, values[k], most, seeds)));
+    const sorted = values.filter((value) => value !== null).sort((a, b) => a - b);
+    const rank = (value) => (value === null ? 1 : sorted.indexOf(value) / Math.max(1, sorted.length - 1));
+    row.replaceChildren(...seeds.rows.map((each, k) => one(each, values[k], rank(values[k]), seeds)));
     if (held !== null) row.querySelector(`[data-seed="${held}"]`)?.focus();
   }
 
-  function one(each, value, most, { shown, worst, by }) {
+  /** A seed's button; its bar is the higher, the worse its place among all. */
+  function one(each, value, rank, { shown, worst, by }) {
     const amount = each.state === "refused" ? "" : `, ${by} ${value === null ? each.value : said(value, 3)}`;
     const name = `Seed ${each.seed}: ${WORDS[each.state]}${amount}${each.seed === worst ? ", the worst" : ""}`;
-    const height = value === null ? 14 : Math.max(1, (14 * value) / most);
+    const height = 2 + 12 * rank;
     const level = shape(
       "svg",
       { width: 14, height: 14, "aria-hidden": "true", class: "se-level" },

@@ -182,7 +182,7 @@ export async function render({ model, el }) {
   const all = shape("svg", { class: "tr-plot", role: "img" });
   const every = element("figure", { class: "tr-every", hidden: true }, element("figcaption", {}, "All seeds"), all);
   const table = element("table", { class: "tr-metrics" });
-  const parts = [controls, kept, editor.node, problem, notes, ends, verdict, strip.node, single, stage, every, table];
+  const parts = [controls, kept, editor.node, problem, notes, ends, verdict, strip.node, every, single, stage, table];
   const root = element("div", { class: "fd fd-tryout" }, ...parts);
   el.append(root);
 
@@ -240,12 +240,16 @@ export async function render({ model, el }) {
   function offerRobots(known, trial, course) {
     const packaged = known?.robots ?? [],
       files = get("files")?.robots ?? [];
-    const chosen = ["", ...packaged, ...files].includes(trial.robot ?? "") ? [] : [trial.robot];
+    const listed = ["", ...packaged.map(([name]) => name), ...files];
+    const chosen = listed.includes(trial.robot ?? "") ? [] : [trial.robot];
     const named = (names) => names.map((name) => option(name, name));
     const groups = [
       option("", "as the scenario says"),
       ...named(chosen),
-      group("Of the package", named(packaged)),
+      group(
+        "Of the package",
+        packaged.map(([name, title]) => option(name, title)),
+      ),
       group("Files in this folder", named(files)),
     ];
     offerGroups(robot, groups, trial.robot ?? "");
@@ -344,7 +348,7 @@ export async function render({ model, el }) {
     const wrong = get("problem")?.message ?? "";
     problem.hidden = wrong === "";
     say(problem, wrong);
-    const found = get("tried")?.verdict ?? "";
+    const found = (get("tried")?.outcomes ?? []).length ? "" : (get("tried")?.verdict ?? "");
     verdict.hidden = found === "";
     say(verdict, found === "" ? "" : `This design: ${found}.`);
     drawEnds();
@@ -352,27 +356,31 @@ export async function render({ model, el }) {
 
   /** What was to be feared before the runs, how they ended early, and what else is to be said of them. */
   function drawEnds() {
-    const boxes = [],
+    const boxes = new Map(),
       warned = new Map(),
       told = [];
+    const gather = (into, key, name, data) => into.set(key, [...(into.get(key) ?? []), [name, label(name, data)]]);
     for (const [name] of [...RUNS].reverse()) {
       const data = get(name);
       if (data === null) continue;
-      for (const text of data.warned ?? []) warned.set(text, [...(warned.get(text) ?? []), label(name, data)]);
+      for (const text of data.warned ?? []) gather(warned, text, name, data);
       const found = data.why ? [["refused", data.why]] : (data.outcomes ?? []);
-      for (const [kind, text] of found) {
-        const head = element("strong", {}, `${ENDS[kind]}: ${label(name, data)}`);
-        const kinds = `tr-end tr-end-${kind} ${name === "tried" ? "" : "tr-end-other"}`;
-        boxes.push(element("p", { class: kinds }, sign(kind, 14), head, element("span", {}, text)));
-      }
+      for (const [kind, text] of found) gather(boxes, `${kind}:${text}`, name, data);
       for (const note of data.notes ?? []) told.push(`${label(name, data)}: ${note}`);
     }
+    const names = (who) => who.map(([, text]) => text).join(", ");
     const before = [...warned].map(([text, who]) => {
-      const head = element("strong", {}, `Before the run: ${who.join(", ")}`);
+      const head = element("strong", {}, `Before the run: ${names(who)}`);
       return element("p", { class: "tr-end tr-end-warned" }, head, element("span", {}, text));
     });
+    const after = [...boxes].map(([key, who]) => {
+      const [, kind, text] = /^(\w+):(.*)$/s.exec(key);
+      const head = element("strong", {}, `${ENDS[kind]}: ${names(who)}`);
+      const looks = `tr-end tr-end-${kind} ${who.some(([name]) => name === "tried") ? "" : "tr-end-other"}`;
+      return element("p", { class: looks }, sign(kind, 14), head, element("span", {}, text));
+    });
     notes.replaceChildren(...before);
-    ends.replaceChildren(...boxes, ...told.map((text) => element("p", { class: "tr-note" }, text)));
+    ends.replaceChildren(...after, ...told.map((text) => element("p", { class: "tr-note" }, text)));
   }
 
   function drawKeys() {
@@ -389,7 +397,7 @@ export async function render({ model, el }) {
 
   /** What the top view shows: all of the paths, and as much of the runs as leaves the paths large. */
   function bounds(course) {
-    const all = course.paths.map((p) => [p.x, p.y]),
+    const all = [...course.paths.map((p) => [p.x, p.y]), ...(course.obstacles ?? [])],
       spans = [];
     for (const k of [0, 1]) {
       const fixed = finite([...all.flatMap((p) => p[k]), ...course.starts.map((s) => s[k])]);
@@ -433,6 +441,8 @@ export async function render({ model, el }) {
     const drawn = shape("g", { "clip-path": `url(#${id})` });
     for (const path of course.paths)
       drawn.append(shape("path", { d: line(path.x.map(x), path.y.map(y)), class: "tr-reference" }));
+    for (const [xs, ys] of course.obstacles ?? [])
+      drawn.append(shape("path", { d: line(xs.map(x), ys.map(y)), class: "tr-obstacle" }));
     fill(drawn, x, y);
     for (const [sx, sy, heading] of course.starts) {
       drawn.append(
@@ -447,7 +457,7 @@ export async function render({ model, el }) {
     return { x, y, drawn, width, height };
   }
 
-  /** Where something touched: a cross in a ring, with who in words. */
+  /** Where something touched: a cross, with who in words. */
   function markContacts(drawn, x, y, rows) {
     for (const { contacts, seed: of } of rows)
       for (const [at, cx, cy, who] of contacts ?? [])
@@ -455,7 +465,7 @@ export async function render({ model, el }) {
           shape(
             "path",
             {
-              d: "M-7 0A7 7 0 1 0 7 0A7 7 0 1 0 -7 0M-5 -5L5 5M-5 5L5 -5",
+              d: "M-5 -5L5 5M-5 5L5 -5",
               class: "tr-contact",
               transform: `translate(${x(cx)} ${y(cy)})`,
             },

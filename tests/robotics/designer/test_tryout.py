@@ -245,7 +245,7 @@ def test_a_scenario_of_ones_own_with_ones_own_robot() -> None:
     assert data["metrics"]["contacts"] == 1
     assert data["moment"] == pytest.approx(data["contacts"][0][0])
     assert data["player"]["obstacles"]
-    small = text.replace("[[robots]]", "[robot]\nlength = 0.06\nwidth = 0.06\n[[robots]]", 1)
+    small = text.replace("[[robots]]", '[robot]\nmodel = "etsro"\nlength = 0.06\nwidth = 0.06\n[[robots]]', 1)
     data = design_data(fis, TryoutTrial(scenario="mine.toml", text=small))
     assert data["verdict"].startswith("no contact; least clearance ")
     assert data["metrics"]["min_clearance_m"] == pytest.approx(0.04, abs=0.01)
@@ -406,7 +406,7 @@ def test_wrong_wishes_and_designs_get_sentences(tracking: Sugeno) -> None:
             bench.traits["problem"] = None
             bench.say(message)
             assert bench.traits["problem"]["message"], message
-        assert session.wish == TryoutTrial()
+        assert session.wish == TryoutTrial(folder=str(Path().resolve()))
         # What only reading shows is said once it is read; nothing is shown of another scenario meanwhile.
         for message, says in (
             ({"do": "choose", "name": "scenario", "value": "fuzzy-of-path"}, "did you mean 'fuzzy-off-path'"),
