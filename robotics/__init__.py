@@ -13,6 +13,10 @@ Measure, compare and look:
     measure_all, metrics_of, measure, measure_team, measure_formation, tracking_error, cross_track_error, arrival_time,
     nearest_distance, progress_gap, true_progress; compare, summarise, Comparison; recovery_curve; explain_decision,
     explain_spans; player, a run in motion
+Draw (figures of matplotlib; PlotError where a run lacks what is drawn):
+    plot_run, plot_paths, plot_errors, plot_velocities, plot_team, plot_formation, plot_progress, plot_distances,
+    plot_meetings, plot_avoidance, plot_trajectories, plot_sonar, plot_modes, plot_rules_at, of runs; plot_comparison,
+    plot_leads, plot_recovery, plot_scaling, plot_certificate, plot_states, of what was found out about laws
 Your own laws and metrics:
     Law, Setting, Observation, Command, Heard, Preset, ControllerError; metric, Metric; a file or an object is accepted
     wherever a controller or a metric is named: docs/own-law.md
