@@ -197,7 +197,7 @@ def test_a_metric(monkeypatch, tmp_path, capsys):
         tried=("tracking",),
     )
     monkeypatch.setitem(METRICS, "top_speed_mps", entry)
-    monkeypatch.setattr("robotics.report.page._DPI", 30)
+    monkeypatch.setattr("robotics.report.plates.DPI", 30)
     file = tmp_path / "one.toml"
     file.write_text(HEAD + ROBOT)
     run = simulate(parse_scenario(HEAD + ROBOT, "one"), make_controller("lyapunov"))
@@ -377,7 +377,7 @@ def test_a_report_chapter(monkeypatch, tmp_path):
         begin("watching the sea", 1)()
         yield lambda: [chapter]
 
-    monkeypatch.setattr("robotics.report.page._DPI", 30)
+    monkeypatch.setattr("robotics.report.plates.DPI", 30)
     begun = []
 
     def begin(description, total):

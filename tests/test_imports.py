@@ -17,7 +17,7 @@ FLOORS = {"fuzzy": ("fuzzy",), "anfis": ("fuzzy", "anfis"), "robotics": ("fuzzy"
 # The rooms of a package, folders and modules, on their stair: each imports from itself and from those before it only.
 STAIRS = {
     "fuzzy": """
-        errors naming profile membershipfunction membership rule language system inference detached
+        lazynames errors naming profile membershipfunction membership rule language system inference detached
         files compiled insight fitting shell figures designer commands
     """,
     "anfis": """
@@ -27,7 +27,9 @@ STAIRS = {
         quantity random_streams tables vehicle paths radio environment sensing laws scenario simulation measures
         experiments figures playback report thesis designer commands
     """,
-    "robotics.laws": "setting modes law tracking formation teams avoidance rules catalogue",
+    "robotics.laws": """
+        setting modes specification law foreign preset lawfile tracking formation teams avoidance rules catalogue
+    """,
 }
 CIRCLE = ("fuzzy.system", "fuzzy.inference")  # a system can be called: fis(x) infers, by one lazy line
 # Rooms whose functions may import what they need: commands answer --help quickly, the designer is an optional extra.

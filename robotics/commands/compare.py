@@ -12,7 +12,15 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import INTERRUPTED, print_json
-from robotics.commands.shared import UNTIL_CONTACT, Json, Quiet, print_forewarnings, report_divergences
+from robotics.commands.shared import (
+    UNTIL_CONTACT,
+    Json,
+    Metric,
+    Quiet,
+    print_forewarnings,
+    print_outside,
+    report_divergences,
+)
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
@@ -41,6 +49,11 @@ def compare(
     controllers: Annotated[
         str | None, typer.Option(help="Comma-separated: fuzzy,csm:k=0.3,esm. Default: those of the scenarios' kind.")
     ] = None,
+    law: Annotated[
+        list[str] | None,
+        typer.Option("--law", metavar="FILE.py:NAME", help="A law of your own besides: mylaw.py:MyLaw:gain=2."),
+    ] = None,
+    metric: Metric = None,
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from --seed on.")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
     out: Annotated[Path, typer.Option(metavar="FOLDER", help="Where tables and report.html go.")] = Path("out"),
@@ -72,19 +85,21 @@ def compare(
     from robotics.report.study import write_study
     from robotics.scenario.reading import load_scenario, scenario_names
 
-    own = bool(scenarios) or controllers is not None
+    own = bool(scenarios) or controllers is not None or bool(law) or bool(metric)
     kind = "tracking" if suite is Suite.thesis else suite.value
     settings = [load_scenario(name) for name in scenarios or scenario_names(kind)]
     laws = split_controllers(controllers) if controllers is not None else list(DEFAULT_CONTROLLERS[settings[0].kind])
+    laws += law or []
     judged = claims if claims is not None else not own and suite is Suite.thesis
     command = ["robotics", "compare", *(scenarios or []), f"--seeds={seeds}", f"--seed={seed}"]
     if suite is not Suite.thesis:
         command.append(f"--suite={suite.value}")
-    if controllers is not None:
+    if controllers is not None or law:
         command.append(f"--controllers={','.join(laws)}")
-    check_comparison(settings, laws)
-    made = {law: make_controller(law) for law in laws}
-    print_forewarnings(s for x in settings for law in laws for s in forewarnings(x.setting, made[law], law))
+    command += [f"--metric={name}" for name in metric or []]
+    check_comparison(settings, laws, metric or ())
+    made = {name: make_controller(name) for name in laws}
+    print_forewarnings(s for x in settings for name in laws for s in forewarnings(x.setting, made[name], name))
     wanted, done = sum(len(s.robots) for s in settings) * len(laws) * seeds, 0
 
     def kept(rows: int) -> None:
@@ -99,6 +114,7 @@ def compare(
                 laws,
                 range(seed, seed + seeds),
                 begin=begin,
+                metrics=metric or (),
                 chapters=_thesis_chapters(thorough, save_runs) if judged else None,
                 report=report,
                 command=shlex.join(command),
@@ -107,6 +123,7 @@ def compare(
     except KeyboardInterrupt:
         print(f"robotics: interrupted; {done} of {wanted} rows are in {out / 'results.csv'}", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
+    left = print_outside(study.comparison.runs.values())
     if json:
         print_json(
             {
@@ -114,6 +131,7 @@ def compare(
                 "claims": [claim.row() for claim in study.claims],
                 "contacts": _contacts(study),
                 "diverged": study.comparison.divergences,
+                "outside": left,
                 "files": study.files,
                 "versions": versions(),
             }
@@ -129,9 +147,11 @@ def split_controllers(text: str) -> list[str]:
     >>> split_controllers("fuzzy,csm:k=0.3,realisation=velocity,esm")
     ['fuzzy', 'csm:k=0.3,realisation=velocity', 'esm']
     """
+    from robotics.laws.specification import starts_gain
+
     result: list[str] = []
     for part in (p.strip() for p in text.split(",")):
-        if "=" in part and ":" not in part and result:
+        if starts_gain(part) and result:
             result[-1] += f",{part}"
         elif part:
             result.append(part)
@@ -155,7 +175,7 @@ def _print_study(study: "Study") -> None:
     from rich.table import Table
 
     from robotics.experiments.comparison import contact_runs, has_guard
-    from robotics.laws.catalogue import label
+    from robotics.laws.catalogue import law_title
     from robotics.measures.registry import headlines
     from robotics.report.wording import sentence
 
@@ -166,18 +186,18 @@ def _print_study(study: "Study") -> None:
         table = Table(title=f"{scenario.name}: {scenario.title}", title_justify="left", caption_justify="left")
         table.add_column("controller")
         guard = has_guard(comparison.table[comparison.table["scenario"] == scenario.name])
-        shown = headlines(scenario.kind, scenario.setting.has_others, guard)
-        for metric in shown.values():
-            table.add_column(f"{metric.short}\n[{metric.unit}]".replace("[", "\\["), justify="right")
+        shown = headlines(scenario.kind, scenario.setting.has_others, guard, comparison.metrics)
+        for about in shown.values():
+            table.add_column(f"{about.short}\n[{about.unit}]".replace("[", "\\["), justify="right")
         touched: list[str] = []
         mine = summary[summary["scenario"] == scenario.name]
         for law in comparison.controllers:
             rows = mine[mine["controller"] == law].set_index("metric")
             count, runs = contact_runs(comparison.table, scenario.name, law)
             if count:
-                touched.append(f"✕ {label(law)}: contact in {count} of {runs} runs")
+                touched.append(f"✕ {law_title(law)}: contact in {count} of {runs} runs")
             table.add_row(
-                label(law) + " ✕" * (count > 0),
+                law_title(law) + " ✕" * (count > 0),
                 *(_cell(*rows.loc[name, ["mean", "high"]]) if name in rows.index else "-" for name in shown),
             )
         console.print(table)

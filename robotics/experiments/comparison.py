@@ -1,17 +1,19 @@
 """The comparison: scenarios × controllers × seeds, measured into one table with a row for each seed and robot."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fuzzy.errors import InputError
-from robotics.laws.catalogue import gains_of, label, make_controller
+from robotics.laws.catalogue import OwnLaws, chosen_laws, gains_of, law_title, named_laws, shown_gain
 from robotics.laws.law import Law
 from robotics.measures.evidence import student
-from robotics.measures.registry import ALL_METRICS, measure_all
+from robotics.measures.own import NO_METRICS, OwnMetrics
+from robotics.measures.registry import ALL_METRICS, measure_all, own_metrics
+from robotics.measures.tracking import Metric
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
@@ -33,10 +35,11 @@ class Comparison:
     """What was compared, and the table that came out."""
 
     scenarios: tuple[Scenario, ...]
-    controllers: dict[str, Law[Any]]  # by specification, such as "csm" or "csm:k=0.3"
+    controllers: dict[str, Law[Any]]  # by specification, such as "csm" or "csm:k=0.3", or by the user's name
     seeds: tuple[int, ...]
     table: pd.DataFrame  # one row a seed and robot: KEYS, the metrics, diverged and contact (bool) as of rows_of
     runs: dict[tuple[str, str], Run]  # by scenario name and specification
+    metrics: Mapping[str, Metric] = field(default_factory=dict)  # the user's own, by name
 
     @property
     def divergences(self) -> list[str]:
@@ -46,9 +49,10 @@ class Comparison:
 
 def compare(
     scenarios: Sequence[Scenario],
-    specifications: Sequence[str],
+    controllers: OwnLaws,
     seeds: Sequence[int],
     *,
+    metrics: OwnMetrics = NO_METRICS,
     advance: Callable[[], None] | None = None,
     finished: Callable[[pd.DataFrame], None] | None = None,
 ) -> Comparison:
@@ -56,46 +60,53 @@ def compare(
 
     Args:
         scenarios: Scenarios of one kind.
-        specifications: Controllers, such as "csm" or "csm:k=0.3".
+        controllers: A list of specifications, such as "csm:k=0.3" or "mylaw.py:MyLaw", of laws, and of pairs
+            (name, law); or laws by name.
         seeds: The seeds; each gives one run of each controller on each scenario.
+        metrics: The user's own metrics: a list of specifications, such as "mymetric.py:comfort", and of functions of
+            a run; or these by name. They are measured and shown as the others are.
         advance: Called after every simulated period.
         finished: Called with the table so far after every scenario and controller, so that an interrupted comparison
             loses nothing that is done.
 
-    Raises ComparisonError and ControllerError, as :func:`check_comparison` does, before anything is run.
+    Raises ComparisonError, ControllerError and MetricError, as :func:`check_comparison` does, before anything is run.
     """
-    check_comparison(scenarios, specifications)
-    laws = {specification: make_controller(specification) for specification in specifications}
+    check_comparison(scenarios, controllers, metrics)
+    laws, own = chosen_laws(controllers), own_metrics(metrics)
     runs: dict[tuple[str, str], Run] = {}
     rows: list[pd.DataFrame] = []
     for scenario in scenarios:
         for specification, law in laws.items():
             run = simulate(scenario, law, seeds, name=specification, progress=advance)
             runs[scenario.name, specification] = run
-            rows.append(rows_of(run))
+            rows.append(rows_of(run, own))
             if finished is not None:
                 finished(pd.concat(rows, ignore_index=True))
-    return Comparison(tuple(scenarios), laws, tuple(seeds), pd.concat(rows, ignore_index=True), runs)
+    return Comparison(tuple(scenarios), laws, tuple(seeds), pd.concat(rows, ignore_index=True), runs, own)
 
 
-def check_comparison(scenarios: Sequence[Scenario], specifications: Sequence[str]) -> None:
+def check_comparison(scenarios: Sequence[Scenario], controllers: OwnLaws, metrics: OwnMetrics = NO_METRICS) -> None:
     """Raise ComparisonError unless the scenarios are of one kind and no name is given twice.
 
-    Raises ControllerError for a specification that no controller has.
+    Raises ControllerError for a specification that no controller has, and MetricError for a metric that cannot be used.
     """
-    for what, names in (("scenario", [s.name for s in scenarios]), ("controller", list(specifications))):
+    for what, names in (
+        ("scenario", [s.name for s in scenarios]),
+        ("controller", [name for name, _ in named_laws(controllers)]),
+    ):
         for name in names:
             if names.count(name) > 1:
                 raise ComparisonError(f"{what} {name!r} is given twice")
     kinds = sorted({scenario.kind for scenario in scenarios})
     if len(kinds) > 1:
         raise ComparisonError(f"scenarios of one kind can be compared; these are {', '.join(kinds)}")
-    for specification in specifications:
-        make_controller(specification)
+    chosen_laws(controllers)
+    for kind in kinds:
+        own_metrics(metrics, kind)
 
 
-def rows_of(run: Run) -> pd.DataFrame:
-    """The rows of the table that belong to ``run``.
+def rows_of(run: Run, metrics: OwnMetrics = NO_METRICS) -> pd.DataFrame:
+    """The rows of the table that belong to ``run``, with ``metrics`` of the user's own.
 
     Where there is something to touch, ``contact`` says of all robots of a run whether one of them had a contact: their
     metrics are those up to the first one.
@@ -107,7 +118,7 @@ def rows_of(run: Run) -> pd.DataFrame:
         "seed": np.repeat(run.seeds, robots),
         "robot": np.tile(np.arange(1, robots + 1), runs),
     }
-    values = measure_all(run)
+    values = measure_all(run, metrics)
     columns |= {name: found.ravel() for name, found in values.items()}
     columns["diverged"] = run.diverged.ravel()
     if "contacts" in values:
@@ -129,26 +140,30 @@ def has_guard(table: pd.DataFrame) -> bool:
     return "emergency_share" in table and bool(table["emergency_share"].notna().any())
 
 
-def values_of_runs(table: pd.DataFrame, metric: str) -> np.ndarray:
+def values_of_runs(table: pd.DataFrame, metric: str, about: Metric) -> np.ndarray:
     """One number a run (seeds,) of the rows of one scenario and controller, as the metric's ``of_run`` says."""
-    return np.asarray(table.groupby("seed")[metric].agg(ALL_METRICS[metric].of_run).to_numpy(dtype=float))
+    return np.asarray(table.groupby("seed")[metric].agg(about.of_run).to_numpy(dtype=float))
 
 
-def summarise(table: pd.DataFrame) -> pd.DataFrame:
+def summarise(table: pd.DataFrame, metrics: OwnMetrics = NO_METRICS) -> pd.DataFrame:
     """The mean and 95 % confidence interval of every metric, one row for each scenario, controller and metric.
 
     The interval is Student's over the seeds, mean ± t s/√n: it says how well n seeds fix the mean, not how far runs
     scatter. A metric that is infinite in any run (never settled, never arrived) has the mean inf and no interval.
+
+    Args:
+        table: The table of a :class:`Comparison`.
+        metrics: The user's own metrics with which the table was made, such as ``comparison.metrics``.
     """
     rows = []
-    present = {metric: about for metric, about in ALL_METRICS.items() if metric in table}
+    present = {metric: about for metric, about in {**ALL_METRICS, **own_metrics(metrics)}.items() if metric in table}
     for (scenario, name), group in table.groupby(["scenario", "controller"], sort=False):
         for metric, about in present.items():
             # A single robot in an empty world has no contacts, and not every law has an emergency rule.
             if (about.needs_others or about.needs_guard) and group[metric].isna().all():
                 continue
             # Robots of one run are not independent: the run's mean counts once.
-            values = values_of_runs(group, metric)
+            values = values_of_runs(group, metric, about)
             low, high = student(values)
             row = {"scenario": scenario, "controller": name, "metric": metric, "unit": about.unit, "seeds": len(values)}
             rows.append(row | {"mean": float(np.mean(values)), "low": low, "high": high})
@@ -163,9 +178,9 @@ def terms(comparison: Comparison) -> pd.DataFrame:
         rows.append(
             {
                 "controller": specification,
-                "label": label(specification),
+                "label": law_title(specification),
                 "level": law.level,
-                "gains": ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in gains.items()),
+                "gains": ", ".join(f"{k} = {shown_gain(v)}" for k, v in gains.items()),
             }
         )
     return pd.DataFrame(rows)

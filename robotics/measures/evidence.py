@@ -7,14 +7,15 @@ where the whole interval lies on that side, fails where the whole interval lies 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, sqrt
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 FEWEST_RUNS = 20  # of a mean that decides
 FEWEST_TRIALS = 200  # of a rate that decides
 
-Form = Literal["as printed", "corrected", "ideal"]  # the thesis's text, its corrected form, the latter without noise
+# The forms of the laws of a publication: as its text has them, corrected, and corrected without noise; "": no forms
+Form = Literal["", "as printed", "corrected", "ideal"]
 FORMS: tuple[Form, ...] = ("as printed", "corrected", "ideal")
 Outcome = Literal["holds", "fails", "open"]
 Verdict = Literal["holds", "holds in part", "does not hold", "cannot be told"]
@@ -84,21 +85,35 @@ def wilson(count: int, trials: int) -> tuple[float, float]:
     return (0.0 if count == 0 else middle - half), (1.0 if count == trials else middle + half)
 
 
+class Room(NamedTuple):
+    """How far a number must lie beyond a rival's to be less (or more); below 0: how far it may fall behind."""
+
+    margin: float = 0.0  # in the unit of the numbers
+    share: float = 0.0  # of the size of the rival's number, seed by seed
+
+
 def compared(
-    ours: np.ndarray, others: Sequence[np.ndarray], more: bool = False
+    ours: np.ndarray, others: Sequence[np.ndarray], more: bool = False, room: Room | None = None
 ) -> tuple[Estimate, float, Literal["below", "above"]]:
     """How ``ours`` (seeds,) lies to the least of ``others`` seed by seed, and the bound that it must keep to be less.
 
     Where every value is finite this is the mean difference, which must be below 0. Otherwise it is the share of seeds
     in which ours is not less, which must be below one half. With ``more`` it is the greatest of the others, and ours
-    must be greater.
+    must be greater. With ``room`` the difference must be below minus the margin; a share of the rival's number is taken
+    off that number in every seed, so that the interval also tells how well the share itself is known.
     """
+    room = room or Room()
     ours, several = np.asarray(ours, dtype=float), np.stack([np.asarray(other, dtype=float) for other in others])
     rival = several.max(axis=0) if more else several.min(axis=0)
+    if room.share:
+        rival = np.where(np.isfinite(rival), rival + (1 if more else -1) * room.share * np.abs(rival), rival)
     if np.isfinite(ours).all() and np.isfinite(rival).all():
         apart = ours - rival
-        return (exact(apart[0]) if len(apart) == 1 else mean_of(apart)), 0.0, "above" if more else "below"
-    lost = ~(ours > rival if more else ours < rival)
+        bound = room.margin if more else 0.0 - room.margin
+        return (exact(apart[0]) if len(apart) == 1 else mean_of(apart)), bound, "above" if more else "below"
+    lost = ~(ours > rival + room.margin if more else ours < rival - room.margin)
+    if min(room) < 0:  # both never: neither is worse
+        lost &= ours != rival
     return (exact(float(lost[0])) if len(lost) == 1 else rate_of(lost)), 0.5, "below"
 
 
@@ -107,7 +122,7 @@ class Part:
     """One thing that a claim says, of one form of the laws, and the number that decides it."""
 
     says: str
-    form: Form
+    form: Form = ""
     estimate: Estimate
     bound: float
     sense: Literal["below", "above"]  # on which side of the bound the number must lie
@@ -118,10 +133,15 @@ class Part:
     of: str  # the law
     against: tuple[str, ...] = ()  # the laws to which it is compared: the number is then a difference
     sides: tuple[Estimate, ...] = ()  # of a comparison: ``of`` and ``against`` by themselves
+    scale: float = 1.0  # of a comparison with a share of the rival's number: 0.9 for "10 % less"
+    fewest: int = 1  # runs without which nothing is told
+    note: str = ""  # what a reader must know of the runs, such as contacts, in a sentence
 
     @property
     def outcome(self) -> Outcome:
         """Whether the part holds, fails, or cannot be told."""
+        if self.estimate.runs < self.fewest:
+            return "open"
         low, high = self.estimate.low, self.estimate.high
         if self.sense == "above":
             low, high = -high, -low

@@ -62,7 +62,7 @@ class Claim:
     @property
     def forms(self) -> dict[Form, Verdict]:
         """The verdict on each form that is judged, by its name."""
-        found = {form: self.of(form) for form in FORMS}
+        found = {form: self.of(form) for form in ("", *FORMS)}
         return {form: judge(parts) for form, parts in found.items() if parts}
 
     def of(self, form: Form) -> tuple[Part, ...]:
@@ -72,38 +72,42 @@ class Claim:
     @property
     def measured(self) -> str:
         """What was measured of each part, and what follows: made of the numbers alone."""
-        return " ".join(f"{form.capitalize()}: {'; '.join(map(sentence, self.of(form)))}." for form in self.forms)
+        said = {form: f"{'; '.join(map(sentence, self.of(form)))}." for form in self.forms}
+        return " ".join(f"{form.capitalize()}: {words}" if form else words for form, words in said.items())
 
     def row(self) -> dict[str, str]:
-        """Its row of claims.csv."""
-        verdicts = {form.replace(" ", "_"): str(self.forms.get(form, "")) for form in FORMS}
+        """Its row of claims.csv; a column for each form, where the claim is judged by forms."""
+        verdicts = {form.replace(" ", "_"): str(self.forms.get(form, "")) for form in FORMS if "" not in self.forms}
         about = {"name": self.name, "source": self.source, "says": self.says, "verdict": str(self.verdict)}
         return about | verdicts | {"measured": self.measured, "untested": self.untested}
 
     def evidence(self) -> list[dict[str, str | float | int]]:
         """Its rows of evidence.csv, one a part."""
-        return [
-            {
-                "claim": self.name,
-                "form": part.form,
-                "says": part.says,
-                "quantity": part.quantity,
-                "on": part.on,
-                "robot": part.robots,
-                "of": part.of,
-                "against": "; ".join(part.against),
-                "kind": part.estimate.kind,
-                "value": part.estimate.value,
-                "low": part.estimate.low,
-                "high": part.estimate.high,
-                "runs": part.estimate.runs,
-                "unit": part.unit,
-                "sense": part.sense,
-                "bound": part.bound,
-                "outcome": part.outcome,
-            }
-            for part in self.parts
-        ]
+        return [self._row(part) for part in self.parts]
+
+    def _row(self, part: Part) -> dict[str, str | float | int]:
+        row: dict[str, str | float | int] = {
+            "claim": self.name,
+            "form": part.form,
+            "says": part.says,
+            "quantity": part.quantity,
+            "on": part.on,
+            "robot": part.robots,
+            "of": part.of,
+            "against": "; ".join(part.against),
+            "kind": part.estimate.kind,
+            "value": part.estimate.value,
+            "low": part.estimate.low,
+            "high": part.estimate.high,
+            "runs": part.estimate.runs,
+            "unit": part.unit,
+            "sense": part.sense,
+            "bound": part.bound,
+            "outcome": part.outcome,
+        }
+        if not part.form:
+            row |= {"scale": part.scale, "fewest": part.fewest, "note": part.note}
+        return row
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,3 +124,4 @@ class Chapter:
     films: Sequence[Film] = ()
     leads: Sequence[Lead] = ()  # who leads where, for the picture at the head of the report
     folded: str = "More tables"  # what the folded-away tables are called
+    closed: bool = False  # whether it is folded under its title, on a page that can

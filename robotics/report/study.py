@@ -1,7 +1,7 @@
 """A whole comparison in a folder: its tables, chapters that may be added, and the report."""
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,8 +14,11 @@ from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin
 from robotics.experiments.comparison import Comparison, check_comparison, compare, summarise
 from robotics.experiments.executors import uninterrupted
-from robotics.experiments.versions import versions
-from robotics.laws.catalogue import gains_of, make_controller
+from robotics.experiments.versions import digest_of, versions
+from robotics.laws.catalogue import OwnLaws, chosen_laws, files_of, gains_of, named_laws, shown_gain
+from robotics.laws.specification import Specification
+from robotics.measures.own import NO_METRICS, OwnMetrics
+from robotics.measures.registry import own_metrics
 from robotics.report.chapter import Chapter, Claim
 from robotics.report.page import draw_sections, figure_count, write_report
 from robotics.scenario.description import Scenario
@@ -39,10 +42,11 @@ class Study:
 def write_study(
     folder: Path,
     scenarios: Sequence[Scenario],
-    specifications: Sequence[str],
+    controllers: OwnLaws,
     seeds: Sequence[int],
     *,
     begin: Begin,
+    metrics: OwnMetrics = NO_METRICS,
     chapters: MakeChapters | None = None,
     report: bool = True,
     command: str | None = None,
@@ -56,19 +60,20 @@ def write_study(
     Args:
         folder: The folder of the results.
         scenarios: Scenarios of one kind.
-        specifications: Controllers, such as "csm" or "csm:k=0.3".
+        controllers: Controllers, as :func:`robotics.experiments.comparison.compare` takes them.
         seeds: The seeds.
         begin: Starts a bar of a progress display, by its text and total.
+        metrics: The user's own metrics, as :func:`robotics.experiments.comparison.compare` takes them.
         chapters: Makes chapters beside the comparison.
         report: Whether figures and the report are made.
         command: The command line that the report names.
         kept: Called with the number of rows that are written, after every scenario and controller.
 
-    Raises ComparisonError, ControllerError and OSError.
+    Raises ComparisonError, ControllerError, MetricError and OSError.
     """
-    check_comparison(scenarios, specifications)
+    check_comparison(scenarios, controllers, metrics)
     folder.mkdir(parents=True, exist_ok=True)
-    _write_configuration(folder, scenarios, specifications, seeds)
+    _write_configuration(folder, scenarios, controllers, metrics, seeds)
 
     def keep(rows: pd.DataFrame) -> None:
         with uninterrupted():  # what is said to be kept is what was written
@@ -80,9 +85,9 @@ def write_study(
         threadpool_limits(1, "blas"),
         (chapters or _no_chapters)(begin, folder, seeds[0], report) as wait,
     ):
-        advance = begin("simulating", sum(s.ticks + 1 for s in scenarios) * len(specifications))
-        comparison = compare(scenarios, specifications, seeds, advance=advance, finished=keep)
-        summary = summarise(comparison.table)
+        advance = begin("simulating", sum(s.ticks + 1 for s in scenarios) * len(controllers))
+        comparison = compare(scenarios, controllers, seeds, metrics=metrics, advance=advance, finished=keep)
+        summary = summarise(comparison.table, comparison.metrics)
         write_frame(summary, folder / "summary.csv")
         sections = draw_sections(comparison, begin("drawing", figure_count(comparison))) if report else []
         made = wait()
@@ -103,13 +108,27 @@ def _no_chapters(begin: Begin, folder: Path, seed: int, draw: bool) -> Iterator[
 
 
 def _write_configuration(
-    folder: Path, scenarios: Sequence[Scenario], specifications: Sequence[str], seeds: Sequence[int]
+    folder: Path, scenarios: Sequence[Scenario], controllers: OwnLaws, metrics: OwnMetrics, seeds: Sequence[int]
 ) -> None:
     configuration = {
         "scenarios": [scenario.name for scenario in scenarios],
-        "controllers": {law: gains_of(make_controller(law)) for law in specifications},
+        "controllers": {name: gains_of(law) for name, law in chosen_laws(controllers).items()},
+        "metrics": [*own_metrics(metrics)],
+        "files_sha256": {name: digest_of(file) for name, file in sorted(_files(controllers, metrics).items())},
         "seeds": list(seeds),
         "versions": versions(),
     }
     with replacing(folder / "configuration.json") as temporary:
-        temporary.write_text(json.dumps(configuration, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+        text = json.dumps(configuration, indent=2, ensure_ascii=False, default=shown_gain)
+        temporary.write_text(text + "\n", encoding="utf-8")
+
+
+def _files(controllers: OwnLaws, metrics: OwnMetrics) -> dict[str, Path]:
+    """The files that specifications name: of laws, their gains, and metrics."""
+    found: dict[str, Path] = {}
+    for _, law in named_laws(controllers):
+        found |= files_of(law) if isinstance(law, str) else {}
+    for metric in metrics.values() if isinstance(metrics, Mapping) else metrics:
+        if isinstance(metric, str) and (file := Specification.of(metric).file):
+            found[file] = Path(file)
+    return found

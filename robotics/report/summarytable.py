@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from robotics.experiments.comparison import Comparison, contact_runs, has_guard, summarise, values_of_runs
-from robotics.laws.catalogue import label
+from robotics.laws.catalogue import law_title
 from robotics.measures.evidence import student
 from robotics.measures.leading import Lead, lead
 from robotics.measures.registry import headlines, metrics_of
@@ -42,16 +42,16 @@ class SummaryTable(NamedTuple):
 def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
     """Make the table of the scenario with that name, from :func:`robotics.experiments.comparison.summarise`."""
     table = comparison.table[comparison.table["scenario"] == scenario]
-    summary = summarise(table).set_index(["metric", "controller"])
+    summary = summarise(table, comparison.metrics).set_index(["metric", "controller"])
     names = list(comparison.controllers)
     rows = []
     setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
     contacts = [contact_runs(table, scenario, name) for name in names] if setting.has_others else []
     touched = [count > 0 for count, _ in contacts] or [False] * len(names)
-    for metric, about in metrics_of(setting.kind, setting.has_others, has_guard(table)).items():
+    for metric, about in metrics_of(setting.kind, setting.has_others, has_guard(table), comparison.metrics).items():
         found = summary.loc[metric]
         numbers = found.reindex(names)[["mean", "low", "high"]].to_numpy(dtype=float)
-        by_seed = {n: values_of_runs(table[table["controller"] == n], metric) for n in names}
+        by_seed = {n: values_of_runs(table[table["controller"] == n], metric, about) for n in names}
         factor, unit = scale(about.unit, numbers[:, 0])
         marks = [""] * len(names)
         if not about.larger and len(found) > 1:
@@ -64,7 +64,7 @@ def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
         ]
         rows.append(Row(about.title, unit, cells))
     stopped = [table.loc[table["controller"] == n, "diverged"] for n in names]
-    return SummaryTable([label(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
+    return SummaryTable([law_title(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
 
 
 def comparison_leads(comparison: Comparison) -> list[Lead]:
@@ -74,7 +74,7 @@ def comparison_leads(comparison: Comparison) -> list[Lead]:
         metric, about = next(item for item in headlines(scenario.kind).items() if not item[1].larger)
         table = comparison.table[comparison.table["scenario"] == scenario.name]
         by_law = {name: table[table["controller"] == name] for name in comparison.controllers}
-        values = {name: values_of_runs(rows, metric) for name, rows in by_law.items()}
+        values = {name: values_of_runs(rows, metric, about) for name, rows in by_law.items()}
         contacts = {name: contact_runs(table, scenario.name, name)[0] for name in by_law}
         found.append(lead(scenario.name, about.short or about.title, about.unit, values, contacts))
     return found

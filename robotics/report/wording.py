@@ -47,6 +47,10 @@ def scaled(unit: str, value: float) -> tuple[float, str]:
 
 def reading(part: Part) -> str:
     """The number that decides a part, beside its bound; of a comparison both sides too."""
+    return _reading(part) + "".join(f"; {words}" for words in (_too_few(part), part.note) if words)
+
+
+def _reading(part: Part) -> str:
     sign = "<" if part.sense == "below" else ">"
     if not part.against:
         bound = limit(part.bound, part.unit, part.estimate.kind)
@@ -55,7 +59,14 @@ def reading(part: Part) -> str:
     sides = ", ".join(f"{n} {shown(e, part.unit)}" for n, e in zip(names, part.sides, strict=True))
     if part.estimate.kind == "rate":
         return f"{sides}; the other way round in {shown(part.estimate, '1')} of the runs, asked for < 50 %"
-    return f"{sides}; difference {shown(part.estimate, part.unit, signed=True)}, asked for {sign} 0"
+    to = "" if part.scale == 1 else f" to {100 * part.scale:g} % of it"
+    bound = limit(part.bound, part.unit).replace("-", "−") if part.bound else "0"
+    return f"{sides}; difference{to} {shown(part.estimate, part.unit, signed=True)}, asked for {sign} {bound}"
+
+
+def _too_few(part: Part) -> str:
+    runs = part.estimate.runs
+    return f"only {runs} run{'s' * (runs != 1)}, a verdict needs {part.fewest}" if runs < part.fewest else ""
 
 
 def sentence(part: Part) -> str:

@@ -18,9 +18,10 @@ from robotics.laws.setting import Kind, Setting
 from robotics.paths.offset import Offset, compile_offset
 from robotics.paths.path import PathError, Shape, compile_path
 from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import check_quantities, described, quantity
 from robotics.radio.description import Radio, RadioError
 from robotics.radio.faults import Fault
+from robotics.scenario.feasibility import demands
 from robotics.scenario.robots import STANDARD, RobotModel, load_robot
 from robotics.sensing.posture import Sensing
 from robotics.sensing.sonar import RangeSensor
@@ -34,17 +35,29 @@ class ScenarioError(InputError):
     """A scenario that cannot be run. The message names the file, line, field and accepted values."""
 
 
+class InfeasibleError(ScenarioError):
+    """A scenario with a reference that no command can follow, and in which nothing else is wrong."""
+
+    scenario: "Scenario"  # complete but for that
+
+
 @dataclass(frozen=True, kw_only=True)
 class Member:
     """One robot of a scenario: its start, path, timing, parameters and sensors. Raises ScenarioError."""
 
-    start: Pose  # x [m], y [m], heading [rad]
-    path: Shape  # in a formation by offsets an Offset, and the timing is that of its virtual robot
-    timing: Timing
-    robot: Robot = field(default_factory=lambda: load_robot(STANDARD).robot)
+    start: Pose = described(
+        "Where the robot starts: x, y and heading; with an offset it may be left out.", example=[0.0, 0.0, 0.0]
+    )
+    path: Shape = described("The path that the robot shall follow.")
+    timing: Timing = described("When the robot shall be where on its path.")
+    robot: Robot = described(
+        "Which robot this one is, instead of the one of all.", default_factory=lambda: load_robot(STANDARD).robot
+    )
     model: RobotModel | None = None  # what the robot was made of; None: only its numbers are known
-    sensing: Sensing | None = None  # its own; None: the scenario's
-    sensors: Mapping[str, RangeSensor] | None = None  # its own range sensors, by name; None: the scenario's
+    sensing: Sensing | None = described("How this robot knows its posture, instead of [sensing].", None)
+    sensors: Mapping[str, RangeSensor] | None = described(
+        "The range sensors of this robot, instead of [[sensors]].", None
+    )
 
     def __post_init__(self) -> None:
         if self.model is None and self.robot is load_robot(STANDARD).robot:  # nothing was said of it
@@ -67,20 +80,38 @@ class Scenario:
 
     name: str
     robots: tuple[Member, ...]
-    duration: float = quantity(30.0, "s", above=0, most=86400)
-    latency: float = quantity(0.0, "s", least=0, most=2)  # from deciding on a command to its effect, in steps of 10 ms
-    period: float = quantity(0.05, "s", above=0, most=1)  # of the high-level controller, in steps of 10 ms
-    plant: Literal["dynamic", "kinematic"] = "dynamic"
-    divergence: float = quantity(10.0, "m", above=0)  # a robot this far from its reference is stopped
-    sensing: Sensing = field(default_factory=Sensing)
-    sensors: Mapping[str, RangeSensor] | None = None  # those that each robot carries; None: those of its model
-    kind: Kind = "tracking"
-    controller: str = ""  # the controller to run if no other is asked for
-    radio: Radio = field(default_factory=Radio)  # of a team
-    faults: tuple[Fault, ...] = ()
-    obstacles: tuple[Obstacle, ...] = ()  # the robots do not know them, they only sense them
-    title: str = ""
-    source: str = ""  # thesis section or paper, and what was chosen here
+    duration: float = quantity(30.0, "s", above=0, most=86400, doc="How long the run lasts.")
+    latency: float = quantity(
+        0.0, "s", least=0, most=2, doc="The time from deciding on a command to its effect, in steps of 10 ms."
+    )
+    period: float = quantity(
+        0.05, "s", above=0, most=1, doc="The period in which a controller decides, in steps of 10 ms."
+    )
+    plant: Literal["dynamic", "kinematic"] = described(
+        "Whether robots have mass and motors, or do at once what is commanded.", "dynamic"
+    )
+    divergence: float = quantity(
+        10.0, "m", above=0, doc="The distance from its reference at which a robot is stopped, as diverged."
+    )
+    sensing: Sensing = described("How the robots know their posture.", default_factory=Sensing)
+    sensors: Mapping[str, RangeSensor] | None = described(
+        "The range sensors that each robot carries; left out: those of the robot's own file.", None
+    )
+    kind: Kind = described(
+        "What the robots do: each follows its own path (tracking), followers keep to a leader (formation), or all "
+        "arrive together (team).",
+        "tracking",
+    )
+    controller: str = described(
+        "The controller to run if no other is asked for: name or name:gain=value,...", "", example="fuzzy"
+    )
+    radio: Radio = described("The radio of a team.", default_factory=Radio)
+    faults: tuple[Fault, ...] = described("Faults of robots and of their radio.", ())
+    obstacles: tuple[Obstacle, ...] = described("Obstacles, which the robots do not know but only sense.", ())
+    title: str = described("What happens, in a line.", "", example="What happens")
+    source: str = described(
+        "Where the numbers come from: a paper, a section of the thesis; and what was chosen.", "", example="a choice"
+    )
     trajectory: Trajectory = field(init=False, repr=False, compare=False)
     setting: Setting = field(
         init=False, repr=False, compare=False
@@ -174,27 +205,15 @@ class Scenario:
 
     def _check_feasible(self, trajectory: Trajectory) -> None:
         """Refuse a reference that no command can follow: |v| + L |ω| beyond what the wheels can turn."""
-        # The times are 10 ms apart, not a period: a sharp corner lasts no longer.
-        span = min(self.duration, trajectory.ends.max())
-        times = np.linspace(0.0, span, min(round(span / STEP), 100_000) + 1)
-        reference = trajectory.sampled(times)
-        for i, member in enumerate(self.robots):
-            robot = member.robot
-            v, w = np.abs(reference.v[:, i]), np.abs(reference.w[:, i])
-            for need, limit, what in (
-                (v + robot.half_axle * w, robot.wheel_speed_limit, "|v| + L |ω| = {:.4g} m/s exceeds r ω_wheel ="),
-                (v, robot.v_max, "|v| = {:.4g} m/s exceeds v_max ="),
-                (w, robot.w_max, "|ω| = {:.4g} rad/s exceeds w_max ="),
-            ):
-                k = int(np.argmax(need))
-                if need[k] > limit * (1 + 1e-9):
-                    place = f"({reference.x[k, i]:.3f}, {reference.y[k, i]:.3f}) m, abscissa {reference.s[k, i]:.3f} m"
-                    problem = ScenarioError(
-                        f"robot {i + 1}: the reference is infeasible: at t = {times[k]:.2f} s, {place}, "
-                        f"{what.format(need[k])} {limit:.4g} by {need[k] - limit:.3g} "
-                        f"({100 * (need[k] / limit - 1):.1f} %); slow the timing down or smooth the path"
-                    )
-                    raise problem.about("robots", i, "timing")
+        for demand in demands([member.robot for member in self.robots], trajectory, self.duration):
+            if not demand.feasible:
+                place = f"({demand.x:.3f}, {demand.y:.3f}) m, abscissa {demand.s:.3f} m"
+                problem = InfeasibleError(
+                    f"robot {demand.robot + 1}: the reference is infeasible: at t = {demand.time:.2f} s, {place}, "
+                    f"{demand.words}; slow the timing down or smooth the path"
+                )
+                problem.scenario = self
+                raise problem.about("robots", demand.robot, "timing")
 
 
 def _trajectory(robots: tuple[Member, ...]) -> Trajectory:

@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.environment.world import Obstacle
-from robotics.laws.catalogue import make_controller
+from robotics.laws.catalogue import located, make_controller
+from robotics.laws.foreign import begun
 from robotics.laws.law import check_needs
 from robotics.paths.offset import Offset, offset_start
 from robotics.paths.path import SHAPES, PathError, Shape, compile_path
@@ -43,7 +44,7 @@ def load_scenario(name: str | FilePath) -> Scenario:
     path = FilePath(name)
     if path.suffix != ".toml":
         raise ScenarioError(f"{expected(name, scenario_names(), 'scenario')}; or the path of a .toml file")
-    return parse_scenario(read_text(path, ScenarioError), path.stem, str(path))
+    return parse_scenario(read_text(path, ScenarioError), path.stem, str(path), path.parent)
 
 
 def parse_scenario(text: str, name: str, file: str = "<text>", folder: FilePath | None = None) -> Scenario:
@@ -53,8 +54,8 @@ def parse_scenario(text: str, name: str, file: str = "<text>", folder: FilePath 
         text: The TOML text.
         name: The name of the scenario.
         file: The name of the file in messages.
-        folder: Where the files of robots are looked for first; by default in the folder of ``file``. Then in the
-            current one.
+        folder: Where files of robots and those that ``controller`` names are looked for first; by default in the folder
+            of ``file``. Then in the current one.
     """
     table = parse_table(text, file, ScenarioError)
     with placed(text, file, ScenarioError):
@@ -64,10 +65,12 @@ def parse_scenario(text: str, name: str, file: str = "<text>", folder: FilePath 
 def scenario_from_table(table: dict[str, Any], name: str, folder: FilePath = FilePath()) -> Scenario:
     """Make the scenario called ``name`` of a TOML file's ``table``, which is left as it is.
 
-    The files of robots are looked for in ``folder`` first. Raises an InputError whose ``at`` holds the keys of the
-    table that it is about.
+    The files of robots, and those that its controller names, are looked for in ``folder`` before the current one.
+    Raises an InputError whose ``at`` holds the keys of the table that it is about.
     """
     rest = dict(table)
+    if isinstance(rest.get("controller"), str):
+        rest["controller"] = located(rest["controller"], folder)
     common = None
     if "robot" in rest:
         common = chosen_robot(None, rest.pop("robot"), ("robot",), _BUILDER, folder)
@@ -86,7 +89,7 @@ def scenario_from_table(table: dict[str, Any], name: str, folder: FilePath = Fil
         try:  # its gains may not suit the graph, its messages not the radio
             law = make_controller(scenario.controller)
             check_needs(scenario.setting, law)
-            law.init(scenario.setting, 1)
+            begun(law, scenario.setting, 1)
             scenario.radio.check_bandwidth(len(robots), len(law.message))
         except RadioError as error:
             raise error.about("radio") from None
@@ -128,7 +131,7 @@ def _path(table: dict[str, Any], keys: Keys) -> Shape:
     kind = shape.pop("shape")
     if not isinstance(kind, str) or kind not in SHAPES:
         raise ScenarioError(expected(str(kind), SHAPES, "path shape")).about(*keys, "path", "shape")
-    made: Shape = _BUILDER.build(SHAPES[kind], shape, (*keys, "path"))
+    made: Shape = _BUILDER.build(SHAPES[kind], shape, (*keys, "path"), ("shape",))
     return made
 
 
@@ -155,7 +158,7 @@ def _member(table: Any, keys: Keys, virtual: tuple[Shape, Timing] | None, shared
         return _offset_member(table, keys, virtual, given)
     path = _path(table, keys)
     del table["path"]
-    return _BUILDER.build(Member, table, keys, ("robot", "sensors"), path=path, **given)
+    return _BUILDER.build(Member, table, keys, ("path", "offset", "robot", "sensors"), path=path, **given)
 
 
 def _offset_member(
@@ -185,7 +188,7 @@ def _offset_member(
     except PathError as error:
         raise error.about(*at) from None
     table = {"start": list(start), **table}
-    return _BUILDER.build(Member, table, keys, ("robot", "sensors"), path=path, timing=timing, **given)
+    return _BUILDER.build(Member, table, keys, ("offset", "robot", "sensors"), path=path, timing=timing, **given)
 
 
 def _radio(value: Any, keys: Keys) -> Radio:
@@ -196,7 +199,7 @@ def _radio(value: Any, keys: Keys) -> Radio:
         if not isinstance(preset, str) or preset not in PRESETS:
             raise ScenarioError(expected(str(preset), PRESETS, "radio preset")).about(*keys, "preset")
         table = {**PRESETS[preset], **table}
-    radio: Radio = _BUILDER.build(Radio, table, keys)
+    radio: Radio = _BUILDER.build(Radio, table, keys, ("preset",))
     return radio
 
 

@@ -12,6 +12,7 @@ from robotics.laws.catalogue import label
 from robotics.measures.arrival import ARRIVAL_SPREAD, together
 from robotics.measures.evidence import mean_of, rate_of
 from robotics.measures.leading import Lead, lead
+from robotics.measures.quantities import QUANTITIES, measured, runs_touched
 from robotics.playback.player import player_fragment
 from robotics.report.chapter import Chapter, Film, Grid, Picture
 from robotics.report.wording import shown
@@ -30,7 +31,6 @@ from robotics.thesis.avoidance_runs import (
     values,
 )
 from robotics.thesis.claims import judged
-from robotics.thesis.quantities import QUANTITIES, measured, runs_touched
 from robotics.thesis.side_by_side import side_by_side_picture, side_by_side_table
 
 Runs = dict[tuple[str, str], Run]  # by scenario and law

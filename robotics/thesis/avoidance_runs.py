@@ -14,11 +14,11 @@ from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.experiments.together import run_together
 from robotics.laws.catalogue import make_controller
+from robotics.measures.quantities import measured
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.run import Run
 from robotics.thesis.claims import Needed
 from robotics.thesis.experiment import Effort, Experiment
-from robotics.thesis.quantities import measured
 
 TESTS = ("two-meetings", "three-cross")  # tests 1 and 2 of 6.1.3
 CRASH_LAWS = ("crash-literal", "crash-yielding", "right-of-way")

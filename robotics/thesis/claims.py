@@ -1,18 +1,24 @@
-"""The thesis's claims, which stand in ``claims.toml``: the runs that they need, and the claims judged by them."""
+"""The thesis's claims, which stand in ``claims.toml``: the runs that they need, and the claims judged by them.
+
+The file's tables are those of :mod:`robotics.report.claims`, with a chapter for each claim, and in each part the laws
+in the forms ``printed``, ``corrected`` and ``ideal`` in place of ``of`` and ``against``.
+"""
 
 import re
-import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from robotics.measures.evidence import Estimate, Form, Part, compared, exact, mean_of, rate_of
+from robotics.measures.evidence import Form, Part
+from robotics.measures.quantities import QUANTITIES
+from robotics.quantity import described
 from robotics.report.chapter import Claim
-from robotics.thesis.quantities import QUANTITIES
+from robotics.report.claims import ClaimError, Condition, Measure, Statement, builder_of, decided, statements
+from robotics.tables.text import parse_table, placed
 
 _FORMS: dict[str, Form] = {
     "printed": "as printed",
@@ -29,27 +35,32 @@ class Needed(NamedTuple):
     ideal: bool
 
 
-@dataclass(frozen=True)
-class _Question:
-    """A part of a claim before anything is measured."""
+@dataclass(frozen=True, kw_only=True)
+class _Condition(Condition):
+    """A part of a claim: the laws that it compares stand in it by their form, the one that is judged first."""
 
-    says: str
-    quantity: str
-    on: str
-    robots: str
-    sense: str  # "below", "above", "less" or "more"
-    bound: float
-    unit: str
-    laws: Mapping[Form, tuple[str, ...]]
+    printed: tuple[str, ...] = described("The law as the thesis prints it, and those to which it is compared.", ())
+    corrected: tuple[str, ...] = described("Likewise without what is wrong in its text, both sides alike.", ())
+    ideal: tuple[str, ...] = described("Likewise without noise, in one run: where the claim is about an ideal.", ())
+    unit: str = described("The unit of what a chapter measures itself.", "1")
+
+    @property
+    def laws(self) -> dict[Form, tuple[str, ...]]:
+        """The laws of each form that is judged."""
+        found = {form: getattr(self, key) for key, form in _FORMS.items()}
+        return {form: laws for form, laws in found.items() if laws}
 
 
-@dataclass(frozen=True)
-class _Statement:
-    """A claim before anything is measured."""
+@dataclass(frozen=True, kw_only=True)
+class _Statement(Statement):
+    """A claim of the thesis before anything is measured."""
 
-    chapter: str
-    about: Mapping[str, str]  # the texts of a Claim, by its fields
-    questions: tuple[_Question, ...]
+    chapter: str = described("The chapter of the report that judges it.")
+
+    @property
+    def conditions(self) -> tuple[_Condition, ...]:
+        """Its parts."""
+        return tuple(part for part in self.parts if isinstance(part, _Condition))
 
 
 # Gives the numbers of a law's seeds (runs,) by quantity and whose number counts; bool where something happens or not
@@ -58,9 +69,11 @@ Measured = Callable[[Needed, str, str], np.ndarray]
 
 def needed(chapter: str) -> list[Needed]:
     """What the claims of a chapter are judged by, each once, in the order of the file."""
-    asked = [q for statement in _statements() if statement.chapter == chapter for q in statement.questions]
+    asked = [c for statement in _statements() if statement.chapter == chapter for c in statement.conditions]
     return list(
-        dict.fromkeys(Needed(q.on, law, form == "ideal") for q in asked for form in q.laws for law in q.laws[form])
+        dict.fromkeys(
+            Needed(on, law, form == "ideal") for c in asked for form in c.laws for law in c.laws[form] for on in c.on
+        )
     )
 
 
@@ -73,72 +86,36 @@ def run_file(need: Needed) -> str:
 def judged(chapter: str, values: Measured) -> list[Claim]:
     """The claims of a chapter, judged by the ``values`` that were measured."""
     return [
-        Claim(**statement.about, parts=tuple(p for q in statement.questions for p in _parts(q, values)))
+        Claim(**statement.texts, parts=tuple(p for c in statement.conditions for p in _parts(c, values)))
         for statement in _statements()
         if statement.chapter == chapter
     ]
 
 
-def _parts(question: _Question, values: Measured) -> list[Part]:
-    parts = []
-    for form, (of, *against) in question.laws.items():
-        ours, *others = (
-            values(Needed(question.on, law, form == "ideal"), question.quantity, question.robots)
-            for law in (of, *against)
+def _parts(condition: _Condition, values: Measured) -> list[Part]:
+    known = QUANTITIES.get(condition.metric)
+    measure = Measure(condition.says, known.unit if known is not None else condition.unit)
+    return [
+        decided(
+            condition,
+            measure,
+            lambda law, on=on, form=form: values(  # type: ignore[misc]
+                Needed(on, law, form == "ideal"), condition.metric, condition.robots
+            ),
+            on=on,
+            of=of,
+            against=against,
+            form=form,
         )
-        if against:
-            estimate, bound, sense = compared(ours, others, question.sense == "more")
-            sides = tuple(map(_estimate, (ours, *others)))
-        else:
-            estimate, bound, sides = _estimate(ours), question.bound, ()
-            sense = "above" if question.sense == "above" else "below"
-        parts.append(
-            Part(
-                says=question.says,
-                form=form,
-                estimate=estimate,
-                bound=bound,
-                sense=sense,
-                unit=question.unit,
-                quantity=question.quantity,
-                on=question.on,
-                robots=question.robots,
-                of=of,
-                against=tuple(against),
-                sides=sides,
-            )
-        )
-    return parts
-
-
-def _estimate(values: np.ndarray) -> Estimate:
-    if len(values) == 1:
-        return exact(values[0])
-    return rate_of(values) if values.dtype == bool else mean_of(values)
+        for on in condition.on
+        for form, (of, *against) in condition.laws.items()
+    ]
 
 
 @cache
 def _statements() -> tuple[_Statement, ...]:
-    text = (resources.files("robotics") / "thesis" / "claims.toml").read_text(encoding="utf-8")
-    return tuple(_statement(row) for row in tomllib.loads(text)["claims"])
-
-
-def _statement(row: dict[str, Any]) -> _Statement:
-    about = {name: row[name] for name in ("name", "source", "says", "untested")}
-    return _Statement(row["chapter"], about, tuple(map(_question, row["parts"])))
-
-
-def _question(row: dict[str, Any]) -> _Question:
-    (sense,) = {"below", "above", "less", "more"} & set(row)
-    laws = {form: row[key] for key, form in _FORMS.items() if key in row}
-    quantity = row["quantity"]
-    return _Question(
-        row["says"],
-        quantity,
-        row["on"],
-        "mean" if row.get("mean") else str(row.get("robot", "worst")),
-        sense,
-        float(row[sense]) if sense in ("below", "above") else 0.0,
-        QUANTITIES[quantity].unit if quantity in QUANTITIES else row.get("unit", "1"),
-        {form: (law,) if isinstance(law, str) else tuple(law) for form, law in laws.items()},
-    )
+    file = resources.files("robotics") / "thesis" / "claims.toml"
+    text, builder = file.read_text(encoding="utf-8"), builder_of(_Condition)
+    table = parse_table(text, "claims.toml", ClaimError)
+    with placed(text, "claims.toml", ClaimError):
+        return statements(table["claims"], ("claims",), builder, _Statement, _Condition)

@@ -9,12 +9,12 @@ from robotics.figures.avoidance import plot_trajectories
 from robotics.laws.catalogue import label, make_controller
 from robotics.measures.arrival import ARRIVAL_SPREAD
 from robotics.measures.evidence import mean_of, rate_of
+from robotics.measures.quantities import QUANTITIES, measured
 from robotics.report.chapter import Grid, Picture
 from robotics.report.wording import shown
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.run import Run
 from robotics.thesis.avoidance_runs import COURSES, LATEST, SIDE_BY_SIDE, TESTS, nominal_time
-from robotics.thesis.quantities import QUANTITIES, measured
 
 EMERGENCY = "emergency_share"  # the metric of laws that have an emergency rule
 

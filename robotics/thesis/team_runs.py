@@ -14,6 +14,7 @@ from robotics.experiments.scaling import Scaling
 from robotics.laws.catalogue import make_controller
 from robotics.measures.arrival import arrival_time, spread
 from robotics.measures.progress import progress_gap, true_progress
+from robotics.measures.quantities import measured, timetable_error
 from robotics.radio.faults import Fault
 from robotics.scenario.random_team import random_team
 from robotics.scenario.reading import load_scenario
@@ -22,7 +23,6 @@ from robotics.simulation.run import Run
 from robotics.thesis.claims import Needed, needed
 from robotics.thesis.driving import driven, experiments_of
 from robotics.thesis.experiment import Effort, Experiment
-from robotics.thesis.quantities import measured, timetable_error
 
 # Scenario and controllers of every experiment; the first is the one that is drawn
 EXPERIMENTS: dict[str, tuple[str, ...]] = {

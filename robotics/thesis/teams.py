@@ -12,13 +12,13 @@ from robotics.laws.catalogue import label
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.measures.evidence import mean_of, rate_of
 from robotics.measures.leading import Lead, lead
+from robotics.measures.quantities import QUANTITIES, measured, runs_touched
 from robotics.playback.player import player_fragment
 from robotics.report.chapter import Chapter, Film, Grid, Picture
 from robotics.report.wording import shown
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.run import Run
 from robotics.thesis.claims import Needed, judged
-from robotics.thesis.quantities import QUANTITIES, measured, runs_touched
 from robotics.thesis.team_runs import (
     DUELS,
     EXPERIMENTS,

@@ -17,6 +17,7 @@ from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_me
 from robotics.laws.catalogue import CATALOGUE, label, make_controller
 from robotics.laws.tracking.sliding_mode import SlidingMode, attraction
 from robotics.measures.evidence import mean_of
+from robotics.measures.quantities import QUANTITIES, measured
 from robotics.paths.path import Sine
 from robotics.paths.trajectory import Timing
 from robotics.report.chapter import Chapter, Claim, Grid, Picture
@@ -29,7 +30,6 @@ from robotics.simulation.run import Run
 from robotics.thesis.claims import Needed, judged, needed
 from robotics.thesis.driving import driven, experiments_of
 from robotics.thesis.experiment import Effort, Experiment
-from robotics.thesis.quantities import QUANTITIES, measured
 
 MODES = ("csm", "assm", "qssm", "esm")
 REALISATIONS = ("torque", "velocity")

@@ -20,7 +20,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fuzzy.errors import InputError
-from robotics.laws.catalogue import gains_of, make_controller
+from robotics.experiments.versions import digest_of
+from robotics.laws.catalogue import files_of, fis_files_named, located, make_controller
+from robotics.laws.foreign import begun
+from robotics.laws.specification import Specification
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import scenario_from_table
 from robotics.scenario.robots import robot_files, robot_tables
@@ -71,6 +74,7 @@ class Sweep:
     table: dict[str, Any] = field(repr=False)  # its TOML table, which the axes change
     controllers: tuple[str, ...]  # specifications, such as "fuzzy" or "csm:k=0.3"
     axes: tuple[Axis, ...] = ()
+    metrics: tuple[str, ...] = ()  # of the user's own: specifications, such as "mymetric.py:comfort"
     seeds: int = 1  # number of seeds
     first_seed: int = 0
     method: Method = "grid"
@@ -80,7 +84,8 @@ class Sweep:
     name: str = field(default="sweep", compare=False)
     file: str = field(default="<text>", compare=False)
     line: int = field(default=1, compare=False)  # where the file names its controllers
-    folder: Path = field(default=Path(), compare=False)  # of the scenario's file: where its robots' files are
+    folder: Path = field(default=Path(), compare=False)  # in which the controllers' files are looked for first
+    home: Path = field(default=Path(), compare=False)  # of the scenario's file: where its robots' files are
 
 
 @dataclass(frozen=True)
@@ -165,7 +170,7 @@ def scenario_at(sweep: Sweep, values: Sequence[Any]) -> Scenario:
         if axis.target == "scenario":
             keys = axis.name.split(".")
             _assign(table, keys, value, axis.name)
-    return scenario_from_table(table, sweep.scenario, sweep.folder)
+    return scenario_from_table(table, sweep.scenario, sweep.home)
 
 
 def _assign(node: Any, keys: Sequence[str], value: Any, name: str) -> None:
@@ -190,7 +195,7 @@ def _assign(node: Any, keys: Sequence[str], value: Any, name: str) -> None:
 
 
 def controller_at(sweep: Sweep, controller: str, values: Sequence[Any]) -> str:
-    """The specification of a controller with the gains of a point.
+    """The specification of a controller with the gains of a point, and with its files as seen from the current folder.
 
     Args:
         sweep: The sweep, whose axes name the gains.
@@ -200,8 +205,13 @@ def controller_at(sweep: Sweep, controller: str, values: Sequence[Any]) -> str:
     gains = [
         f"{axis.name}={value}" for axis, value in zip(sweep.axes, values, strict=True) if axis.target == "controller"
     ]
-    name, _, own = controller.partition(":")
-    return name + ":" + ",".join(filter(None, (own, *gains))) if gains else controller
+    here = located(controller, sweep.folder)
+    return str(Specification.of(here).with_gains(gains)) if gains else here
+
+
+def metrics_at(sweep: Sweep) -> list[str]:
+    """The specifications of a sweep's own metrics, with their files as seen from the current folder."""
+    return [located(name, sweep.folder) for name in sweep.metrics]
 
 
 def described(sweep: Sweep, point: int, values: Sequence[Any]) -> str:
@@ -235,7 +245,7 @@ def check_plan(plan: SweepPlan, advance: Callable[[], None] | None = None) -> No
             if last is None or own != last[0]:  # neighbours in a grid often differ in a gain only
                 last = own, scenario_at(sweep, values)
             for controller in sweep.controllers:
-                law(controller_at(sweep, controller, values)).init(last[1].setting, 1)
+                begun(law(controller_at(sweep, controller, values)), last[1].setting, 1)
         except InputError as error:
             line = _line_about(sweep, error)
             raise SweepError(f"{sweep.file}:{line}: {described(sweep, number, values)}: {error}") from None
@@ -273,6 +283,7 @@ def identity(plan: SweepPlan) -> dict[str, Any]:
         "sweep": {
             "scenario": sweep.scenario,
             "controllers": list(sweep.controllers),
+            "metrics": list(sweep.metrics),
             "seeds": sweep.seeds,
             "first_seed": sweep.first_seed,
             "method": sweep.method,
@@ -286,7 +297,7 @@ def identity(plan: SweepPlan) -> dict[str, Any]:
             ],
         },
         "scenario_sha256": digest(sweep.table),
-        "files_sha256": {name: _digest_of(path) for name, path in sorted(_files(sweep))},
+        "files_sha256": {name: digest_of(path) for name, path in sorted(_files(sweep))},
         "versions": versions(),
     }
 
@@ -304,19 +315,18 @@ def digest(value: Any) -> str:
 
 
 def _files(sweep: Sweep) -> Iterator[tuple[str, Path]]:
-    """The .fis files, or folders of them, that gains name, and the files of robots."""
-    yield from robot_files(sweep.table, sweep.folder).items()
+    """The files of robots, laws and metrics, and of rule bases that gains name; by name, from the sweep's folder."""
+    found = dict(robot_files(sweep.table, sweep.home))
     robots = {v for a in sweep.axes if a.name.split(".")[-1] in ("robot", "model") for v in a.levels}
-    yield from robot_files({"robots": [{"robot": name} for name in robots]}, sweep.folder).items()
-    texts = {v for spec in sweep.controllers for v in gains_of(make_controller(spec)).values() if isinstance(v, str)}
-    texts |= {v for a in sweep.axes if a.target == "controller" for v in a.levels if isinstance(v, str)}
-    for text in filter(None, texts):
-        path = Path(text)
-        if path.suffix == ".fis" and path.is_file():
-            yield text, path
-        elif path.is_dir():
-            yield from ((f"{text}/{file.name}", file) for file in path.glob("*.fis"))
-
-
-def _digest_of(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    found |= robot_files({"robots": [{"robot": name} for name in robots]}, sweep.home)
+    for controller in sweep.controllers:
+        found |= files_of(located(controller, sweep.folder))
+    for axis in sweep.axes:
+        for level in axis.levels:
+            if axis.target == "controller" and isinstance(level, str):
+                found |= fis_files_named(level)
+    named = [file for name in metrics_at(sweep) if (file := Specification.of(name).file)]
+    found |= {file: Path(file) for file in named}
+    for text, path in found.items():
+        inside = sweep.folder and path.is_relative_to(sweep.folder)
+        yield (path.relative_to(sweep.folder).as_posix() if inside else text), path

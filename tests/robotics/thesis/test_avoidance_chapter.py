@@ -23,6 +23,7 @@ from robotics.measures.arrival import arrival_time
 from robotics.measures.avoidance import left_behind_times, off_path_times, standing_times
 from robotics.measures.clearance import robot_gaps
 from robotics.measures.contacts import contacts
+from robotics.measures.quantities import QUANTITIES, Quantity
 from robotics.measures.teams import nearest_distance
 from robotics.measures.tracking import cross_track_error
 from robotics.report.chapter import Chapter
@@ -42,7 +43,6 @@ from robotics.thesis.avoidance_runs import (
     TESTS,
     runs_of,
 )
-from robotics.thesis.quantities import QUANTITIES, Quantity
 from robotics.thesis.side_by_side import side_by_side_picture, side_by_side_table
 from tests.drawn import vertices, y_of
 from tests.robotics.thesis.recomputed import check_recomputed
@@ -166,7 +166,7 @@ def test_three_laws_side_by_side(avoidance_results: dict[Any, Any], monkeypatch:
     # Of a law without an emergency rule the share is unknown.
     share = Quantity(lambda r: np.full(r.stopped.shape, np.nan if r.controller == SIDE_BY_SIDE[0] else 0.25), "1")
     monkeypatch.setattr("robotics.thesis.side_by_side.QUANTITIES", {**QUANTITIES, "emergency_share": share})
-    monkeypatch.setattr("robotics.thesis.quantities.QUANTITIES", {**QUANTITIES, "emergency_share": share})
+    monkeypatch.setattr("robotics.measures.quantities.QUANTITIES", {**QUANTITIES, "emergency_share": share})
     table = side_by_side_table(runs)
     assert table.head[-1] == "emergency rule"
     assert [row[-1] for row in table.rows[:3]] == ["–", "0.250", "0.250"]

@@ -11,7 +11,7 @@ from robotics.measures.contacts import Judgement, can_touch, judge, until_contac
 from robotics.measures.once import once_a_run
 from robotics.measures.progress import true_progress
 from robotics.measures.registry import ALL_METRICS
-from robotics.measures.tracking import cross_track_error, same_for_all, settling_time
+from robotics.measures.tracking import Metric, cross_track_error, same_for_all, settling_time
 from robotics.paths.posture import PostureError, posture_error
 from robotics.paths.trajectory import Reference
 from robotics.simulation.run import Run
@@ -27,6 +27,7 @@ class Quantity(NamedTuple):
     measure: Callable[[Run], np.ndarray]  # of a run: (runs, robots)
     unit: str
     larger: bool = False  # the worst robot is the one with the least
+    title: str = ""  # in words
 
 
 def timetable_error(run: Run) -> PostureError:
@@ -68,38 +69,64 @@ def _judged(run: Run) -> tuple[Judgement, Run]:
 
 
 QUANTITIES: Mapping[str, Quantity] = {
-    **{name: Quantity(metric.measure, metric.unit, metric.larger) for name, metric in ALL_METRICS.items()},
-    "contacts": Quantity(lambda r: _judged(r)[0].counts, "1"),
-    "min_clearance_m": Quantity(lambda r: _judged(r)[0].least, "m", larger=True),
-    "late_error_norm": Quantity(
-        lambda r: np.asarray(np.mean(_norm(timetable_error(r))[..., _between(r, START)], axis=-1)), "m, rad"
+    **{n: Quantity(m.measure, m.unit, m.larger, m.title) for n, m in ALL_METRICS.items()},
+    "contacts": Quantity(lambda r: _judged(r)[0].counts, "1", title=ALL_METRICS["contacts"].title),
+    "min_clearance_m": Quantity(
+        lambda r: _judged(r)[0].least, "m", larger=True, title=ALL_METRICS["min_clearance_m"].title
     ),
-    "timetable_error_norm": Quantity(lambda r: np.asarray(np.nanmean(_norm(timetable_error(r)), axis=-1)), "m, rad"),
-    "last_distance_m": Quantity(lambda r: _rms(_distance(r)[..., _between(r, r.time[-1] - LAST)]), "m"),
-    "largest_distance_m": Quantity(lambda r: np.asarray(np.nanmax(_distance(r), axis=-1)), "m"),
-    "late_cross_track_m": Quantity(lambda r: _rms(cross_track_error(r)[..., _between(r, *LATE)]), "m"),
-    "settles": Quantity(lambda r: np.isfinite(settling_time(r, _distance(r))), "1", larger=True),
-    "untouched": Quantity(lambda r: _judged(r)[0].counts == 0, "1", larger=True),
-    "off_path_s": Quantity(off_path_times, "s"),
-    "stood_s": Quantity(standing_times, "s"),
-    "left_behind_s": Quantity(left_behind_times, "s"),
-    "short_of_goal_m": Quantity(_short_of_goal, "m"),
-    "others_spread_s": Quantity(same_for_all(lambda r: spread(arrival_time(r)[:, 1:])), "s"),
+    "late_error_norm": Quantity(
+        lambda r: np.asarray(np.mean(_norm(timetable_error(r))[..., _between(r, START)], axis=-1)),
+        "m, rad",
+        title=f"mean error norm against the timetable after the first {START:g} s",
+    ),
+    "timetable_error_norm": Quantity(
+        lambda r: np.asarray(np.nanmean(_norm(timetable_error(r)), axis=-1)),
+        "m, rad",
+        title="mean error norm against the timetable",
+    ),
+    "last_distance_m": Quantity(
+        lambda r: _rms(_distance(r)[..., _between(r, r.time[-1] - LAST)]),
+        "m",
+        title=f"RMS distance to the timetable's place in the last {LAST:g} s",
+    ),
+    "largest_distance_m": Quantity(
+        lambda r: np.asarray(np.nanmax(_distance(r), axis=-1)), "m", title="largest distance to the timetable's place"
+    ),
+    "late_cross_track_m": Quantity(
+        lambda r: _rms(cross_track_error(r)[..., _between(r, *LATE)]),
+        "m",
+        title=f"RMS cross-track error from {LATE[0]:g} to {LATE[1]:g} s",
+    ),
+    "settles": Quantity(
+        lambda r: np.isfinite(settling_time(r, _distance(r))),
+        "1",
+        larger=True,
+        title="runs that settle: distance to the timetable's place below 5 cm for good",
+    ),
+    "untouched": Quantity(lambda r: _judged(r)[0].counts == 0, "1", larger=True, title="runs without contact"),
+    "off_path_s": Quantity(off_path_times, "s", title="longest time more than 0.1 m off the path"),
+    "stood_s": Quantity(standing_times, "s", title="longest time of standing still on the way"),
+    "left_behind_s": Quantity(left_behind_times, "s", title="longest time for which the group went on without it"),
+    "short_of_goal_m": Quantity(_short_of_goal, "m", title="length of path that is not driven at the end"),
+    "others_spread_s": Quantity(
+        same_for_all(lambda r: spread(arrival_time(r)[:, 1:])), "s", title="spread of the arrivals without robot 1"
+    ),
 }
 
 
+Measured = Quantity | Metric
 _WHOLE = ("contacts", "min_clearance_m", "untouched")  # these are of the whole run, the others end with a contact
 
 
-def measured(run: Run, quantity: str, robots: str = "worst") -> np.ndarray:
+def measured(run: Run, quantity: str | Measured, robots: str = "worst") -> np.ndarray:
     """The quantity of every seed (runs,), in its unit; what comes after a seed's first contact does not count.
 
     Args:
         run: The run.
-        quantity: A name of QUANTITIES.
+        quantity: A name of QUANTITIES, or what is measured itself, such as a metric of one's own.
         robots: Whose number is taken: "worst", "mean", or one robot from "1".
     """
-    about = QUANTITIES[quantity]
+    about = QUANTITIES[quantity] if isinstance(quantity, str) else quantity
     values = about.measure(_judged(run)[1] if can_touch(run) and quantity not in _WHOLE else run)
     if robots == "mean":
         return np.asarray(values.mean(axis=1))

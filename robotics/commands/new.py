@@ -1,0 +1,77 @@
+"""The command ``robotics new``: a commented, runnable file to begin with."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fuzzy.errors import InputError
+from fuzzy.files.atomic import replacing
+from fuzzy.naming import expected
+from fuzzy.shell.terminal import print_json
+from robotics.commands.filekinds import KINDS
+from robotics.commands.scenario import file_kind
+from robotics.commands.shared import Json
+from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
+
+
+def new(
+    kind: Annotated[
+        str, typer.Argument(metavar="FILEKIND", help=f"One of {', '.join((*KINDS, *TEMPLATES))}.", show_default=False)
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="FILE", help="The file. Default: my-KIND.toml, mylaw.py ...; - is stdout."),
+    ] = None,
+    variant: Annotated[
+        str | None, typer.Option("--kind", help="Of a scenario: tracking, team or formation.", show_default=False)
+    ] = None,
+    minimal: Annotated[bool, typer.Option("--minimal", help="Write only what is set, without comments.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite a file that is there already.")] = False,
+    json: Json = False,
+) -> None:
+    """Write a file that runs: what is needed is set, all that is optional stands there as a comment that explains it.
+
+    Example: robotics new scenario --kind team -o mine.toml, then robotics check mine.toml
+    """
+    from robotics.tables.template import commented_file
+
+    if kind in TEMPLATES:
+        if variant is not None or minimal:
+            raise InputError(f"--kind and --minimal belong to TOML files, not to a {kind}")
+        file = out if out is not None else Path(TEMPLATES[kind][1])
+        if str(file) == "-":
+            print(template_text(kind), end="")
+            return
+        _check_free(file, force)
+        _say(file, write_template(kind, file), json)
+        return
+    if kind not in KINDS:
+        raise InputError(expected(kind, (*KINDS, *TEMPLATES), "kind of file"))
+    made = file_kind(kind)
+    if variant is not None and variant not in made.values:
+        raise InputError(expected(variant, made.values, f"kind of {kind}"))
+    values = made.values[variant] if variant is not None else next(iter(made.values.values()))
+    file = out if out is not None else Path(f"my-{kind}.toml")
+    _check_free(file, force or str(file) == "-")
+    use = made.use.replace("FILE", str(file))
+    text = commented_file(made.table(), values, made.read, f"{made.title}: {use}", minimal)
+    if str(file) == "-":
+        print(text, end="")
+        return
+    with replacing(file) as path:
+        path.write_text(text, encoding="utf-8")
+    _say(file, use, json)
+
+
+def _check_free(file: Path, force: bool) -> None:
+    if file.exists() and not force:
+        raise InputError(f"{file} exists already, nothing was written; --force overwrites")
+
+
+def _say(file: Path, use: str, json: bool) -> None:
+    """Say which file was written, and by which command it is used."""
+    if json:
+        print_json({"file": str(file), "use": use})
+    else:
+        print(f"{file}\n  {use}")

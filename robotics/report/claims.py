@@ -1,0 +1,301 @@
+"""Claims as data: what a file says of them, and the one judge that makes parts with numbers of it.
+
+A claim has parts, and a part one relation: a metric of a law is ``below`` or ``above`` a number, it is ``less`` or
+``more`` than that of its rivals, or it is worse by less than ``no_worse_by``. How numbers become verdicts is in
+:mod:`robotics.measures.evidence`.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fuzzy.errors import InputError
+from robotics.measures.evidence import Estimate, Form, Part, Room, compared, exact, mean_of, rate_of
+from robotics.quantity import described
+from robotics.report.wording import limit
+from robotics.tables.build import Builder, Keys, Special
+
+ALL = "all"  # as the only scenario: every one of the study
+
+
+class ClaimError(InputError):
+    """A claim that cannot be judged."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Condition:
+    """A part of a claim before anything is measured: one number, and what it must be. Raises ClaimError.
+
+    Exactly one of below, above, less, more, no_worse_by and no_worse_by_percent is given.
+    """
+
+    metric: str = described(
+        "What is measured: a metric or a quantity by its name, or file.py:function of your own.", ""
+    )
+    on: tuple[str, ...] = described(
+        'The scenario on which it is measured, or several, or "all": each is a part.', (ALL,)
+    )
+    of: str = described("The controller whose number it is.", "")
+    against: tuple[str, ...] = described(
+        "The controllers to which it is compared, seed by seed; of several the best in each seed counts.", ()
+    )
+    below: float | None = described("The number must be below this, in the metric's unit.", None)
+    above: float | None = described("The number must be above this, in the metric's unit.", None)
+    less: bool = described("true: it must be less than that of every controller in against.", False)
+    more: bool = described("true: it must be more than that of every controller in against.", False)
+    no_worse_by: float | None = described(
+        "It may be worse than that of every controller in against, but by less than this (> 0, in the metric's unit).",
+        None,
+    )
+    no_worse_by_percent: float | None = described(
+        "It may be worse than that of every controller in against, but by less than this share of it (> 0, in %).", None
+    )
+    margin: float | None = described(
+        "With less or more: by how much at least (>= 0, in the metric's unit); the whole interval must keep it.", None
+    )
+    margin_percent: float | None = described(
+        "With less or more: by how much at least (>= 0, in % of the rival's number in each seed).", None
+    )
+    robot: int | None = described("The robot, from 1, whose number counts; otherwise that of the worst.", None)
+    mean: bool = described("true: the mean of the robots counts, and not the worst.", False)
+    says: str = described("What must be true, in a sentence. By default it is made of the other keys.", "")
+
+    def __post_init__(self) -> None:
+        if not self.metric:
+            raise ClaimError('what is measured? It needs metric = NAME, such as "rms_cross_track_m"').about("metric")
+        self._check_relation()
+        self._check_margin()
+        if self.robot is not None and self.robot < 1:
+            raise ClaimError(f"robot must be a whole number >= 1; got {self.robot}").about("robot")
+        if self.robot is not None and self.mean:
+            raise ClaimError("give robot or mean, not both").about("mean")
+        if not self.on:
+            raise ClaimError('on must name a scenario, or be "all"; got none').about("on")
+
+    @property
+    def relation(self) -> str:
+        """The one of RELATIONS that is given."""
+        return self._relations()[0]
+
+    @property
+    def robots(self) -> str:
+        """Whose number it is, as :func:`robotics.measures.quantities.measured` calls it."""
+        return "mean" if self.mean else "worst" if self.robot is None else str(self.robot)
+
+    @property
+    def rivals(self) -> bool:
+        """Whether it is compared to other controllers."""
+        return self.relation not in ("below", "above")
+
+    def room(self) -> Room:
+        """By how much it must be beyond its rivals, or may be behind."""
+        if self.relation == "no_worse_by":
+            return Room(margin=-(self.no_worse_by or 0.0))
+        if self.relation == "no_worse_by_percent":
+            return Room(share=-(self.no_worse_by_percent or 0.0) / 100)
+        return Room(self.margin or 0.0, (self.margin_percent or 0.0) / 100)
+
+    def _relations(self) -> list[str]:
+        return [n for n in RELATIONS if getattr(self, n) is not None and getattr(self, n) is not False]
+
+    def _check_relation(self) -> None:
+        given = self._relations()
+        if len(given) != 1:
+            what = f"got {' and '.join(given)}" if given else "got none"
+            problem = ClaimError(f"a claim's part has one relation: {', '.join(RELATIONS)}; {what}")
+            raise problem.about(given[1]) if given else problem
+        (relation,) = given
+        if not self.rivals and self.against:
+            raise ClaimError(
+                f"{relation} compares to a number, and against names controllers; "
+                "use less, more or no_worse_by, or leave against out"
+            ).about("against")
+        for name in ("no_worse_by", "no_worse_by_percent"):
+            value = getattr(self, name)
+            if value is not None and value <= 0:
+                raise ClaimError(f"{name} must be > 0, how much worse is allowed; got {value:g}").about(name)
+
+    def _check_margin(self) -> None:
+        for name in ("margin", "margin_percent"):
+            value = getattr(self, name)
+            if value is None:
+                continue
+            if self.relation not in ("less", "more"):
+                raise ClaimError(
+                    f"{name} belongs to less = true or more = true; the relation is {self.relation}"
+                ).about(name)
+            if value < 0:
+                raise ClaimError(
+                    f"{name} must be >= 0; got {value:g}; for a claim that it is not much worse write "
+                    f"no_worse_by{name.removeprefix('margin')} = {-value:g}, and no {self.relation}"
+                ).about(name)
+        if self.margin is not None and self.margin_percent is not None:
+            raise ClaimError("give margin or margin_percent, not both").about("margin_percent")
+        if self.relation == "less" and (self.margin_percent or 0.0) >= 100:
+            raise ClaimError(f"margin_percent must be < 100 with less; got {self.margin_percent:g}").about(
+                "margin_percent"
+            )
+
+
+RELATIONS = ("below", "above", "less", "more", "no_worse_by", "no_worse_by_percent")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Statement:
+    """A claim before anything is measured. Raises ClaimError."""
+
+    name: str = described("What the claim is called.", "")
+    says: str = described("What is claimed, in a sentence. Default: its name.", "")
+    source: str = described("Where the claim is made, such as a paper. May be left out.", "")
+    untested: str = described("What of it is not tested here. May be left out.", "")
+    parts: tuple[Condition, ...] = described(
+        "Its parts, tables [[claims.parts]]; of a claim with one part its keys may stand in the claim itself.", ()
+    )
+
+    def __post_init__(self) -> None:
+        if not self.name:
+            raise ClaimError('a claim needs a name, such as name = "Mine is more precise"')
+        if not self.parts:
+            raise ClaimError(
+                f"the claim {self.name!r} has no part: give metric, of and a relation, or [[claims.parts]]"
+            )
+
+    @property
+    def texts(self) -> dict[str, str]:
+        """The texts of a :class:`robotics.report.chapter.Claim`, by its fields."""
+        found = {name: getattr(self, name) for name in ("name", "says", "source", "untested")}
+        return found | {"says": self.says or self.name}
+
+
+def names_of(value: Any, keys: Keys) -> tuple[str, ...]:
+    """One text, or several in a list. Raises ClaimError."""
+    listed = [value] if isinstance(value, str) else value
+    if not (isinstance(listed, list) and listed and all(isinstance(v, str) and v for v in listed)):
+        raise ClaimError(f"{keys[-1]} must be a name in quotes, or a list of names; got {value!r}").about(*keys)
+    return tuple(listed)
+
+
+def builder_of(condition: type[Condition] = Condition, fault: type[InputError] = ClaimError) -> Builder:
+    """A reader of claims whose parts are a ``condition``, a class that may have more keys than :class:`Condition`."""
+    special: dict[Any, Special] = {tuple[str, ...]: names_of}
+    builder = Builder(fault, special)
+    special[tuple[Condition, ...]] = lambda value, keys: tuple(
+        builder.build(condition, row, (*keys, i)) for i, row in enumerate(builder.tables(value, keys))
+    )
+    return builder
+
+
+def statements(
+    value: Any, keys: Keys, builder: Builder, kind: type[Statement] = Statement, condition: type[Condition] = Condition
+) -> tuple[Any, ...]:
+    """The claims in the tables [[claims]] of a file, each of ``kind``. Raises an InputError about what is wrong."""
+    return tuple(
+        _statement(row, (*keys, i), builder, kind, condition) for i, row in enumerate(builder.tables(value, keys))
+    )
+
+
+def _statement(row: dict[str, Any], keys: Keys, builder: Builder, kind: type[Statement], condition: type[Any]) -> Any:
+    own = {f.name for f in fields(kind)}
+    inner = {f.name for f in fields(condition)} - own
+    direct = {key: value for key, value in row.items() if key in inner}
+    if not isinstance(row.get("name", ""), str):
+        raise builder.fault(f"name must be text in quotes; got {row['name']!r}").about(*keys, "name")
+    rest = {key: value for key, value in row.items() if key not in direct and key != "name"}
+    given: dict[str, Any] = {"name": row.get("name", "")}
+    if direct:
+        if "parts" in row:
+            first = next(iter(direct))
+            raise builder.fault(
+                f"{first} stands in the claim itself, which has parts: write it into one of them"
+            ).about(*keys, first)
+        given["parts"] = (builder.build(condition, direct, keys),)
+    return builder.build(kind, rest, keys, also=tuple(f.name for f in fields(condition)), **given)
+
+
+# Judging ----------------------------------------------------------------------------------------------------------
+
+
+class Measure(NamedTuple):
+    """What a part of a claim measures, as far as its words and its direction need it."""
+
+    title: str
+    unit: str
+    larger: bool = False  # larger is better
+
+
+def decided(
+    condition: Condition,
+    measure: Measure,
+    values: Callable[[str], np.ndarray],
+    *,
+    on: str,
+    of: str,
+    against: Sequence[str] = (),
+    form: Form = "",
+    fewest: int = 1,
+    note: str = "",
+) -> Part:
+    """A part of a claim with the numbers that decide it.
+
+    Args:
+        condition: The part before anything is measured.
+        measure: Of what is measured.
+        values: Gives the numbers (seeds,) of a law, in the measure's unit; bool where something happens or not.
+        on: The scenario or experiment.
+        of: The law that is judged.
+        against: The laws to which it is compared.
+        form: The form of the laws.
+        fewest: Runs without which nothing is told.
+        note: What a reader must know of the runs.
+    """
+    ours, *others = (values(law) for law in (of, *against))
+    room = condition.room()
+    if against:
+        upwards = condition.relation == "more" or (min(room) < 0 and measure.larger)
+        estimate, bound, sense = compared(ours, others, upwards, room)
+        sides = tuple(map(_estimate, (ours, *others)))
+        scale = 1 + (room.share if upwards else -room.share)
+    else:
+        estimate, sides, scale = _estimate(ours), (), 1.0
+        limits: Mapping[str, float | None] = {"below": condition.below, "above": condition.above}
+        bound = float(limits[condition.relation] or 0.0)
+        sense = "above" if condition.relation == "above" else "below"
+    return Part(
+        says=condition.says or _words(condition, measure, of, against),
+        form=form,
+        estimate=estimate,
+        bound=bound,
+        sense=sense,
+        unit=measure.unit,
+        quantity=condition.metric,
+        on=on,
+        robots=condition.robots,
+        of=of,
+        against=tuple(against),
+        sides=sides,
+        scale=scale,
+        fewest=fewest,
+        note=note,
+    )
+
+
+def _estimate(values: np.ndarray) -> Estimate:
+    if len(values) == 1:
+        return exact(values[0])
+    return rate_of(values) if values.dtype == bool else mean_of(values)
+
+
+def _words(condition: Condition, measure: Measure, of: str, against: Sequence[str]) -> str:
+    """A part's sentence, made of its keys."""
+    whose = {"worst": "", "mean": ", mean of the robots"}.get(condition.robots, f", robot {condition.robots}")
+    what, rivals = f"{of}: {measure.title}{whose}", " and of ".join(against)
+    relation, room = condition.relation, condition.room()
+    if not condition.rivals:
+        return f"{what} {relation} {limit(getattr(condition, relation), measure.unit)}"
+    apart = f"{100 * abs(room.share):g} %" if room.share else limit(abs(room.margin), measure.unit)
+    if relation.startswith("no_worse_by"):
+        return f"{what} less than {apart} worse than that of {rivals}"
+    beyond = f" by at least {apart}" if any(room) else ""
+    return f"{what} {relation} than that of {rivals}{beyond}"
