@@ -163,20 +163,20 @@ class TryoutSession:
 
     def _choose_rival(self, value: Any) -> None:
         """Take another law to compare with; the folder's are looked at only now that they are asked for."""
-        self.watched.pop("rival", None)
-        file = ""
+        file, system = "", None
         if isinstance(value, str) and value.endswith(".fis"):
-            file, self.rival_system = value, self.folder.read(value)
+            file, system = value, self.folder.read(value)
         elif isinstance(value, str) and ".py:" in value:
-            file, self.rival_system = value.rpartition(":")[0], None
+            file = value.rpartition(":")[0]
             law_path(self.folder, value)
         else:
-            self.rival_system = None
             known = [n for pairs in self._rivals().values() for n, _ in pairs]
             if value not in known:
                 raise TryoutError(expected(str(value), known, "law to compare with"))
+        self.watched.pop("rival", None)
         if file:
             self.watched["rival"] = file, changed_at(self.folder, file)
+        self.rival_system = system
         self.rival = value
         self.wanted |= {"rival"}
         self.widget.update(trial=self._trial())
