@@ -33,7 +33,7 @@ const SHEETS = ["./tryout.css", "./seeds.css", "./texteditor.css", "../../playba
 );
 const NAMES = ["choices", "files", "trial", "course", "tried", "before", "rival", "problem", "seeds"];
 const COUNTS = [1, 5, 20]; // of seeds that are run at once
-const ENDS = { contact: "Contact", stopped: "Stopped", refused: "Refused" }; // what became of a run that ended early
+const ENDS = { contact: "Contact", stopped: "Stopped", refused: "Refused", failed: "Failed" }; // what became of a run that ended early
 const COUNTED = {
   contact: "runs with a contact",
   stopped: "runs with a robot that was stopped",
@@ -361,7 +361,7 @@ export async function render({ model, el }) {
       const data = get(name);
       if (data === null) continue;
       for (const text of data.warned ?? []) gather(warned, text, name, data);
-      const found = data.why ? [["refused", data.why]] : (data.outcomes ?? []);
+      const found = data.why ? [[data.failed ? "failed" : "refused", data.why]] : (data.outcomes ?? []);
       for (const [kind, text] of found) gather(boxes, `${kind}:${text}`, name, data);
       for (const note of data.notes ?? []) told.push(`${label(name, data)}: ${note}`);
     }
