@@ -5,15 +5,45 @@
 >>> bool(run["x"].shape == (1, 1, 501))
 True
 
+Describe and simulate:
+    load_scenario, parse_scenario, scenario_names, load_robot, robot_names, Scenario and its parts (Member, Robot,
+    Timing, Radio, Fault, Sensing, RangeSensor, shapes of paths such as Sine); compile_path, formation_scenario,
+    random_team, team_toml, adjacency, laplacian; make_controller, CATALOGUE; simulate, load_run, Run
+Measure, compare and look:
+    measure_all, metrics_of, measure, measure_team, measure_formation, tracking_error, cross_track_error, arrival_time,
+    nearest_distance, progress_gap, true_progress; compare, summarise, Comparison; recovery_curve; explain_decision,
+    explain_spans; player, a run in motion
+Your own laws and metrics:
+    Law, Setting, Observation, Command, Heard, Preset, ControllerError; metric, Metric; a file or an object is accepted
+    wherever a controller or a metric is named: docs/own-law.md
+
 Each name is imported from its module when it is first used, so that the command line starts quickly.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from fuzzy.lazynames import lazy_names
 
 if TYPE_CHECKING:
     from robotics.experiments.comparison import Comparison, compare, summarise
     from robotics.experiments.recovery import Recovery, recovery_curve
+    from robotics.figures.avoidance import plot_avoidance, plot_trajectories
+    from robotics.figures.certificate import plot_certificate
+    from robotics.figures.comparison import plot_comparison
+    from robotics.figures.controllers import plot_errors, plot_paths, plot_velocities
+    from robotics.figures.distances import plot_distances
+    from robotics.figures.drawing import PlotError
+    from robotics.figures.formation_run import plot_formation
+    from robotics.figures.leads import plot_leads
+    from robotics.figures.meetings import plot_meetings
+    from robotics.figures.modes import plot_modes
+    from robotics.figures.progress import plot_progress
+    from robotics.figures.recovery import plot_recovery, plot_scaling
+    from robotics.figures.rules import plot_rules_at
+    from robotics.figures.run import plot_run
+    from robotics.figures.sonar import plot_sonar
+    from robotics.figures.states import plot_states
+    from robotics.figures.team import plot_team
     from robotics.laws.catalogue import CATALOGUE, make_controller
     from robotics.laws.law import Command, Controller, ControllerError, Law, Observation
     from robotics.laws.preset import Preset
@@ -44,20 +74,37 @@ if TYPE_CHECKING:
     from robotics.simulation.run import Run, RunError, load_run
     from robotics.vehicle.robot import Robot, RobotError
 
-_MODULES = {
+_HOMES = {
     "robotics.experiments.comparison": ("Comparison", "compare", "summarise"),
     "robotics.experiments.recovery": ("Recovery", "recovery_curve"),
+    "robotics.figures.avoidance": ("plot_avoidance", "plot_trajectories"),
+    "robotics.figures.certificate": ("plot_certificate",),
+    "robotics.figures.comparison": ("plot_comparison",),
+    "robotics.figures.controllers": ("plot_errors", "plot_paths", "plot_velocities"),
+    "robotics.figures.distances": ("plot_distances",),
+    "robotics.figures.drawing": ("PlotError",),
+    "robotics.figures.formation_run": ("plot_formation",),
+    "robotics.figures.leads": ("plot_leads",),
+    "robotics.figures.meetings": ("plot_meetings",),
+    "robotics.figures.modes": ("plot_modes",),
+    "robotics.figures.progress": ("plot_progress",),
+    "robotics.figures.recovery": ("plot_recovery", "plot_scaling"),
+    "robotics.figures.rules": ("plot_rules_at",),
+    "robotics.figures.run": ("plot_run",),
+    "robotics.figures.sonar": ("plot_sonar",),
+    "robotics.figures.states": ("plot_states",),
+    "robotics.figures.team": ("plot_team",),
     "robotics.laws.catalogue": ("CATALOGUE", "make_controller"),
     "robotics.laws.law": ("Command", "Controller", "ControllerError", "Law", "Observation"),
     "robotics.laws.preset": ("Preset",),
     "robotics.laws.setting": ("Setting",),
+    "robotics.measures.arrival": ("arrival_time",),
     "robotics.measures.explained": ("explain_decision", "explain_spans"),
     "robotics.measures.formations": ("FORMATION_METRICS", "measure_formation"),
-    "robotics.measures.registry": ("measure_all", "metrics_of"),
-    "robotics.measures.teams": ("TEAM_METRICS", "measure_team", "nearest_distance"),
-    "robotics.measures.arrival": ("arrival_time",),
     "robotics.measures.own": ("MetricError", "metric"),
     "robotics.measures.progress": ("progress_gap", "true_progress"),
+    "robotics.measures.registry": ("measure_all", "metrics_of"),
+    "robotics.measures.teams": ("TEAM_METRICS", "measure_team", "nearest_distance"),
     "robotics.measures.tracking": ("METRICS", "Metric", "cross_track_error", "measure", "tracking_error"),
     "robotics.paths.path": ("Circle", "Line", "Path", "PathError", "Quintic", "Sine", "Waypoints", "compile_path"),
     "robotics.paths.trajectory": ("Timing", "Trajectory"),
@@ -77,14 +124,8 @@ _MODULES = {
     "robotics.simulation.run": ("Run", "RunError", "load_run"),
     "robotics.vehicle.robot": ("Robot", "RobotError"),
 }
-_HOME = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
-    raise AttributeError(f"module 'robotics' has no attribute {name!r}")
-
+if not TYPE_CHECKING:  # a type checker has the names above, and sees which there are not
+    __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
     "CATALOGUE",
@@ -106,6 +147,7 @@ __all__ = [
     "Observation",
     "Path",
     "PathError",
+    "PlotError",
     "Preset",
     "Quintic",
     "Radio",
@@ -150,6 +192,26 @@ __all__ = [
     "nearest_distance",
     "parse_scenario",
     "player",
+    "plot_avoidance",
+    "plot_certificate",
+    "plot_comparison",
+    "plot_distances",
+    "plot_errors",
+    "plot_formation",
+    "plot_leads",
+    "plot_meetings",
+    "plot_modes",
+    "plot_paths",
+    "plot_progress",
+    "plot_recovery",
+    "plot_rules_at",
+    "plot_run",
+    "plot_scaling",
+    "plot_sonar",
+    "plot_states",
+    "plot_team",
+    "plot_trajectories",
+    "plot_velocities",
     "progress_gap",
     "random_team",
     "recovery_curve",

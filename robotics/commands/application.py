@@ -22,7 +22,9 @@ from robotics.commands.explain import explain
 from robotics.commands.learn import learn
 from robotics.commands.list import list_
 from robotics.commands.new import new
+from robotics.commands.plot import plot
 from robotics.commands.repeat import Stress, repeat
+from robotics.commands.robot import robot
 from robotics.commands.run import run_
 from robotics.commands.scenario import scenario
 from robotics.commands.stress import stress
@@ -43,9 +45,11 @@ app.command()(check)
 app.command("run")(run_)
 app.command()(repeat)
 app.command()(compare)
+app.command()(plot)
 app.command()(explain)
 app.command()(animate)
 app.command()(certify)
+app.command()(robot)
 app.command()(sweep)
 app.command()(team)
 

@@ -85,9 +85,7 @@ def _print(read: "Survey", found: "Inspection", picture: Path | None) -> None:
     print("robot  of         needs    limit    left     at t      x        y")
     for d in found.demands:
         unit = "rad/s" if d.limit == "turn rate" else "m/s  "
-        print(
-            f"{d.robot + 1:5}  {d.limit:9}  {d.need:6.3f}  {d.most:6.3f} {unit} {100 * d.reserve:5.1f} % {d.time:6.2f} s "
-            f"{d.x:6.2f} m {d.y:6.2f} m"
-        )
+        place = f"{d.time:6.2f} s {d.x:6.2f} m {d.y:6.2f} m"
+        print(f"{d.robot + 1:5}  {d.limit:9}  {d.need:6.3f}  {d.most:6.3f} {unit} {100 * d.reserve:5.1f} % {place}")
     if picture is not None:
         print(picture)

@@ -12,7 +12,15 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import INTERRUPTED, print_json
-from robotics.commands.shared import UNTIL_CONTACT, Json, Metric, Quiet, print_forewarnings, report_divergences
+from robotics.commands.shared import (
+    UNTIL_CONTACT,
+    Json,
+    Metric,
+    Quiet,
+    print_forewarnings,
+    print_outside,
+    report_divergences,
+)
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
@@ -115,6 +123,7 @@ def compare(
     except KeyboardInterrupt:
         print(f"robotics: interrupted; {done} of {wanted} rows are in {out / 'results.csv'}", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
+    left = print_outside(study.comparison.runs.values())
     if json:
         print_json(
             {
@@ -122,6 +131,7 @@ def compare(
                 "claims": [claim.row() for claim in study.claims],
                 "contacts": _contacts(study),
                 "diverged": study.comparison.divergences,
+                "outside": left,
                 "files": study.files,
                 "versions": versions(),
             }

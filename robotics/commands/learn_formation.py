@@ -1,5 +1,6 @@
 """The command ``robotics learn formation``: formation networks from formation data."""
 
+import os
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +11,9 @@ import typer
 from anfis.methods.catalogue import METHODS
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
-from robotics.commands.shared import Json, Quiet
+from robotics.commands.shared import Jobs, Json, Quiet
+
+PAYS = 4  # networks: more of them are learnt in several processes, which take seconds to start
 
 DRIVES = ("formation-behind", "formation-ahead")  # of a leader and its followers, from datasets/README.md
 
@@ -18,7 +21,7 @@ DRIVES = ("formation-behind", "formation-ahead")  # of a leader and its follower
 def formation(
     data: Annotated[Path, typer.Argument(metavar="DATA.csv", help="Formation data with a header line.")],
     out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder into which v_l.fis ... w_f.fis go.")
+        Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder into which v_l.fis ... or v_1.fis ... go.")
     ],
     check: Annotated[
         Path | None, typer.Option(metavar="CHECK.csv", help="Checking data with the same columns.")
@@ -43,10 +46,11 @@ def formation(
         ),
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds of each drive, from 0 on.")] = 1,
+    jobs: Jobs = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Cluster and train the four networks that drive leader and followers.
+    """Cluster and train the networks that drive a formation: the thesis's four, or two for each robot of a scenario.
 
     Example: robotics learn formation formation.csv --check check.csv -o networks --report report.html, then
     robotics run formation-behind --controller formation:networks=networks
@@ -58,6 +62,7 @@ def formation(
     from robotics.experiments.learning.formationlearning import (
         FormationLearningError,
         learn_networks,
+        outputs_of,
         steps,
         write_networks,
     )
@@ -80,8 +85,10 @@ def formation(
         if others != names:
             raise FormationLearningError(f"{check}: its columns must be those of {data}: {', '.join(names)}")
     with threadpool_limits(1, "blas"), progress_bar(quiet) as begin:  # the matrices are small
-        advance = begin("learning", steps(epochs))
-        networks = learn_networks(names, values, held, rules=rules, options=options, advance=advance)
+        outputs = outputs_of(names)
+        advance = begin("learning", steps(epochs, len(outputs)))
+        count = jobs or (min(os.cpu_count() or 1, len(outputs)) if len(outputs) > PAYS else 1)
+        networks = learn_networks(names, values, held, rules=rules, options=options, advance=advance, jobs=count)
         write_networks(networks, out, data.name)
         if report is not None:
             if drive is None and {network.output for network in networks} == set(OUTPUTS):
@@ -104,6 +111,7 @@ def formation(
         rows.append(
             {
                 "output": network.output,
+                "inputs": [variable.name for variable in network.after.inputs],
                 "rules": trial.rules,
                 "radius": trial.radius,
                 "squash": trial.options.squash,

@@ -20,6 +20,7 @@ class Section(StrEnum):
     """What can be listed."""
 
     scenarios = "scenarios"
+    robots = "robots"
     controllers = "controllers"
     rule_bases = "rule-bases"
 
@@ -27,11 +28,11 @@ class Section(StrEnum):
 def list_(
     section: Annotated[
         Section | None,
-        typer.Argument(metavar="[SECTION]", help="What to list: scenarios, controllers or rule-bases."),
+        typer.Argument(metavar="[SECTION]", help="What to list: scenarios, robots, controllers or rule-bases."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """List the scenarios, the controllers and the rule bases, those of other installed packages too.
+    """List the scenarios, the robots, the controllers and the rule bases, those of other installed packages too.
 
     Example: robotics list, or robotics list rule-bases
     """
@@ -60,6 +61,13 @@ def _scenarios() -> list[dict[str, Any]]:
 
     scenarios = [load_scenario(name) for name in scenario_names()]
     return [{"name": s.name, "kind": s.kind, "title": s.title, "source": s.source} for s in scenarios]
+
+
+def _robots() -> list[dict[str, Any]]:
+    from robotics.scenario.robots import load_robot, robot_names
+
+    models = [load_robot(name) for name in robot_names()]
+    return [{"name": m.name, "title": m.title, "source": m.source} for m in models]
 
 
 def _controllers() -> list[dict[str, Any]]:
@@ -114,12 +122,19 @@ def _rule_base_lines(row: dict[str, Any]) -> list[str]:
 
 _HEADINGS = {
     Section.scenarios: "Scenarios (a name, or the path of a .toml file)",
+    Section.robots: "Robots (a name, or the path of a .toml file; try `robotics robot NAME`, `robotics copy NAME`)",
     Section.controllers: "Controllers (a name, or name:gain=value,gain=value)",
     Section.rule_bases: "Rule bases (a name, or the path of a .fis file; try `fuzzy show NAME`, `robotics copy NAME`)",
 }
-_ROWS = {Section.scenarios: _scenarios, Section.controllers: _controllers, Section.rule_bases: _rule_bases}
+_ROWS = {
+    Section.scenarios: _scenarios,
+    Section.robots: _robots,
+    Section.controllers: _controllers,
+    Section.rule_bases: _rule_bases,
+}
 _LINES = {
     Section.scenarios: lambda row: [row["title"]],
+    Section.robots: lambda row: [row["title"]],
     Section.controllers: _controller_lines,
     Section.rule_bases: _rule_base_lines,
 }

@@ -58,6 +58,19 @@ def print_forewarnings(sentences: Iterable[str]) -> None:
         print(f"robotics: warning: {sentence}", file=sys.stderr)
 
 
+def print_outside(runs: "Iterable[Run]") -> list[dict[str, Any]]:
+    """Print on stderr, one sentence a run, which learnt systems were asked outside their data; return every input."""
+    from robotics.measures.outside import outside, outside_sentence
+
+    rows = []
+    for run in runs:
+        found = outside(run)
+        rows += [one.row() for one in found]
+        if found:
+            print(f"robotics: warning: {outside_sentence(found)}", file=sys.stderr)
+    return rows
+
+
 def print_run(
     run: "Run",
     page: Path | None,
@@ -77,6 +90,7 @@ def print_run(
     from robotics.measures.registry import ALL_METRICS, measure_all
 
     values = measure_all(run, metrics)
+    left = print_outside([run])
     if json:
         print_json(
             {
@@ -87,6 +101,7 @@ def print_run(
                 "metrics": {name: v[:, 0] if v.shape[1] == 1 else v for name, v in values.items()},
                 "contacts": _contact_rows(run),
                 "diverged": run.diverged,
+                "outside": left,
                 "versions": versions(),
             }
             | ({"outcome": outcome} if outcome is not None else {})

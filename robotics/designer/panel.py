@@ -5,6 +5,7 @@
 
 from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 
@@ -28,12 +29,13 @@ panel = TryItPanel()
 
 
 def formation_data() -> Sequence[Any]:
-    """The formation data of thesis 5.2.1 as anfis.designer.task.Generator; an entry point of the panel "Train"."""
+    """Formation data as anfis.designer.task.Generator: thesis 5.2.1's, and a scenario's; for the panel "Train"."""
     from anfis.designer.task import Generator
 
     return [
         Generator("formation-literal", "Formation data, as the thesis describes them", partial(_formation, "literal")),
         Generator("formation-well-posed", "Formation data, well-posed", partial(_formation, "well-posed")),
+        Generator("formation-scenario", "Formation data of a scenario ...", _scenario_formation, _scenario_asks),
     ]
 
 
@@ -44,3 +46,45 @@ def _formation(kind: str) -> Any:
 
     table = made(FILES[f"formation-{kind}.csv"])
     return Columns(f"formation data, {kind}", table.names, table.values, table.inputs)
+
+
+def _scenario_asks(folder: Path) -> Any:
+    """What is asked before data of a scenario are made: scenario, teacher, robot and output."""
+    from anfis.designer.task import Ask
+    from fuzzy.designer.folder import open_folder
+    from robotics.designer.folderfiles import scenario_files
+    from robotics.laws.catalogue import presets
+    from robotics.scenario.reading import scenario_names
+
+    names = [*scenario_files(open_folder(folder)), *scenario_names("formation")]
+    taught = [n for n, p in presets().items() if p.kind == "formation" and n != "formation"]
+    taught = ["leader-follower", *(n for n in taught if n != "leader-follower"), "lyapunov", "fuzzy"]
+    return (
+        Ask("scenario", "Scenario", tuple((n, n) for n in names), names[0]),
+        Ask("teacher", "Teacher", tuple((n, n) for n in taught), taught[0]),
+        Ask("robot", "Robot", (), "2"),
+        Ask("output", "Output", (("v", "speed v"), ("w", "turn rate w")), "v"),
+    )
+
+
+def _scenario_formation(folder: Path, chosen: dict[str, str]) -> Any:
+    """What one robot of a scenario knows, and what the teacher makes it do: few rows, for the page."""
+    from anfis.designer.task import Columns
+    from fuzzy.designer.folder import open_folder
+    from robotics.designer.conditions import scenario_of
+    from robotics.designer.folderfiles import read_text_file
+    from robotics.designer.uses import TryoutError
+    from robotics.experiments.learning.scenariodata import ScenarioRecipe, column, scenario_data
+
+    name, robot = chosen["scenario"], int(chosen["robot"])
+    text = read_text_file(open_folder(folder), name).text if name.endswith(".toml") else None
+    scenario = scenario_of(name, text, str(folder))
+    if robot > len(scenario.robots):
+        raise TryoutError(f"{name} has {len(scenario.robots)} robots; got robot {robot}")
+    # Robots that come back along the whole way, and no whole run: a page waits for it
+    recipe = ScenarioRecipe(teacher=chosen["teacher"], samples=1000, runs=0, places=16, starts=8, displaced=1.0)
+    table = scenario_data(scenario, recipe)
+    output = column(chosen["output"], robot)
+    columns = [*(column(n, robot) for n in table.inputs), output]
+    values = table.values[:, [table.names.index(n) for n in columns]]
+    return Columns(f"{name}, {chosen['teacher']}, robot {robot}", (*table.inputs, output), values, len(table.inputs))

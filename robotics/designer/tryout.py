@@ -25,6 +25,7 @@ from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.measures.clearance import clearances, robot_gaps
 from robotics.measures.contacts import Contact, can_touch, contact_sentences, contacts, who
+from robotics.measures.outside import outside, outside_sentence
 from robotics.measures.registry import headlines, measure_all, tried
 from robotics.measures.tracking import Metric, cross_track_error
 from robotics.playback.player import player_data
@@ -193,7 +194,10 @@ def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
         warnings.simplefilter("always")
         run = simulate(scenario, law, (trial.seed,), name=name, links=scenario.kind == "team")
     notes = dict.fromkeys(str(warning.message) for warning in told)  # the same is told every period
-    return Attempt(run, tuple(forewarnings(scenario.setting, law, "this law")), tuple(notes), scenario.divergence)
+    left = outside(run)
+    beyond = [outside_sentence(left)] if left else []
+    warned = tuple(forewarnings(scenario.setting, law, "this law"))
+    return Attempt(run, warned, (*notes, *beyond), scenario.divergence)
 
 
 def outcomes(run: Run, divergence: float, place: int = 0) -> list[list[str]]:

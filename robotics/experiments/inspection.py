@@ -77,12 +77,9 @@ def inspect_survey(read: Survey, controller: str = "") -> Inspection:
         return Inspection(None, name, tuple(findings), ())
     found = inspect_scenario(read.scenario, name)
     if read.robots != tuple(range(len(read.robots))):
-        numbers = ", ".join(
-            f"robot {n + 1} of the file as {k}" for k, n in enumerate(read.robots, start=1) if n + 1 != k
-        )
-        findings.append(
-            Finding("note", "numbers", f"robots that cannot be read are not counted: {numbers}", ("robots",))
-        )
+        shifted = [f"robot {n + 1} as {k}" for k, n in enumerate(read.robots, start=1) if n + 1 != k]
+        text = "robots that cannot be read are not counted: below stands " + ", ".join(shifted or ["none of them"])
+        findings.append(Finding("note", "numbers", text, ("robots",)))
     placed = (replace(f, at=_in_file(f.at, read.robots)) for f in found.findings)
     ordered = sorted([*findings, *placed], key=lambda f: _GRAVEST.index(f.severity))
     return Inspection(read.scenario, name, tuple(ordered), found.demands)
@@ -280,6 +277,7 @@ def _law(setting: Setting, law: Law[Any], name: str) -> Iterator[Finding]:
         check_needs(setting, law)
     except InputError as error:
         yield Finding("error", "sensors missing", str(error), ("sensors",))
+        return
     try:
         law.init(setting, 1)
     except InputError as error:

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from fuzzy.figures.drawing import DOUBLE, new_figure, style
 from robotics.experiments.comparison import Comparison, contact_runs, summarise, values_of_runs
-from robotics.figures.drawing import Look, looks_of
+from robotics.figures.drawing import Look, PlotError, looks_of
 from robotics.laws.catalogue import law_title
 from robotics.measures.registry import ALL_METRICS, headlines
 from robotics.measures.tracking import Metric
@@ -38,7 +38,7 @@ def plot_comparison(
     scenario = comparison.scenarios[0].name if scenario is None else scenario
     table = comparison.table[comparison.table["scenario"] == scenario]
     if table.empty:
-        raise ValueError(f"scenario {scenario!r} was not compared")
+        raise PlotError(f"scenario {scenario!r} was not compared")
     setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
     metrics = list(headlines(setting.kind, setting.has_others, own=comparison.metrics)) if metrics is None else metrics
     known = {**ALL_METRICS, **comparison.metrics}

@@ -9,23 +9,27 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fuzzy.errors import InputError
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
-from robotics.figures.drawing import TARGET, draw_line, last_known, mark_contacts, mark_stop, page_title, strided
+from robotics.figures.drawing import (
+    TARGET,
+    PlotError,
+    draw_line,
+    last_known,
+    mark_contacts,
+    mark_stop,
+    page_title,
+    shown_until,
+    strided,
+)
 from robotics.figures.faults import FEW
 from robotics.figures.world import draw_bodies, draw_world
 from robotics.measures.formations import ALIGNED, last_samples, leads
-from robotics.measures.standing import last_move
 from robotics.measures.tracking import cross_track_error
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
 
 _MARKS = 7  # equal times at which the robots are joined by a line
 _AFTER = 1.0  # s shown after the last robot came to rest
-
-
-class FormationPlotError(InputError):
-    """A run that has no formation to draw."""
 
 
 def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
@@ -36,15 +40,15 @@ def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
     over the ground; leads and distances are in m.
 
     Args:
-        run: A run of two or more robots.
+        run: A run of a scenario of the kind "formation".
         seed: The seed that is drawn, by default the first.
 
-    Raises FormationPlotError for a run of one robot, ReplayError for a seed that was not run.
+    Raises PlotError for a run of another kind, ReplayError for a seed that was not run.
     """
     place = seed_place(run, seed)
-    if run.samples.shape[3] < 2:
-        raise FormationPlotError(f"{run.scenario}: a formation has two robots or more, and this run has one")
-    last = min(last_move(run, place) + round(_AFTER / (run.time[1] - run.time[0])), len(run.time) - 1)
+    if run.about.kind != "formation":
+        raise PlotError(f'{run.scenario} is no formation: its kind is "{run.about.kind}"; plot_run draws it')
+    last = shown_until(run, place, _AFTER) - 1
     torque = run.level == "torque"
     command = None if torque else (run["command_1"][place], run["command_2"][place])
     wheels = run["command_1"][place], run["command_2"][place]

@@ -1,6 +1,7 @@
 """A scenario drawn to scale before it runs: paths, robots in true size, sensors, obstacles, and what was found."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -124,17 +125,18 @@ def _draw_robots(ax: Axes, scenario: Scenario, sensors: bool) -> None:
 
 
 def _draw_findings(ax: Axes, findings: Sequence[Finding]) -> None:
-    """Mark what was found, each with its number."""
-    seen: set[str] = set()
+    """Mark what was found, each with its number; at one place the gravest sign stands for all."""
+    places: dict[tuple[float, float], list[int]] = {}
     for number, finding in enumerate(findings, start=1):
-        if finding.x is None or finding.y is None:
-            continue
-        marker, color = _SIGNS[finding.severity]
-        label = None if finding.severity in seen else finding.severity
-        seen.add(finding.severity)
-        ax.plot(
-            [finding.x], [finding.y], marker=marker, color=color, markersize=6, markeredgecolor="white",
-            markeredgewidth=0.6, linestyle="none", zorder=6, label=label,
-        )  # fmt: skip
-        at = (finding.x, finding.y)
-        ax.annotate(str(number), at, (4, -8), textcoords="offset points", fontsize=7, weight="bold", zorder=6)
+        if finding.x is not None and finding.y is not None:
+            places.setdefault((round(finding.x, 2), round(finding.y, 2)), []).append(number)
+    seen: set[str] = set()
+    for at, numbers in places.items():
+        severity = findings[numbers[0] - 1].severity
+        marker, color = _SIGNS[severity]
+        sign: dict[str, Any] = {"marker": marker, "color": color, "markersize": 6, "markeredgecolor": "white"}
+        sign |= {"markeredgewidth": 0.6, "linestyle": "none", "zorder": 6}
+        ax.plot(*([v] for v in at), **sign, label=None if severity in seen else severity)
+        seen.add(severity)
+        text = ", ".join(map(str, numbers))
+        ax.annotate(text, at, (4, -8), textcoords="offset points", fontsize=7, weight="bold", zorder=6)

@@ -31,6 +31,7 @@ from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pdc import ParallelCompensation
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.quantity import accepted
+from robotics.vehicle.robot import Robot
 
 # What users hand in: specifications, laws, and pairs of a name and a law; or laws by name
 OwnLaws = Mapping[str, Law[Any] | str] | Sequence[str | Law[Any] | tuple[str, Law[Any] | str]]
@@ -453,15 +454,16 @@ def law_title(controller: str) -> str:
         return controller
 
 
-def kept_distance(controller: str) -> float | None:
-    """The distance [m] between centers that a law keeps, by its specification; None if it keeps none, or is unknown.
+def kept_distance(controller: str, robots: Sequence[Robot]) -> float | None:
+    """The distance [m] between the centers of ``robots`` that a law keeps, by its specification.
 
-    A Python file that has not run yet is not run for it: a run from a file may name any.
+    None if it keeps none, or is unknown. A Python file that has not run yet is not run for it: a run from a file may
+    name any.
     """
     about = Specification.of(controller)
     if about.file.endswith(".py") and loaded_law(about.file, about.name) is None:
         return None
     try:
-        return make_controller(controller).kept_distance
+        return make_controller(controller).kept_between(robots)
     except ControllerError:  # of a run from a file, or of a law without a preset
         return None

@@ -1,9 +1,9 @@
 """Metrics of leader-follower formations, thesis 5.2: how level robots drive, and how near their paths.
 
-Robot 1 leads. A run counts until the leader reaches the end of its path, where all robots stop. Where x grows along all
-paths, as in the thesis, a robot is where its x is; on other paths, also closed ones, it is at the abscissa of its path's
-nearest point, which is followed from the start on. The places of two robots are level with each other where their
-references are at one time.
+Robot 1 leads. A run counts until the leader reaches the end of its path, where all robots stop. Where x grows along
+all paths, as in the thesis, a robot is where its x is; on other paths, also closed ones, it is at the abscissa of its
+path's nearest point, which is followed from the start on. The places of two robots are level with each other where
+their references are at one time.
 """
 
 import numpy as np
@@ -101,9 +101,16 @@ def abscissae(run: Run) -> np.ndarray:
     return found
 
 
+@once_a_run
+def _level(run: Run) -> np.ndarray:
+    """Level abscissae [m] (robots, places): those of the references, and the ends, where a run is over before them."""
+    due, ends = run.target("s"), _paths(run).lengths
+    return due if due[0, -1] >= ends[0] - AT_END else np.concatenate([due, ends[:, None]], axis=1)
+
+
 def on_leader(run: Run) -> np.ndarray:
     """The abscissae [m] (runs, robots, samples) on the leader's path that are level with the robots."""
-    places, due = abscissae(run).copy(), run.target("s")
+    places, due = abscissae(run).copy(), _level(run)
     for i in range(1, len(due)):
         steps, which = np.unique(due[i], return_index=True)
         places[:, i] = np.interp(places[:, i], steps, due[0, which])
@@ -116,7 +123,7 @@ def place_error(run: Run) -> np.ndarray:
 
     That is the point of its path level with the leader; of the leader itself, the nearest point of its path.
     """
-    paths, due = _paths(run), run.target("s")
+    paths, due = _paths(run), _level(run)
     steps, which = np.unique(due[0], return_index=True)
     leader = abscissae(run)[:, 0]
     s = np.stack(
@@ -128,7 +135,7 @@ def place_error(run: Run) -> np.ndarray:
 
 
 def _in_formation(run: Run) -> np.ndarray:
-    """The place errors that count (runs, robots, samples), not-a-number else: after SETTLING, until the leader's end."""
+    """The place errors after SETTLING and until the leader's end (runs, robots, samples), otherwise not-a-number."""
     last = last_samples(run)
     samples = np.arange(len(run.time))
     counted = (run.time >= SETTLING) & (samples <= np.where(last >= 0, last, len(samples))[:, None])

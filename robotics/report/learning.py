@@ -450,7 +450,7 @@ def _drive(k: int, run: Run) -> Chapter:
     head = [f"robot {i + 1}" for i in range(robots)] if few else ["least", "median", "largest"]
     name = f"drive-{k + 1}"
     together = robots > 1
-    page = partial(plot_formation, run) if together and run.about.kind == "formation" else partial(plot_run, run)
+    page = partial(plot_formation if run.about.kind == "formation" else plot_run, run)
     return Chapter(
         name,
         f"The networks drive {run.scenario}",

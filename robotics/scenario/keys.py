@@ -6,6 +6,7 @@ and obstacles by their shape, presets, the virtual robot and offsets from it. A 
 
 from collections.abc import Mapping
 from functools import cache
+from math import pi
 from typing import Any
 
 from robotics.environment.world import OBSTACLES, Obstacle
@@ -147,7 +148,25 @@ def _sensors() -> Table:
         holds="word",
         words=tuple(SENSOR_PRESETS),
     )
-    keys = keys_of(RangeSensor, also=(name, preset))
+    prefix = Key(name="prefix", doc="What begins the names of a preset's sensors.", holds="text", example="rear-")
+    beams = Key(
+        name="beams",
+        doc="The number of beams of the preset lidar.",
+        holds="whole number",
+        least=2,
+        most=1e4,
+        example=121,
+    )
+    span = Key(
+        name="span",
+        doc="The angle from the first to the last beam of the preset lidar.",
+        holds="number",
+        unit="rad",
+        least=-2 * pi,
+        most=2 * pi,
+        example=4.18879,
+    )
+    keys = keys_of(RangeSensor, also=(name, preset, prefix, beams, span))
     return Table(name="sensors", doc=first_line(RangeSensor), keys=keys, one_of=(("name", "preset"),))
 
 

@@ -1,5 +1,6 @@
 """Robots as data: files that describe one with what it carries, packaged ones by name, and tables that change one."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache
@@ -7,6 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from fuzzy.files.atomic import replacing
 from fuzzy.naming import expected
 from robotics.quantity import described
 from robotics.scenario.sensortable import sensors_from_table
@@ -14,6 +16,7 @@ from robotics.sensing.sonar import RangeSensor
 from robotics.tables.build import Builder, Keys
 from robotics.tables.text import parse_table, placed, read_text
 from robotics.vehicle.robot import Robot, RobotError, merged, missing_numbers
+from robotics.vehicle.wheel_loop import Gains
 
 STANDARD = "etsro"  # the robot of a scenario that names none
 
@@ -44,11 +47,64 @@ def load_robot(name: str | Path, folder: Path = Path()) -> RobotModel:
     """
     if str(name) in robot_names():
         return _packaged(str(name))
+    text, path = robot_text(name, folder)
+    return parse_robot(text, path.stem, str(path))
+
+
+def robot_text(name: str | Path, folder: Path = Path()) -> tuple[str, Path]:
+    """The text that describes a robot, and its file; the arguments are as of :func:`load_robot`. Raises RobotError."""
     path = Path(name)
-    if path.suffix != ".toml":
+    if str(name) in robot_names():
+        path = Path(str(resources.files("robotics") / "robots" / f"{name}.toml"))
+    elif path.suffix != ".toml":
         raise RobotError(f"{expected(str(name), robot_names(), 'robot')}; or the path of a .toml file")
-    path = _place(path, folder)
-    return parse_robot(read_text(path, RobotError), path.stem, str(path))
+    else:
+        path = _place(path, folder)
+    return read_text(path, RobotError), path
+
+
+def with_numbers(text: str, numbers: Mapping[str, float]) -> str:
+    """The ``text`` of a robot's file with other ``numbers``, by the names of fields; comments stay as they are.
+
+    A number that the file does not give is added before its first table.
+    """
+    lines = text.splitlines()
+    end = next((k for k, line in enumerate(lines) if line.lstrip().startswith("[")), len(lines))
+    while end and not lines[end - 1].split("#")[0].strip():  # comments and empty lines before it belong to the table
+        end -= 1
+    for name, value in numbers.items():
+        pattern = re.compile(rf"^(\s*{re.escape(name)}\s*=\s*)[^#\s]+")
+        places = [k for k in range(end) if pattern.match(lines[k])]
+        if places:
+            lines[places[0]] = pattern.sub(rf"\g<1>{value!r}", lines[places[0]])
+        else:
+            lines.insert(end, f"{name} = {value!r}")
+            end += 1
+    return "\n".join(lines) + "\n"
+
+
+def write_tuned(name: str | Path, gains: Gains, target: Path, force: bool = False) -> None:
+    """Write a copy of a robot's file with other gains of its wheel loop; comments stay as they are.
+
+    Args:
+        name: As of :func:`load_robot`.
+        gains: The gains.
+        target: The file to write, whole or not at all.
+        force: Whether a file that is there already is overwritten.
+
+    Raises RobotError where there is a file already, and OSError where none can be written.
+    """
+    text, file = robot_text(name)
+    packaged = str(name) in robot_names()
+    if target.suffix != ".toml":
+        raise RobotError(f"{target}: the file of a robot ends in .toml")
+    if target.exists() and (packaged and target.samefile(file)):
+        raise RobotError(f"{target} is the packaged file itself: write another one")
+    if target.exists() and not force:
+        raise RobotError(f"{target} exists already, nothing was written; --force overwrites")
+    changed = {key: value for key, value in gains._asdict().items() if value or key != "kd"}
+    with replacing(target) as temporary:
+        temporary.write_text(with_numbers(text, changed), encoding="utf-8")
 
 
 def _place(path: Path, folder: Path) -> Path:
@@ -58,8 +114,7 @@ def _place(path: Path, folder: Path) -> Path:
 
 @cache
 def _packaged(name: str) -> RobotModel:
-    file = resources.files("robotics") / "robots" / f"{name}.toml"
-    return parse_robot(file.read_text(encoding="utf-8"), name, f"{name}.toml")
+    return parse_robot(robot_text(name)[0], name, f"{name}.toml")
 
 
 def parse_robot(text: str, name: str, file: str = "<text>") -> RobotModel:

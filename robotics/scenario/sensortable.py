@@ -8,6 +8,7 @@ from robotics.sensing.sonar import PRESETS, RangeSensor, lidar, sonar
 from robotics.tables.build import Builder, Keys
 from robotics.vehicle.robot import Robot
 
+PRESET_KEYS = ("name", "preset", "prefix", "beams", "span")  # those that are no fields of RangeSensor
 SCANNER = ("beams", "span", "axis")  # of the preset "lidar", whose beams have no axis in common
 
 
@@ -43,7 +44,7 @@ def _sensors(row: dict[str, Any], at: Keys, builder: Builder, robot: Robot) -> d
             raise builder.fault(text).about(*at)
         if "prefix" in row:
             raise builder.fault("prefix belongs to a preset, whose sensors' names it begins").about(*at, "prefix")
-        return {name: builder.build(RangeSensor, own, at)}
+        return {name: builder.build(RangeSensor, own, at, PRESET_KEYS)}
     preset, prefix = row["preset"], row.get("prefix", "")
     if "name" in row or not isinstance(preset, str) or preset not in PRESETS:
         what = expected(str(preset), PRESETS, "sensor preset")
@@ -59,6 +60,8 @@ def _sensors(row: dict[str, Any], at: Keys, builder: Builder, robot: Robot) -> d
         except InputError as error:
             raise error.about(*at) from None
     return {
-        prefix + name: builder.build(RangeSensor, {k: v for k, v in vars(sensor).items() if v is not None} | own, at)
+        prefix + name: builder.build(
+            RangeSensor, {k: v for k, v in vars(sensor).items() if v is not None} | own, at, PRESET_KEYS
+        )
         for name, sensor in sensors.items()
     }

@@ -20,7 +20,7 @@ from robotics.tables.text import parse_table, read_text
 
 MOST = 200  # faults that are looked for
 # The keys that count the robots, without the numbers of entries: wrong as soon as one robot is left out
-_COUNTING = (
+_COUNTING: tuple[tuple[str, ...], ...] = (
     (),
     ("robots",),
     ("virtual",),
@@ -110,14 +110,15 @@ class _Rest:
 
     def original(self, at: Keys) -> Keys:
         """The keys in the file of what now stands at ``at``."""
-        node, found = self.table, []
+        node: Any = self.table
+        found: list[str | int] = []
         for key in at:
-            entry = isinstance(node, list) and isinstance(key, int) and id(node) in self.numbers
-            found.append(self.numbers[id(node)][key] if entry and key < len(self.numbers[id(node)]) else key)
+            numbers = self.numbers.get(id(node), []) if isinstance(node, list) else []
+            found.append(numbers[key] if isinstance(key, int) and key < len(numbers) else key)
             try:
-                node = node[key]  # type: ignore[index]
+                node = node[key]
             except (KeyError, IndexError, TypeError):
-                node = None  # type: ignore[assignment]
+                node = None
         return tuple(found)
 
     def explains(self, at: Keys) -> bool:
@@ -132,17 +133,19 @@ class _Rest:
         """Leave out what stands at ``at``, or the innermost table around it; False if there is nothing."""
         places: list[tuple[Any, Any]] = []
         node: Any = self.table
-        for key in at:
-            if (isinstance(node, dict) and key in node) or (isinstance(node, list) and key in range(len(node))):
-                places.append((node, key))
-                node = node[key]
+        step: Any
+        for step in at:
+            known: Any = node if isinstance(node, dict) else range(len(node)) if isinstance(node, list) else ()
+            if step in known:
+                places.append((node, step))
+                node = node[step]
             else:
                 break
         if not places:
             return False
-        inside, key = places[-1]
+        inside, last = places[-1]
         self.dropped.append(self.original(at[: len(places)]))
         if isinstance(inside, list):
-            self.numbers.setdefault(id(inside), list(range(len(inside)))).pop(key)
-        del inside[key]
+            self.numbers.setdefault(id(inside), list(range(len(inside)))).pop(last)
+        del inside[last]
         return True

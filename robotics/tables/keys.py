@@ -5,6 +5,7 @@ its unit, range and sentence is told once. What a dataclass cannot tell (tables 
 fields) is handed in as data. Explanations, schemas, commented files and pages are made of the descriptions.
 """
 
+import re
 import types
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
@@ -231,7 +232,7 @@ def find(table: Table, name: str) -> list[Placed]:
 
     Raises KeyUnknownError for a name that no key has.
     """
-    wanted = name.replace("[", "").replace("]", "").strip(". ")
+    wanted = re.sub(r"[\[\]\s.]+", ".", name).strip(".")
     every = list(walk(table))
     found = [p for p in every if p.path == wanted]
     if not found:

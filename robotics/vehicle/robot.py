@@ -61,9 +61,9 @@ class Robot:
         above=0, most=10,
     )  # fmt: skip
     width: float = _needed("m", "The size across the heading, wheels included.", above=0, most=10)
-    mass_offset: float = quantity(
-        0.0, "m", least=-10, most=10,
-        doc="From the axle forward to the center of mass of the body (d); negative: it lies behind the axle.",
+    mass_offset: float = _derived(
+        "m", "From the axle forward to the center of mass of the body (d); negative: it lies behind the axle.",
+        "0: the center of mass is over the axle, as that of the outline is", lambda r: 0.0, least=-10, most=10,
     )  # fmt: skip
     body_inertia: float = _derived(
         "kg m²", "The inertia of the body about the vertical through its center of mass (I_c).",
@@ -109,7 +109,7 @@ class Robot:
     torque_limit: float = _derived(
         "N m", "The highest torque of one wheel, where its tyre slips or its motor stalls.",
         f"the smaller of torque_constant supply_voltage, where the motor stalls, and of {GRIP:g} g wheel_radius "
-        "(effective mass) / 2, where the tyre slips: rubber grips hard floors with 0.8, castors bear 30 % of the weight",
+        "(effective mass) / 2, where the tyre slips: rubber has 0.8 on hard floors, castors bear 30 % of the weight",
         lambda r: min(r.torque_constant * r.supply_voltage, GRIP * GRAVITY * r.wheel_load / r.wheel_radius), above=0,
     )  # fmt: skip
     friction_torque: float = _derived(
@@ -126,9 +126,10 @@ class Robot:
     counts_per_turn: float = _needed("counts", "What an encoder counts in one turn of the wheel.", above=0)
     kp: float = _derived(
         "V s/rad", "The proportional gain of the wheel loop.",
-        "J / (torque_constant λ) with J = wheel_radius² (effective mass) / 2 for each wheel and λ = max(0.04 s, T/2), "
-        "T = J / (torque_constant back_emf): with ki the motor's pole is cancelled, and the loop settles with the time "
-        "constant λ, twice as fast as the motor alone",
+        "J / (torque_constant λ) with J = wheel_radius² (effective mass) / 2 for each wheel, and λ the greatest of "
+        "0.04 s, T/2 with the motor's T = J / (torque_constant back_emf), and J supply_voltage / (4 back_emf "
+        "torque_limit): with ki the motor's pole is cancelled, and the loop settles with the time constant λ, at most "
+        "twice as fast as the motor alone, and a step to a quarter of the top speed stays below the torque limit",
         lambda r: r.wheel_load / (r.torque_constant * r.loop_time), least=0,
     )  # fmt: skip
     ki: float = _derived(
@@ -136,12 +137,14 @@ class Robot:
         "kp torque_constant back_emf / J: the zero of the loop cancels the motor's pole",
         lambda r: r.kp * r.torque_constant * r.back_emf / r.wheel_load, least=0,
     )  # fmt: skip
-    kd: float = quantity(
-        0.0, "V s²/rad", least=0, doc="The gain of the wheel loop on the measured acceleration of the wheel."
-    )
-    filter_frequency: float = quantity(
-        0.0, "Hz", least=0, most=49, doc="The corner of the low-pass on the measured wheel speed; 0: there is none."
-    )
+    kd: float = _derived(
+        "V s²/rad", "The gain of the wheel loop on the measured acceleration of the wheel.",
+        "0: a PI loop is enough for a motor that is a lag of first order", lambda r: 0.0, least=0,
+    )  # fmt: skip
+    filter_frequency: float = _derived(
+        "Hz", "The corner of the low-pass on the measured wheel speed; 0: there is none.",
+        "0: no low-pass, which would delay the loop", lambda r: 0.0, least=0, most=49,
+    )  # fmt: skip
     # Limits of the command
     wheel_speed_max: float = _derived(
         "rad/s", "The highest speed of a wheel.",
@@ -224,8 +227,9 @@ class Robot:
 
     @property
     def loop_time(self) -> float:
-        """λ = max(0.04 s, T/2) [s]: the time constant that derived gains give the wheel loop."""
-        return max(FASTEST_LOOP, self.motor_time / 2)
+        """λ [s], the time constant that derived gains give the wheel loop: see the rule of kp."""
+        quarter = self.wheel_load * self.supply_voltage / (4 * self.back_emf * self.torque_limit)
+        return max(FASTEST_LOOP, self.motor_time / 2, quarter)
 
     @property
     def mass(self) -> float:

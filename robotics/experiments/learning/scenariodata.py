@@ -126,8 +126,9 @@ def scenario_data(scenario: Scenario, recipe: ScenarioRecipe, advance: Callable[
         rows = _rows(scenario.setting, law, recipe.seeds)
         step()
         parts.append(_drawn(rows, recipe.samples - displaced, rng))
-    if displaced:
-        parts.append(_drawn(_displaced_rows(scenario.setting, law, recipe, rng, step), displaced, rng))
+    if displaced:  # more of them, where the runs are short
+        more = recipe.samples - sum(map(len, parts))
+        parts.append(_drawn(_displaced_rows(scenario.setting, law, recipe, rng, step), more, rng))
     values = np.round(np.concatenate(parts), 6) + 0.0  # + 0.0: no -0
     if not len(values):
         raise FormationDataError(f"{scenario.name}: no row is left: nothing is known of what the networks shall know")

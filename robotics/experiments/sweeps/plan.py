@@ -327,7 +327,6 @@ def _files(sweep: Sweep) -> Iterator[tuple[str, Path]]:
                 found |= fis_files_named(level)
     named = [file for name in metrics_at(sweep) if (file := Specification.of(name).file)]
     found |= {file: Path(file) for file in named}
-    listed = " ".join((*sweep.controllers, *sweep.metrics))
     for text, path in found.items():
-        there = text not in listed and path.is_relative_to(sweep.folder)  # as the sweep's file has it, from its folder
-        yield (path.relative_to(sweep.folder).as_posix() if there else text), path
+        inside = sweep.folder and path.is_relative_to(sweep.folder)
+        yield (path.relative_to(sweep.folder).as_posix() if inside else text), path

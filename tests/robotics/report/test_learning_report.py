@@ -16,7 +16,8 @@ from fuzzy.files.table import read_table, write_table
 from robotics.commands.application import main
 from robotics.experiments.learning.formationdata import Recipe, checking, formation_data
 from robotics.experiments.learning.formationlearning import Learnt, learn_network
-from robotics.figures.formation_run import FormationPlotError, plot_formation
+from robotics.figures.drawing import PlotError
+from robotics.figures.formation_run import plot_formation
 from robotics.figures.formations import ShareOfRange, plot_search_and_epochs, plot_shares, plot_stages
 from robotics.measures.formations import leads
 from robotics.report.learning import (
@@ -201,8 +202,8 @@ def test_a_formation_of_a_run(data: Path) -> None:
     labels = [ax.get_ylabel() for ax in (top, lead, off, v, w, right, left)]
     assert all("[" in label for label in labels)
     assert lead.get_xlim()[0] == 0.0
-    with pytest.raises(FormationPlotError, match="two robots or more"):
-        plot_formation(_of_robot_1(run))
+    with pytest.raises(PlotError, match='short is no formation: its kind is "team"; plot_run draws it'):
+        plot_formation(replace(run, about=replace(run.about, kind="team")))
 
 
 def driven(data: Path) -> Run:
@@ -211,10 +212,6 @@ def driven(data: Path) -> Run:
     from robotics.simulation.loop import simulate
 
     return simulate(load_scenario(str(data / "short.toml")), make_controller("formation"), [0], name="formation")
-
-
-def _of_robot_1(run: Run) -> Run:
-    return run.with_recorded(samples=run.samples[..., :1])
 
 
 @pytest.mark.parametrize(
