@@ -147,7 +147,10 @@ def _seeds(page: Any) -> None:
 
 def _editing(page: Any) -> None:
     page.get_by_label("Scenario", exact=True).select_option("past-a-post.toml")
+    page.wait_for_selector(".fd-tryout .se-stale")
     _until_seeds(page)
+    page.wait_for_selector(".fleet-player canvas")
+    _until_run(page, columns=4)
     page.get_by_role("button", name="Edit the scenario's file").click()
     page.get_by_label("Text of the scenario past-a-post.toml").press("Control+End")
     page.evaluate("document.activeElement.blur()")

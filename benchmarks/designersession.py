@@ -33,7 +33,7 @@ timing = { duration = 10.0 }
 
 [[obstacles]]
 shape = "disc"
-position = [1.5, 0.22]
+position = [1.5, 0.205]
 radius = 0.1
 """
 _START = "import sys; from fuzzy.commands.application import main; sys.exit(main(sys.argv[1:]))"
