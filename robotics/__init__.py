@@ -20,9 +20,9 @@ Your own laws and metrics:
 Each name is imported from its module when it is first used, so that the command line starts quickly.
 """
 
-from typing import TYPE_CHECKING
-
 from fuzzy.lazynames import lazy_names
+
+TYPE_CHECKING = False  # type checkers take it as true by its name; importing typing would double the time
 
 if TYPE_CHECKING:
     from robotics.experiments.comparison import Comparison, compare, summarise
