@@ -26,7 +26,7 @@ from robotics.figures.drawing import (
     strided,
 )
 from robotics.figures.run import plot_run
-from robotics.laws.catalogue import label
+from robotics.laws.catalogue import law_title
 from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.simulation.run import Run
 from robotics.vehicle.robot import Robot
@@ -87,7 +87,7 @@ def _points(run: Run) -> np.ndarray:
 def _draw_paths(ax: Axes, run: Run, look: Look, scale: float, center: tuple[float, float] = (0.0, 0.0)) -> None:
     for i in range(len(run.paths)):
         x, y = (scale * (run[axis][0, i] - c) for axis, c in zip("xy", center, strict=True))
-        ax.plot(*strided(x, y), color=look.color, linestyle=look.line, label=label(run.controller))
+        ax.plot(*strided(x, y), color=look.color, linestyle=look.line, label=law_title(run.controller))
         if run.diverged[0, i] and (k := last_known(x)) >= 0:
             mark_stop(ax, x[k], y[k], look.color)
     mark_contacts(ax, run, 0, scale=scale, center=center)
@@ -198,7 +198,7 @@ def plot_errors(
                         linestyle=look.line,
                         linewidth=1.0,
                         zorder=2 + 0.01 * depth,
-                        label=label(run.controller),
+                        label=law_title(run.controller),
                     )
                     k = last_known(error)
                     if run.diverged[0, robot] and k >= 0 and shown[k]:
@@ -254,7 +254,7 @@ def plot_velocities(
                 for side in (-1, 1):
                     if limit is not None and np.nanmax(side * speeds) > 0.8 * limit:
                         ax.axhline(side * limit, color="0.2", linewidth=0.7, linestyle=(0, (1, 1.5)), label="limit")
-            axes[0].set_title(label(run.controller), loc="left", pad=2.0, parse_math=False)
+            axes[0].set_title(law_title(run.controller), loc="left", pad=2.0, parse_math=False)
         for ax in grid[-1]:
             ax.set_xlabel("time [s]")
         _place_rows(figure, len(drawn))

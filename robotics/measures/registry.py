@@ -46,14 +46,14 @@ def tried(kind: str, others: bool | None = None) -> dict[str, Metric]:
     return dict(sorted(found, key=lambda item: len(item[1].kinds)))
 
 
-def measure_all(run: Run) -> dict[str, np.ndarray]:
-    """Measure every metric that belongs to the run's scenario, each (runs, robots).
+def measure_all(run: Run, own: Mapping[str, Metric] | None = None) -> dict[str, np.ndarray]:
+    """Measure every metric that belongs to the run's scenario, and those of one's ``own``, each (runs, robots).
 
     What comes after a run's first contact is no result: all metrics but those of CONTACT_METRICS are measured on the
     samples up to then. A run's numbers do not depend, to the last bit, on which runs are beside it.
     """
     laid = run.time_innermost()
-    wanted = metrics_of(run.about.kind, can_touch(run), run.guarded is not None)
+    wanted = metrics_of(run.about.kind, can_touch(run), run.guarded is not None) | dict(own or {})
     if not can_touch(run):
         return {name: metric.measure(laid) for name, metric in wanted.items()}
     judged = judge(run)

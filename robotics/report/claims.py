@@ -6,7 +6,7 @@ A claim has parts, and a part one relation: a metric of a law is ``below`` or ``
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -153,6 +153,7 @@ class Statement:
     parts: tuple[Condition, ...] = described(
         "Its parts, tables [[claims.parts]]; of a claim with one part its keys may stand in the claim itself.", ()
     )
+    direct: bool = field(default=False, compare=False)  # whether the keys of its one part stand in the claim itself
 
     def __post_init__(self) -> None:
         if not self.name:
@@ -197,13 +198,13 @@ def statements(
 
 
 def _statement(row: dict[str, Any], keys: Keys, builder: Builder, kind: type[Statement], condition: type[Any]) -> Any:
-    own = {f.name for f in fields(kind)}
+    own = {f.name for f in fields(kind)} - {"direct"}
     inner = {f.name for f in fields(condition)} - own
     direct = {key: value for key, value in row.items() if key in inner}
     if not isinstance(row.get("name", ""), str):
         raise builder.fault(f"name must be text in quotes; got {row['name']!r}").about(*keys, "name")
     rest = {key: value for key, value in row.items() if key not in direct and key != "name"}
-    given: dict[str, Any] = {"name": row.get("name", "")}
+    given: dict[str, Any] = {"name": row.get("name", ""), "direct": bool(direct)}
     if direct:
         if "parts" in row:
             first = next(iter(direct))

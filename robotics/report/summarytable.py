@@ -1,15 +1,18 @@
 """The numbers of one scenario as a table to read: a row for each metric, a column for each controller."""
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from robotics.experiments.comparison import Comparison, contact_runs, has_guard, summarise, values_of_runs
-from robotics.laws.catalogue import label
+from robotics.laws.catalogue import law_title
 from robotics.measures.evidence import student
 from robotics.measures.leading import Lead, lead
 from robotics.measures.registry import headlines, metrics_of
+from robotics.measures.tracking import Metric
 from robotics.report.wording import places_of
+from robotics.scenario.description import Scenario
 
 _PREFIXED = ("m", "rad", "m/s")  # units that may take the prefix milli
 
@@ -39,19 +42,23 @@ class SummaryTable(NamedTuple):
     contacts: list[tuple[int, int]]  # runs with a contact, and all runs; empty where there is nothing to touch
 
 
-def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
-    """Make the table of the scenario with that name, from :func:`robotics.experiments.comparison.summarise`."""
+def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = ()) -> SummaryTable:
+    """Make the table of the scenario with that name, from :func:`robotics.experiments.comparison.summarise`.
+
+    The metrics ``first`` come before the others.
+    """
     table = comparison.table[comparison.table["scenario"] == scenario]
-    summary = summarise(table).set_index(["metric", "controller"])
+    summary = summarise(table, comparison.metrics).set_index(["metric", "controller"])
     names = list(comparison.controllers)
     rows = []
     setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
     contacts = [contact_runs(table, scenario, name) for name in names] if setting.has_others else []
     touched = [count > 0 for count, _ in contacts] or [False] * len(names)
-    for metric, about in metrics_of(setting.kind, setting.has_others, has_guard(table)).items():
+    known = metrics_of(setting.kind, setting.has_others, has_guard(table)) | dict(comparison.metrics)
+    for metric, about in in_order(known, first).items():
         found = summary.loc[metric]
         numbers = found.reindex(names)[["mean", "low", "high"]].to_numpy(dtype=float)
-        by_seed = {n: values_of_runs(table[table["controller"] == n], metric) for n in names}
+        by_seed = {n: values_of_runs(table[table["controller"] == n], metric, about) for n in names}
         factor, unit = scale(about.unit, numbers[:, 0])
         marks = [""] * len(names)
         if not about.larger and len(found) > 1:
@@ -64,17 +71,35 @@ def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
         ]
         rows.append(Row(about.title, unit, cells))
     stopped = [table.loc[table["controller"] == n, "diverged"] for n in names]
-    return SummaryTable([label(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
+    return SummaryTable([law_title(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
 
 
-def comparison_leads(comparison: Comparison) -> list[Lead]:
-    """Who leads in each scenario, by the first metric that a comparison's short table shows."""
+def in_order(known: Mapping[str, Metric], first: Sequence[str]) -> dict[str, Metric]:
+    """The ``known`` metrics, those of ``first`` that are among them before the others."""
+    return {name: known[name] for name in dict.fromkeys([*first, *known]) if name in known}
+
+
+def shown_metrics(
+    comparison: Comparison, scenario: Scenario, first: Sequence[str] = (), others: bool | None = None
+) -> dict[str, Metric]:
+    """The few metrics that a report shows on a scenario: those of ``first`` that are measured there, then headlines.
+
+    ``others`` is as of :func:`robotics.measures.registry.headlines`.
+    """
+    table = comparison.table[comparison.table["scenario"] == scenario.name]
+    known = metrics_of(scenario.kind, scenario.setting.has_others, has_guard(table)) | dict(comparison.metrics)
+    return {name: known[name] for name in first if name in known} | headlines(scenario.kind, others)
+
+
+def comparison_leads(comparison: Comparison, first: Sequence[str] = ()) -> list[Lead]:
+    """Who leads in each scenario, by the first metric of :func:`shown_metrics` of which less is better."""
     found = []
     for scenario in comparison.scenarios:
-        metric, about = next(item for item in headlines(scenario.kind).items() if not item[1].larger)
+        shown = shown_metrics(comparison, scenario, first)
+        metric, about = next(item for item in shown.items() if not item[1].larger)
         table = comparison.table[comparison.table["scenario"] == scenario.name]
         by_law = {name: table[table["controller"] == name] for name in comparison.controllers}
-        values = {name: values_of_runs(rows, metric) for name, rows in by_law.items()}
+        values = {name: values_of_runs(rows, metric, about) for name, rows in by_law.items()}
         contacts = {name: contact_runs(table, scenario.name, name)[0] for name in by_law}
         found.append(lead(scenario.name, about.short or about.title, about.unit, values, contacts))
     return found
