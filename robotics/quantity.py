@@ -12,7 +12,14 @@ from fuzzy.errors import InputError
 
 
 def quantity(
-    default: Any, unit: str, *, above: float = -inf, least: float = -inf, most: float = inf, doc: str = ""
+    default: Any,
+    unit: str,
+    *,
+    above: float = -inf,
+    least: float = -inf,
+    most: float = inf,
+    doc: str = "",
+    example: float | None = None,
 ) -> Any:
     """Declare a dataclass field that is a number with a unit; :func:`check_quantities` holds it to its range.
 
@@ -22,31 +29,49 @@ def quantity(
         above: The number must be greater.
         least: The number must be this or greater.
         most: The number must be this or smaller.
-        doc: A sentence for programs that show the field.
+        doc: A sentence for programs and files that show the field.
+        example: A value to show where the default is None.
     """
-    return field(default=default, metadata={"unit": unit, "above": above, "least": least, "most": most, "doc": doc})
+    metadata = {"unit": unit, "above": above, "least": least, "most": most, "doc": doc, "example": example}
+    return field(default=default, metadata=metadata)
 
 
-def described(doc: str, default: Any = MISSING, *, default_factory: Any = MISSING) -> Any:
+def whole(default: Any, *, least: int, most: float = inf, doc: str, example: int | None = None) -> Any:
+    """Declare a dataclass field that is a whole number from ``least`` to ``most``, such as a count.
+
+    :func:`check_quantities` holds it to its range. The other arguments are as of :func:`quantity`; the default may be
+    dataclasses.MISSING for a field that must be given.
+    """
+    metadata = {"whole": True, "above": -inf, "least": least, "most": most, "doc": doc, "example": example}
+    return field(default=default, metadata=metadata)
+
+
+def described(doc: str, default: Any = MISSING, *, default_factory: Any = MISSING, example: Any = None) -> Any:
     """Declare a dataclass field that is no quantity, with a sentence for programs and files that show it.
 
     Args:
         doc: The sentence.
         default: The default value; without one the field must be given.
         default_factory: Makes the default value, where each instance needs its own.
+        example: A value to show where there is no default, as a file has it.
     """
-    return field(default=default, default_factory=default_factory, metadata={"doc": doc})
+    return field(default=default, default_factory=default_factory, metadata={"doc": doc, "example": example})
 
 
 def accepted(metadata: Any) -> str:
-    """The unit and the range of a quantity's ``metadata``, in words: "a finite number in m, > 0 and <= 1"."""
+    """The unit and the range of a quantity's ``metadata``, in words: "a finite number in m, > 0 and <= 1".
+
+    Those of a whole number likewise: "a whole number >= 1".
+    """
     bounds = []
     if metadata["above"] > -inf:
         bounds.append(f"> {metadata['above']:g}")
     if metadata["least"] > -inf:
-        bounds.append(f">= {metadata['least']:g}")
+        bounds.append(f">= {metadata['least']:.6g}")
     if metadata["most"] < inf:
         bounds.append(f"<= {metadata['most']:.6g}")
+    if metadata.get("whole"):
+        return "a whole number" + (" " + " and ".join(bounds) if bounds else "")
     unit = f" in {metadata['unit']}" if metadata["unit"] != "1" else ""
     return f"a finite number{unit}" + (", " + " and ".join(bounds) if bounds else "")
 
@@ -60,17 +85,21 @@ def is_number(value: Any) -> bool:
 
 
 def check_quantities(instance: Any, error: type[InputError]) -> None:
-    """Make every quantity of a frozen dataclass ``instance`` a float, and check its range.
+    """Make every quantity of a frozen dataclass ``instance`` a float, and check its range and that of whole numbers.
 
     Raises ``error``, which is ``about`` the field, for a value that is no number or is out of range.
     """
     for f in fields(instance):
-        if "unit" not in f.metadata:
+        if "unit" not in f.metadata and "whole" not in f.metadata:
             continue
         value = getattr(instance, f.name)
         if value is None and f.default is None:
             continue
         m = f.metadata
+        if "whole" in m:
+            if type(value) is not int or not m["least"] <= value <= m["most"]:
+                raise error(f"{f.name} must be {accepted(m)}; got {value!r}").about(f.name)
+            continue
         if not (is_number(value) and value > m["above"] and value >= m["least"] and value <= m["most"]):
             raise error(f"{f.name} must be {accepted(m)}; got {value!r}").about(f.name)
         object.__setattr__(instance, f.name, float(value))

@@ -27,7 +27,9 @@ STAIRS = {
         quantity random_streams tables vehicle paths radio environment sensing laws scenario simulation measures
         experiments figures playback report thesis designer commands
     """,
-    "robotics.laws": "setting modes law tracking formation teams avoidance rules catalogue",
+    "robotics.laws": """
+        setting modes specification law foreign preset lawfile tracking formation teams avoidance rules catalogue
+    """,
 }
 CIRCLE = ("fuzzy.system", "fuzzy.inference")  # a system can be called: fis(x) infers, by one lazy line
 # Rooms whose functions may import what they need: commands answer --help quickly, the designer is an optional extra.

@@ -20,9 +20,12 @@ from robotics.commands.dataset import dataset
 from robotics.commands.explain import explain
 from robotics.commands.learn import learn
 from robotics.commands.list import list_
+from robotics.commands.new import new
 from robotics.commands.repeat import Stress, repeat
 from robotics.commands.run import run_
+from robotics.commands.scenario import scenario
 from robotics.commands.stress import stress
+from robotics.commands.study import study
 from robotics.commands.sweep import sweep
 from robotics.commands.team import team
 from robotics.experiments.versions import versions
@@ -34,6 +37,8 @@ app.add_typer(stress, name="stress")
 app.add_typer(learn, name="learn")
 app.command("list")(list_)
 app.command()(copy)
+app.command()(scenario)
+app.command()(new)
 app.command("run")(run_)
 app.command()(repeat)
 app.command()(compare)
@@ -41,6 +46,7 @@ app.command()(explain)
 app.command()(animate)
 app.command()(certify)
 app.command()(sweep)
+app.command()(study)
 app.command()(team)
 
 

@@ -22,16 +22,17 @@ class Section(StrEnum):
     scenarios = "scenarios"
     controllers = "controllers"
     rule_bases = "rule-bases"
+    studies = "studies"
 
 
 def list_(
     section: Annotated[
         Section | None,
-        typer.Argument(metavar="[SECTION]", help="What to list: scenarios, controllers or rule-bases."),
+        typer.Argument(metavar="[SECTION]", help="What to list: scenarios, controllers, rule-bases or studies."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """List the scenarios, the controllers and the rule bases, those of other installed packages too.
+    """List the scenarios, the controllers, the rule bases and the studies, those of other installed packages too.
 
     Example: robotics list, or robotics list rule-bases
     """
@@ -100,6 +101,16 @@ def _rule_bases() -> list[dict[str, Any]]:
     return rows
 
 
+def _studies() -> list[dict[str, Any]]:
+    from robotics.report.plan import load_study, study_names
+
+    plans = [load_study(name) for name in study_names()]
+    return [
+        {"name": p.name, "title": p.title, "scenarios": list(p.scenarios), "controllers": list(p.controllers)}
+        for p in plans
+    ]
+
+
 def _variable(variable: "Variable") -> dict[str, Any]:
     return {"name": variable.name, "unit": variable.unit, "universe": list(variable.universe)}
 
@@ -116,10 +127,20 @@ _HEADINGS = {
     Section.scenarios: "Scenarios (a name, or the path of a .toml file)",
     Section.controllers: "Controllers (a name, or name:gain=value,gain=value)",
     Section.rule_bases: "Rule bases (a name, or the path of a .fis file; try `fuzzy show NAME`, `robotics copy NAME`)",
+    Section.studies: "Studies (a name, or the path of a .toml file, for `robotics study`)",
 }
-_ROWS = {Section.scenarios: _scenarios, Section.controllers: _controllers, Section.rule_bases: _rule_bases}
+_ROWS = {
+    Section.scenarios: _scenarios,
+    Section.controllers: _controllers,
+    Section.rule_bases: _rule_bases,
+    Section.studies: _studies,
+}
 _LINES = {
     Section.scenarios: lambda row: [row["title"]],
     Section.controllers: _controller_lines,
     Section.rule_bases: _rule_base_lines,
+    Section.studies: lambda row: [
+        row["title"],
+        f"{len(row['scenarios'])} scenarios × {', '.join(row['controllers'])}",
+    ],
 }

@@ -51,11 +51,12 @@ def crossing(
     from robotics.experiments.stress.single import ALIASES
     from robotics.laws.catalogue import make_controller
 
-    law = make_controller(ALIASES["crossing"].get(controller, controller))
+    name = ALIASES["crossing"].get(controller, controller)
+    law = make_controller(name)
     print_forewarnings(crossing_forewarnings(law, controller, ends.value))
     wrong = Disturbance(loss=loss, latency=latency, freeze=freeze)
     with progress_bar(quiet) as begin:
-        stress = partial(stress_crossing, law, robots, kind=ends.value, disturbance=wrong)
+        stress = partial(stress_crossing, name, robots, kind=ends.value, disturbance=wrong)
         outcome = in_chunks(stress, robots, range(seed, seed + runs), jobs=jobs, begin=begin)
     about = {"controller": controller, "class": ends.value, "robots": robots, "first_seed": seed}
     print_outcome(about | outcome.summary(), json)

@@ -68,13 +68,14 @@ def obstacles(
     from robotics.experiments.stress.single import ALIASES
     from robotics.laws.catalogue import make_controller
 
-    law = make_controller(ALIASES["obstacles"].get(controller, controller))
+    name = ALIASES["obstacles"].get(controller, controller)
+    law = make_controller(name)
     count = int(robots.value)
     print_forewarnings(blind(obstacle_ensemble([seed], field.value, count, lanes=lanes.value), law, controller))
     wrong = Disturbance(loss=loss, latency=latency, freeze=freeze)
     with progress_bar(quiet) as begin:
         stress = partial(
-            stress_obstacles, law, kind=field.value, robots=count, disturbance=wrong, moving=moving, lanes=lanes.value
+            stress_obstacles, name, kind=field.value, robots=count, disturbance=wrong, moving=moving, lanes=lanes.value
         )
         outcome = in_chunks(stress, count, range(seed, seed + runs), jobs=jobs, begin=begin)
     about: dict[str, Any] = {"controller": controller, "class": field.value, "robots": count, "lanes": lanes.value}

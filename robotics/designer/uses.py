@@ -17,6 +17,7 @@ from robotics.laws.formation import leader_follower
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.rules import fuzzy_team, own_rules
 from robotics.laws.rules.quantities import GROUPS, PAGE, PATTERNS, QUANTITIES, Quantity, quantity_of
+from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 
 _CURVES = ("eta", "theta", "lateral")  # rule bases of one input and one output
@@ -64,9 +65,13 @@ class Use(NamedTuple):
         return label(self.law) + ("" if self.task in ("tracking", "own", "formation") else f": {self.task}")
 
 
-@lru_cache(maxsize=64)
 def law_of(specification: str) -> Law[Any]:
-    """The law of a specification; it never changes, so that all runs share one."""
+    """The law of a specification; all runs share one that never changes, as that of a file may."""
+    return make_controller(specification) if Specification.of(specification).file else _shared_law(specification)
+
+
+@lru_cache(maxsize=64)
+def _shared_law(specification: str) -> Law[Any]:
     return make_controller(specification)
 
 

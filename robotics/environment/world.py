@@ -17,7 +17,7 @@ from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.paths.path import PathError, Shape, compile_path
 from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
-from robotics.quantity import check_quantities, is_number, quantity
+from robotics.quantity import check_quantities, described, is_number, quantity
 
 Point = tuple[float, float]
 
@@ -61,11 +61,17 @@ class Obstacle(ABC):
     in the frame of the path's tangent, with "fixed" in the world's. Raises WorldError for values that cannot be.
     """
 
-    position: Point = (0.0, 0.0)  # m
-    heading: float = quantity(0.0, "rad", least=-2 * pi, most=2 * pi)
-    path: Shape | None = None
-    timing: Timing | None = None
-    orientation: Literal["along", "fixed"] = "along"
+    position: Point = described(
+        "Where it stands; of an obstacle that moves, its place beside the point on the path.",
+        (0.0, 0.0),
+        example=[2.0, 4.0],
+    )
+    heading: float = quantity(0.0, "rad", least=-2 * pi, most=2 * pi, doc="How far it is turned to the left.")
+    path: Shape | None = described("The path of an obstacle that moves, which needs a timing too.", None)
+    timing: Timing | None = described("The timing of an obstacle that moves, which needs a path too.", None)
+    orientation: Literal["along", "fixed"] = described(
+        "Whether one that moves turns with its path, or keeps its heading in the world.", "along"
+    )
 
     def __post_init__(self) -> None:
         check_quantities(self, WorldError)
@@ -85,7 +91,7 @@ class Obstacle(ABC):
 class Disc(Obstacle):
     """A solid disc with its center at the position."""
 
-    radius: float = quantity(0.25, "m", above=0, most=1000)
+    radius: float = quantity(0.25, "m", above=0, most=1000, doc="The radius of the disc.")
 
     def pieces(self) -> list[Piece]:
         """See :meth:`Obstacle.pieces`."""
@@ -96,7 +102,10 @@ class Disc(Obstacle):
 class Polygon(Obstacle):
     """A solid polygon, convex or not, whose sides do not cross; see :func:`box`, :func:`regular`, :func:`u_shape`."""
 
-    corners: tuple[Point, ...]  # m, in its own frame, either way round, the first not repeated
+    corners: tuple[Point, ...] = described(
+        "Its corners, at least three, in its own frame, either way round, the first not repeated; sides do not cross.",
+        example=[[-0.2, -0.2], [0.2, -0.2], [0.0, 0.2]],
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -126,7 +135,10 @@ class Polygon(Obstacle):
 class Wall(Obstacle):
     """A thin wall along straight pieces; a closed one is an arena, whose inside is free."""
 
-    points: tuple[Point, ...]  # m, in its own frame
+    points: tuple[Point, ...] = described(
+        "Its points, at least two, in its own frame, joined by straight pieces; the last may be the first.",
+        example=[[-1.0, 3.0], [1.0, 3.0]],
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -188,8 +188,8 @@ def summarise(table: pd.DataFrame, metrics: Mapping[str, Metric] | None = None) 
     """The mean and 95 % confidence interval of every metric, one row for each scenario, controller and metric.
 
     The interval is Student's over the seeds, mean ± t s/√n: it says how well n seeds fix the mean, not how far runs
-    scatter. A metric that is infinite in any run (never settled, never arrived) has the mean inf and no interval. ``metrics``
-    are those of one's own.
+    scatter. A metric that is infinite in any run (never settled, never arrived) has the mean inf and no interval.
+    ``metrics`` are those of one's own.
     """
     rows = []
     present = {metric: about for metric, about in {**ALL_METRICS, **(metrics or {})}.items() if metric in table}

@@ -1,7 +1,14 @@
-"""The versions on which a result depends."""
+"""The versions, of packages and of files, on which a result depends."""
 
+import hashlib
 import sys
 from importlib.metadata import version
+from pathlib import Path
+
+
+def digest_of(path: Path) -> str:
+    """The SHA-256 of a file, in hexadecimal. Raises OSError."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def versions() -> dict[str, str]:

@@ -54,9 +54,10 @@ def plot_comparison(
         for ax in grid.flat[len(metrics) :]:
             ax.remove()
         touched = [contact_runs(table, scenario, name) for name in names]
+        titles = [textwrap.fill(law_title(name).replace(",", ", "), 24) for name in names]
         titles = [
-            textwrap.fill(law_title(name).replace(",", ", "), 24) + (f"\n✕ contact in {count} of {runs}" if count else "")
-            for name, (count, runs) in zip(names, touched, strict=True)
+            title + (f"\n✕ contact in {count} of {runs}" if count else "")
+            for title, (count, runs) in zip(titles, touched, strict=True)
         ]
         grid[0, 0].set_yticks(range(len(names)), titles)
         grid[0, 0].set_ylim(len(names) - 0.4, -0.6)

@@ -1,20 +1,28 @@
 """The controllers by name: presets of the laws, with the thesis's gains or the tuned ones."""
 
-from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from collections.abc import Callable
+from dataclasses import MISSING, fields, is_dataclass, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
+from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
 from robotics.laws.avoidance.fuzzy_hierarchy import FuzzyHierarchy
 from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
 from robotics.laws.avoidance.right_of_way import RightOfWay
-from robotics.laws.formation.leader_follower import FormationTeacher, LeaderFollower
+from robotics.laws.foreign import error_in_law, is_foreign
+from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import ControllerError, Law
+from robotics.laws.lawfile import law_in_file, loaded_law
+from robotics.laws.preset import Preset
+from robotics.laws.rules.follow_leader import FollowLeader
+from robotics.laws.rules.formation_networks import FormationNetworks
 from robotics.laws.rules.fuzzy_team import FuzzyTeam
 from robotics.laws.rules.own_rules import OwnRules
-from robotics.laws.setting import Kind
+from robotics.laws.specification import Specification
 from robotics.laws.teams.cooperation import FuzzyCooperation
 from robotics.laws.teams.graph_sliding_mode import GraphSlidingMode
 from robotics.laws.teams.virtual_structure import VirtualStructure
@@ -24,17 +32,6 @@ from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.quantity import accepted
 
 GROUP = "fuzzyfleet.laws"  # the entry points by which other packages add laws
-
-
-@dataclass(frozen=True)
-class Preset:
-    """A law with some of its gains set."""
-
-    law: type[Law[Any]]
-    gains: dict[str, Any]
-    title: str
-    note: str  # where the gains come from
-    kind: Kind = "tracking"  # the kind of scenario that it drives
 
 
 CATALOGUE: dict[str, Preset] = {
@@ -73,7 +70,7 @@ CATALOGUE: dict[str, Preset] = {
     "qssm": Preset(SlidingMode, {"mode": "qssm", "k": 0.8}, "Quasi-continuous SM", "K = 0.8, λ = 10 (thesis 2.1.3.2)"),
     "esm": Preset(SlidingMode, {"mode": "esm"}, "Exponential SM", "K = 0.2, λ = 10, μ0 = 0.1, α = 3 (thesis 2.1.3.2)"),
     "formation": Preset(
-        LeaderFollower,
+        FormationNetworks,
         {},
         "Leader-follower networks",
         "thesis 5.2 with followers corrected by their own posture; correction=none is the thesis's",
@@ -84,6 +81,13 @@ CATALOGUE: dict[str, Preset] = {
         {},
         "Leader-follower law",
         "the law that the well-posed formation data sample; a choice, thesis 5.2.1 gives it in words only",
+        "formation",
+    ),
+    "leader-follower": Preset(
+        FollowLeader,
+        {},
+        "Leader and followers on any paths",
+        "speeds by the lead along the leader's path, pure pursuit; the forms of thesis 5.2.1 with gains of our own",
         "formation",
     ),
     "graph-esm": Preset(
@@ -225,27 +229,51 @@ def _origin(entry: EntryPoint) -> str:
 
 
 def preset_of(specification: str) -> Preset:
-    """The preset of a specification ``name`` or ``name:gain=value``.
+    """The preset of a specification ``name``, ``file.py:Law`` or ``file.fis``, each with gains behind it or without.
 
-    Raises ControllerError for an unknown name, and for a law of another package that cannot be used.
+    Raises ControllerError for an unknown name, for a law of another package that cannot be used, and for a file that
+    fails or has no such law.
     """
-    name = specification.partition(":")[0].strip()
+    about = Specification.of(specification)
+    if about.file:
+        return _of_rule_base(about) if about.file.endswith(".fis") else law_in_file(about.file, about.name)
     known = presets()
-    if name in unusable_laws():
-        raise ControllerError(unusable_laws()[name])
-    if name not in known:
-        raise ControllerError(expected(name, known, "controller"))
-    return known[name]
+    if about.name in unusable_laws():
+        raise ControllerError(unusable_laws()[about.name])
+    if about.name not in known:
+        raise ControllerError(
+            f"{expected(about.name, known, 'controller')}; or a file: mylaw.py:MyLaw, or mine.fis for a rule base"
+        )
+    return known[about.name]
+
+
+def _of_rule_base(about: Specification) -> Preset:
+    """The law ``fuzzy`` with the rule base of a file."""
+    return Preset(OwnRules, {"rule_base": about.file}, about.short, f"the rule base {about.short}")
+
+
+def located(specification: str, folder: str | Path) -> str:
+    """A specification whose files are taken from ``folder`` if they are there, else from the current folder, as before.
+
+    >>> located("csm:k=0.3", "studies")
+    'csm:k=0.3'
+    """
+    about = Specification.of(specification)
+    there = about.located(folder)
+    return specification if there == about else str(there)
 
 
 def make_controller(specification: str) -> Law[Any]:
-    """The controller of a specification ``name`` or ``name:gain=value,gain=value``.
+    """The controller of a specification ``name:gain=value,gain=value``, or of a law or a rule base in a file.
 
-    A gain of a part, such as a team law's tracker, is called ``tracker.ky``, or only ``ky`` where no other gain is.
-    Raises ControllerError for an unknown name or gain, or a value that the gain cannot take.
+    ``path/mylaw.py:MyLaw:gain=value`` is the law ``MyLaw`` of a Python file, ``path/mine.fis:gain=value`` the law
+    ``fuzzy`` with that rule base. A gain of a part, such as a team law's tracker, is called ``tracker.ky``, or only
+    ``ky`` where no other gain is.
+
+    Raises ControllerError for an unknown name or gain, a value that the gain cannot take, or a file that fails.
     """
-    name, _, gains = specification.partition(":")
-    preset, name = preset_of(specification), name.strip()
+    about = Specification.of(specification)
+    preset, name, gains = preset_of(specification), about.law, about.gains
     values = dict(preset.gains)
     known = _gain_fields(preset.law)
     short: dict[str, list[str]] = {}
@@ -264,6 +292,39 @@ def make_controller(specification: str) -> Law[Any]:
         return _built(preset.law, values)
     except ControllerError as error:
         raise ControllerError(f"controller {name!r}: {error}") from None
+    except InputError:
+        raise
+    except Exception as error:  # a law of the user's may raise anything when it is made
+        if not is_foreign(preset.law):
+            raise
+        raise error_in_law(preset.law, error, "the making") from error
+
+
+def as_law(controller: Law[Any] | str) -> Law[Any]:
+    """A law itself, or that of a specification (:func:`make_controller`)."""
+    return controller if isinstance(controller, Law) else make_controller(controller)
+
+
+def files_of(specification: str) -> dict[str, Path]:
+    """The files on which a controller depends, by the text that names them: its own, and the .fis files of its gains.
+
+    A gain that names a folder stands for the .fis files in it. Raises ControllerError as :func:`make_controller`.
+    """
+    about, found = Specification.of(specification), {}
+    if about.file:
+        found[about.file] = Path(about.file)
+    for text in gains_of(make_controller(specification)).values():
+        if isinstance(text, str):
+            found |= fis_files_named(text)
+    return found
+
+
+def fis_files_named(text: str) -> dict[str, Path]:
+    """The .fis file, or those of the folder, that a gain's ``text`` names, by name; empty where it names none."""
+    path = Path(text or ".")
+    if path.suffix == ".fis" and path.is_file():
+        return {text: path}
+    return {f"{text}/{file.name}": file for file in sorted(path.glob("*.fis"))} if text and path.is_dir() else {}
 
 
 def _gain_fields(law: type[Any]) -> dict[str, Any]:
@@ -302,7 +363,19 @@ def _value(name: str, field: Any, text: str) -> Any:
     if get_origin(field.type) is Literal and text not in get_args(field.type):
         choices = ", ".join(map(repr, get_args(field.type)))
         raise ControllerError(f"controller {name!r}: {field.name} must be one of {choices}; got {text!r}")
-    return text
+    read = _PLAIN.get(getattr(field.type, "__name__", str(field.type)))  # a name, as the future's annotations have it
+    try:
+        return text if read is None else read(text)
+    except (ValueError, KeyError):
+        kind = "true or false" if read is _truth else "a whole number" if read is int else "a number"
+        raise ControllerError(f"controller {name!r}: {field.name} must be {kind}; got {text!r}") from None
+
+
+def _truth(text: str) -> bool:
+    return {"true": True, "false": False}[text.lower()]
+
+
+_PLAIN: dict[str, Callable[[str], Any]] = {"float": float, "int": int, "bool": _truth}  # gains without unit and range
 
 
 def gains_of(law: Law[Any]) -> dict[str, Any]:
@@ -317,9 +390,17 @@ def gains_of(law: Law[Any]) -> dict[str, Any]:
 
 
 def label(specification: str) -> str:
-    """A controller's name for figures and tables: the preset's title, with the gains that were changed."""
-    gains = specification.partition(":")[2]
-    return preset_of(specification).title + (f" ({gains})" if gains else "")
+    """A controller's name for figures and tables: the preset's title, with the gains that were changed.
+
+    A law in a file is called as that file calls it, without its folder. Nothing of a Python file is run for its name.
+    """
+    about = Specification.of(specification)
+    if about.file.endswith(".py"):
+        preset = loaded_law(about.file, about.name)
+        title = preset.title if preset is not None else about.short
+    else:
+        title = preset_of(specification).title
+    return title + (f" ({about.gains})" if about.gains else "")
 
 
 def law_title(controller: str) -> str:
@@ -331,7 +412,13 @@ def law_title(controller: str) -> str:
 
 
 def kept_distance(controller: str) -> float | None:
-    """The distance [m] between centers that a law keeps, by its specification; None if it keeps none, or is unknown."""
+    """The distance [m] between centers that a law keeps, by its specification; None if it keeps none, or is unknown.
+
+    A Python file that has not run yet is not run for it: a run from a file may name any.
+    """
+    about = Specification.of(controller)
+    if about.file.endswith(".py") and loaded_law(about.file, about.name) is None:
+        return None
     try:
         return make_controller(controller).kept_distance
     except ControllerError:  # of a run from a file, or of a law without a preset

@@ -1,12 +1,11 @@
 """Metrics of one's own, in a Python file: ``file.py:name``, a :class:`Metric` or a function of a run."""
 
-import importlib.util
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fuzzy.errors import InputError
+from fuzzy.files.pythonfile import load_python_file
 from fuzzy.naming import expected
 from robotics.measures.tracking import Metric
 from robotics.simulation.run import Run
@@ -25,29 +24,16 @@ def metric_in_file(specification: str) -> tuple[str, Metric]:
     file, _, name = specification.rpartition(":")
     if not file.endswith(".py") or not name:
         raise MetricError(f"a metric of your own is file.py:function; got {specification!r}")
-    found = vars(_module(file)).get(name)
+    module = load_python_file(file, MetricError)
+    found = vars(module).get(name)
     if isinstance(found, Metric):
         return name, found._replace(measure=_checked(found.measure, specification))
     if not callable(found):
-        known = [n for n, v in vars(_module(file)).items() if callable(v) and getattr(v, "__module__", "") == _NAME]
+        own = {n: v for n, v in vars(module).items() if not n.startswith("_")}
+        known = [n for n, v in own.items() if isinstance(v, Metric) or getattr(v, "__module__", "") == module.__name__]
         raise MetricError(f"{file}: {expected(name, known, 'function or Metric')}")
     title = (found.__doc__ or name).strip().partition("\n")[0].rstrip(".")
     return name, Metric(_checked(found, specification), getattr(found, "unit", "1"), title)
-
-
-_NAME = "a_metric_of_ones_own"
-
-
-def _module(file: str) -> Any:
-    spec = importlib.util.spec_from_file_location(_NAME, file)
-    if spec is None or spec.loader is None or not Path(file).is_file():
-        raise MetricError(f"{file}: there is no such file")
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:  # a file of the user's may raise anything
-        raise MetricError(f"{file}: cannot be run: {type(error).__name__}: {error}") from None
-    return module
 
 
 def _checked(measure: Any, specification: str) -> Any:

@@ -18,6 +18,7 @@ import numpy as np
 from robotics.paths.path import CURVATURE, HEADING, Path, PathError, Shape, U, X, Y, compile_path
 from robotics.paths.posture import wrapped
 from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
+from robotics.quantity import described
 
 _STEP = 1e-5  # of the virtual path's parameter: for its third derivative, which only the curvature needs
 _KINK = 0.02  # rad: a heading that changes by more between two nodes than its curvature explains has jumped
@@ -27,8 +28,11 @@ _KINK = 0.02  # rad: a heading that changes by more between two nodes than its c
 class Offset:
     """The path of a point that is fixed in the frame of a virtual robot, which drives along ``path``."""
 
-    path: Shape  # of the virtual robot
-    offset: tuple[float, float]  # m ahead of it, and to its left
+    path: Shape = described("The path of the virtual robot.")
+    offset: tuple[float, float] = described(
+        "The robot's place in a formation: how far [m] ahead of the virtual robot, and how far to its left.",
+        example=[0.0, 0.5],
+    )
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.offset).all():

@@ -1,4 +1,4 @@
-"""Paths: sine, circle, straight line, quintic and way-points, each compiled to an arc-length table.
+"""Paths: sine, circle, figure of eight, straight line, quintic and way-points, each compiled to an arc-length table.
 
 A shape is a curve p(u), u in [0, 1], with its first two derivatives. :func:`compile_path` measures its length
 (Gauss-Legendre quadrature, to 1e-9 m or better) and tabulates position, heading and curvature at equal steps of
@@ -13,7 +13,7 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import check_quantities, described, quantity
 
 LONGEST = 1e4  # m: the table of a longer path would take more than 80 MB
 
@@ -49,13 +49,13 @@ class Sine:
     where the two meet, unless it is 0 there.
     """
 
-    amplitude: float = quantity(1.0, "m")
-    wavenumber: float = quantity(1.0, "rad/m")
-    phase: float = quantity(0.0, "rad", least=-2 * pi, most=2 * pi)
-    offset: float = quantity(0.0, "m")
-    x_start: float = quantity(0.0, "m")
-    x_end: float = quantity(2 * pi, "m")
-    lead_in: float = quantity(0.0, "m", least=0)
+    amplitude: float = quantity(1.0, "m", doc="How far the sine swings to either side of its middle.")
+    wavenumber: float = quantity(1.0, "rad/m", doc="The phase a metre of x; a period is 2π / wavenumber long.")
+    phase: float = quantity(0.0, "rad", least=-2 * pi, most=2 * pi, doc="The phase at x = 0; π/2 makes it a cosine.")
+    offset: float = quantity(0.0, "m", doc="The y of the sine's middle.")
+    x_start: float = quantity(0.0, "m", doc="The x at which the sine begins.")
+    x_end: float = quantity(2 * pi, "m", doc="The x at which the sine ends; below x_start it is driven towards −x.")
+    lead_in: float = quantity(0.0, "m", least=0, doc="The extent in x of a straight line along the tangent before it.")
 
     def __post_init__(self) -> None:
         check_quantities(self, PathError)
@@ -81,13 +81,15 @@ class Sine:
 class Circle:
     """A circle that begins at ``start_angle``; with ``turns`` other than 1 a part of it, or several rounds."""
 
-    center: tuple[float, float] = (0.0, 0.0)  # m
-    radius: float = quantity(1.0, "m", above=0)
+    center: tuple[float, float] = described("The center of the circle.", (0.0, 0.0))
+    radius: float = quantity(1.0, "m", above=0, doc="The radius of the circle.")
     start_angle: float = quantity(
-        0.0, "rad", least=-2 * pi, most=2 * pi
-    )  # of the point where it begins, seen from the center
-    direction: Literal["counter-clockwise", "clockwise"] = "counter-clockwise"
-    turns: float = quantity(1.0, "turns", above=0)
+        0.0, "rad", least=-2 * pi, most=2 * pi, doc="The angle, seen from the center, of the point where it begins."
+    )
+    direction: Literal["counter-clockwise", "clockwise"] = described(
+        "Which way round the circle is driven.", "counter-clockwise"
+    )
+    turns: float = quantity(1.0, "turns", above=0, doc="How many rounds are driven; below 1 it is a part of one.")
 
     def __post_init__(self) -> None:
         check_quantities(self, PathError)
@@ -108,11 +110,43 @@ class Circle:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Eight:
+    """A figure of eight, Bernoulli's lemniscate, from its crossing round its right half and then round its left.
+
+    With a half its width, its length is 5.24412 a, and its curvature at a distance r from the crossing is 3 r/a².
+    """
+
+    center: tuple[float, float] = described("The crossing.", (0.0, 0.0))  # m
+    width: float = quantity(4.0, "m", above=0, doc="From the outermost point of one half to that of the other.")
+    angle: float = quantity(
+        0.0, "rad", least=-2 * pi, most=2 * pi, doc="The direction of the right half from the crossing."
+    )
+    turns: float = quantity(1.0, "turns", above=0, doc="How often the whole figure is driven.")
+
+    def __post_init__(self) -> None:
+        check_quantities(self, PathError)
+        _finite(self, center=self.center)
+
+    def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """See :class:`Shape`."""
+        # In the complex plane: z(t) = a cos t/(1 − i sin t), and t = −π/2 is the crossing
+        sweep = 2 * pi * self.turns
+        t = sweep * np.asarray(u) - pi / 2
+        sin, cos = np.sin(t), np.cos(t)
+        d = 1 - 1j * sin
+        arm = self.width / 2 * np.exp(1j * self.angle)
+        center = complex(*self.center)
+        z, slope, bend = arm * cos / d, arm * (1j - sin) / d**2, -arm * cos * (3 + 1j * sin) / d**3
+        parts = (center + z, sweep * slope, sweep**2 * bend)
+        return tuple(np.stack([part.real, part.imag]) for part in parts)  # type: ignore[return-value]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Line:
     """The straight line from ``start`` to ``end``."""
 
-    start: tuple[float, float]  # m
-    end: tuple[float, float]  # m
+    start: tuple[float, float] = described("The point where the line begins.", example=[0.0, 0.0])
+    end: tuple[float, float] = described("The point where the line ends.", example=[5.0, 0.0])
 
     def __post_init__(self) -> None:
         _finite(self, start=self.start, end=self.end)
@@ -134,12 +168,18 @@ class Quintic:
     polynomial of x, the thesis's trajectory (2.3, 5.3).
     """
 
-    start: tuple[float, float]  # m
-    end: tuple[float, float]  # m
-    start_slope: float = quantity(0.0, "1")  # dy/dx
-    end_slope: float = quantity(0.0, "1")  # dy/dx
-    start_tangent: tuple[float, float] | None = None  # m; instead of start_slope
-    end_tangent: tuple[float, float] | None = None  # m; instead of end_slope
+    start: tuple[float, float] = described("The point where the path begins.", example=[0.0, 0.0])
+    end: tuple[float, float] = described("The point where the path ends.", example=[5.0, 1.0])
+    start_slope: float = quantity(0.0, "1", doc="The slope dy/dx at the start; the ends need different x for it.")
+    end_slope: float = quantity(0.0, "1", doc="The slope dy/dx at the end; the ends need different x for it.")
+    start_tangent: tuple[float, float] | None = described(
+        "The tangent dp/du [m] at the start, instead of start_slope: its direction, and how long the path keeps to it.",
+        None,
+        example=[5.0, 0.0],
+    )
+    end_tangent: tuple[float, float] | None = described(
+        "The tangent dp/du [m] at the end, instead of end_slope.", None, example=[5.0, 0.0]
+    )
 
     def __post_init__(self) -> None:
         check_quantities(self, PathError)
@@ -178,7 +218,10 @@ class Quintic:
 class Waypoints:
     """A natural cubic spline through points, its parameter the chord length; closed if the ends coincide."""
 
-    points: tuple[tuple[float, float], ...]  # m, at least two
+    points: tuple[tuple[float, float], ...] = described(
+        "The points, at least two, that the path goes through in this order; it is closed if the last is the first.",
+        example=[[0.0, 0.0], [2.0, 1.0], [5.0, 0.0]],
+    )
 
     def __post_init__(self) -> None:
         _require(len(self.points) >= 2, f"waypoints path: at least two points are needed, got {len(self.points)}")
@@ -201,7 +244,14 @@ class Waypoints:
         )
 
 
-SHAPES: dict[str, type] = {"sine": Sine, "circle": Circle, "line": Line, "quintic": Quintic, "waypoints": Waypoints}
+SHAPES: dict[str, type] = {
+    "sine": Sine,
+    "circle": Circle,
+    "eight": Eight,
+    "line": Line,
+    "quintic": Quintic,
+    "waypoints": Waypoints,
+}
 
 
 class PathPoint(NamedTuple):

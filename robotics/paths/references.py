@@ -42,6 +42,32 @@ def sampled(references: References, times: np.ndarray) -> Reference:
 
 
 @dataclass(frozen=True, eq=False)
+class Later:
+    """References whose time begins later: what is left of ``whole`` after ``time`` [s]."""
+
+    whole: References
+    time: float
+
+    @property
+    def joined(self) -> PathTable:
+        """The paths, from their beginnings."""
+        return self.whole.joined
+
+    @property
+    def ends(self) -> np.ndarray:
+        """The times [s] at which the references reach the ends of their paths."""
+        return self.whole.ends - self.time
+
+    def at(self, time: float) -> Reference:
+        """Every robot's reference at ``time`` [s]."""
+        return self.whole.at(time + self.time)
+
+    def each_at(self, times: np.ndarray) -> Reference:
+        """Each robot's reference at a time of its own, ``times`` (runs, robots) [s]."""
+        return self.whole.each_at(times + self.time)
+
+
+@dataclass(frozen=True, eq=False)
 class EvenTiming:
     """Paths that are driven at constant speed; each run has its own paths and its own duration."""
 

@@ -23,13 +23,19 @@ class Timing:
     its x grows evenly, dx/dt = x_rate (the thesis's "x = 0.3 t, y = sin x"). Raises PathError for another choice.
     """
 
-    speed: float | None = quantity(None, "m/s", above=0.0)
-    duration: float | None = quantity(None, "s", above=0.0)
-    x_rate: float | None = quantity(None, "m/s", above=0.0)
-    start: float = quantity(0.0, "m", least=0.0)  # the abscissa at time 0
+    speed: float | None = quantity(
+        None, "m/s", above=0.0, doc="The constant speed along the path, between the ramps.", example=0.3
+    )
+    duration: float | None = quantity(
+        None, "s", above=0.0, doc="The time for the whole path, from which its speed follows.", example=30.0
+    )
+    x_rate: float | None = quantity(
+        None, "m/s", above=0.0, doc='The constant rate of x, as in "x = 0.3 t, y = sin x".', example=0.3
+    )
+    start: float = quantity(0.0, "m", least=0.0, doc="How far along the path it begins.")
     ramp: float = quantity(
-        0.0, "s", least=0.0
-    )  # the time in which the speed rises at the start, and in which it falls at the end
+        0.0, "s", least=0.0, doc="The time in which the speed rises at the start, and in which it falls at the end."
+    )
 
     def __post_init__(self) -> None:
         check_quantities(self, PathError)

@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fuzzy.errors import InputError
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import check_quantities, described, quantity, whole
 from robotics.radio.graph import GRAPHS, adjacency
 
 PRESETS: dict[str, dict[str, Any]] = {
@@ -34,28 +34,53 @@ class RadioError(InputError):
 class Radio:
     """The radio of a team. Raises RadioError for fields that do not suit each other."""
 
-    graph: Literal["star", "ring", "line", "complete", "edges"] = "complete"
-    hub: int = 1  # the center of a star, from 1
-    edges: tuple[tuple[int, int], ...] = ()  # for "edges": [sender, receiver], from 1
-    range: float | None = quantity(None, "m", above=0)  # between centers; None: unlimited
-    period: float = quantity(0.05, "s", above=0, most=60)  # from message to message
-    latency: float = quantity(0.0, "s", least=0, most=10)
-    jitter: float = quantity(0.0, "s", least=0, most=10)  # uniform on top of the latency
-    loss: float = quantity(0.0, "1", least=0, most=1)  # of messages, independently
-    burst_start: float = quantity(0.0, "1", least=0, most=1)  # good link -> bad, a message
-    burst_end: float = quantity(0.2, "1", above=0, most=1)  # bad -> good
-    burst_loss: float = quantity(1.0, "1", least=0, most=1)  # of messages on a bad link, if more than loss
-    baud: float | None = quantity(None, "baud", above=0)  # None: unlimited
-    header_bytes: int = 0  # of a message, without its values
-    value_bytes: int = 2  # of a value
+    graph: Literal["star", "ring", "line", "complete", "edges"] = described(
+        "Who hears whom: everybody (complete), the neighbours in a ring or a line, the hub of a star, or given edges.",
+        "complete",
+    )
+    hub: int = whole(1, least=1, doc="The robot at the center of a star, counted from 1.")
+    edges: tuple[tuple[int, int], ...] = described(
+        'The pairs [sender, receiver] of graph = "edges", robots counted from 1.', (), example=[[1, 2], [2, 1]]
+    )
+    range: float | None = quantity(
+        None,
+        "m",
+        above=0,
+        doc="The distance between centers beyond which nothing is heard; left out: none.",
+        example=5.0,
+    )
+    period: float = quantity(
+        0.05, "s", above=0, most=60, doc="The time from message to message, a multiple of the scenario's period."
+    )
+    latency: float = quantity(0.0, "s", least=0, most=10, doc="How late a message arrives.")
+    jitter: float = quantity(
+        0.0, "s", least=0, most=10, doc="How much later than that it may arrive, drawn evenly for each message."
+    )
+    loss: float = quantity(
+        0.0, "1", least=0, most=1, doc="The probability with which a message is lost, independently of others."
+    )
+    burst_start: float = quantity(
+        0.0, "1", least=0, most=1, doc="The probability, a message, with which a good link becomes a bad one."
+    )
+    burst_end: float = quantity(
+        0.2, "1", above=0, most=1, doc="The probability, a message, with which a bad link becomes a good one."
+    )
+    burst_loss: float = quantity(
+        1.0, "1", least=0, most=1, doc="The probability with which a bad link loses a message, if it is more than loss."
+    )
+    baud: float | None = quantity(
+        None,
+        "baud",
+        above=0,
+        doc="The speed of the one shared channel, at ten bits a byte; left out: unlimited.",
+        example=57600.0,
+    )
+    header_bytes: int = whole(0, least=0, doc="The bytes of a message without its values.")
+    value_bytes: int = whole(2, least=1, doc="The bytes of a value in a message.")
 
     def __post_init__(self) -> None:
         check_quantities(self, RadioError)
         expect_one_of(GRAPHS, "graph", self.graph)
-        for name, least in (("hub", 1), ("header_bytes", 0), ("value_bytes", 1)):
-            number = getattr(self, name)
-            if not isinstance(number, int) or number < least:
-                raise RadioError(f"{name} must be a whole number >= {least}, got {number!r}").about(name)
         if (self.graph == "edges") != bool(self.edges):
             raise RadioError('edges = [[sender, receiver], ...] belong to graph = "edges", and only to it').about(
                 "edges"

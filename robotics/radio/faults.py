@@ -1,12 +1,12 @@
 """Faults of robots and of their radio: their description, their times in a run, and which act at a time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import check_quantities, described, quantity, whole
 from robotics.radio.description import RadioError, expect_one_of
 from robotics.random_streams import FAULT_STREAM
 
@@ -24,12 +24,20 @@ class Fault:
     draws the start evenly between ``start`` and that. Raises RadioError for fields that do not suit each other.
     """
 
-    robot: int  # from 1
-    kind: Literal["failure", "delay", "silence", "stall"]
-    start: float = quantity(0.0, "s", least=0)
-    duration: float = quantity(1.0, "s", above=0)
-    start_until: float | None = quantity(None, "s", least=0)
-    other: int | None = None  # from 1
+    robot: int = whole(MISSING, least=1, doc="The robot that is at fault, counted from 1.", example=1)
+    kind: Literal["failure", "delay", "silence", "stall"] = described(
+        "What goes wrong: failure (wheels and radio stop), delay (it holds its last command, without a radio), silence "
+        "(it drives on, without a radio), stall (it is held up, and its radio works).",
+        example="silence",
+    )
+    start: float = quantity(0.0, "s", least=0, doc="When the fault begins.")
+    duration: float = quantity(1.0, "s", above=0, doc="How long it lasts.")
+    start_until: float | None = quantity(
+        None, "s", least=0, doc="Each seed draws the start evenly between start and this time.", example=10.0
+    )
+    other: int | None = whole(
+        None, least=1, doc="Of a silence: the robot, counted from 1, to which alone the link is cut.", example=2
+    )
 
     def __post_init__(self) -> None:
         check_quantities(self, RadioError)

@@ -32,19 +32,23 @@ class Condition:
     """
 
     metric: str = described(
-        "What is measured: a metric or a quantity by its name, or file.py:function of your own.", ""
+        "What is measured: a metric or a quantity by its name, or file.py:function of your own.",
+        "",
+        example="rms_cross_track_m",
     )
     on: tuple[str, ...] = described(
         'The scenario on which it is measured, or several, or "all": each is a part.', (ALL,)
     )
-    of: str = described("The controller whose number it is.", "")
+    of: str = described("The controller whose number it is.", "", example="fuzzy")
     against: tuple[str, ...] = described(
-        "The controllers to which it is compared, seed by seed; of several the best in each seed counts.", ()
+        "The controllers to which it is compared, seed by seed; of several the best in each seed counts.",
+        (),
+        example=["lyapunov"],
     )
     below: float | None = described("The number must be below this, in the metric's unit.", None)
     above: float | None = described("The number must be above this, in the metric's unit.", None)
-    less: bool = described("true: it must be less than that of every controller in against.", False)
-    more: bool = described("true: it must be more than that of every controller in against.", False)
+    less: bool = described("true: it must be less than that of every controller in against.", False, example=True)
+    more: bool = described("true: it must be more than that of every controller in against.", False, example=True)
     no_worse_by: float | None = described(
         "It may be worse than that of every controller in against, but by less than this (> 0, in the metric's unit).",
         None,
@@ -59,8 +63,10 @@ class Condition:
         "With less or more: by how much at least (>= 0, in % of the rival's number in each seed).", None
     )
     robot: int | None = described("The robot, from 1, whose number counts; otherwise that of the worst.", None)
-    mean: bool = described("true: the mean of the robots counts, and not the worst.", False)
-    says: str = described("What must be true, in a sentence. By default it is made of the other keys.", "")
+    mean: bool = described("true: the mean of the robots counts, and not the worst.", False, example=True)
+    says: str = described(
+        "What must be true, in a sentence. By default it is made of the other keys.", "", example="it is small"
+    )
 
     def __post_init__(self) -> None:
         if not self.metric:
@@ -147,9 +153,9 @@ class Statement:
     """A claim before anything is measured. Raises ClaimError."""
 
     name: str = described("What the claim is called.", "")
-    says: str = described("What is claimed, in a sentence. Default: its name.", "")
-    source: str = described("Where the claim is made, such as a paper. May be left out.", "")
-    untested: str = described("What of it is not tested here. May be left out.", "")
+    says: str = described("What is claimed, in a sentence. Default: its name.", "", example="It is better.")
+    source: str = described("Where the claim is made, such as a paper. May be left out.", "", example="A paper")
+    untested: str = described("What of it is not tested here. May be left out.", "", example="A paper")
     parts: tuple[Condition, ...] = described(
         "Its parts, tables [[claims.parts]]; of a claim with one part its keys may stand in the claim itself.", ()
     )

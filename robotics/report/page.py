@@ -26,6 +26,7 @@ from robotics.figures.controllers import plot_comparison, plot_errors, plot_path
 from robotics.figures.drawing import looks, seeds_as_text
 from robotics.figures.leads import plot_leads
 from robotics.laws.catalogue import law_title
+from robotics.laws.specification import Specification
 from robotics.measures.evidence import FORMS, Outcome, Verdict
 from robotics.playback.player import player_script
 from robotics.report.chapter import Chapter, Claim, Picture, Plate
@@ -58,6 +59,7 @@ class Heading(NamedTuple):
     author: str = ""
     text: tuple[str, ...] = ()  # paragraphs
     program: str = ""  # Python that does the same; "": made of the comparison
+    written: Mapping[str, str] = MappingProxyType({})  # controllers, as they were named, by what they are called
     skipped: Mapping[str, Sequence[str]] = MappingProxyType({})  # by scenario, who does not drive there and why
 
 
@@ -92,7 +94,10 @@ def write_report(
     sections = draw_sections(comparisons, first=first) if sections is None else sections
     images: dict[str, str] = {}
     claims = [*claims, *(claim for chapter in chapters for claim in chapter.claims)]
-    own = [plate(_leads(comparisons, chapters, first)), *(picture for section in sections for picture in section.pictures)]
+    own = [
+        plate(_leads(comparisons, chapters, first)),
+        *(picture for section in sections for picture in section.pictures),
+    ]
     for picture in [*own, *(plate(picture) for chapter in chapters for picture in chapter.pictures)]:
         with replacing(folder / "figures" / f"{picture.name}.png") as path:
             path.write_bytes(picture.png)
@@ -112,7 +117,7 @@ def write_report(
         forms=FORMS if any(form for claim in claims for form in claim.forms) else (),
         reading=reading,
         counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in SYMBOLS},
-        terms=list({row["controller"]: row for each in comparisons for row in _terms(each)}.values()),
+        terms=list({row["controller"]: row for each in comparisons for row in _terms(each, heading)}.values()),
         seeds=seeds_as_text(comparisons[0].seeds),
         first_seed=comparisons[0].seeds[0],
         sections=sections,
@@ -320,16 +325,13 @@ def _set(instance: Any) -> list[tuple[str, str]]:
     return result
 
 
-def _terms(comparison: Comparison) -> list[dict[str, Any]]:
+def _terms(comparison: Comparison, heading: Heading) -> list[dict[str, Any]]:
     """The terms of each controller, with the gains that were changed."""
-    rows: list[dict[str, Any]] = terms(comparison).to_dict(orient="records")
+    rows = [{str(key): value for key, value in row.items()} for row in terms(comparison).to_dict(orient="records")]
     for row in rows:
-        row["changed"] = _changed_gains(comparison.specification(row["controller"]))
+        row["changed"] = Specification.of(comparison.specification(row["controller"])).gains
+        row["name"] = heading.written.get(row["controller"], row["controller"])
     return rows
-
-
-def _changed_gains(specification: str) -> str:
-    return specification.partition(":")[2]
 
 
 def _program(comparison: Comparison) -> str:

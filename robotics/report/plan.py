@@ -12,21 +12,20 @@ from typing import Any, NamedTuple
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.laws.catalogue import make_controller, presets
+from robotics.laws.catalogue import located, make_controller, presets
 from robotics.laws.law import Law, check_needs
+from robotics.measures.evidence import FEWEST_RUNS
 from robotics.measures.own import metric_in_file
 from robotics.measures.quantities import QUANTITIES, Measured
 from robotics.measures.registry import ALL_METRICS, metrics_of
 from robotics.measures.tracking import Metric
-from robotics.quantity import described
+from robotics.quantity import check_quantities, described, whole
 from robotics.report.claims import ALL, Condition, Statement, builder_of, statements
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.scenario.renamed import current_name
 from robotics.tables.build import Keys
 from robotics.tables.text import parse_table, placed, read_text
-
-MOST = 2**62  # of a seed
 
 
 class StudyError(InputError):
@@ -39,7 +38,7 @@ class Group(NamedTuple):
     kind: str
     scenarios: tuple[Scenario, ...]
     laws: Mapping[str, str]  # the controllers' specifications, by the names that the study gives them
-    skipped: tuple[str, ...]  # a sentence for each controller that does not drive here, and scenario
+    skipped: Mapping[str, tuple[str, ...]]  # by scenario: a sentence for each controller that does not drive there
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,23 +50,38 @@ class StudyPlan:
     """
 
     name: str
-    title: str = described("The title of the report.", "")
-    author: str = described("Who makes the study; stands below the title.", "")
-    text: str = described("What the study asks, for the head of the report; blank lines part its paragraphs.", "")
-    scenarios: tuple[str, ...] = described("Names of scenarios, or .toml files, relative to this file.")
-    controllers: tuple[str, ...] = described(
-        "The controllers: names with gains, such as csm:k=0.3, file.py:Law or file.fis, relative to this file."
+    title: str = described("The title of the report.", "", example="Two laws on my paths")
+    author: str = described("Who makes the study; stands below the title.", "", example="A. Author")
+    text: str = described(
+        "What the study asks, for the head of the report; blank lines part its paragraphs.", "", example="What I ask."
     )
-    names: tuple[str, ...] = described("What the controllers are called, in their order. Default: as written.", ())
-    seeds: int = described("Number of seeds (>= 1); a claim that is told needs 20.", 20)
-    first_seed: int = described("The first seed (>= 0).", 0)
+    scenarios: tuple[str, ...] = described(
+        "Names of scenarios, or .toml files, relative to this file.", example=["lyapunov-sine"]
+    )
+    controllers: tuple[str, ...] = described(
+        "The controllers: names with gains, such as csm:k=0.3, file.py:Law or file.fis, relative to this file.",
+        example=["fuzzy", "lyapunov"],
+    )
+    names: tuple[str, ...] = described(
+        "What the controllers are called, in their order. Default: as written.", (), example=["rules", "rival"]
+    )
+    seeds: int = whole(FEWEST_RUNS, least=1, most=100_000, doc="Number of seeds; a verdict on a claim needs 20.")
+    first_seed: int = whole(0, least=0, most=10**15, doc="The first seed.")
     metrics: tuple[str, ...] = described(
-        "Metrics that come first in tables; the first one says who leads. A name, or file.py:function of your own.", ()
+        "Metrics that come first in tables; the first one says who leads. A name, or file.py:function of your own.",
+        (),
+        example=["max_cross_track_m"],
     )
     claims: tuple[Statement, ...] = described("The claims, tables [[claims]].", ())
-    chapters: str = described("Python that makes chapters after the comparison: package.module:function.", "")
+    chapters: str = described(
+        "Python that makes chapters after the comparison: package.module:function.",
+        "",
+        example="mypackage.mine:chapters",
+    )
     save_runs: bool = described("true: save the runs of the comparison in the folder runs of the results.", False)
-    out: str = described("The folder of the results, relative to this file. Default: out/NAME where you are.", "")
+    out: str = described(
+        "The folder of the results, relative to this file. Default: out/NAME where you are.", "", example="results"
+    )
     folder: Path = field(default=Path(), compare=False)
     file: str = field(default="", compare=False)  # in messages and in the record of what was run
     content: str = field(default="", compare=False, repr=False)  # the text of the file
@@ -77,10 +91,7 @@ class StudyPlan:
     shown_metrics: tuple[str, ...] = field(init=False, repr=False, compare=False)  # metrics, by their names in tables
 
     def __post_init__(self) -> None:
-        for key, least in (("seeds", 1), ("first_seed", 0)):
-            value = getattr(self, key)
-            if type(value) is not int or not least <= value < MOST:
-                raise StudyError(f"{key} must be a whole number >= {least}; got {value!r}").about(key)
+        check_quantities(self, StudyError)
         object.__setattr__(self, "settings", tuple(self._scenarios()))
         object.__setattr__(self, "laws", self._laws())
         own: dict[str, Metric] = {}
@@ -127,7 +138,7 @@ class StudyPlan:
                 kind,
                 tuple(scenario for scenario, _ in rows),
                 {name: self.laws[name] for name in able},
-                tuple(f"{name} does not drive {s.name}: {why}" for s, refused in rows for name, why in refused.items()),
+                {s.name: tuple(f"{n} does not drive here: {why}" for n, why in refused.items()) for s, refused in rows},
             )
             for (kind, able), rows in found.items()
         )
@@ -150,12 +161,14 @@ class StudyPlan:
 
     def _scenarios(self) -> Iterator[Scenario]:
         if not self.scenarios:
-            raise StudyError('scenarios must name at least one, such as ["lyapunov-sine", "mine.toml"]').about("scenarios")
+            raise StudyError('scenarios must name at least one, such as ["lyapunov-sine", "mine.toml"]').about(
+                "scenarios"
+            )
         seen: set[str] = set()
         for i, text in enumerate(self.scenarios):
             try:
                 known = current_name(text) in scenario_names()
-                made = load_scenario(text if known or not text.endswith(".toml") else _in(self.folder, text))
+                made = load_scenario(text if known or not text.endswith(".toml") else self.folder / text)
             except InputError as error:
                 raise StudyError(f"scenarios: {error}").about("scenarios", i) from None
             if made.name in seen:
@@ -169,7 +182,7 @@ class StudyPlan:
         _refuse_twice("controllers", self.controllers)
         laws = []
         for i, text in enumerate(self.controllers):
-            laws.append(_located(text, self.folder))
+            laws.append(located(text, self.folder))
             try:
                 make_controller(laws[-1])
             except InputError as error:
@@ -191,7 +204,7 @@ class StudyPlan:
             name = text.rpartition(":")[2]
             if name not in own:
                 try:
-                    own[name] = metric_in_file(_located(text, self.folder))[1]
+                    own[name] = metric_in_file(str(self.folder / text))[1]
                 except InputError as error:
                     raise StudyError(str(error)).about(*keys) from None
                 if name in QUANTITIES:
@@ -295,13 +308,3 @@ def _refuse_twice(key: str, names: Any) -> None:
     for name in names:
         if list(names).count(name) > 1:
             raise StudyError(f"{key}: {name!r} is given twice").about(key)
-
-
-def _in(folder: Path, file: str) -> str:
-    return str(folder / file)
-
-
-def _located(specification: str, folder: Path) -> str:
-    """A specification whose files are taken from ``folder``."""
-    file, colon, rest = specification.partition(":")
-    return f"{_in(folder, file)}{colon}{rest}" if file.endswith((".py", ".fis")) else specification

@@ -80,15 +80,25 @@ def in_order(known: Mapping[str, Metric], first: Sequence[str]) -> dict[str, Met
 
 
 def shown_metrics(
-    comparison: Comparison, scenario: Scenario, first: Sequence[str] = (), others: bool | None = None
+    comparison: Comparison,
+    scenario: Scenario,
+    first: Sequence[str] = (),
+    others: bool | None = None,
+    guard: bool = False,
 ) -> dict[str, Metric]:
     """The few metrics that a report shows on a scenario: those of ``first`` that are measured there, then headlines.
 
-    ``others`` is as of :func:`robotics.measures.registry.headlines`.
+    ``others`` and ``guard`` are as of :func:`robotics.measures.registry.headlines`.
     """
     table = comparison.table[comparison.table["scenario"] == scenario.name]
     known = metrics_of(scenario.kind, scenario.setting.has_others, has_guard(table)) | dict(comparison.metrics)
-    return {name: known[name] for name in first if name in known} | headlines(scenario.kind, others)
+    return {name: known[name] for name in first if name in known} | headlines(scenario.kind, others, guard)
+
+
+def printed_metrics(comparison: Comparison, scenario: Scenario, first: Sequence[str] = ()) -> dict[str, Metric]:
+    """The metrics of :func:`shown_metrics` that a command line prints, that of emergency rules where there are some."""
+    table = comparison.table[comparison.table["scenario"] == scenario.name]
+    return shown_metrics(comparison, scenario, first, scenario.setting.has_others, has_guard(table))
 
 
 def comparison_leads(comparison: Comparison, first: Sequence[str] = ()) -> list[Lead]:

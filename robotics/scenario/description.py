@@ -18,7 +18,7 @@ from robotics.laws.setting import Kind, Setting
 from robotics.paths.offset import Offset, compile_offset
 from robotics.paths.path import PathError, Shape, compile_path
 from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import check_quantities, described, quantity
 from robotics.radio.description import Radio, RadioError
 from robotics.radio.faults import Fault
 from robotics.sensing.posture import Sensing
@@ -37,12 +37,16 @@ class ScenarioError(InputError):
 class Member:
     """One robot of a scenario: its start, path, timing, parameters and sensors. Raises ScenarioError."""
 
-    start: Pose  # x [m], y [m], heading [rad]
-    path: Shape  # in a formation by offsets an Offset, and the timing is that of its virtual robot
-    timing: Timing
-    robot: Robot = field(default_factory=Robot)
-    sensing: Sensing | None = None  # its own; None: the scenario's
-    sensors: Mapping[str, RangeSensor] | None = None  # its own range sensors, by name; None: the scenario's
+    start: Pose = described(
+        "Where the robot starts: x, y and heading; with an offset it may be left out.", example=[0.0, 0.0, 0.0]
+    )
+    path: Shape = described("The path that the robot shall follow.")
+    timing: Timing = described("When the robot shall be where on its path.")
+    robot: Robot = described("What differs of this robot from [robot].", default_factory=Robot)
+    sensing: Sensing | None = described("How this robot knows its posture, instead of [sensing].", None)
+    sensors: Mapping[str, RangeSensor] | None = described(
+        "The range sensors of this robot, instead of [[sensors]].", None
+    )
 
     def __post_init__(self) -> None:
         if not all(isfinite(v) for v in self.start):
@@ -63,20 +67,38 @@ class Scenario:
 
     name: str
     robots: tuple[Member, ...]
-    duration: float = quantity(30.0, "s", above=0, most=86400)
-    latency: float = quantity(0.0, "s", least=0, most=2)  # from deciding on a command to its effect, in steps of 10 ms
-    period: float = quantity(0.05, "s", above=0, most=1)  # of the high-level controller, in steps of 10 ms
-    plant: Literal["dynamic", "kinematic"] = "dynamic"
-    divergence: float = quantity(10.0, "m", above=0)  # a robot this far from its reference is stopped
-    sensing: Sensing = field(default_factory=Sensing)
-    sensors: Mapping[str, RangeSensor] = field(default_factory=lambda: SONAR)  # those that each robot carries, by name
-    kind: Kind = "tracking"
-    controller: str = ""  # the controller to run if no other is asked for
-    radio: Radio = field(default_factory=Radio)  # of a team
-    faults: tuple[Fault, ...] = ()
-    obstacles: tuple[Obstacle, ...] = ()  # the robots do not know them, they only sense them
-    title: str = ""
-    source: str = ""  # thesis section or paper, and what was chosen here
+    duration: float = quantity(30.0, "s", above=0, most=86400, doc="How long the run lasts.")
+    latency: float = quantity(
+        0.0, "s", least=0, most=2, doc="The time from deciding on a command to its effect, in steps of 10 ms."
+    )
+    period: float = quantity(
+        0.05, "s", above=0, most=1, doc="The period in which a controller decides, in steps of 10 ms."
+    )
+    plant: Literal["dynamic", "kinematic"] = described(
+        "Whether robots have mass and motors, or do at once what is commanded.", "dynamic"
+    )
+    divergence: float = quantity(
+        10.0, "m", above=0, doc="The distance from its reference at which a robot is stopped, as diverged."
+    )
+    sensing: Sensing = described("How the robots know their posture.", default_factory=Sensing)
+    sensors: Mapping[str, RangeSensor] = described(
+        'The range sensors that each robot carries; left out: those of preset = "sonar".', default_factory=lambda: SONAR
+    )
+    kind: Kind = described(
+        "What the robots do: each follows its own path (tracking), followers keep to a leader (formation), or all "
+        "arrive together (team).",
+        "tracking",
+    )
+    controller: str = described(
+        "The controller to run if no other is asked for: name or name:gain=value,...", "", example="fuzzy"
+    )
+    radio: Radio = described("The radio of a team.", default_factory=Radio)
+    faults: tuple[Fault, ...] = described("Faults of robots and of their radio.", ())
+    obstacles: tuple[Obstacle, ...] = described("Obstacles, which the robots do not know but only sense.", ())
+    title: str = described("What happens, in a line.", "", example="What happens")
+    source: str = described(
+        "Where the numbers come from: a paper, a section of the thesis; and what was chosen.", "", example="a choice"
+    )
     trajectory: Trajectory = field(init=False, repr=False, compare=False)
     setting: Setting = field(
         init=False, repr=False, compare=False

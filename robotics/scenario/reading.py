@@ -11,7 +11,8 @@ from typing import Any
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.environment.world import Obstacle
-from robotics.laws.catalogue import make_controller
+from robotics.laws.catalogue import located, make_controller
+from robotics.laws.foreign import begun
 from robotics.laws.law import check_needs
 from robotics.paths.offset import Offset, offset_start
 from robotics.paths.path import SHAPES, PathError, Shape, compile_path
@@ -43,30 +44,35 @@ def load_scenario(name: str | FilePath) -> Scenario:
     path = FilePath(name)
     if path.suffix != ".toml":
         raise ScenarioError(f"{expected(name, scenario_names(), 'scenario')}; or the path of a .toml file")
-    return parse_scenario(read_text(path, ScenarioError), path.stem, str(path))
+    return parse_scenario(read_text(path, ScenarioError), path.stem, str(path), path.parent)
 
 
-def parse_scenario(text: str, name: str, file: str = "<text>") -> Scenario:
+def parse_scenario(text: str, name: str, file: str = "<text>", folder: FilePath | None = None) -> Scenario:
     """Make the scenario that a TOML text describes. Raises ScenarioError.
 
     Args:
         text: The TOML text.
         name: The name of the scenario.
         file: The name of the file in messages.
+        folder: Where files that ``controller`` names are looked for before the current folder.
     """
     table = parse_table(text, file, ScenarioError)
     with placed(text, file, ScenarioError):
-        return scenario_from_table(table, name)
+        return scenario_from_table(table, name, folder)
 
 
-def scenario_from_table(table: dict[str, Any], name: str) -> Scenario:
+def scenario_from_table(table: dict[str, Any], name: str, folder: FilePath | None = None) -> Scenario:
     """Make the scenario called ``name`` of a TOML file's ``table``, which is left as it is.
+
+    Files that its controller names are looked for in ``folder``, if one is given, before the current folder.
 
     Raises an InputError whose ``at`` holds the keys of the table that it is about.
     """
     rest = dict(table)
     common = rest.pop("robot", {})
     _BUILDER.table(common, ("robot",))
+    if folder is not None and isinstance(rest.get("controller"), str):
+        rest["controller"] = located(rest["controller"], folder)
     members = rest.pop("robots", [])
     if not (isinstance(members, list) and members):
         raise ScenarioError("at least one [[robots]] table is needed").about("robots")
@@ -81,7 +87,7 @@ def scenario_from_table(table: dict[str, Any], name: str) -> Scenario:
         try:  # its gains may not suit the graph, its messages not the radio
             law = make_controller(scenario.controller)
             check_needs(scenario.setting, law)
-            law.init(scenario.setting, 1)
+            begun(law, scenario.setting, 1)
             scenario.radio.check_bandwidth(len(robots), len(law.message))
         except RadioError as error:
             raise error.about("radio") from None
@@ -123,7 +129,7 @@ def _path(table: dict[str, Any], keys: Keys) -> Shape:
     kind = shape.pop("shape")
     if not isinstance(kind, str) or kind not in SHAPES:
         raise ScenarioError(expected(str(kind), SHAPES, "path shape")).about(*keys, "path", "shape")
-    made: Shape = _BUILDER.build(SHAPES[kind], shape, (*keys, "path"))
+    made: Shape = _BUILDER.build(SHAPES[kind], shape, (*keys, "path"), ("shape",))
     return made
 
 
@@ -139,7 +145,7 @@ def _member(table: Any, common: dict[str, Any], keys: Keys, virtual: tuple[Shape
         return _offset_member(table, keys, virtual, robot)
     path = _path(table, keys)
     del table["path"]
-    return _BUILDER.build(Member, table, keys, path=path, robot=robot)
+    return _BUILDER.build(Member, table, keys, ("path", "offset", "robot"), path=path, robot=robot)
 
 
 def _offset_member(table: dict[str, Any], keys: Keys, virtual: tuple[Shape, Timing] | None, robot: Robot) -> Member:
@@ -167,7 +173,7 @@ def _offset_member(table: dict[str, Any], keys: Keys, virtual: tuple[Shape, Timi
     except PathError as error:
         raise error.about(*at) from None
     table = {"start": list(start), **table}
-    return _BUILDER.build(Member, table, keys, path=path, timing=timing, robot=robot)
+    return _BUILDER.build(Member, table, keys, ("offset", "robot"), path=path, timing=timing, robot=robot)
 
 
 def _radio(value: Any, keys: Keys) -> Radio:
@@ -178,7 +184,7 @@ def _radio(value: Any, keys: Keys) -> Radio:
         if not isinstance(preset, str) or preset not in PRESETS:
             raise ScenarioError(expected(str(preset), PRESETS, "radio preset")).about(*keys, "preset")
         table = {**PRESETS[preset], **table}
-    radio: Radio = _BUILDER.build(Radio, table, keys)
+    radio: Radio = _BUILDER.build(Radio, table, keys, ("preset",))
     return radio
 
 
@@ -207,7 +213,7 @@ def _sensors(value: Any, keys: Keys) -> dict[str, RangeSensor]:
             if not isinstance(name, str) or not name:
                 text = f'a sensor needs a name such as "rear", or preset, one of {", ".join(SENSOR_PRESETS)}'
                 raise ScenarioError(text).about(*at)
-            made = {name: _BUILDER.build(RangeSensor, own, at)}
+            made = {name: _BUILDER.build(RangeSensor, own, at, ("name", "preset"))}
         for name in made:
             if name in found:
                 raise ScenarioError(f"there are two sensors called {name!r}").about(*at)

@@ -14,7 +14,7 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import check_quantities, described, quantity
 from robotics.random_streams import RELATIVE_STREAM, WHEEL_STREAM
 from robotics.vehicle import plant as p
 
@@ -36,19 +36,37 @@ class Sensing:
     a complementary filter predicts by odometry and corrects by that share.
     """
 
-    posture: Literal["odometry", "pose"] = "odometry"
-    position_noise: float = quantity(0.0, "m", least=0, most=10)  # standard deviation in x and in y, for "pose"
-    heading_noise: float = quantity(0.0, "rad", least=0, most=pi)  # standard deviation, for "pose"
-    relative_noise: float = quantity(0.0, "1", least=0, most=1)  # x and y times 1 + this × normal (thesis 4.5: 0.1)
-    noise_start: float = quantity(0.0, "s", least=0)  # the noise begins
-    noise_end: float | None = quantity(None, "s", above=0)  # the noise ends; None: with the run
-    filter_gain: float = quantity(1.0, "1", above=0, most=1)  # 1: no filter
-    # Errors of the sizes that odometry assumes, the wheels' radii and the axle: relative standard deviations over seeds
-    wheel_error: float = quantity(0.0, "1", least=0, most=0.2)
-    axle_error: float = quantity(0.0, "1", least=0, most=0.2)
-    # Distance of the true start from where the robot believes to stand: standard deviations over the seeds
-    start_position: float = quantity(0.0, "m", least=0, most=10)
-    start_heading: float = quantity(0.0, "rad", least=0, most=pi)
+    posture: Literal["odometry", "pose"] = described(
+        "How a robot knows where it is: by its encoders alone (odometry), or by a pose sensor with noise.", "odometry"
+    )
+    position_noise: float = quantity(
+        0.0, "m", least=0, most=10, doc="The standard deviation of a pose sensor in x and in y."
+    )
+    heading_noise: float = quantity(
+        0.0, "rad", least=0, most=pi, doc="The standard deviation of a pose sensor's heading."
+    )
+    relative_noise: float = quantity(
+        0.0, "1", least=0, most=1, doc="A pose sensor's x and y are times 1 + this × a normal number (thesis 4.5: 0.1)."
+    )
+    noise_start: float = quantity(0.0, "s", least=0, doc="When a pose sensor's noise begins.")
+    noise_end: float | None = quantity(
+        None, "s", above=0, doc="When a pose sensor's noise ends; left out: with the run.", example=30.0
+    )
+    filter_gain: float = quantity(
+        1.0, "1", above=0, most=1, doc="The share by which a filter corrects odometry by the pose sensor; 1: no filter."
+    )
+    wheel_error: float = quantity(
+        0.0, "1", least=0, most=0.2, doc="The relative standard deviation, over seeds, of the radii odometry assumes."
+    )
+    axle_error: float = quantity(
+        0.0, "1", least=0, most=0.2, doc="The relative standard deviation, over seeds, of the axle odometry assumes."
+    )
+    start_position: float = quantity(
+        0.0, "m", least=0, most=10, doc="The standard deviation, over seeds, of the true start from the believed one."
+    )
+    start_heading: float = quantity(
+        0.0, "rad", least=0, most=pi, doc="Likewise of the true heading at the start from the believed one."
+    )
 
     def __post_init__(self) -> None:
         check_quantities(self, SensingError)

@@ -22,7 +22,7 @@ from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.environment.collision import as_poses, for_runs
 from robotics.environment.world import Geometry
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import check_quantities, quantity, whole
 from robotics.random_streams import SONAR_STREAM
 from robotics.sensing.raycasting import (
     COS_AXIS,
@@ -58,30 +58,38 @@ class SonarError(InputError):
 class RangeSensor:
     """One range sensor in the robot's frame: x forward, y left, from the axle midpoint. Raises SonarError."""
 
-    x: float = quantity(0.0, "m", least=-10, most=10)  # where it is mounted
-    y: float = quantity(0.0, "m", least=-10, most=10)
+    x: float = quantity(0.0, "m", least=-10, most=10, doc="Where it is mounted, ahead of the middle of the axle.")
+    y: float = quantity(0.0, "m", least=-10, most=10, doc="Where it is mounted, to the left of the middle of the axle.")
     axis: float = quantity(
-        0.0, "rad", least=-2 * pi, most=2 * pi
-    )  # its direction, counted from straight ahead to the left
-    half_cone: float = quantity(0.0, "rad", least=0, most=pi)
-    rays: int = 1  # spread evenly over the cone, its edges included; a single one on the axis
-    range: float = quantity(2.0, "m", above=0, most=1000)
-    minimum: float = quantity(0.0, "m", least=0, most=1000)
-    period: float = quantity(0.05, "s", above=0, most=60)  # from update to update
-    noise: float = quantity(0.0, "m", least=0, most=10)  # standard deviation
-    relative_noise: float = quantity(0.0, "1", least=0, most=1)  # of the distance
+        0.0, "rad", least=-2 * pi, most=2 * pi, doc="Its direction, counted from straight ahead to the left."
+    )
+    half_cone: float = quantity(0.0, "rad", least=0, most=pi, doc="Half the opening angle of its cone.")
+    rays: int = whole(
+        1, least=1, most=10_000, doc="How many rays are spread evenly over the cone; a cone needs at least 2."
+    )
+    range: float = quantity(2.0, "m", above=0, most=1000, doc="The distance beyond which it sees nothing.")
+    minimum: float = quantity(0.0, "m", least=0, most=1000, doc="The least distance that it can read.")
+    period: float = quantity(0.05, "s", above=0, most=60, doc="The time from update to update.")
+    noise: float = quantity(0.0, "m", least=0, most=10, doc="The standard deviation of a reading.")
+    relative_noise: float = quantity(
+        0.0, "1", least=0, most=1, doc="The standard deviation of a reading as a share of it, added to the noise."
+    )
     incidence: float = quantity(
-        pi / 2, "rad", above=0, most=pi / 2
-    )  # from the surface's normal; beyond it there is no echo
-    dropout: float = quantity(0.0, "1", least=0, most=1)  # of echoes, independently
-    crosstalk: float = quantity(0.0, "1", least=0, most=1)  # the probability that a robot straight on pings meanwhile
-    failure_start: float | None = quantity(None, "s", least=0)  # from then on it sees nothing; None: it never fails
-    failure_end: float | None = quantity(None, "s", above=0)  # until then; None: to the end
+        pi / 2, "rad", above=0, most=pi / 2, doc="The angle from a surface's normal beyond which there is no echo."
+    )
+    dropout: float = quantity(0.0, "1", least=0, most=1, doc="The probability with which an echo is lost.")
+    crosstalk: float = quantity(
+        0.0, "1", least=0, most=1, doc="The probability with which it hears the ping of a robot straight on instead."
+    )
+    failure_start: float | None = quantity(
+        None, "s", least=0, doc="From when on it sees nothing; left out: it never fails.", example=10.0
+    )
+    failure_end: float | None = quantity(
+        None, "s", above=0, doc="Until when it sees nothing; left out: to the end.", example=20.0
+    )
 
     def __post_init__(self) -> None:
         check_quantities(self, SonarError)
-        if isinstance(self.rays, bool) or not isinstance(self.rays, int) or not 1 <= self.rays <= 10_000:
-            raise SonarError(f"rays must be a whole number >= 1 and <= 10000, got {self.rays!r}").about("rays")
         if self.rays == 1 and self.half_cone > 0:
             raise SonarError(f"rays must be >= 2 to fill a half_cone of {self.half_cone:g} rad, got 1").about("rays")
         if self.minimum >= self.range:

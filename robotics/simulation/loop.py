@@ -12,6 +12,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from robotics.environment.collision import footprints
+from robotics.laws.foreign import begun, commanded
 from robotics.laws.law import Command, Law, Observation, check_needs
 from robotics.laws.setting import Setting
 from robotics.paths.references import sampled
@@ -129,7 +130,7 @@ class Simulation:
             air=self.channel.init(shape[0]) if self.channel else None,
             condition=None,
             heard=Heard.nothing(*shape),
-            memory=self.law.init(self.setting, shape[0]),
+            memory=begun(self.law, self.setting, shape[0]),
             command=Command(none, none, none, none),
             target=reference,
             order=np.zeros((2, *shape)),
@@ -171,7 +172,7 @@ class Simulation:
         seen = Observation(
             state.time, x, y, heading, state.v, state.w, state.reference, references, state.heard, state.ranges
         )
-        command, memory = self.law.control(seen, state.memory, self.setting.period)
+        command, memory = commanded(self.law, seen, state.memory, self.setting.period)
         return state.then(command=command, memory=memory, target=command.target or state.reference)
 
     def obey(self, state: State) -> State:

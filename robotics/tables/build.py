@@ -116,7 +116,7 @@ def _plain(value: Any, hint: Any, field: Field[Any], refuse: Callable[[str], Inp
         return value
     if hint is int:
         if isinstance(value, bool) or not isinstance(value, int):
-            raise refuse("a whole number")
+            raise refuse(accepted(field.metadata) if "whole" in field.metadata else "a whole number")
         return value
     if hint is float:
         if not is_number(value):

@@ -11,6 +11,7 @@ from robotics.experiments.learning.demonstrations import LABELS
 from robotics.laws.catalogue import make_controller
 from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.rules.quantities import quantity_of
+from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import INPUTS
 
 RIDGE = 1e-5  # of the least squares: without it, rules that few samples determine say anything beside them
@@ -56,8 +57,9 @@ class Lesson:
             raise ImitationError(
                 f"into must end in the gain that names the rule base, such as fuzzy:rule_base; got {self.into!r}"
             )
-        tracking = self.into.partition(":")[0].startswith("fuzzy") and set(self.inputs) <= set(INPUTS)
-        if tracking and isinstance(make_controller(self.into.partition(":")[0]), OwnRules):
+        law = Specification.of(self.into)
+        tracking = not law.file and law.name.startswith("fuzzy") and set(self.inputs) <= set(INPUTS)
+        if tracking and isinstance(make_controller(law.name), OwnRules):
             raise ImitationError(
                 f"a rule base of {', '.join(self.inputs)} alone is that of fuzzy tracking itself, which takes its "
                 "inputs from a point ahead of the target; add another input, such as y_err"
@@ -71,7 +73,7 @@ class Lesson:
     @property
     def name(self) -> str:
         """The name of the rule base."""
-        return f"{self.teacher.partition(':')[0].strip()}-learnt"
+        return f"{Specification.of(self.teacher).short}-learnt"
 
     @property
     def pairs(self) -> tuple[str, ...]:

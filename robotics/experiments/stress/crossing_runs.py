@@ -7,13 +7,14 @@ from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.experiments.stress.outcome import LIMIT, StressOutcome
 from robotics.experiments.stress.tally import tallied
+from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.radio.faults import Faults
 
 
 def stress_crossing(
-    controller: Law[Any],
+    controller: Law[Any] | str,
     robots: int,
     seeds: Sequence[int],
     kind: Any = "A",
@@ -23,7 +24,8 @@ def stress_crossing(
     """Drive a random crossing for every seed, and judge what became of it.
 
     Args:
-        controller: The law that drives the robots.
+        controller: The law that drives the robots, or its specification, as worker processes are given it: the class
+            of a law in a user's file is known only where that file has run.
         robots: Number of robots of each crossing.
         seeds: One crossing for each.
         kind: Class of the crossings, "A" or "B".
@@ -32,7 +34,8 @@ def stress_crossing(
     """
     start = begin or (lambda text, total: lambda: None)
     ensemble, faults = disturbed_crossing(robots, seeds, kind, disturbance, start("drawing crossings", len(seeds)))
-    return run_ensemble(ensemble, controller, seeds, faults, start("simulating", ensemble.ticks + 1), disturbance.extra)
+    advance = start("simulating", ensemble.ticks + 1)
+    return run_ensemble(ensemble, as_law(controller), seeds, faults, advance, disturbance.extra)
 
 
 def disturbed_crossing(

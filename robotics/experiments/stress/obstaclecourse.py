@@ -17,6 +17,7 @@ from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.experiments.stress.lanes import Lanes, lanes_beside, lanes_crossing
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.experiments.stress.tally import tallied
+from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import together
@@ -160,7 +161,7 @@ class ObstacleOutcome(StressOutcome):
 
 
 def stress_obstacles(
-    controller: Law[Any],
+    controller: Law[Any] | str,
     seeds: Sequence[int],
     kind: Kind = "A",
     robots: int = 1,
@@ -173,7 +174,8 @@ def stress_obstacles(
     """Drive a random course for every seed, and judge what became of it.
 
     Args:
-        controller: The law that drives the robots.
+        controller: The law that drives the robots, or its specification, as worker processes are given it: the class
+            of a law in a user's file is known only where that file has run.
         seeds: One course for each.
         kind: Class of the courses: "A", "B" or "U".
         robots: Number of robots of each course.
@@ -185,7 +187,7 @@ def stress_obstacles(
     start = begin or (lambda text, total: lambda: None)
     ensemble, faults = disturbed_course(seeds, kind, robots, disturbance, moving, lanes)
     advance = start("simulating", ensemble.ticks + 1)
-    return run_course(ensemble, controller, seeds, faults, advance, disturbance.extra)
+    return run_course(ensemble, as_law(controller), seeds, faults, advance, disturbance.extra)
 
 
 def disturbed_course(

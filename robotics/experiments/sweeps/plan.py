@@ -20,7 +20,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fuzzy.errors import InputError
-from robotics.laws.catalogue import gains_of, make_controller
+from robotics.experiments.versions import digest_of
+from robotics.laws.catalogue import files_of, fis_files_named, located, make_controller
+from robotics.laws.foreign import begun
+from robotics.laws.specification import Specification
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import scenario_from_table
 
@@ -79,6 +82,7 @@ class Sweep:
     name: str = field(default="sweep", compare=False)
     file: str = field(default="<text>", compare=False)
     line: int = field(default=1, compare=False)  # where the file names its controllers
+    folder: str = field(default="", compare=False)  # in which the controllers' files are looked for first
 
 
 @dataclass(frozen=True)
@@ -188,7 +192,7 @@ def _assign(node: Any, keys: Sequence[str], value: Any, name: str) -> None:
 
 
 def controller_at(sweep: Sweep, controller: str, values: Sequence[Any]) -> str:
-    """The specification of a controller with the gains of a point.
+    """The specification of a controller with the gains of a point, and with its files as seen from the current folder.
 
     Args:
         sweep: The sweep, whose axes name the gains.
@@ -198,8 +202,8 @@ def controller_at(sweep: Sweep, controller: str, values: Sequence[Any]) -> str:
     gains = [
         f"{axis.name}={value}" for axis, value in zip(sweep.axes, values, strict=True) if axis.target == "controller"
     ]
-    name, _, own = controller.partition(":")
-    return name + ":" + ",".join(filter(None, (own, *gains))) if gains else controller
+    here = located(controller, sweep.folder)
+    return str(Specification.of(here).with_gains(gains)) if gains else here
 
 
 def described(sweep: Sweep, point: int, values: Sequence[Any]) -> str:
@@ -233,7 +237,7 @@ def check_plan(plan: SweepPlan, advance: Callable[[], None] | None = None) -> No
             if last is None or own != last[0]:  # neighbours in a grid often differ in a gain only
                 last = own, scenario_at(sweep, values)
             for controller in sweep.controllers:
-                law(controller_at(sweep, controller, values)).init(last[1].setting, 1)
+                begun(law(controller_at(sweep, controller, values)), last[1].setting, 1)
         except InputError as error:
             line = _line_about(sweep, error)
             raise SweepError(f"{sweep.file}:{line}: {described(sweep, number, values)}: {error}") from None
@@ -284,7 +288,7 @@ def identity(plan: SweepPlan) -> dict[str, Any]:
             ],
         },
         "scenario_sha256": digest(sweep.table),
-        "files_sha256": {name: _digest_of(path) for name, path in sorted(_files(sweep))},
+        "files_sha256": {name: digest_of(path) for name, path in sorted(_files(sweep))},
         "versions": versions(),
     }
 
@@ -302,16 +306,14 @@ def digest(value: Any) -> str:
 
 
 def _files(sweep: Sweep) -> Iterator[tuple[str, Path]]:
-    """The .fis files, or folders of them, that gains name."""
-    texts = {v for spec in sweep.controllers for v in gains_of(make_controller(spec)).values() if isinstance(v, str)}
-    texts |= {v for a in sweep.axes if a.target == "controller" for v in a.levels if isinstance(v, str)}
-    for text in filter(None, texts):
-        path = Path(text)
-        if path.suffix == ".fis" and path.is_file():
-            yield text, path
-        elif path.is_dir():
-            yield from ((f"{text}/{file.name}", file) for file in path.glob("*.fis"))
-
-
-def _digest_of(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    """The files of laws, and the .fis files or folders of them that gains name; by name, from the sweep's folder."""
+    found: dict[str, Path] = {}
+    for controller in sweep.controllers:
+        found |= files_of(located(controller, sweep.folder))
+    for axis in sweep.axes:
+        for level in axis.levels:
+            if axis.target == "controller" and isinstance(level, str):
+                found |= fis_files_named(level)
+    for text, path in found.items():
+        inside = sweep.folder and path.is_relative_to(sweep.folder)
+        yield (path.relative_to(sweep.folder).as_posix() if inside else text), path

@@ -2,8 +2,8 @@
 
 import re
 import tomllib
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass, fields
 from importlib import resources
 from math import inf
 from pathlib import Path
@@ -13,27 +13,55 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.experiments.sweeps.plan import KEYS, METHODS, MOST_POINTS, Axis, Sweep, SweepError
-from robotics.laws.catalogue import make_controller
-from robotics.quantity import is_number
+from robotics.experiments.sweeps.plan import KEYS, METHODS, MOST_POINTS, Axis, Method, Sweep, SweepError
+from robotics.laws.catalogue import located, make_controller
+from robotics.quantity import described, is_number, quantity, whole
 from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.scenario.renamed import current_name
 from robotics.tables.text import parse_table, read_text
 
-FIELDS = (
-    "title",
-    "scenario",
-    "controllers",
-    "seeds",
-    "first_seed",
-    "chunk",
-    "method",
-    "samples",
-    "seed",
-    "scenario_fields",
-    "controller_parameters",
-)
-RANGE = ("low", "high", "count", "step", "scale")
+
+@dataclass(frozen=True, kw_only=True)
+class SweepFile:
+    """A sweep's file: every point × every controller × every seed. :func:`parse_sweep` reads it."""
+
+    title: str = described("What is swept, in a line.", "", example="What is swept")
+    scenario: str = described(
+        "The scenario that is varied: a name, or a .toml file's path relative to this file.", example="lyapunov-sine"
+    )
+    controllers: tuple[str, ...] = described(
+        "The controllers, each a name or name:gain=value,...; left out: the scenario's own.", (), example=["lyapunov"]
+    )
+    seeds: int = whole(1, least=1, doc="How many seeds each point and controller runs with.")
+    first_seed: int = whole(0, least=0, doc="The first of the seeds.")
+    chunk: int = whole(100, least=1, doc="How many runs are computed and written at a time.")
+    method: Method = described(
+        "How points are chosen: all combinations of the axes' values (grid), at random, or as a Latin hypercube.",
+        "grid",
+    )
+    samples: int | None = whole(None, least=1, doc="How many points a random design has.", example=50)
+    seed: int | None = whole(None, least=0, doc="The seed of a random design; left out: 0.", example=0)
+    scenario_fields: Mapping[str, "AxisRange"] | None = described(
+        'Keys of the scenario\'s file by their dotted names; robots.0 is the first robot, "robots.*" every one.', None
+    )
+    controller_parameters: Mapping[str, "AxisRange"] | None = described("Gains, of every controller.", None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxisRange:
+    """The values of an axis that is a range; others are a list of values."""
+
+    low: float = quantity(MISSING, "1", doc="The least value.", example=0.1)
+    high: float = quantity(MISSING, "1", doc="The greatest value, above low.", example=1.0)
+    count: int | None = whole(None, least=2, most=MOST_POINTS, doc="Of a grid: how many values.", example=5)
+    step: float | None = quantity(
+        None, "1", above=0, doc="Of a grid: how far apart values are, instead of count.", example=0.1
+    )
+    scale: Literal["linear", "log"] = described("Whether values are spread evenly, or by logarithm.", "linear")
+
+
+FIELDS = tuple(f.name for f in fields(SweepFile))
+RANGE = tuple(f.name for f in fields(AxisRange))
 
 
 def sweep_names() -> list[str]:
@@ -60,7 +88,8 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
         text: The TOML text.
         name: The sweep's name.
         file: The file's name in messages.
-        folder: The folder to which a scenario's path is relative, by default the current one.
+        folder: The folder to which a scenario's path is relative, by default the current one; controllers' files are
+            looked for there before the current one.
     """
     source = _Source(text, file)
     table = parse_table(text, file, SweepError)
@@ -89,7 +118,7 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
     return Sweep(
         scenario=scenario,
         table=content,
-        controllers=_controllers(source, table, default),
+        controllers=_controllers(source, table, default, folder),
         axes=axes,
         seeds=source.whole(table, "seeds", 1, 1),
         first_seed=source.whole(table, "first_seed", 0, 0),
@@ -100,6 +129,7 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
         name=name,
         file=file,
         line=source.line("controllers"),
+        folder=str(folder or ""),
     )
 
 
@@ -149,12 +179,15 @@ def _scenario(source: _Source, table: dict[str, Any], folder: Path | None) -> tu
             return name, tomllib.loads(text), load_scenario(name).controller
         path = (folder or Path()) / name if name.endswith(".toml") else Path(name)
         base = load_scenario(path)
-        return base.name, tomllib.loads(path.read_text(encoding="utf-8")), base.controller
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        if base.controller:
+            content["controller"] = base.controller  # with its files as seen from here
+        return base.name, content, base.controller
     except InputError as error:
         raise source.refuse(f"scenario: {error}", "scenario") from None
 
 
-def _controllers(source: _Source, table: dict[str, Any], default: str) -> tuple[str, ...]:
+def _controllers(source: _Source, table: dict[str, Any], default: str, folder: Path | None) -> tuple[str, ...]:
     listed = table.get("controllers", [default] if default else None)
     if not (isinstance(listed, list) and listed and all(isinstance(c, str) for c in listed)):
         raise source.refuse(
@@ -164,7 +197,7 @@ def _controllers(source: _Source, table: dict[str, Any], default: str) -> tuple[
         if listed.count(controller) > 1:
             raise source.refuse(f"controllers: {controller!r} is given twice", "controllers")
         try:
-            make_controller(controller)
+            make_controller(located(controller, folder or Path()))
         except InputError as error:
             raise source.refuse(str(error), "controllers") from None
     return tuple(listed)

@@ -30,6 +30,7 @@ observation: in the thesis's set-up one computer commands all robots. There is n
 these.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path as FilePath
@@ -229,6 +230,11 @@ class LeaderFollower(Law[Memory]):
         return replace(self, **gain)
 
     @property
+    def fuzzy_systems(self) -> Mapping[str, Sugeno]:
+        """The networks, by the names of their outputs; a network tells nothing to robots that it does not drive."""
+        return {" ".join(v.name for v in own.fis.outputs): own.fis for own in self.systems}
+
+    @property
     def idle(self) -> frozenset[str]:
         """The gains that have no effect without a correction."""
         return frozenset({"ky", "kpsi"} if self.correction == "none" else ())
@@ -245,11 +251,25 @@ class LeaderFollower(Law[Memory]):
         alpha, kappa = bearing(path, x, y, heading, self.look_ahead), path.beside(x - dx).curvature
         known = dict(zip(INPUTS, (x, y, heading, dx, alpha, kappa), strict=True))
         found: dict[str, np.ndarray] = {}
+        rows = []
         for system in self.systems:
-            z = system(np.stack([known[v.name] for v in system.fis.inputs], axis=-1))
+            inputs = np.stack([known[v.name] for v in system.fis.inputs], axis=-1)
+            z = system(inputs)
             found |= {v.name: z[:, i] for i, v in enumerate(system.fis.outputs)}
+            rows.append(_told(inputs, [v.name for v in system.fis.outputs], seen.x.shape[1]))
         wish = Velocities(*(found[name] for name in OUTPUTS))
-        return _command(seen, wish, memory, self.correction, self.ky, self.kpsi), memory
+        command = _command(seen, wish, memory, self.correction, self.ky, self.kpsi)
+        return command._replace(inputs=np.concatenate(rows)), memory
+
+
+def _told(inputs: np.ndarray, outputs: list[str], robots: int) -> np.ndarray:
+    """A network's ``inputs`` (runs, inputs) as those of the robots that it drives (inputs, runs, robots), else nan."""
+    told = np.full((inputs.shape[1], len(inputs), robots), np.nan)
+    if any(name.endswith("_l") for name in outputs):
+        told[..., 0] = inputs.T
+    if any(name.endswith("_f") for name in outputs):
+        told[..., 1:] = inputs.T[..., None]
+    return told
 
 
 def load_networks(source: str | tuple[Sugeno, ...]) -> tuple[Sugeno, ...]:

@@ -16,7 +16,7 @@ from fuzzy.naming import expected
 from robotics.laws.law import ControllerError
 from robotics.laws.rules.clearances import BEHIND, FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT
 from robotics.laws.rules.meetings import INSIDE
-from robotics.laws.rules.situation import NONE, Situation
+from robotics.laws.rules.situation import NONE, ONWARD, Situation
 
 PAGE = "docs/quantities.md"  # made of this table; messages name it
 CRUISE = 0.2  # m/s: a robot that is slower is taken to go on at this speed
@@ -88,6 +88,21 @@ _PATH = {
     "gives_way": Quantity("1", "how much the robot gives way to others", lambda s: s.recall.yields),
     "stuck": Quantity("s", "time without progress along the path", lambda s: s.stuck),
 }
+_FORMATION = {
+    "leader_ahead": Quantity(
+        "m",
+        "robot 1 is so far ahead, along its path, of the place level with the robot; for robot 1: ahead of the others' "
+        "mean",
+        lambda s: s.leader_ahead,
+        radio=True,
+    ),
+    "stretch": Quantity("1", "way on the own path for each metre of the path of robot 1, here", lambda s: s.stretch),
+    "onward_bearing": Quantity(
+        "rad",
+        f"bearing of the path's point {ONWARD:g} m beyond the nearest one; beyond its end the path goes on in an arc",
+        lambda s: s.onward_bearing,
+    ),
+}
 _ROOM = {
     "front": Quantity(
         "m", "room ahead", lambda s: np.minimum(np.minimum(s.clear[FRONT_LEFT], s.clear[FRONT_RIGHT]), NONE)
@@ -131,6 +146,7 @@ GROUPS: dict[str, dict[str, Quantity]] = {
     "Its own motion": _OWN,
     "The target": _TARGET,
     "The path and the timetable": _PATH,
+    "The formation": _FORMATION,
     "The room around it": {name: replace(q, ranges=name not in _UNSENSED) for name, q in _ROOM.items()},
     "Each other robot": {name: replace(quantity, pair=True, radio=True) for name, quantity in _PAIRS.items()},
 }

@@ -29,11 +29,13 @@ from robotics.laws.rules.clearances import (
 from robotics.laws.rules.meetings import CELL, Meeting, Meetings, in_the_way, next_meetings, planned_order
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
+from robotics.paths.level import Level
 from robotics.paths.path import PathPoint
 from robotics.paths.posture import PostureError, posture_error, wrapped
 from robotics.paths.trajectory import Reference
 
 LOOK_AHEAD = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
+ONWARD = 0.3  # m: the point of the path to which a robot of a formation steers
 GROWTH = 0.05  # m: a place on the path that has grown by more is progress
 BESIDE, AHEAD = 0.4, 0.7  # m: an obstacle that is nearer is seen beside, and ahead
 PATIENCE = 12.0  # s without progress: from then on the robot expects less
@@ -72,25 +74,30 @@ class Fixed(NamedTuple):
     end: np.ndarray  # (1,) or (runs, 1) s: the last reference arrives
     plan: PlannedTiming | None = None  # what the references are where they are a plan's
     reached: np.ndarray | None = None  # (runs, robots, cells) s: when that has each robot at the cells of the meetings
+    level: Level | None = None  # which places are level with each other; none: that of a single robot
 
     @classmethod
-    def of(cls, setting: Setting, margin: float, plan: PlannedTiming | None = None) -> "Fixed":
+    def of(
+        cls, setting: Setting, margin: float, plan: PlannedTiming | None = None, *, meetings: bool = True
+    ) -> "Fixed":
         """Look at the robots, their sensors and paths.
 
         Args:
             setting: The setting of the law.
             margin: What lies between the circles of robots that do not meet [m].
             plan: References in the place of the setting's.
+            meetings: Whether to look where the paths meet, which takes a while.
         """
         robots = len(setting.robots)
         radii = turning_circles(setting)
         references = plan or setting.references
         paths = references.joined
-        meetings = Meetings.of(paths, robots, radii, margin) if robots > 1 else None
+        found = Meetings.of(paths, robots, radii, margin) if robots > 1 and meetings else None
         ends = references.ends.max(axis=-1, keepdims=True)
-        reached = None if plan is None or meetings is None else plan.reached(CELL, meetings.last.shape[-1])
+        reached = None if plan is None or found is None else plan.reached(CELL, found.last.shape[-1])
         sensors = Sensors.of(setting.robots, setting.sensors)
-        return cls(radii, sensors, meetings, paths.lengths, ends, plan, reached)
+        level = Level.of(references) if robots > 1 else None
+        return cls(radii, sensors, found, paths.lengths, ends, plan, reached, level)
 
 
 class Recall(NamedTuple):
@@ -187,6 +194,48 @@ class Situation:
         """The bearing of that point from the heading [rad]."""
         seen = self.seen
         return wrapped(np.arctan2(self.onwards.y - seen.y, self.onwards.x - seen.x) - seen.heading)
+
+    @cached_property
+    def onward_bearing(self) -> np.ndarray:
+        """The bearing [rad] of the path's point ONWARD beyond the nearest one; beyond its end it goes on in an arc."""
+        s = self.place + ONWARD
+        point, beyond = self.paths.at(s), np.maximum(s - self.fixed.lengths, 0.0)
+        half = point.curvature * beyond / 2
+        chord = beyond * np.sinc(half / np.pi)
+        x, y = point.x + chord * np.cos(point.heading + half), point.y + chord * np.sin(point.heading + half)
+        return wrapped(np.arctan2(y - self.seen.y, x - self.seen.x) - self.seen.heading)
+
+    @cached_property
+    def known_places(self) -> np.ndarray:
+        """The places of all robots as each knows them (runs, robots, others) [m]; not-a-number: never heard.
+
+        Where robots tell each other nothing, one computer drives them all, and knows all.
+        """
+        if self.seen.heard.fields:
+            number = np.arange(self.place.shape[1])
+            return np.where(number == number[:, None], self.place[:, :, None], self.others.place)
+        return np.broadcast_to(self.place[:, None, :], (*self.place.shape, self.place.shape[1]))
+
+    @cached_property
+    def leader_ahead(self) -> np.ndarray:
+        """How far robot 1 is ahead, along its path, of the place that is level with each robot [m].
+
+        Of robot 1 itself: how far it is ahead of the others' mean. Of what is not heard: 0.
+        """
+        if self.fixed.level is None:
+            return np.zeros_like(self.place)
+        level, known = self.fixed.level, self.known_places
+        ahead = known[:, :, 0] - level.on_leader(self.place)
+        followers = level.on_leader(known[:, 0])[:, 1:]
+        heard = ~np.isnan(followers)
+        mean = np.where(heard, followers, 0.0).sum(axis=1) / np.maximum(heard.sum(axis=1), 1)
+        ahead[:, 0] = np.where(heard.any(axis=1), self.place[:, 0] - mean, 0.0)
+        return np.nan_to_num(ahead)
+
+    @cached_property
+    def stretch(self) -> np.ndarray:
+        """The way on the robot's own path for each metre of the path of robot 1, where the robot is."""
+        return np.ones_like(self.place) if self.fixed.level is None else self.fixed.level.stretch(self.place)
 
     @cached_property
     def due(self) -> Reference:

@@ -41,6 +41,12 @@ Without the output `rate` the clock shows the time: `late` is 0. Under `fuzzy` n
 `their_yield` are 0.
 
 """
+_FORMATION = """\
+Robots are level at equal shares of their ways: in a formation by offsets of the virtual path, otherwise of their own
+paths from where their references begin. Robot 1 leads; who has not heard of it knows a lead of 0. Under `formation` and
+`leader-follower` one computer drives all robots, and nothing is heard late or lost.
+
+"""
 _PAIRS = """\
 A rule base with one of these among its inputs is asked once for each other robot, and its answers are joined:
 {added} add up, and of every other output the least holds. A robot that is not heard takes no part; one that
@@ -124,7 +130,12 @@ run = robotics.simulate(team, robotics.make_controller("fuzzy:rule_base=keeper.f
 """
 
 
-_NOTES = {"The target": _TARGET, "The path and the timetable": _PATH, "Each other robot": _PAIRS}
+_NOTES = {
+    "The target": _TARGET,
+    "The path and the timetable": _PATH,
+    "The formation": _FORMATION,
+    "Each other robot": _PAIRS,
+}
 _COLUMNS = ("name", "unit", "meaning", "needs")
 
 

@@ -444,8 +444,8 @@ def test_the_period_that_an_error_names_is_the_least_that_fits(robots, values, h
     ("settings", "field", "message"),
     [
         ({"graph": "starr"}, "graph", "graph must be one of 'star', 'ring', 'line', 'complete', 'edges'; got 'starr'"),
-        ({"hub": 0}, "hub", "hub must be a whole number >= 1, got 0"),
-        ({"hub": 1.5}, "hub", "hub must be a whole number >= 1, got 1.5"),
+        ({"hub": 0}, "hub", "hub must be a whole number >= 1; got 0"),
+        ({"hub": 1.5}, "hub", "hub must be a whole number >= 1; got 1.5"),
         ({"header_bytes": -1}, "header_bytes", "header_bytes must be a whole number >= 0"),
         ({"value_bytes": 0}, "value_bytes", "value_bytes must be a whole number >= 1"),
         ({"graph": "edges"}, "edges", 'belong to graph = "edges"'),

@@ -153,7 +153,12 @@ BAD = {
     "unknown shape": ('"line"', '"lime"', 15, "unknown path shape 'lime'; did you mean 'line'? Known: sine, circle"),
     "shape is a list": ('"line"', '["line"]', 15, "unknown path shape"),
     "shape is a table": ('"line"', "{ line = 1 }", 15, "unknown path shape"),
-    "shape missing": ('shape = "line", ', "", 15, "path lacks shape, one of sine, circle, line, quintic, waypoints"),
+    "shape missing": (
+        'shape = "line", ',
+        "",
+        15,
+        "path lacks shape, one of sine, circle, eight, line, quintic, waypoints",
+    ),
     "path missing": ('path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }', "", 13, "a robot needs a path"),
     "path is a list": (
         '{ shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }',

@@ -270,7 +270,11 @@ def test_wrong_networks_say_what_is_wrong(networks, tmp_path):
 
 
 def test_presets_and_gains():
-    assert {n for n, p in CATALOGUE.items() if p.kind == "formation"} == {"formation", "formation-teacher"}
+    assert {n for n, p in CATALOGUE.items() if p.kind == "formation"} == {
+        "formation",
+        "formation-teacher",
+        "leader-follower",
+    }
     assert gains_of(make_controller("formation-teacher:ky=5"))["ky"] == 5.0
     assert "ky" not in gains_of(make_controller("formation:correction=none"))
     law: Any = make_controller("formation")

@@ -1,0 +1,134 @@
+"""The command ``robotics scenario``: what the keys of one's own files mean, and the JSON schemas of these files."""
+
+import sys
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fuzzy.errors import InputError
+from fuzzy.naming import expected
+from fuzzy.shell.terminal import print_json
+from robotics.commands.filekinds import KINDS, FileKind
+from robotics.commands.shared import Json
+
+if TYPE_CHECKING:
+    from robotics.tables.keys import Placed, Table
+
+
+def scenario(
+    key: Annotated[
+        str | None, typer.Argument(metavar="[KEY]", help="A key or a table, such as robots.timing.speed or timing.")
+    ] = None,
+    explain: Annotated[bool, typer.Option("--explain", help="Say what the keys mean; this is the default.")] = False,
+    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON schema, for editors.")] = False,
+    of: Annotated[str, typer.Option("--of", metavar="KIND", help=f"Kind of file: {', '.join(KINDS)}.")] = "scenario",
+    json: Json = False,
+) -> None:
+    """Explain the keys of a scenario's file, or of another kind of file: unit, range, default and meaning.
+
+    \b
+    Examples: robotics scenario --explain
+      robotics scenario --explain robots.timing.speed
+      robotics scenario --schema > scenario.schema.json    # of a sweep: --schema sweep
+      and a file's first line is  #:schema ./scenario.schema.json
+    """
+    from robotics.tables.keys import find, walk
+    from robotics.tables.schema import naming, schema_of
+
+    if schema:
+        if explain:
+            raise InputError("give --explain or --schema, not both")
+        name = key or of
+        print_json(schema_of(file_kind(name).table(), f"Fuzzyfleet: {file_kind(name).title}"))
+        print(f"robotics: editors find it by a file's first line: {naming(f'{name}.schema.json')}", file=sys.stderr)
+        return
+    table = file_kind(of).table()
+    found = find(table, key) if key else list(walk(table))
+    if json:
+        print_json({"keys": [_row(p) for p in found]})
+    elif key and len(found) == 1:
+        _print_one(found[0])
+    else:
+        _print_tables(table, found, whole=key is None)
+
+
+def file_kind(name: str) -> FileKind:
+    """The kind of file of that name. Raises InputError for another."""
+    if name not in KINDS:
+        raise InputError(expected(name, KINDS, "kind of file"))
+    return KINDS[name]
+
+
+def _row(p: "Placed") -> dict[str, Any]:
+    key = p.key
+    row: dict[str, Any] = {"key": p.path, "shape": p.shape or None, "holds": key.holds, "unit": key.unit or None}
+    bounds = {"above": key.above, "least": key.least, "most": key.most}
+    row |= bounds | {"words": list(key.words) or None, "required": key.required, "default": key.default}
+    return row | {"rule": key.rule or None, "example": key.shown, "accepted": key.accepted, "doc": key.doc}
+
+
+def _default(p: "Placed") -> str:
+    """What holds where a key is left out, in a word."""
+    from robotics.tables.template import toml_value
+
+    key = p.key
+    if key.required:
+        return "needed"
+    return "by rule" if key.rule and key.default is None else "-" if key.default is None else toml_value(key.default)
+
+
+def _print_one(p: "Placed") -> None:
+    """Print all that is known of one key."""
+    from robotics.tables.template import example_line
+
+    key = p.key
+    print(f"{p.marked}" + (f"  (of shape = {p.shape!r})" if p.shape else ""))
+    print(f"  {key.doc}")
+    print(f"  accepted  {key.accepted}")
+    print(f"  default   {_default(p)}" + (f": {key.rule}" if key.rule else ""))
+    if key.table is None:
+        header = p.marked.removesuffix(key.name).strip()
+        shape = f'shape = "{p.shape}"; ' if p.shape else ""
+        print(f"  example   {header + ' ' if header else ''}{shape}{example_line(key)}")
+
+
+def _print_tables(table: "Table", found: list["Placed"], whole: bool) -> None:
+    """Print keys in groups, one for each table; a table that stands in several places is printed in the first."""
+    from rich.console import Console
+    from rich.table import Table as Grid
+
+    width = None if sys.stdout.isatty() else 132
+    console = Console(width=width, highlight=False, markup=False)
+    printed: dict[str, str] = {}
+    groups: dict[str, list[Placed]] = {}
+    for p in found:
+        groups.setdefault(p.marked.removesuffix(p.key.name).strip(), []).append(p)
+    names = _tables_by_header(table)
+    for header, rows in groups.items():
+        name = names[header]
+        if whole and name in printed:
+            continue
+        printed[name] = header
+        others = [other for other, its in names.items() if its == name and other != header] if whole else []
+        print(f"\n{header or 'the file itself'}" + (f", and alike {', '.join(others)}" if others else ""))
+        grid = Grid(box=None, padding=(0, 2, 0, 2), show_header=True, header_style="dim")
+        for column in ("key", "accepted", "default", "meaning"):
+            grid.add_column(column, overflow="fold", no_wrap=column == "key")
+        for p in rows:
+            shown = f"{p.shape}: {p.key.name}" if p.shape else p.key.name
+            grid.add_row(shown, p.key.accepted, _default(p), p.key.doc)
+        with console.capture() as text:
+            console.print(grid)
+        print("\n".join(line.rstrip() for line in text.get().splitlines()))
+
+
+def _tables_by_header(table: "Table") -> dict[str, str]:
+    """The names of tables by their headers, such as "[[robots]]"."""
+    from robotics.tables.keys import walk
+
+    found = {"": table.name}
+    for p in walk(table):
+        if p.key.table is not None:
+            left, right = ("[[", "]]") if p.key.holds == "tables" else ("[", "]")
+            found[f"{left}{p.path}{right}"] = p.key.table.name
+    return found

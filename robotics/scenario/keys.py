@@ -1,0 +1,141 @@
+"""All keys of a scenario's file as data, made from the dataclasses that it is read into.
+
+What :mod:`robotics.scenario.reading` reads by functions of its own and not by the types of fields stands here: paths
+and obstacles by their shape, presets, the virtual robot and offsets from it. A test holds both together.
+"""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from robotics.environment.world import OBSTACLES, Obstacle
+from robotics.paths.offset import Offset
+from robotics.paths.path import SHAPES, Shape
+from robotics.paths.trajectory import Timing
+from robotics.radio.description import PRESETS, Radio
+from robotics.scenario.description import Member, Scenario
+from robotics.scenario.obstacletable import MEASURED
+from robotics.sensing.sonar import PRESETS as SENSOR_PRESETS
+from robotics.sensing.sonar import RangeSensor
+from robotics.tables.keys import Key, Specials, Table, first_line, keys_of, table_of
+from robotics.vehicle.robot import Robot
+
+
+@cache
+def scenario_table() -> Table:
+    """The description of a scenario's file."""
+    robot = robot_table()
+    robots = Table(
+        name="robots",
+        doc="One robot: its start, path, timing, parameters and sensors.",
+        keys=keys_of(Member, _SPECIALS, also=_member_keys(robot)),
+        one_of=(("path", "offset"), ("timing", "offset")),
+    )
+    also = (
+        Key(
+            name="robots", doc="The robots, in the order of their numbers.", holds="tables", table=robots, required=True
+        ),
+        Key(name="robot", doc="What all robots have in common.", holds="table", table=robot),
+        Key(name="virtual", doc="The virtual robot of a formation by offsets.", holds="table", table=_virtual()),
+    )
+    by_name = {key.name: key for key in keys_of(Scenario, _SPECIALS, also=also)}
+    first = ("title", "source", "kind", "controller", "duration", "period", "latency", "plant", "divergence")
+    last = ("sensing", "sensors", "radio", "robot", "robots", "virtual", "obstacles", "faults")
+    between = [name for name in by_name if name not in (*first, *last)]
+    keys = tuple(by_name[name] for name in (*first, *between, *last))
+    return Table(name="scenario", doc="A scenario: its robots, their sensing and radio, and obstacles.", keys=keys)
+
+
+@cache
+def robot_table() -> Table:
+    """The description of the table [robot]."""
+    return table_of(Robot, "robot", _SPECIALS)
+
+
+def _member_keys(robot: Table) -> tuple[Key, ...]:
+    """The keys of a robot that the fields of Member do not tell."""
+    offset = next(key for key in keys_of(Offset, _SPECIALS) if key.name == "offset")
+    members = {key.name: key for key in keys_of(Member, _SPECIALS, without=("robot",))}
+    own = {name: vars(members[name]) | {"required": False} for name in ("start", "path", "timing")}
+    doc = "What differs of this robot from [robot]."
+    return (
+        *(Key(**own[name]) for name in ("start", "path", "timing")),
+        Key(**vars(offset) | {"required": False}),
+        Key(name="robot", doc=doc, holds="table", table=robot),
+    )
+
+
+@cache
+def _virtual() -> Table:
+    path, timing = (key for key in keys_of(Member, _SPECIALS, without=("robot",)) if key.name in ("path", "timing"))
+    docs = {"path": "The path of the virtual robot.", "timing": "When the virtual robot shall be where on its path."}
+    keys = tuple(Key(**vars(key) | {"doc": docs[key.name]}) for key in (path, timing))
+    return Table(name="virtual", doc="The virtual robot from which offsets are measured, thesis (3.3).", keys=keys)
+
+
+@cache
+def _path() -> Table:
+    shape = Key(name="shape", doc="The shape of the path.", holds="word", words=tuple(SHAPES), required=True)
+    return Table(
+        name="path",
+        doc="A path by its shape.",
+        keys=(shape,),
+        by="shape",
+        shapes={name: keys_of(kind) for name, kind in SHAPES.items()},
+        shape_docs={name: first_line(kind) for name, kind in SHAPES.items()},
+    )
+
+
+@cache
+def _obstacles() -> Table:
+    kinds = {**OBSTACLES, **MEASURED}
+    shape = Key(name="shape", doc="The shape of the obstacle.", holds="word", words=tuple(kinds), required=True)
+    common = keys_of(Obstacle, _SPECIALS)
+    names = tuple(key.name for key in common)
+    return Table(
+        name="obstacles",
+        doc="An obstacle: its shape and place; with a path and a timing it moves.",
+        keys=(shape, *common),
+        by="shape",
+        shapes={name: keys_of(kind, _SPECIALS, without=names) for name, kind in kinds.items()},
+        shape_docs={name: first_line(kind) for name, kind in kinds.items()},
+    )
+
+
+@cache
+def _timing() -> Table:
+    return Table(name="timing", doc=first_line(Timing), keys=keys_of(Timing), one_of=(("speed", "duration", "x_rate"),))
+
+
+@cache
+def _radio() -> Table:
+    preset = Key(
+        name="preset", doc="A known radio, of which other keys may change a part.", holds="word", words=tuple(PRESETS)
+    )
+    return table_of(Radio, "radio", also=(preset,))
+
+
+@cache
+def _sensors() -> Table:
+    name = Key(name="name", doc="The sensor's name, by which a law asks for it.", holds="text", example="rear")
+    preset = Key(
+        name="preset",
+        doc="Known sensors, of all of which other keys may change a part, instead of a name.",
+        holds="word",
+        words=tuple(SENSOR_PRESETS),
+    )
+    keys = keys_of(RangeSensor, also=(name, preset))
+    return Table(name="sensors", doc=first_line(RangeSensor), keys=keys, one_of=(("name", "preset"),))
+
+
+def _special(table: Any, holds: Any = "table") -> Any:
+    return lambda name: Key(name=name, doc="", holds=holds, table=table())
+
+
+_SPECIALS: Specials = {
+    Shape: _special(_path),
+    Timing: _special(_timing),
+    Radio: _special(_radio),
+    tuple[Obstacle, ...]: _special(_obstacles, "tables"),
+    Mapping[str, RangeSensor]: _special(_sensors, "tables"),
+}

@@ -1,0 +1,259 @@
+"""The keys of TOML files as data: what each holds, its unit, range and default, and what it means.
+
+:func:`table_of` makes the description of a table from the dataclass that the table is read into, so that a field with
+its unit, range and sentence is told once. What a dataclass cannot tell (tables that come in shapes, keys that are no
+fields) is handed in as data. Explanations, schemas, commented files and pages are made of the descriptions.
+"""
+
+import types
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from math import inf
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from fuzzy.errors import InputError
+from fuzzy.naming import expected
+from robotics.quantity import accepted
+
+Holds = Literal[
+    "number", "whole number", "text", "word", "truth", "point", "pose", "points", "pairs", "texts", "table", "tables"
+]
+_WORDS: dict[str, str] = {
+    "text": "text in quotes",
+    "truth": "true or false",
+    "point": "2 finite numbers [x, y] in m",
+    "pose": "3 finite numbers [x, y, heading] in m, m, rad",
+    "points": "a list of points [x, y] in m",
+    "pairs": "a list of pairs [sender, receiver], robots counted from 1",
+    "texts": "a list of texts in quotes",
+    "table": "a table",
+    "tables": "tables, one for each",
+}
+_OF_TYPES: dict[Any, Holds] = {
+    bool: "truth",
+    int: "whole number",
+    float: "number",
+    str: "text",
+    tuple[float, float]: "point",
+    tuple[float, float, float]: "pose",
+    tuple[tuple[float, float], ...]: "points",
+    tuple[tuple[int, int], ...]: "pairs",
+    tuple[str, ...]: "texts",
+}
+
+
+class KeyUnknownError(InputError):
+    """A name that no key and no table of a file has. The message says which one was probably meant."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Key:
+    """One key of a table."""
+
+    name: str
+    doc: str  # a sentence
+    holds: Holds
+    unit: str = ""
+    above: float = -inf
+    least: float = -inf
+    most: float = inf
+    words: tuple[str, ...] = ()  # those that a "word" may be
+    required: bool = False
+    default: Any = None  # as a file has it; None: the key has no value of its own where it is left out
+    rule: str = ""  # how its value follows from others where it is left out
+    example: Any = None  # as a file has it
+    table: "Table | None" = None  # of a "table", and of each of "tables"
+    or_list: bool = False  # whether a list of values may stand there instead
+
+    @property
+    def accepted(self) -> str:
+        """What it accepts, in words."""
+        if self.holds in ("number", "whole number"):
+            metadata = {"above": self.above, "least": self.least, "most": self.most, "unit": self.unit or "1"}
+            return accepted(metadata | ({"whole": True} if self.holds == "whole number" else {}))
+        words = "one of " + ", ".join(f'"{word}"' for word in self.words) if self.words else _WORDS[self.holds]
+        return f"{words}, or a list of values" if self.or_list else words
+
+    @property
+    def shown(self) -> Any:
+        """A value that it can have, as a file has it: an example, or its default; None for a table."""
+        if self.example is not None:
+            return self.example
+        if self.default is not None:
+            return self.default
+        if self.words:
+            return self.words[0]
+        return {"number": max(self.least, 1.0) if self.above < 1 else 2 * self.above, "whole number": 1}.get(self.holds)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """The keys of a table; one that comes in several shapes has further keys for each."""
+
+    name: str  # such as "timing": what stands in two places alike has one name
+    doc: str
+    keys: tuple[Key, ...] = ()
+    by: str = ""  # the key that says which shape it has; it is among the keys
+    shapes: Mapping[str, tuple[Key, ...]] = field(default_factory=dict)  # by the value of that key
+    shape_docs: Mapping[str, str] = field(default_factory=dict)
+    one_of: tuple[tuple[str, ...], ...] = ()  # groups of keys of which exactly one is given
+    any_key: Key | None = None  # of a table whose keys are free: what stands under each
+
+    def all_keys(self) -> Iterator[tuple[str, Key]]:
+        """Every key with the shape that it belongs to; "" where it belongs to all."""
+        yield from (("", key) for key in self.keys)
+        for shape, keys in self.shapes.items():
+            yield from ((shape, key) for key in keys)
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A key in its file."""
+
+    path: str  # dotted, such as "robots.timing.speed"
+    marked: str  # with its table as a header writes it, such as "[[robots]] timing.speed"
+    shape: str  # of its table: "" where the key belongs to all shapes
+    key: Key
+
+
+Special = Callable[[str], Key]  # the key of a given name that a field of a certain type is
+Specials = Mapping[Any, Special]  # by the type of the field
+
+
+def key_of(f: Field[Any], hint: Any, specials: Specials) -> Key:
+    """The description of the key that the dataclass field ``f`` of type ``hint`` is read from.
+
+    Raises TypeError for a type that no table can hold.
+    """
+    m = f.metadata
+    optional = get_origin(hint) in (Union, types.UnionType)
+    if optional and hint not in specials:
+        hint = next(h for h in get_args(hint) if h is not types.NoneType)
+    made = _held(f.name, hint, specials)
+    required = f.default is MISSING and f.default_factory is MISSING
+    bounds = {name: m[name] for name in ("above", "least", "most") if name in m}
+    default = None if required or f.default is MISSING else _as_written(f.default)
+    rule = getattr(m.get("rule"), "says", "")
+    unit = m.get("unit", "") if m.get("unit") != "1" else ""
+    return Key(
+        **(made | bounds),
+        name=f.name,
+        doc=m.get("doc", ""),
+        unit=unit,
+        required=required,
+        default=default,
+        rule=rule,
+        example=m.get("example"),
+    )
+
+
+def _held(name: str, hint: Any, specials: Specials) -> dict[str, Any]:
+    if hint in specials:
+        special = specials[hint](name)
+        return {"holds": special.holds, "table": special.table}
+    if is_dataclass(hint):
+        assert isinstance(hint, type)
+        return {"holds": "table", "table": table_of(hint, name, specials)}
+    if get_origin(hint) is Literal:
+        return {"holds": "word", "words": get_args(hint)}
+    if get_origin(hint) is tuple and is_dataclass(get_args(hint)[0]):
+        return {"holds": "tables", "table": table_of(get_args(hint)[0], name, specials)}
+    if hint not in _OF_TYPES:
+        raise TypeError(f"{name}: a field of type {hint!r} cannot stand in a table")
+    return {"holds": _OF_TYPES[hint]}
+
+
+def _as_written(value: Any) -> Any:
+    """A default as a file has it; None for one that a file cannot write, such as an empty list of tables."""
+    if isinstance(value, tuple):
+        return [_as_written(v) for v in value] or None
+    return None if value == "" else value
+
+
+def keys_of(
+    kind: type, specials: Specials | None = None, *, without: tuple[str, ...] = (), also: tuple[Key, ...] = ()
+) -> tuple[Key, ...]:
+    """The keys that the dataclass ``kind`` is read from.
+
+    Args:
+        kind: The dataclass. Fields that its constructor does not take, and "name", are no keys.
+        specials: What stands under a field whose type alone does not tell, by the type.
+        without: Fields that are read otherwise.
+        also: Further keys; those that have the name of a field take its place.
+    """
+    hints = get_type_hints(kind)
+    others = {key.name: key for key in also}
+    own = [f for f in fields(kind) if f.init and f.name not in ("name", *without, *others)]
+    return (*also, *(key_of(f, hints[f.name], specials or {}) for f in own))
+
+
+def table_of(kind: type, name: str, specials: Specials | None = None, **more: Any) -> Table:
+    """The description of the table that the dataclass ``kind`` is read from; ``more`` is as of :func:`keys_of`."""
+    return Table(name=name, doc=first_line(kind), keys=keys_of(kind, specials, **more))
+
+
+def first_line(kind: Any) -> str:
+    """The first sentence of the docstring of ``kind``."""
+    return str(kind.__doc__ or "").strip().partition("\n")[0].split(" Raises ")[0]
+
+
+# Finding keys ----------------------------------------------------------------------------------------------------
+
+
+def walk(table: Table, path: str = "", header: str = "") -> Iterator[Placed]:
+    """Every key of a file in its order, each before those of the table under it.
+
+    Args:
+        table: The file's outermost table, or one in it.
+        path: Its place, dotted, with a dot at its end.
+        header: Its place as a file's header writes it.
+    """
+    for shape, key in table.all_keys():
+        yield from _placed(key, path, header, shape)
+    if table.any_key is not None:
+        yield from _placed(table.any_key, path, header, "")
+
+
+def _placed(key: Key, path: str, header: str, shape: str) -> Iterator[Placed]:
+    here = f"{path}{key.name}"
+    yield Placed(here, f"{header} {key.name}".strip(), shape, key)
+    if key.table is not None:
+        yield from walk(key.table, f"{here}.", f"[[{here}]]" if key.holds == "tables" else f"[{here}]")
+
+
+def find(table: Table, name: str) -> list[Placed]:
+    """The keys that ``name`` means in a file, and all below those of them that are tables.
+
+    Args:
+        table: The file's outermost table.
+        name: A key's whole dotted name, or its end, such as "timing.speed".
+
+    Raises KeyUnknownError for a name that no key has.
+    """
+    wanted = name.replace("[", "").replace("]", "").strip(". ")
+    every = list(walk(table))
+    found = [p for p in every if p.path == wanted]
+    if not found:
+        ends = [p for p in every if p.path.endswith(f".{wanted}")]
+        places: dict[int, str] = {}  # the same table in several places is shown in the first
+        for p in ends:
+            places.setdefault(id(p.key.table) if p.key.table is not None else id(p.key), p.path)
+        found = [p for p in ends if p.path in places.values()]
+    if not found:
+        shorter = dict.fromkeys([p.path for p in every] + [p.key.name for p in every])
+        raise KeyUnknownError(expected(wanted, shorter, "key").partition(" Known: ")[0].rstrip(".") + _hint(wanted))
+    inside = [f"{p.path}." for p in found if p.key.table is not None]
+    return [p for p in every if p in found or any(p.path.startswith(start) for start in inside)]
+
+
+def _hint(wanted: str) -> str:
+    return "" if "did you mean" in wanted else " (--explain without a key lists all)"
+
+
+def distinct_tables(table: Table) -> dict[str, Table]:
+    """The tables of a file by name, each once, the outermost first."""
+    found = {table.name: table}
+    for p in walk(table):
+        if p.key.table is not None:
+            found.setdefault(p.key.table.name, p.key.table)
+    return found
