@@ -18,8 +18,9 @@ class MetricError(InputError):
 def metric_in_file(specification: str) -> tuple[str, Metric]:
     """The metric of a specification ``file.py:name``, and its name. Raises MetricError.
 
-    A function takes a :class:`robotics.simulation.run.Run` and returns numbers (runs, robots); the first line of its
-    docstring is its title, and its attribute ``unit``, if it has one, its unit. A :class:`Metric` says more.
+    A function takes a :class:`robotics.simulation.run.Run` and returns numbers (runs, robots), of which less is better;
+    the first line of its docstring is its title, and its attribute ``unit``, if it has one, its unit. A :class:`Metric`
+    says more.
     """
     file, _, name = specification.rpartition(":")
     if not file.endswith(".py") or not name:
@@ -33,7 +34,9 @@ def metric_in_file(specification: str) -> tuple[str, Metric]:
         known = [n for n, v in own.items() if isinstance(v, Metric) or getattr(v, "__module__", "") == module.__name__]
         raise MetricError(f"{file}: {expected(name, known, 'function or Metric')}")
     title = (found.__doc__ or name).strip().partition("\n")[0].rstrip(".")
-    return name, Metric(_checked(found, specification), getattr(found, "unit", "1"), title)
+    return name, Metric(
+        _checked(found, specification), getattr(found, "unit", "1"), title, short=title.partition(":")[0]
+    )
 
 
 def _checked(measure: Any, specification: str) -> Any:

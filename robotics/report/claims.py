@@ -297,7 +297,7 @@ def _estimate(values: np.ndarray) -> Estimate:
 def _words(condition: Condition, measure: Measure, of: str, against: Sequence[str]) -> str:
     """A part's sentence, made of its keys."""
     whose = {"worst": "", "mean": ", mean of the robots"}.get(condition.robots, f", robot {condition.robots}")
-    what, rivals = f"{of}: {measure.title}{whose}", " and of ".join(against)
+    what, rivals = f"{measure.title.partition(':')[0]} of {of}{whose}", " and of ".join(against)
     relation, room = condition.relation, condition.room()
     if not condition.rivals:
         return f"{what} {relation} {limit(getattr(condition, relation), measure.unit)}"
