@@ -27,7 +27,7 @@ from robotics.figures.drawing import looks, seeds_as_text
 from robotics.figures.leads import plot_leads
 from robotics.laws.catalogue import law_title
 from robotics.laws.specification import Specification
-from robotics.measures.evidence import FORMS, Outcome, Verdict
+from robotics.measures.evidence import FEWEST_RUNS, FORMS, Outcome, Verdict
 from robotics.playback.player import player_script
 from robotics.report.chapter import Chapter, Claim, Picture, Plate
 from robotics.report.summarytable import SummaryTable, comparison_leads, shown_metrics, summary_table
@@ -60,6 +60,7 @@ class Heading(NamedTuple):
     text: tuple[str, ...] = ()  # paragraphs
     program: str = ""  # Python that does the same; "": made of the comparison
     written: Mapping[str, str] = MappingProxyType({})  # controllers, as they were named, by what they are called
+    folder: str = ""  # with its last slash: what is left out of the paths of files
     skipped: Mapping[str, Sequence[str]] = MappingProxyType({})  # by scenario, who does not drive there and why
 
 
@@ -115,6 +116,7 @@ def write_report(
         symbols=SYMBOLS,
         outcomes=OUTCOMES,
         forms=FORMS if any(form for claim in claims for form in claim.forms) else (),
+        fewest=FEWEST_RUNS,
         reading=reading,
         counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in SYMBOLS},
         terms=list({row["controller"]: row for each in comparisons for row in _terms(each, heading)}.values()),
@@ -330,6 +332,7 @@ def _terms(comparison: Comparison, heading: Heading) -> list[dict[str, Any]]:
     rows = [{str(key): value for key, value in row.items()} for row in terms(comparison).to_dict(orient="records")]
     for row in rows:
         row["changed"] = Specification.of(comparison.specification(row["controller"])).gains
+        row["gains"] = row["gains"].replace(heading.folder, "") if heading.folder else row["gains"]
         row["name"] = heading.written.get(row["controller"], row["controller"])
     return rows
 

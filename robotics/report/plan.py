@@ -239,15 +239,15 @@ class StudyPlan:
             self._check_on(scenario, condition, metric, keys)
 
     def _check_on(self, scenario: Scenario, condition: Condition, metric: str, keys: Keys) -> None:
-        count = len(scenario.robots)
-        if condition.robot is not None and condition.robot > count:
-            text = f"robot must be one of {scenario.name}, 1 to {count}; got {condition.robot}"
-            raise StudyError(text).about(*keys, "robot")
         # An emergency rule belongs to the law, which says itself whether it has one.
         here = metrics_of(scenario.kind, scenario.setting.has_others, guard=True)
         if metric in ALL_METRICS and metric not in here:
             text = f"{metric} is not measured on {scenario.name}, which is of kind {scenario.kind!r}"
             raise StudyError(f"{text}; measured there: {', '.join(here)}").about(*keys, "metric")
+        count = len(scenario.robots)
+        if condition.robot is not None and condition.robot > count:
+            text = f"robot must be one of {scenario.name}, 1 to {count}; got {condition.robot}"
+            raise StudyError(text).about(*keys, "robot")
         for key, names in (("of", (condition.of,)), ("against", condition.against)):
             for name in names:
                 if why := _refusal(scenario, make_controller(self.laws[self.law_called(name)])):

@@ -320,6 +320,7 @@ def _heading(plan: StudyPlan) -> Heading:
             f'plan = robotics.load_study("{plan.name if packaged else Path(file).as_posix()}")\n'
             'study = robotics.run_study(plan, out="out")\n'
         ),
+        folder=_prefix(plan),
         written=dict(zip(plan.laws, plan.controllers, strict=True)),
         skipped={scenario: lines for group in plan.groups for scenario, lines in group.skipped.items()},
     )
@@ -330,12 +331,25 @@ def _configuration(plan: StudyPlan) -> dict[str, Any]:
     return {
         "study": plan.name,
         "scenarios": [scenario.name for scenario in plan.settings],
-        "controllers": {name: gains_of(make_controller(law)) for name, law in plan.laws.items()},
+        "controllers": {
+            name: {"specification": written, "gains": _gains(plan, law)}
+            for (name, law), written in zip(plan.laws.items(), plan.controllers, strict=True)
+        },
         "seeds": list(plan.row),
         "file": plan.content,
         "files_sha256": {n: hashlib.sha256(f.read_bytes()).hexdigest() for n, f in sorted(_files(plan).items())},
         "versions": versions(),
     }
+
+
+def _prefix(plan: StudyPlan) -> str:
+    """What is left out of the paths of the study's files; "" where there is nothing."""
+    return "" if plan.folder == Path() else f"{plan.folder}/"
+
+
+def _gains(plan: StudyPlan, law: str) -> dict[str, Any]:
+    gains, prefix = gains_of(make_controller(law)), _prefix(plan)
+    return {n: v.removeprefix(prefix) if isinstance(v, str) and prefix else v for n, v in gains.items()}
 
 
 def _files(plan: StudyPlan) -> dict[str, Path]:
