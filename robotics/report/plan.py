@@ -88,6 +88,7 @@ class StudyPlan:
     settings: tuple[Scenario, ...] = field(init=False, repr=False, compare=False)
     laws: Mapping[str, str] = field(init=False, repr=False, compare=False)  # specifications, located, by name
     own_metrics: Mapping[str, Metric] = field(init=False, repr=False, compare=False)
+    metric_files: dict[str, str] = field(init=False, repr=False, compare=False)  # as they are written, by those names
     shown_metrics: tuple[str, ...] = field(init=False, repr=False, compare=False)  # metrics, by their names in tables
 
     def __post_init__(self) -> None:
@@ -96,6 +97,7 @@ class StudyPlan:
         object.__setattr__(self, "laws", self._laws())
         own: dict[str, Metric] = {}
         object.__setattr__(self, "own_metrics", own)
+        object.__setattr__(self, "metric_files", {})
         shown = tuple(self._metric(text, own, ("metrics",)) for text in self.metrics)
         object.__setattr__(self, "shown_metrics", shown)
         _refuse_twice("metrics", shown)
@@ -202,6 +204,9 @@ class StudyPlan:
         """The name of a metric in tables; one of a file is added to ``own``."""
         if ".py:" in text:
             name = text.rpartition(":")[2]
+            if self.metric_files.setdefault(name, text) != text:
+                what = f"{text} and {self.metric_files[name]} would both be called {name} in tables"
+                raise StudyError(f"{what}; rename one").about(*keys)
             if name not in own:
                 try:
                     own[name] = metric_in_file(str(self.folder / text))[1]

@@ -381,6 +381,8 @@ def _save_runs(comparisons: Sequence[Comparison], folder: Path) -> None:
 
 def with_seeds(plan: StudyPlan, seeds: int | None = None, first: int | None = None) -> StudyPlan:
     """The same study with another number of seeds, or another first one."""
+    if seeds is None and first is None:
+        return plan
     return replace(
         plan,
         seeds=plan.seeds if seeds is None else seeds,

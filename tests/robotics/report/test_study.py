@@ -15,6 +15,7 @@ from scipy import stats
 import robotics
 from robotics.experiments.comparison import DEFAULT_CONTROLLERS
 from robotics.measures.evidence import FEWEST_RUNS, judge
+from robotics.measures.own import MetricError
 from robotics.measures.quantities import measured
 from robotics.report.claims import ClaimError, Condition, Measure, decided
 from robotics.report.plan import StudyError, load_study, parse_study, study_names
@@ -119,6 +120,7 @@ BAD = {  # what is replaced, by what, what the line has, and what the message sa
     "seeds no number": ("seeds = 3", 'seeds = "3"', "seeds", "got '3'"),
     "metric": ('"rms_cross_track_m"', '"rms_cross_trak_m"', "rms_cross_trak_m", "did you mean 'rms_cross_track_m'?"),
     "metric's function": ("extra.py:spread_m\"\nof", "extra.py:spred_m\"\nof", "spred_m", "did you mean 'spread_m'?"),
+    "two of a name": ('"extra.py:spread_m"\nof', '"more.py:spread_m"\nof', "more.py", "would both be called spread_m"),
     "metric of the kind": ('"arrival_time_s"\non = "lanes"', '"arrival_time_s"\non = "short"', "arrival_time_s",
                            "arrival_time_s is not measured on short, which is of kind 'tracking'"),
     "on": ('on = "short"', 'on = "shrt"', 'on = "shrt"', "unknown scenario of the study 'shrt'; did you mean 'short'?"),
@@ -198,7 +200,7 @@ def test_verdicts_are_those_of_students_interval(relation: str, seed: int) -> No
     """The oracle: SciPy's interval of the mean of hand-made differences, wholly on one side of 0 or not."""
     mean = 1.0 + 0.04 * (seed - 6)  # so that some hold, some fail and some are open
     ours, rival = numbers(seed, mean), numbers(seed + 100, 1.0)
-    keys, measure, excess = {
+    cases: dict[str, tuple[dict[str, Any], Measure, np.ndarray]] = {
         "less": ({"less": True}, ERROR, ours - rival),
         "more": ({"more": True}, ERROR, rival - ours),
         "margin": ({"less": True, "margin": 0.05}, ERROR, ours - rival + 0.05),
@@ -207,7 +209,8 @@ def test_verdicts_are_those_of_students_interval(relation: str, seed: int) -> No
         "worse": ({"no_worse_by": 0.05}, ERROR, ours - rival - 0.05),
         "worse_room": ({"no_worse_by": 0.05}, ROOM, rival - 0.05 - ours),
         "below": ({"below": 1.02}, ERROR, ours - 1.02),
-    }[relation]
+    }
+    keys, measure, excess = cases[relation]
     found = part(measure, ours, {} if relation == "below" else {"theirs": rival}, **keys)
     low, high = stats.t.interval(0.95, len(excess) - 1, np.mean(excess), stats.sem(excess))
     assert found.outcome == ("holds" if high < 0 else "fails" if low >= 0 else "open")
@@ -341,7 +344,7 @@ def test_processes_change_no_digit(folder: Path) -> None:
 
 def test_a_metric_of_ones_own_that_does_not_measure_is_told(folder: Path) -> None:
     text = STUDY.replace("spread_m", "flat")
-    with pytest.raises(robotics.measures.own.MetricError, match=r"shape \(runs, robots\) = \(3, 1\); got float64"):  # type: ignore[attr-defined]
+    with pytest.raises(MetricError, match=r"shape \(runs, robots\) = \(3, 1\); got float64"):
         run_study(parse_study(text, folder=folder), folder / "out", report=False)
 
 
