@@ -7,11 +7,19 @@
 >>> trained.history[trained.best].train < trained.history[0].train
 True
 
+Learn:
+    train with Options and one of METHODS, a Training comes back; ANFISRegressor, the same for scikit-learn
+Learn as samples come:
+    recursive_start, recursive_step, Recursive
+Look:
+    plot_training, plot_fit, plot_premises
+
 Each name is imported from its module when it is first used, so that the command line starts quickly.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from fuzzy.lazynames import lazy_names
 
 if TYPE_CHECKING:
     from anfis.consequents import Recursive, recursive_start, recursive_step
@@ -23,24 +31,35 @@ if TYPE_CHECKING:
     from anfis.state import Epoch
     from anfis.training import Training, train
 
-_MODULES = {
-    "anfis.consequents": ("Recursive", "recursive_start", "recursive_step"),
-    "anfis.data": ("DataError", "DataWarning"),
+_HOMES = {
+    "anfis.consequents": (
+        "Recursive",
+        "recursive_start",
+        "recursive_step",
+    ),
+    "anfis.data": (
+        "DataError",
+        "DataWarning",
+    ),
     "anfis.estimator": ("ANFISRegressor",),
     "anfis.methods.catalogue": ("METHODS",),
-    "anfis.methods.options": ("Options", "TrainingError"),
-    "anfis.plot": ("plot_fit", "plot_premises", "plot_training"),
+    "anfis.methods.options": (
+        "Options",
+        "TrainingError",
+    ),
+    "anfis.plot": (
+        "plot_fit",
+        "plot_premises",
+        "plot_training",
+    ),
     "anfis.state": ("Epoch",),
-    "anfis.training": ("Training", "train"),
+    "anfis.training": (
+        "Training",
+        "train",
+    ),
 }
-_HOME = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
-    raise AttributeError(f"module 'anfis' has no attribute {name!r}")
-
+if not TYPE_CHECKING:  # a type checker has the names above, and sees which there are not
+    __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
     "METHODS",

@@ -9,59 +9,27 @@
 >>> float(speed([0.5])[0])
 0.25
 
-What needs matplotlib or Numba (pictures, the compiled evaluator) is imported when it is first used.
+Make a system and ask it:
+    Sugeno, Variable, Rule, Clause, Constant, Linear, parse_rule; infer, compile_sugeno; membership functions (Triangle,
+    Gaussian, ... and MATLAB's trimf, gaussmf, ...) and membership_function, which makes one by name
+Files, data and learning a start (the rest is in the package anfis):
+    read_fis, write_fis, parse_fis, format_fis, find_fis, packaged_fis_files; identify, subtractive_clusters,
+    fit_consequents, search_clusters, search_table
+Look and understand:
+    explain, check, surface, Surface; plot_memberships, plot_rules, plot_surface, plot_structure, plot_rules_error,
+    save_figure; MATLAB's names plotmf, plotfis, gensurf, ruleview; editor, the designer in a notebook
+
+Each name is imported from its module when it is first used. What is wrong with an input is an InputError, a ValueError.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from fuzzy.errors import InputError
-from fuzzy.files.fisfile import FisFileError, FisFileWarning, format_fis, parse_fis, read_fis, write_fis
-from fuzzy.files.table import DataError
-from fuzzy.fitting.clustering import ClusteringError, DataWarning, subtractive_clusters
-from fuzzy.fitting.consequents import IdentificationError, fit_consequents
-from fuzzy.fitting.identification import identify
-from fuzzy.fitting.search import SearchResult, search_clusters, search_table
-from fuzzy.inference import Inference, InferenceWarning, infer
-from fuzzy.insight.diagnosis import Finding, check
-from fuzzy.insight.explanation import Explanation, explain
-from fuzzy.insight.surfacegrid import Surface, surface
-from fuzzy.language import RuleError, parse_rule
-from fuzzy.membership import (
-    Bell,
-    Gaussian,
-    LinearS,
-    LinearZ,
-    PiShape,
-    Sigmoid,
-    SigmoidDifference,
-    SigmoidProduct,
-    SShape,
-    Trapezoid,
-    Triangle,
-    TwoSidedGaussian,
-    ZShape,
-    dsigmf,
-    gauss2mf,
-    gaussmf,
-    gbellmf,
-    linsmf,
-    linzmf,
-    pimf,
-    psigmf,
-    sigmf,
-    smf,
-    trapmf,
-    trimf,
-    zmf,
-)
-from fuzzy.membershipfunction import MembershipError, MembershipFunction, membership_function
-from fuzzy.rule import Clause, Rule
-from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
+from fuzzy.lazynames import lazy_names
 
 if TYPE_CHECKING:
     from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
     from fuzzy.designer.notebook import editor
+    from fuzzy.errors import InputError
     from fuzzy.figures.plot import (
         gensurf,
         plot_memberships,
@@ -74,26 +42,165 @@ if TYPE_CHECKING:
         save_figure,
     )
     from fuzzy.figures.search import plot_rules_error
+    from fuzzy.files.fisfile import FisFileError, FisFileWarning, format_fis, parse_fis, read_fis, write_fis
     from fuzzy.files.packaged import find_fis, packaged_fis_files
+    from fuzzy.files.table import DataError
+    from fuzzy.fitting.clustering import ClusteringError, DataWarning, subtractive_clusters
+    from fuzzy.fitting.consequents import IdentificationError, fit_consequents
+    from fuzzy.fitting.identification import identify
+    from fuzzy.fitting.search import SearchResult, search_clusters, search_table
+    from fuzzy.inference import Inference, InferenceWarning, infer
+    from fuzzy.insight.diagnosis import Finding, check
+    from fuzzy.insight.explanation import Explanation, explain
+    from fuzzy.insight.surfacegrid import Surface, surface
+    from fuzzy.language import RuleError, parse_rule
+    from fuzzy.membership import (
+        Bell,
+        Gaussian,
+        LinearS,
+        LinearZ,
+        PiShape,
+        Sigmoid,
+        SigmoidDifference,
+        SigmoidProduct,
+        SShape,
+        Trapezoid,
+        Triangle,
+        TwoSidedGaussian,
+        ZShape,
+        dsigmf,
+        gauss2mf,
+        gaussmf,
+        gbellmf,
+        linsmf,
+        linzmf,
+        pimf,
+        psigmf,
+        sigmf,
+        smf,
+        trapmf,
+        trimf,
+        zmf,
+    )
+    from fuzzy.membershipfunction import MembershipError, MembershipFunction, membership_function
+    from fuzzy.rule import Clause, Rule
+    from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
 
-_MODULES = {
-    "fuzzy.compiled.sugeno": ("CompiledSugeno", "compile_sugeno"),
+_HOMES = {
+    "fuzzy.compiled.sugeno": (
+        "CompiledSugeno",
+        "compile_sugeno",
+    ),
     "fuzzy.designer.notebook": ("editor",),
+    "fuzzy.errors": ("InputError",),
     "fuzzy.figures.plot": (
-        *("gensurf", "plot_memberships", "plot_rules", "plot_structure", "plot_surface"),
-        *("plotfis", "plotmf", "ruleview", "save_figure"),
+        "gensurf",
+        "plot_memberships",
+        "plot_rules",
+        "plot_structure",
+        "plot_surface",
+        "plotfis",
+        "plotmf",
+        "ruleview",
+        "save_figure",
     ),
     "fuzzy.figures.search": ("plot_rules_error",),
-    "fuzzy.files.packaged": ("find_fis", "packaged_fis_files"),
+    "fuzzy.files.fisfile": (
+        "FisFileError",
+        "FisFileWarning",
+        "format_fis",
+        "parse_fis",
+        "read_fis",
+        "write_fis",
+    ),
+    "fuzzy.files.packaged": (
+        "find_fis",
+        "packaged_fis_files",
+    ),
+    "fuzzy.files.table": ("DataError",),
+    "fuzzy.fitting.clustering": (
+        "ClusteringError",
+        "DataWarning",
+        "subtractive_clusters",
+    ),
+    "fuzzy.fitting.consequents": (
+        "IdentificationError",
+        "fit_consequents",
+    ),
+    "fuzzy.fitting.identification": ("identify",),
+    "fuzzy.fitting.search": (
+        "SearchResult",
+        "search_clusters",
+        "search_table",
+    ),
+    "fuzzy.inference": (
+        "Inference",
+        "InferenceWarning",
+        "infer",
+    ),
+    "fuzzy.insight.diagnosis": (
+        "Finding",
+        "check",
+    ),
+    "fuzzy.insight.explanation": (
+        "Explanation",
+        "explain",
+    ),
+    "fuzzy.insight.surfacegrid": (
+        "Surface",
+        "surface",
+    ),
+    "fuzzy.language": (
+        "RuleError",
+        "parse_rule",
+    ),
+    "fuzzy.membership": (
+        "Bell",
+        "Gaussian",
+        "LinearS",
+        "LinearZ",
+        "PiShape",
+        "SShape",
+        "Sigmoid",
+        "SigmoidDifference",
+        "SigmoidProduct",
+        "Trapezoid",
+        "Triangle",
+        "TwoSidedGaussian",
+        "ZShape",
+        "dsigmf",
+        "gauss2mf",
+        "gaussmf",
+        "gbellmf",
+        "linsmf",
+        "linzmf",
+        "pimf",
+        "psigmf",
+        "sigmf",
+        "smf",
+        "trapmf",
+        "trimf",
+        "zmf",
+    ),
+    "fuzzy.membershipfunction": (
+        "MembershipError",
+        "MembershipFunction",
+        "membership_function",
+    ),
+    "fuzzy.rule": (
+        "Clause",
+        "Rule",
+    ),
+    "fuzzy.system": (
+        "Constant",
+        "FuzzySystemError",
+        "Linear",
+        "Sugeno",
+        "Variable",
+    ),
 }
-_HOME = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
-    raise AttributeError(f"module 'fuzzy' has no attribute {name!r}")
-
+if not TYPE_CHECKING:  # a type checker has the names above, and sees which there are not
+    __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
     "Bell",

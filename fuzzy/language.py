@@ -56,7 +56,7 @@ def _columns(text: str) -> int:
 
 
 def parse_rule(text: str, inputs: Mapping[str, Sequence[str]], outputs: Mapping[str, Sequence[str]]) -> Rule:
-    """Read one sentence as a rule.
+    """Read one sentence, ``text``, as a rule.
 
     ``inputs`` and ``outputs`` map the name of each variable to the names of its terms. The language is:
 

@@ -5,25 +5,57 @@
 >>> bool(run["x"].shape == (1, 1, 501))
 True
 
+Describe and simulate:
+    load_scenario, parse_scenario, scenario_names, load_robot, robot_names, Scenario and its parts (Member, Robot,
+    Timing, Radio, Fault, Sensing, RangeSensor, shapes of paths such as Sine); compile_path, formation_scenario,
+    random_team, team_toml, adjacency, laplacian; make_controller, CATALOGUE; simulate, load_run, Run
+Measure, compare and look:
+    measure_all, metrics_of, measure, measure_team, measure_formation, tracking_error, cross_track_error, arrival_time,
+    nearest_distance, progress_gap, true_progress; compare, summarise, Comparison; recovery_curve; explain_decision,
+    explain_spans; player, a run in motion
+Your own laws and metrics:
+    Law, Setting, Observation, Command, Heard, Preset, ControllerError; metric, Metric; a file or an object is accepted
+    wherever a controller or a metric is named: docs/own-law.md
+
 Each name is imported from its module when it is first used, so that the command line starts quickly.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from fuzzy.lazynames import lazy_names
 
 if TYPE_CHECKING:
     from robotics.experiments.comparison import Comparison, compare, summarise
     from robotics.experiments.recovery import Recovery, recovery_curve
+    from robotics.figures.avoidance import plot_avoidance, plot_trajectories
+    from robotics.figures.certificate import plot_certificate
+    from robotics.figures.comparison import plot_comparison
+    from robotics.figures.controllers import plot_errors, plot_paths, plot_velocities
+    from robotics.figures.distances import plot_distances
+    from robotics.figures.drawing import PlotError
+    from robotics.figures.formation_run import plot_formation
+    from robotics.figures.leads import plot_leads
+    from robotics.figures.meetings import plot_meetings
+    from robotics.figures.modes import plot_modes
+    from robotics.figures.progress import plot_progress
+    from robotics.figures.recovery import plot_recovery, plot_scaling
+    from robotics.figures.rules import plot_rules_at
+    from robotics.figures.run import plot_run
+    from robotics.figures.sonar import plot_sonar
+    from robotics.figures.states import plot_states
+    from robotics.figures.team import plot_team
     from robotics.laws.catalogue import CATALOGUE, make_controller
     from robotics.laws.law import Command, Controller, ControllerError, Law, Observation
+    from robotics.laws.preset import Preset
     from robotics.laws.setting import Setting
     from robotics.measures.arrival import arrival_time
     from robotics.measures.explained import explain_decision, explain_spans
     from robotics.measures.formations import FORMATION_METRICS, measure_formation
+    from robotics.measures.own import MetricError, metric
     from robotics.measures.progress import progress_gap, true_progress
     from robotics.measures.registry import measure_all, metrics_of
     from robotics.measures.teams import TEAM_METRICS, measure_team, nearest_distance
-    from robotics.measures.tracking import METRICS, cross_track_error, measure, tracking_error
+    from robotics.measures.tracking import METRICS, Metric, cross_track_error, measure, tracking_error
     from robotics.paths.path import Circle, Line, Path, PathError, Quintic, Sine, Waypoints, compile_path
     from robotics.paths.trajectory import Timing, Trajectory
     from robotics.playback.notebook import player
@@ -37,25 +69,45 @@ if TYPE_CHECKING:
     from robotics.scenario.formations import formation_scenario
     from robotics.scenario.random_team import TeamError, random_team, team_toml
     from robotics.scenario.reading import load_scenario, parse_scenario, scenario_names
+    from robotics.scenario.robots import RobotModel, load_robot, robot_names
     from robotics.sensing.posture import Sensing, SensingError
     from robotics.sensing.sonar import RangeSensor
     from robotics.simulation.loop import SimulationError, simulate
     from robotics.simulation.run import Run, RunError, load_run
     from robotics.vehicle.robot import Robot, RobotError
 
-_MODULES = {
+_HOMES = {
     "robotics.experiments.comparison": ("Comparison", "compare", "summarise"),
     "robotics.experiments.recovery": ("Recovery", "recovery_curve"),
+    "robotics.figures.avoidance": ("plot_avoidance", "plot_trajectories"),
+    "robotics.figures.certificate": ("plot_certificate",),
+    "robotics.figures.comparison": ("plot_comparison",),
+    "robotics.figures.controllers": ("plot_errors", "plot_paths", "plot_velocities"),
+    "robotics.figures.distances": ("plot_distances",),
+    "robotics.figures.drawing": ("PlotError",),
+    "robotics.figures.formation_run": ("plot_formation",),
+    "robotics.figures.leads": ("plot_leads",),
+    "robotics.figures.meetings": ("plot_meetings",),
+    "robotics.figures.modes": ("plot_modes",),
+    "robotics.figures.progress": ("plot_progress",),
+    "robotics.figures.recovery": ("plot_recovery", "plot_scaling"),
+    "robotics.figures.rules": ("plot_rules_at",),
+    "robotics.figures.run": ("plot_run",),
+    "robotics.figures.sonar": ("plot_sonar",),
+    "robotics.figures.states": ("plot_states",),
+    "robotics.figures.team": ("plot_team",),
     "robotics.laws.catalogue": ("CATALOGUE", "make_controller"),
     "robotics.laws.law": ("Command", "Controller", "ControllerError", "Law", "Observation"),
+    "robotics.laws.preset": ("Preset",),
     "robotics.laws.setting": ("Setting",),
+    "robotics.measures.arrival": ("arrival_time",),
     "robotics.measures.explained": ("explain_decision", "explain_spans"),
     "robotics.measures.formations": ("FORMATION_METRICS", "measure_formation"),
+    "robotics.measures.own": ("MetricError", "metric"),
+    "robotics.measures.progress": ("progress_gap", "true_progress"),
     "robotics.measures.registry": ("measure_all", "metrics_of"),
     "robotics.measures.teams": ("TEAM_METRICS", "measure_team", "nearest_distance"),
-    "robotics.measures.arrival": ("arrival_time",),
-    "robotics.measures.progress": ("progress_gap", "true_progress"),
-    "robotics.measures.tracking": ("METRICS", "cross_track_error", "measure", "tracking_error"),
+    "robotics.measures.tracking": ("METRICS", "Metric", "cross_track_error", "measure", "tracking_error"),
     "robotics.paths.path": ("Circle", "Line", "Path", "PathError", "Quintic", "Sine", "Waypoints", "compile_path"),
     "robotics.paths.trajectory": ("Timing", "Trajectory"),
     "robotics.playback.notebook": ("player",),
@@ -69,20 +121,15 @@ _MODULES = {
     "robotics.scenario.formations": ("formation_scenario",),
     "robotics.scenario.random_team": ("TeamError", "random_team", "team_toml"),
     "robotics.scenario.reading": ("load_scenario", "parse_scenario", "scenario_names"),
+    "robotics.scenario.robots": ("RobotModel", "load_robot", "robot_names"),
     "robotics.sensing.posture": ("Sensing", "SensingError"),
     "robotics.sensing.sonar": ("RangeSensor",),
     "robotics.simulation.loop": ("SimulationError", "simulate"),
     "robotics.simulation.run": ("Run", "RunError", "load_run"),
     "robotics.vehicle.robot": ("Robot", "RobotError"),
 }
-_HOME = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
-    raise AttributeError(f"module 'robotics' has no attribute {name!r}")
-
+if not TYPE_CHECKING:  # a type checker has the names above, and sees which there are not
+    __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
     "CATALOGUE",
@@ -99,9 +146,13 @@ __all__ = [
     "Law",
     "Line",
     "Member",
+    "Metric",
+    "MetricError",
     "Observation",
     "Path",
     "PathError",
+    "PlotError",
+    "Preset",
     "Quintic",
     "Radio",
     "RadioError",
@@ -109,6 +160,7 @@ __all__ = [
     "Recovery",
     "Robot",
     "RobotError",
+    "RobotModel",
     "Run",
     "RunError",
     "Scenario",
@@ -134,6 +186,7 @@ __all__ = [
     "explain_spans",
     "formation_scenario",
     "laplacian",
+    "load_robot",
     "load_run",
     "load_scenario",
     "load_study",
@@ -142,13 +195,35 @@ __all__ = [
     "measure_all",
     "measure_formation",
     "measure_team",
+    "metric",
     "metrics_of",
     "nearest_distance",
     "parse_scenario",
     "player",
+    "plot_avoidance",
+    "plot_certificate",
+    "plot_comparison",
+    "plot_distances",
+    "plot_errors",
+    "plot_formation",
+    "plot_leads",
+    "plot_meetings",
+    "plot_modes",
+    "plot_paths",
+    "plot_progress",
+    "plot_recovery",
+    "plot_rules_at",
+    "plot_run",
+    "plot_scaling",
+    "plot_sonar",
+    "plot_states",
+    "plot_team",
+    "plot_trajectories",
+    "plot_velocities",
     "progress_gap",
     "random_team",
     "recovery_curve",
+    "robot_names",
     "run_study",
     "scenario_names",
     "simulate",

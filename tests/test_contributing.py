@@ -39,7 +39,8 @@ from robotics.sensing.sonar import PRESETS, RangeSensor, SensorArray
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import load_run
 from robotics.vehicle import plant
-from robotics.vehicle.robot import Robot
+from robotics.vehicle.robot import ALTERNATIVES, Robot
+from tests.robotics.vehicle.etsro import ETSRO
 
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -196,7 +197,7 @@ def test_a_metric(monkeypatch, tmp_path, capsys):
         tried=("tracking",),
     )
     monkeypatch.setitem(METRICS, "top_speed_mps", entry)
-    monkeypatch.setattr("robotics.report.page._DPI", 30)
+    monkeypatch.setattr("robotics.report.plates.DPI", 30)
     file = tmp_path / "one.toml"
     file.write_text(HEAD + ROBOT)
     run = simulate(parse_scenario(HEAD + ROBOT, "one"), make_controller("lyapunov"))
@@ -237,12 +238,12 @@ def test_an_obstacle(monkeypatch):
     assert scenario.obstacles == (Dumbbell(position=(1.0, 0.0), radius=0.3),)
     with pytest.raises(ScenarioError, match=r"one\.toml:11: radius must be a finite number in m, > 0"):
         parse_scenario(HEAD + ROBOT + table.replace("0.3", "-0.3"), "one", "one.toml")
-    here, sizes = scenario.setting.world.at(0.0), footprints([Robot()])
+    here, sizes = scenario.setting.world.at(0.0), footprints([ETSRO])
     x, y, heading = PLACE
     assert obstacle_contacts(x + 1.0, y, heading, sizes, here) == [[-1]]  # between the discs
     assert obstacle_contacts(x + 1.0, y + 0.2, heading, sizes, here) == [[0]]
     assert obstacle_clearance(x + 1.0, y, heading, sizes, here)[0, 0] == pytest.approx(
-        np.hypot(0.0, 0.5 - Robot().width / 2) - 0.3
+        np.hypot(0.0, 0.5 - ETSRO.width / 2) - 0.3
     )
     eyes = SensorArray.opened([RangeSensor(range=5.0), RangeSensor(range=5.0, axis=np.arctan2(0.5, 1.0))], (0,), 0.05)
     assert eyes.echoes(*PLACE, sizes, here)[0, 0].tolist() == [np.inf, pytest.approx(np.hypot(0.5, 1.0) - 0.3)]
@@ -315,31 +316,31 @@ def test_a_robot_parameter(monkeypatch, tmp_path):
     """Read from a file, moved by, saved with a run, loaded, and told in a report."""
     from robotics.report.page import _facts
 
-    for place in ("robotics.scenario.reading", "robotics.simulation.run", "robotics.report.page"):
+    for place in ("robotics.scenario.robots", "robotics.simulation.run"):
         monkeypatch.setattr(f"{place}.Robot", Loaded)  # where one that adds it edits the class
-    text = HEAD + "[robot]\npayload = 5.0\n" + ROBOT
+    text = HEAD + '[robot]\nmodel = "etsro"\npayload = 5.0\n' + ROBOT
     scenario = parse_scenario(text, "one")
     (robot,) = scenario.setting.robots
-    heavier = plant.parameters(robot) - plant.parameters(Robot())
+    heavier = plant.parameters(robot) - plant.parameters(ETSRO)
     assert np.flatnonzero(heavier).tolist() == [plant.P_MASS]
     assert heavier[plant.P_MASS] == pytest.approx(5.0)
     run = simulate(scenario, make_controller("lyapunov"))
     light = simulate(parse_scenario(HEAD + ROBOT, "one"), make_controller("lyapunov"))
     assert 0 < run["v"][0, 0, 1] < 0.8 * light["v"][0, 0, 1]  # it sets off more slowly
     run.save(tmp_path / "run.npz")
-    assert load_run(tmp_path / "run.npz").about.robots == (Loaded(payload=5.0),)
+    assert load_run(tmp_path / "run.npz").about.robots == (Loaded(**ETSRO.given, payload=5.0),)
     assert "payload 5 kg" in dict(_facts(scenario))["robot"]
-    with pytest.raises(ScenarioError, match=r"one\.toml:3: payload must be a finite number in kg, >= 0 and <= 50"):
+    with pytest.raises(ScenarioError, match=r"one\.toml:4: payload must be a finite number in kg, >= 0 and <= 50"):
         parse_scenario(text.replace("5.0", "-5.0"), "one", "one.toml")
 
 
-@pytest.mark.parametrize("name", [f.name for f in fields(Robot)])
+@pytest.mark.parametrize("name", [f.name for f in fields(Robot) if f.name not in ALTERNATIVES])
 def test_every_robot_parameter_is_read_and_changes_the_plant_or_the_footprint(name):
-    usual = getattr(Robot(), name) or 0.0  # None: a bound that the robot does not have
+    usual = getattr(ETSRO, name) or 0.0  # None: a bound that the robot does not have
     value = round(usual * 1.01 + 0.01 * (usual == 0), 9)
-    (robot,) = parse_scenario(HEAD + f"[robot]\n{name} = {value!r}\n" + ROBOT, "one").setting.robots
-    assert robot == replace(Robot(), **{name: value}) != Robot()
-    same = [np.array_equal(of(robot), of(Robot())) for of in (plant.parameters, lambda r: footprints([r]))]
+    (robot,) = parse_scenario(HEAD + f'[robot]\nmodel = "etsro"\n{name} = {value!r}\n' + ROBOT, "one").setting.robots
+    assert robot == replace(ETSRO, **{name: value}) != ETSRO
+    same = [np.array_equal(of(robot), of(ETSRO)) for of in (plant.parameters, lambda r: footprints([r]))]
     assert not all(same)
 
 
@@ -376,7 +377,7 @@ def test_a_report_chapter(monkeypatch, tmp_path):
         begin("watching the sea", 1)()
         yield lambda: [chapter]
 
-    monkeypatch.setattr("robotics.report.page._DPI", 30)
+    monkeypatch.setattr("robotics.report.plates.DPI", 30)
     begun = []
 
     def begin(description, total):

@@ -80,7 +80,8 @@ def test_the_wheel_carries_data_and_types(python):
         "files('robotics') / 'rulebases' / 'tracking.fis', files('robotics') / 'scenarios' / 'reference.toml',"
         "*(files('robotics') / 'playback' / 'static' / f'player.{end}' for end in ('js', 'css')),"
         "files('robotics') / 'playback' / 'player.html.j2', files('fuzzy') / 'designer' / 'static' / 'bridge.js',"
-        "files('robotics') / 'report' / 'report.html.j2', files('robotics') / 'rulebases' / 'formation' / 'v_l.fis')))"
+        "files('robotics') / 'report' / 'report.html.j2', files('robotics') / 'rulebases' / 'formation' / 'v_l.fis',"
+        "files('robotics') / 'robots' / 'etsro.toml')))"
     )
     done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["True"] * 10
+    assert done.stdout.split() == ["True"] * 11

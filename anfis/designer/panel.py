@@ -160,7 +160,21 @@ class TrainSession:
         name = message.get("name")
         if not isinstance(name, str) or name not in self.made:
             raise TaskError(expected(str(name), self.made, "generator of data"))
-        self._show(await self.bench.background(self.made[name].make))
+        generator, folder = self.made[name], Path(self.bench.document.folder)
+        if generator.asks is None:
+            self._show(await self.bench.background(generator.make))
+            return
+        given = message.get("chosen")
+        if not isinstance(given, dict) or not all(isinstance(value, str) for value in given.values()):
+            raise TaskError(f"{generator.title}: say what is chosen, by name")
+        chosen = {ask.name: given.get(ask.name, ask.value) for ask in generator.asks(folder)}
+        for ask in generator.asks(folder):
+            known = [value for value, _ in ask.options]
+            if known and chosen[ask.name] not in known:
+                raise TaskError(expected(chosen[ask.name], known, ask.title.lower()))
+            if not known and not (chosen[ask.name].isdecimal() and int(chosen[ask.name]) >= 1):
+                raise TaskError(f"{ask.title} must be a whole number >= 1, got {chosen[ask.name]!r}")
+        self._show(await self.bench.background(generator.make, folder, chosen))
 
     def _column(self, message: dict[str, Any]) -> None:
         name, value = message.get("name"), message.get("value")
@@ -265,7 +279,10 @@ class TrainSession:
         folder = Path(self.bench.document.folder).resolve()
         # A link that leads out of the folder is none of its files.
         files = [f.name for f in folder.glob("*.csv") if f.is_file() and f.resolve().is_relative_to(folder)]
-        return {"files": sorted(files), "generators": [[g.name, g.title] for g in self.made.values()]}
+        made = [
+            [g.name, g.title, [ask._asdict() for ask in g.asks(folder)] if g.asks else []] for g in self.made.values()
+        ]
+        return {"files": sorted(files), "generators": made}
 
     def _show(self, table: Columns) -> None:
         self.table = table

@@ -42,12 +42,25 @@ class Columns(NamedTuple):
     inputs: int = 0  # how many of the first columns are inputs; 0: not known
 
 
-class Generator(NamedTuple):
-    """A source of data other than files. ``make`` can be pickled, and may take seconds."""
+class Ask(NamedTuple):
+    """One choice that a generator of data asks for, before it makes them."""
 
     name: str
     title: str
-    make: Callable[[], Columns]
+    options: tuple[tuple[str, str], ...]  # each value with its words; none: a whole number >= 1
+    value: str  # what is chosen at first
+
+
+class Generator(NamedTuple):
+    """A source of data other than files. ``make`` can be pickled, and may take seconds.
+
+    One that asks is given the folder that is opened and what was chosen, by name: ``make(folder, chosen)``.
+    """
+
+    name: str
+    title: str
+    make: Callable[..., Columns]
+    asks: Callable[[Path], tuple[Ask, ...]] | None = None  # of the folder that is opened
 
 
 @dataclass(frozen=True, kw_only=True)

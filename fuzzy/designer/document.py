@@ -4,8 +4,8 @@ import hashlib
 import os
 import warnings
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,21 +14,13 @@ from typing import Any, NamedTuple
 from fuzzy.designer import autosave
 from fuzzy.designer.design import Design, design_of, file_text, point_in, with_disabled
 from fuzzy.designer.edits import edited
+from fuzzy.designer.saving import DocumentError, alone_in, check_untouched, digest_of
 from fuzzy.designer.variableedits import new_variable
-from fuzzy.errors import InputError
 from fuzzy.files.fisfile import FisFileWarning, read_fis, write_fis
 from fuzzy.system import Sugeno
 
 DEPTH = 100  # edits that can be undone
 _LONGEST = 200  # bytes of a file's name: file systems take 255, and unsaved work's is longer
-
-
-class DocumentError(InputError):
-    """A file that cannot be opened or saved as asked. The message names it and says what helps."""
-
-
-class OverwriteError(DocumentError):
-    """A file that saving would replace although this document does not know what it holds."""
 
 
 class _Entry(NamedTuple):
@@ -104,7 +96,7 @@ class Document:
 
     def _from_file(self, first_key: int = 0) -> Design:
         """The design in the file; what is known of the file is then what it holds now."""
-        digest = _digest(self.path)
+        digest = digest_of(self.path)
         if digest is None:
             fis = self._begin or new_system(self.path.stem)
         else:
@@ -277,16 +269,9 @@ class Document:
         text = self.text()
         if not target.parent.is_dir():
             raise DocumentError(f"{target}: there is no folder {target.parent}")
-        with _alone(target.parent):
+        with alone_in(target.parent):
             if not overwrite:
-                present = _digest(target)
-                if target != self.path and present is not None:
-                    raise OverwriteError(f"{target.name} exists already; overwrite it or choose another name")
-                if present is not None and present != self._digest:
-                    raise OverwriteError(
-                        f"{target.name} was changed on disk by another program since it was opened here; "
-                        "save under another name, or overwrite it"
-                    )
+                check_untouched(target, self._digest if target == self.path else None, target == self.path)
             write_fis(self.design.written, target)
         self.path, self._saved_text = target, text
         self._digest = hashlib.sha256(text.encode()).hexdigest()
@@ -338,34 +323,3 @@ def _misspelt(design: Design) -> bool:
 def _inside(folder: Path, path: Path) -> bool:
     """Does ``path``, with its links followed, lie in ``folder``?"""
     return Path(os.path.realpath(path)).is_relative_to(folder)
-
-
-def _digest(path: Path) -> str | None:
-    """The digest of the file's bytes; None where there is none. DocumentError where it cannot be read."""
-    try:
-        if not path.is_file():
-            if path.exists():
-                raise DocumentError(f"{path} is not a file")
-            return None
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as error:
-        raise DocumentError(f"{path} cannot be read: {error.strerror or error}") from None
-
-
-@contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Keep other processes from saving in the folder meanwhile, where the system can."""
-    try:
-        import fcntl
-    except ImportError:  # Windows: two programs that save within the same millisecond are not told apart
-        yield
-        return
-    try:
-        handle = os.open(folder, os.O_RDONLY)
-    except OSError as error:
-        raise DocumentError(f"{folder} cannot be opened: {error.strerror or error}") from None
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(handle)

@@ -3,8 +3,9 @@
 import asyncio
 import sys
 
-from fuzzy.designer.document import Document, DocumentError
+from fuzzy.designer.document import Document
 from fuzzy.designer.folder import LARGEST_FILE, MOST_RULES, Folder, FolderError
+from fuzzy.designer.saving import DocumentError
 from fuzzy.designer.workers import DesignerWorkers
 from fuzzy.system import Sugeno
 

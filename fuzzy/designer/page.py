@@ -12,12 +12,13 @@ from nicegui import background_tasks, ui
 from nicegui.elements.mixins.text_element import TextElement
 
 from fuzzy.designer.bridge import Bridge
-from fuzzy.designer.document import Document, OverwriteError
+from fuzzy.designer.document import Document
 from fuzzy.designer.figures import check_figure, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import OpenDocuments
 from fuzzy.designer.panel import Place, Workbench, find_panels
+from fuzzy.designer.saving import OverwriteError
 from fuzzy.designer.tabs import Tab, tab_group
 from fuzzy.designer.views import compared_data, document_data, functions_data, surface_data, viewer_data
 from fuzzy.designer.workers import WorkError

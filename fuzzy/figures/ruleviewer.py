@@ -22,7 +22,7 @@ _FILL = 0.72  # the part of a row that a degree of 1 fills
 _SMALL = 6.5  # text in the rows, in points
 
 
-def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False) -> Figure:
+def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False, title: str | None = None) -> Figure:
     """Draw the rule viewer: a row for each rule, a column for each input and output.
 
     In an input's column the clause's degree of membership (with its "not" and hedges) is filled up to the degree
@@ -33,6 +33,7 @@ def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False) -> Figure:
         fis: The system.
         x: The point (inputs,), each in the unit of its variable.
         only_fired: Whether rules with below 0.1 % of the result are left out.
+        title: What stands over the picture.
 
     Raises FuzzySystemError for a point of the wrong shape, or a system without rules.
     """
@@ -53,7 +54,7 @@ def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False) -> Figure:
         result = infer(fis, x)
     shown = [r for r in range(len(fis.rules)) if not only_fired or result.weights[r] >= 1e-3]
     row = min(0.5, max(0.26, 6.5 / max(len(shown), 1)))  # inches
-    body, head, foot, axis = row * max(len(shown), 1), 0.42, 0.62, 0.25
+    body, head, foot, axis = row * max(len(shown), 1), 0.42 if title is None else 0.68, 0.62, 0.25
     widths = [0.35, *[1.5] * len(fis.inputs), 0.8, *[1.5] * len(fis.outputs)]
     total = max(DOUBLE * 0.75, min(DOUBLE, sum(widths) + 0.2), 0.75 * len(widths))
     height = head + body + foot + axis
@@ -78,8 +79,8 @@ def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False) -> Figure:
         _numbers(columns[0], fis, shown)
         for i, variable in enumerate(fis.inputs):
             _input_column(columns[1 + i], fis, i, float(x[i]), shown, inches * widths[1 + i])
-            title = f"{_label(variable, inches * widths[1 + i])}\n= {number(float(x[i]))}"
-            columns[1 + i].set_title(title, parse_math=False)
+            above = f"{_label(variable, inches * widths[1 + i])}\n= {number(float(x[i]))}"
+            columns[1 + i].set_title(above, parse_math=False)
         middle = 1 + len(fis.inputs)
         _firing_column(columns[middle], result.firing, shown)
         for j, variable in enumerate(fis.outputs):
@@ -92,6 +93,8 @@ def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False) -> Figure:
         right = columns[middle].get_position().x1
         text = f"result: the weighted {rule} of the proposals; a bar is as high as the rule's share"
         text = fill(text, max(14, min(48, int((right * total - 0.1) / 0.052))))  # 0.052 in a letter at this size
+        if title is not None:
+            figure.text(0.1 / total, 1 - 0.06 / height, title, va="top", fontsize=9, parse_math=False)
         figure.text(right, below - 0.12 / height, text, ha="right", va="center", fontsize=_SMALL, color="0.3")
         return figure
 

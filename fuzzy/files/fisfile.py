@@ -273,7 +273,7 @@ class _Reader(FisLines):
 
 
 def write_fis(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> None:
-    """Write ``fis`` as a .fis file in UTF-8. An older file stays until the new one is whole.
+    """Write ``fis`` as the .fis file ``path`` in UTF-8. An older file stays until the new one is whole.
 
     The lines of ``comment``, if there are any, stand at the top of the file; the first one is its title.
 

@@ -69,7 +69,9 @@ def subtractive_clusters(
     ranges: Any = None,
     weights: Any = None,
 ) -> Clusters:
-    """Cluster ``data`` (samples, columns); see :func:`densities` for the arguments and :class:`Options`.
+    """Cluster ``data`` (samples, columns).
+
+    ``radius``, ``ranges`` and ``weights`` are as of :func:`densities`, and ``options`` are those of :class:`Options`.
 
     The Gaussian of a cluster has the width radius · range / √8 in each column, which is that of the density
     exp(−4 |Δ|²) with Δ in radii. Raises ClusteringError; warns (DataWarning) of a constant column.

@@ -14,6 +14,7 @@ from fuzzy.errors import InputError
 from fuzzy.shell.terminal import application, run
 from robotics.commands.animate import animate
 from robotics.commands.certify import certify
+from robotics.commands.check import check
 from robotics.commands.compare import compare
 from robotics.commands.copy import copy
 from robotics.commands.dataset import dataset
@@ -21,7 +22,9 @@ from robotics.commands.explain import explain
 from robotics.commands.learn import learn
 from robotics.commands.list import list_
 from robotics.commands.new import new
+from robotics.commands.plot import plot
 from robotics.commands.repeat import Stress, repeat
+from robotics.commands.robot import robot
 from robotics.commands.run import run_
 from robotics.commands.scenario import scenario
 from robotics.commands.stress import stress
@@ -39,12 +42,15 @@ app.command("list")(list_)
 app.command()(copy)
 app.command()(scenario)
 app.command()(new)
+app.command()(check)
 app.command("run")(run_)
 app.command()(repeat)
 app.command()(compare)
+app.command()(plot)
 app.command()(explain)
 app.command()(animate)
 app.command()(certify)
+app.command()(robot)
 app.command()(sweep)
 app.command()(study)
 app.command()(team)

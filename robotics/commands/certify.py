@@ -11,6 +11,7 @@ from robotics.commands.shared import Json
 
 if TYPE_CHECKING:
     from robotics.experiments.certificate import Certificate, SectorModel
+    from robotics.scenario.robots import RobotModel
 
 
 def certify(
@@ -37,6 +38,9 @@ def certify(
         float | None,
         typer.Option(help="Wanted decay rate, 1/s. A lower one gives a larger region. Default: the greatest"),
     ] = None,
+    robot: Annotated[
+        str, typer.Option(metavar="NAME|FILE", help="The robot whose limits count: a name, or a .toml file.")
+    ] = "etsro",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the simulated starts and references.")] = 0,
     plot: Annotated[Path | None, typer.Option(metavar="PICTURE", help="Draw the region: .png, .pdf, .svg.")] = None,
     json: Json = False,
@@ -47,7 +51,7 @@ def certify(
     """
     from robotics.experiments import certificate as theory
     from robotics.laws.tracking.lyapunov import Lyapunov
-    from robotics.vehicle.robot import Robot
+    from robotics.scenario.robots import load_robot
 
     if law not in ("lyapunov", "pdc"):
         raise theory.CertificateError(f"--law must be lyapunov or pdc; got {law!r}")
@@ -62,6 +66,7 @@ def certify(
         check_picture(plot)
     if form not in ("2.31", "2.32"):
         raise theory.CertificateError(f"--form must be 2.31 or 2.32; got {form!r}")
+    machine = load_robot(robot)
     model = theory.SectorModel(
         law=Lyapunov(kx=kx, ky=ky, kpsi=kpsi, form=form, catch_up=catch_up),  # type: ignore[arg-type]
         speed_low=speed[0],
@@ -77,7 +82,7 @@ def certify(
         from fuzzy.figures.drawing import save_figure
         from robotics.figures.certificate import plot_certificate
 
-        save_figure(plot_certificate(found, seed=seed), plot)
+        save_figure(plot_certificate(found, machine.robot, seed=seed), plot)
     x, y, psi = (float(width) for width in found.half_widths)
     report: dict[str, Any] = {
         "law": {"kx": kx, "ky": ky, "kpsi": kpsi, "form": form, "catch_up": catch_up},
@@ -93,7 +98,7 @@ def certify(
         "region": {"x": x, "y": y, "heading": psi},
         "largest_turn": found.largest_turn,
         "largest_speed": found.largest_speed,
-        "unsaturated_share": found.unsaturated(Robot()),
+        "unsaturated_share": found.unsaturated(machine.robot),
         "worst_eigenvalue": found.worst_eigenvalue,
         "worst_eigenvalue_on_grid": worst,
         "grid": len(grid),
@@ -101,7 +106,7 @@ def certify(
         "increases": trial.increases,
         "slowest_step": trial.slowest,
         "certified": certified(found),
-        "not_certified": not_certified(found),
+        "not_certified": not_certified(found, machine),
     }
     if json:
         print_json(report)
@@ -203,20 +208,19 @@ def certified(found: "Certificate") -> list[str]:
     ]
 
 
-def not_certified(found: "Certificate") -> list[str]:
-    """The sentences that say what the certificate does not certify."""
-    from robotics.vehicle.robot import Robot
-
-    model, share = found.model, found.unsaturated(Robot())
+def not_certified(found: "Certificate", machine: "RobotModel") -> list[str]:
+    """The sentences that say what the certificate does not certify, for the limits of a robot."""
+    model, share, name = found.model, found.unsaturated(machine.robot), machine.title.partition(":")[0] or machine.name
     if share >= 1:
-        limits = "Saturation plays no part: in the region no command meets a limit of the EtsRo."
+        limits = f"Saturation plays no part: in the region no command meets a limit of the robot ({name})."
     elif share > 0:
         limits = (
-            f"Saturation: the EtsRo's limits are met by no command only within {100 * share:.0f} % of the region's "
-            f"half-widths (which no trajectory leaves either); |v| may reach {found.largest_speed:.3g} m/s at its rim."
+            f"Saturation: the robot's limits ({name}) are met by no command only within {100 * share:.0f} % of the "
+            f"region's half-widths (which no trajectory leaves either); |v| may reach {found.largest_speed:.3g} m/s "
+            "at its rim."
         )
     else:
-        limits = "Saturation: such a reference alone may need all that the EtsRo's wheels can give."
+        limits = f"Saturation: such a reference alone may need all that the robot's wheels can give ({name})."
     differs = (
         f"The law with another catch_up: the certificate is for {model.law.catch_up:g} m/s."
         if model.law.form == "2.32"

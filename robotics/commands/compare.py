@@ -12,7 +12,7 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import INTERRUPTED, print_json
-from robotics.commands.shared import Json, Quiet, print_forewarnings, report_divergences
+from robotics.commands.shared import Json, Metric, Quiet, print_forewarnings, print_outside, report_divergences
 from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts
 from robotics.experiments.versions import versions
 
@@ -42,6 +42,11 @@ def compare(
     controllers: Annotated[
         str | None, typer.Option(help="Comma-separated: fuzzy,csm:k=0.3,esm. Default: those of the scenarios' kind.")
     ] = None,
+    law: Annotated[
+        list[str] | None,
+        typer.Option("--law", metavar="FILE.py:NAME", help="A law of your own besides: mylaw.py:MyLaw:gain=2."),
+    ] = None,
+    metric: Metric = None,
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from --seed on.")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
     out: Annotated[Path, typer.Option(metavar="FOLDER", help="Where tables and report.html go.")] = Path("out"),
@@ -74,19 +79,21 @@ def compare(
     from robotics.report.study import run_study, with_seeds, write_study
     from robotics.scenario.reading import load_scenario, scenario_names
 
-    own = bool(scenarios) or controllers is not None
+    own = bool(scenarios) or controllers is not None or bool(law) or bool(metric)
     kind = "tracking" if suite is Suite.thesis else suite.value
     settings = [load_scenario(name) for name in scenarios or scenario_names(kind)]
     laws = split_controllers(controllers) if controllers is not None else list(DEFAULT_CONTROLLERS[settings[0].kind])
+    laws += law or []
     judged = claims if claims is not None else not own and suite is Suite.thesis
     command = ["robotics", "compare", *(scenarios or []), f"--seeds={seeds}", f"--seed={seed}"]
     if suite is not Suite.thesis:
         command.append(f"--suite={suite.value}")
-    if controllers is not None:
+    if controllers is not None or law:
         command.append(f"--controllers={','.join(laws)}")
-    check_comparison(settings, laws)
-    made = {law: make_controller(law) for law in laws}
-    print_forewarnings(s for x in settings for law in laws for s in forewarnings(x.setting, made[law], law))
+    command += [f"--metric={name}" for name in metric or []]
+    check_comparison(settings, laws, metric or ())
+    made = {name: make_controller(name) for name in laws}
+    print_forewarnings(s for x in settings for name in laws for s in forewarnings(x.setting, made[name], name))
     wanted, done = sum(len(s.robots) for s in settings) * len(laws) * seeds, 0
 
     def kept(rows: int) -> None:
@@ -100,10 +107,12 @@ def compare(
             if judged and not own and suite is Suite.thesis:
                 study = run_study(with_seeds(load_study("thesis"), seeds, seed), out, chapters=chapters, **told)
             else:
-                study = write_study(out, settings, laws, range(seed, seed + seeds), chapters=chapters, **told)
+                every = range(seed, seed + seeds)
+                study = write_study(out, settings, laws, every, metrics=metric or (), chapters=chapters, **told)
     except KeyboardInterrupt:
         print(f"robotics: interrupted; {done} of {wanted} rows are in {out / 'results.csv'}", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
+    left = print_outside(run for each in study.comparisons for run in each.runs.values())
     if json:
         print_json(
             {
@@ -111,6 +120,7 @@ def compare(
                 "claims": [claim.row() for claim in study.claims],
                 "contacts": contact_rows(study),
                 "diverged": study.divergences,
+                "outside": left,
                 "files": study.files,
                 "versions": versions(),
             }

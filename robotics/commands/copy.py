@@ -1,4 +1,4 @@
-"""The command ``robotics copy``: packaged rule bases and scenarios as files of one's own."""
+"""The command ``robotics copy``: packaged rule bases, scenarios and robots as files of one's own."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +14,7 @@ def copy(
         list[str],
         typer.Argument(
             metavar="NAME...",
-            help="Rule bases, folders of them, scenarios; write tracking.fis or x.toml where a name is both.",
+            help="Rule bases, folders of them, scenarios, robots; write tracking.fis or x.toml where a name is both.",
             show_default=False,
         ),
     ],
@@ -22,7 +22,7 @@ def copy(
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that are there already.")] = False,
     json: Json = False,
 ) -> None:
-    """Copy packaged rule bases and scenarios, to change them; `robotics list` says which there are.
+    """Copy packaged rule bases, scenarios and robots, to change them; `robotics list` says which there are.
 
     Example: robotics copy tracking three-cross --to mine, then
     robotics run mine/three-cross.toml --controller cooperation:rule_base=mine/tracking.fis

@@ -13,12 +13,13 @@ def regenerate(
     out: Annotated[Path, typer.Option(metavar="FOLDER", help="The folder datasets to fill.")] = Path("datasets"),
     json: Json = False,
 ) -> None:
-    """Make all computed files of datasets/ again, byte for byte: formation data, and the thesis's systems as .fis.
+    """Make all computed files of datasets/ again, byte for byte: formation data with cards, the thesis's systems.
 
-    The systems are made from the tables in FOLDER/thesis, which are transcribed and stay as they are; without them
-    only the formation data are made. Example: robotics dataset regenerate --out datasets
+    The systems, .fis files, are made from the tables in FOLDER/thesis, which are transcribed and stay as they are;
+    without them only the formation data are made. Example: robotics dataset regenerate --out datasets
     """
     from fuzzy.files.fisfile import write_fis
+    from robotics.experiments.learning.datacard import thesis_columns, thesis_facts, write_card
     from robotics.experiments.learning.formationdata import FILES, formation_data, write_data
     from robotics.thesis.printed_systems import NETWORKS, thesis_comment, thesis_system
 
@@ -27,7 +28,9 @@ def regenerate(
     for name, recipe in FILES.items():
         table = formation_data(recipe)
         write_data(out / name, table.names, table.values)
-        written.append(out / name)
+        kind, check = f" --kind {recipe.kind}", " --check" * recipe.stream
+        facts = thesis_facts(recipe, f"robotics dataset formation{kind}{check} -o {name}")
+        written += [out / name, write_card(out / name, facts, thesis_columns(table), table.values)]
     thesis = out / "thesis"
     if thesis.is_dir():
         for number in NETWORKS:

@@ -33,6 +33,18 @@ def _read_scenario(text: str) -> Any:
     return parse_scenario(text, "new")
 
 
+def _robot_table() -> Table:
+    from robotics.scenario.keys import robot_file_table
+
+    return robot_file_table()
+
+
+def _read_robot(text: str) -> Any:
+    from robotics.scenario.robots import parse_robot
+
+    return parse_robot(text, "new")
+
+
 def _sweep_table() -> Table:
     from robotics.experiments.sweeps.keys import sweep_table
 
@@ -108,6 +120,20 @@ _SCENARIOS: dict[str, dict[str, Any]] = {
         },
     },
 }
+_ROBOT = {
+    "title": "A small robot on two wheels",
+    "source": "all numbers are choices",
+    "body_mass": 2.0,
+    "length": 0.25,
+    "width": 0.2,
+    "half_axle": 0.09,
+    "wheel_radius": 0.04,
+    "supply_voltage": 12.0,
+    "stall_torque": 1.0,
+    "no_load_speed": 15.0,
+    "counts_per_turn": 1000.0,
+    "sensors": [{"name": "nose", "x": 0.12, "half_cone": 0.26, "rays": 5, "range": 2.0}],
+}
 _SWEEP = {
     "title": "Latency against a gain of the Lyapunov law",
     "scenario": "lyapunov-sine",
@@ -141,6 +167,7 @@ KINDS: dict[str, FileKind] = {
     "scenario": FileKind(
         "a scenario", _scenario_table, _read_scenario, _SCENARIOS, "robotics check FILE, then robotics run FILE"
     ),
+    "robot": FileKind("a robot", _robot_table, _read_robot, {"robot": _ROBOT}, "robotics robot FILE"),
     "sweep": FileKind("a sweep", _sweep_table, _read_sweep, {"sweep": _SWEEP}, "robotics sweep FILE"),
     "study": FileKind("a study", _study_table, _read_study, {"study": _STUDY}, "robotics study FILE"),
 }

@@ -20,6 +20,7 @@ class Section(StrEnum):
     """What can be listed."""
 
     scenarios = "scenarios"
+    robots = "robots"
     controllers = "controllers"
     rule_bases = "rule-bases"
     studies = "studies"
@@ -28,11 +29,11 @@ class Section(StrEnum):
 def list_(
     section: Annotated[
         Section | None,
-        typer.Argument(metavar="[SECTION]", help="What to list: scenarios, controllers, rule-bases or studies."),
+        typer.Argument(metavar="[SECTION]", help="scenarios, robots, controllers, rule-bases or studies."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """List the scenarios, the controllers, the rule bases and the studies, those of other installed packages too.
+    """List scenarios, robots, controllers, rule bases and studies, those of other installed packages too.
 
     Example: robotics list, or robotics list rule-bases
     """
@@ -61,6 +62,13 @@ def _scenarios() -> list[dict[str, Any]]:
 
     scenarios = [load_scenario(name) for name in scenario_names()]
     return [{"name": s.name, "kind": s.kind, "title": s.title, "source": s.source} for s in scenarios]
+
+
+def _robots() -> list[dict[str, Any]]:
+    from robotics.scenario.robots import load_robot, robot_names
+
+    models = [load_robot(name) for name in robot_names()]
+    return [{"name": m.name, "title": m.title, "source": m.source} for m in models]
 
 
 def _controllers() -> list[dict[str, Any]]:
@@ -125,18 +133,21 @@ def _rule_base_lines(row: dict[str, Any]) -> list[str]:
 
 _HEADINGS = {
     Section.scenarios: "Scenarios (a name, or the path of a .toml file)",
+    Section.robots: "Robots (a name, or the path of a .toml file; try `robotics robot NAME`, `robotics copy NAME`)",
     Section.controllers: "Controllers (a name, or name:gain=value,gain=value)",
     Section.rule_bases: "Rule bases (a name, or the path of a .fis file; try `fuzzy show NAME`, `robotics copy NAME`)",
     Section.studies: "Studies (a name, or the path of a .toml file, for `robotics study`)",
 }
 _ROWS = {
     Section.scenarios: _scenarios,
+    Section.robots: _robots,
     Section.controllers: _controllers,
     Section.rule_bases: _rule_bases,
     Section.studies: _studies,
 }
 _LINES = {
     Section.scenarios: lambda row: [row["title"]],
+    Section.robots: lambda row: [row["title"]],
     Section.controllers: _controller_lines,
     Section.rule_bases: _rule_base_lines,
     Section.studies: lambda row: [

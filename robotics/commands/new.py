@@ -12,12 +12,16 @@ from fuzzy.shell.terminal import print_json
 from robotics.commands.filekinds import KINDS
 from robotics.commands.scenario import file_kind
 from robotics.commands.shared import Json
+from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
 
 
 def new(
-    kind: Annotated[str, typer.Argument(metavar="FILEKIND", help=f"One of {', '.join(KINDS)}.", show_default=False)],
+    kind: Annotated[
+        str, typer.Argument(metavar="FILEKIND", help=f"One of {', '.join((*KINDS, *TEMPLATES))}.", show_default=False)
+    ],
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", metavar="FILE", help="The file. Default: my-KIND.toml; - is stdout.")
+        Path | None,
+        typer.Option("--out", "-o", metavar="FILE", help="The file. Default: my-KIND.toml, mylaw.py ...; - is stdout."),
     ] = None,
     variant: Annotated[
         str | None, typer.Option("--kind", help="Of a scenario: tracking, team or formation.", show_default=False)
@@ -32,13 +36,24 @@ def new(
     """
     from robotics.tables.template import commented_file
 
+    if kind in TEMPLATES:
+        if variant is not None or minimal:
+            raise InputError(f"--kind and --minimal belong to TOML files, not to a {kind}")
+        file = out if out is not None else Path(TEMPLATES[kind][1])
+        if str(file) == "-":
+            print(template_text(kind), end="")
+            return
+        _check_free(file, force)
+        _say(file, write_template(kind, file), json)
+        return
+    if kind not in KINDS:
+        raise InputError(expected(kind, (*KINDS, *TEMPLATES), "kind of file"))
     made = file_kind(kind)
     if variant is not None and variant not in made.values:
         raise InputError(expected(variant, made.values, f"kind of {kind}"))
     values = made.values[variant] if variant is not None else next(iter(made.values.values()))
     file = out if out is not None else Path(f"my-{kind}.toml")
-    if str(file) != "-" and file.exists() and not force:
-        raise InputError(f"{file} exists already, nothing was written; --force overwrites")
+    _check_free(file, force or str(file) == "-")
     use = made.use.replace("FILE", str(file))
     text = commented_file(made.table(), values, made.read, f"{made.title}: {use}", minimal)
     if str(file) == "-":
@@ -46,6 +61,16 @@ def new(
         return
     with replacing(file) as path:
         path.write_text(text, encoding="utf-8")
+    _say(file, use, json)
+
+
+def _check_free(file: Path, force: bool) -> None:
+    if file.exists() and not force:
+        raise InputError(f"{file} exists already, nothing was written; --force overwrites")
+
+
+def _say(file: Path, use: str, json: bool) -> None:
+    """Say which file was written, and by which command it is used."""
     if json:
         print_json({"file": str(file), "use": use})
     else:

@@ -6,7 +6,19 @@ from typing import Annotated
 import typer
 
 from fuzzy.shell.progress import progress_bar
-from robotics.commands.shared import Events, Json, Player, Plot, Quiet, Save, Table, print_run
+from robotics.commands.shared import (
+    Events,
+    Json,
+    Law,
+    Metric,
+    Player,
+    Plot,
+    Quiet,
+    Save,
+    Table,
+    chosen_controller,
+    print_run,
+)
 from robotics.commands.stress_obstacles import Side
 
 
@@ -33,6 +45,8 @@ def repeat(
             "--controller", "-c", help="Controller, as for the stress test. Default: right-of-way, or obstacles."
         ),
     ] = None,
+    law: Law = None,
+    metric: Metric = None,
     loss: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share of the messages that are lost.")] = 0.0,
     latency: Annotated[float, typer.Option(min=0.0, max=10.0, help="Latency of the messages, s.")] = 0.0,
     freeze: Annotated[float, typer.Option(min=0.0, max=600.0, help="Seconds for which one robot is held up.")] = 0.0,
@@ -57,14 +71,15 @@ def repeat(
     from robotics.commands.run_files import RunFiles
     from robotics.experiments.stress.single import ALIASES, STRESSES, single_run
     from robotics.laws.catalogue import make_controller
+    from robotics.measures.registry import own_metrics
 
-    name = controller or STRESSES[stress]
-    law = make_controller(ALIASES[stress].get(name, name))
+    name = chosen_controller(controller, law) or STRESSES[stress]
+    driver, own = make_controller(ALIASES[stress].get(name, name)), own_metrics(metric or (), "team")
     files = RunFiles(save=save, table=table, events=events, plot=plot, player=player)
     disturbance = {"loss": loss, "latency": latency, "freeze": freeze}
     ages = save is not None or player
     with progress_bar(quiet) as begin:
         run, outcome = single_run(
-            stress.value, law, seed, robots, kind, disturbance, name, ages, begin, moving=moving, lanes=lanes.value
+            stress.value, driver, seed, robots, kind, disturbance, name, ages, begin, moving=moving, lanes=lanes.value
         )
-    print_run(run, files.write(run), json, outcome.summary())
+    print_run(run, files.write(run), json, outcome.summary(), own)

@@ -6,7 +6,20 @@ import typer
 
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
-from robotics.commands.shared import Events, Json, Player, Plot, Quiet, Save, Table, print_forewarnings, print_run
+from robotics.commands.shared import (
+    Events,
+    Json,
+    Law,
+    Metric,
+    Player,
+    Plot,
+    Quiet,
+    Save,
+    Table,
+    chosen_controller,
+    print_forewarnings,
+    print_run,
+)
 
 
 def run_(
@@ -17,6 +30,8 @@ def run_(
             "--controller", "-c", help="Controller: name or name:gain=value,... Default: the scenario's own, or fuzzy."
         ),
     ] = None,
+    law: Law = None,
+    metric: Metric = None,
     seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from --seed on.")] = 1,
     plot: Plot = None,
@@ -35,18 +50,19 @@ def run_(
     from robotics.experiments.forewarnings import forewarnings
     from robotics.experiments.stress.single import STRESSES
     from robotics.laws.catalogue import make_controller
+    from robotics.measures.registry import own_metrics
     from robotics.scenario.reading import load_scenario
     from robotics.simulation.loop import simulate
 
     if scenario in STRESSES:
         raise InputError(f"{scenario} is no scenario but a stress test: `robotics repeat {scenario}` repeats one run")
     setting = load_scenario(scenario)
-    controller = controller or setting.controller or "fuzzy"
-    law = make_controller(controller)
+    controller = chosen_controller(controller, law) or setting.controller or "fuzzy"
+    driver, own = make_controller(controller), own_metrics(metric or (), setting.kind)
     files = RunFiles(save=save, table=table, events=events, plot=plot, player=player)
     ages = setting.kind == "team" and files.need_ages(seeds, len(setting.robots), setting.ticks)
-    print_forewarnings(forewarnings(setting.setting, law, controller))
+    print_forewarnings(forewarnings(setting.setting, driver, controller))
     with progress_bar(quiet) as begin:
         advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
-        run = simulate(setting, law, range(seed, seed + seeds), name=controller, links=ages, progress=advance)
-    print_run(run, files.write(run), json)
+        run = simulate(setting, driver, range(seed, seed + seeds), name=controller, links=ages, progress=advance)
+    print_run(run, files.write(run), json, metrics=own)

@@ -3,14 +3,17 @@
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from fuzzy.errors import InputError
 from fuzzy.shell.terminal import USAGE, print_json
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
+    from robotics.measures.tracking import Metric as Measured
     from robotics.simulation.run import Run
 
 UNTIL_CONTACT = "✕: runs with a contact count up to the first one, but for contacts and least clearance"
@@ -29,9 +32,24 @@ Events = Annotated[
     Path | None,
     typer.Option("--events", metavar="FILE.csv", help="Save who avoided, yielded or timed out, and when."),
 ]
+Law = Annotated[
+    str | None,
+    typer.Option("--law", metavar="FILE.py:NAME", help="A law of your own as the controller: mylaw.py:MyLaw:gain=2."),
+]
+Metric = Annotated[
+    list[str] | None,
+    typer.Option("--metric", metavar="FILE.py:NAME", help="A metric of your own besides: mymetric.py:comfort."),
+]
 Player = Annotated[
     bool, typer.Option("--animate", help="Write a page that plays the first seed: SCENARIO-seed-N.html.")
 ]
+
+
+def chosen_controller(controller: str | None, law: str | None) -> str | None:
+    """The controller that --controller or --law names, if one of them does. Raises InputError if both do."""
+    if controller is not None and law is not None:
+        raise InputError("give --controller or --law, not both")
+    return controller if law is None else law
 
 
 def print_forewarnings(sentences: Iterable[str]) -> None:
@@ -40,7 +58,26 @@ def print_forewarnings(sentences: Iterable[str]) -> None:
         print(f"robotics: warning: {sentence}", file=sys.stderr)
 
 
-def print_run(run: "Run", page: Path | None, json: bool, outcome: Mapping[str, Any] | None = None) -> None:
+def print_outside(runs: "Iterable[Run]") -> list[dict[str, Any]]:
+    """Print on stderr, one sentence a run, which learnt systems were asked outside their data; return every input."""
+    from robotics.measures.outside import outside, outside_sentence
+
+    rows = []
+    for run in runs:
+        found = outside(run)
+        rows += [one.row() for one in found]
+        if found:
+            print(f"robotics: warning: {outside_sentence(found)}", file=sys.stderr)
+    return rows
+
+
+def print_run(
+    run: "Run",
+    page: Path | None,
+    json: bool,
+    outcome: Mapping[str, Any] | None = None,
+    metrics: Mapping[str, "Measured"] = MappingProxyType({}),
+) -> None:
     """Print the metrics of a run, and exit with 2 if robots were stopped.
 
     Args:
@@ -48,10 +85,12 @@ def print_run(run: "Run", page: Path | None, json: bool, outcome: Mapping[str, A
         page: The file of a page that plays the run, if there is one.
         json: Whether one JSON object is printed instead of text.
         outcome: What a stress test says of the run.
+        metrics: The user's own metrics, by name.
     """
-    from robotics.measures.registry import measure_all
+    from robotics.measures.registry import ALL_METRICS, measure_all
 
-    values = measure_all(run)
+    values = measure_all(run, metrics)
+    left = print_outside([run])
     if json:
         print_json(
             {
@@ -62,13 +101,14 @@ def print_run(run: "Run", page: Path | None, json: bool, outcome: Mapping[str, A
                 "metrics": {name: v[:, 0] if v.shape[1] == 1 else v for name, v in values.items()},
                 "contacts": _contact_rows(run),
                 "diverged": run.diverged,
+                "outside": left,
                 "versions": versions(),
             }
             | ({"outcome": outcome} if outcome is not None else {})
             | ({"player": str(page)} if page is not None else {})
         )
     else:
-        _print_metrics(values, len(run.seeds))
+        _print_metrics(values, {**ALL_METRICS, **metrics}, len(run.seeds))
         _print_contacts(run)
         if outcome is not None:
             print(", ".join(f"{name} {outcome[name]}" for name in ("collisions", "deadlocks", "contacts", "arrived")))
@@ -77,17 +117,15 @@ def print_run(run: "Run", page: Path | None, json: bool, outcome: Mapping[str, A
     report_divergences(run.divergences())
 
 
-def _print_metrics(values: Mapping[str, Any], seeds: int) -> None:
+def _print_metrics(values: Mapping[str, Any], about: Mapping[str, "Measured"], seeds: int) -> None:
     """A line a metric, from its values (runs, robots): means over the seeds, a column a robot."""
     import numpy as np
-
-    from robotics.measures.registry import ALL_METRICS
 
     for name, found in values.items():
         shown, robots = found.mean(axis=0), found.shape[1]
         if robots > _COLUMNS:
             shown = np.array([shown.min(), np.median(shown), shown.max()])
-        metric = ALL_METRICS[name]
+        metric = about[name]
         print(f"{name:28} {'  '.join(f'{v:10.4g}' for v in shown)}  {metric.unit:8} {metric.title}")
     if seeds > 1 or robots > 1:
         columns = "; one column a robot" if robots <= _COLUMNS else f"; least, median and largest of {robots} robots"

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from fuzzy.shell.progress import progress_bar
-from robotics.commands.shared import Jobs, Json, Quiet, print_forewarnings, print_outcome
+from robotics.commands.shared import Jobs, Json, Law, Quiet, chosen_controller, print_forewarnings, print_outcome
 
 
 class Ends(StrEnum):
@@ -24,11 +24,12 @@ def crossing(
         Ends, typer.Option("--class", help="A: ends clear of the other paths; B: ends only apart from each other.")
     ] = Ends.A,
     controller: Annotated[
-        str,
+        str | None,
         typer.Option(
-            help="Controller: right-of-way, literal, lag-clock, yielding, none, or one that `robotics list` names."
+            help="Controller: right-of-way (default), literal, lag-clock, yielding, none, or one of `robotics list`."
         ),
-    ] = "right-of-way",
+    ] = None,
+    law: Law = None,
     loss: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share of the messages that are lost.")] = 0.0,
     latency: Annotated[float, typer.Option(min=0.0, max=10.0, help="Latency of the messages, s.")] = 0.0,
     freeze: Annotated[float, typer.Option(min=0.0, max=600.0, help="Seconds for which one robot is held up.")] = 0.0,
@@ -51,9 +52,10 @@ def crossing(
     from robotics.experiments.stress.single import ALIASES
     from robotics.laws.catalogue import make_controller
 
+    controller = chosen_controller(controller, law) or "right-of-way"
     name = ALIASES["crossing"].get(controller, controller)
-    law = make_controller(name)
-    print_forewarnings(crossing_forewarnings(law, controller, ends.value))
+    driver = make_controller(name)
+    print_forewarnings(crossing_forewarnings(driver, controller, ends.value))
     wrong = Disturbance(loss=loss, latency=latency, freeze=freeze)
     with progress_bar(quiet) as begin:
         stress = partial(stress_crossing, name, robots, kind=ends.value, disturbance=wrong)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from fuzzy.shell.progress import progress_bar
-from robotics.commands.shared import Jobs, Json, Quiet, print_forewarnings, print_outcome
+from robotics.commands.shared import Jobs, Json, Law, Quiet, chosen_controller, print_forewarnings, print_outcome
 
 
 class Field(StrEnum):
@@ -42,8 +42,9 @@ def obstacles(
         Side, typer.Option(help="beside: lanes side by side; crossing: robots on time would meet, for 3 robots.")
     ] = Side.beside,
     controller: Annotated[
-        str, typer.Option(help="Controller: committed, literal, or one that `robotics list` names.")
-    ] = "committed",
+        str | None, typer.Option(help="Controller: committed (default), literal, or one that `robotics list` names.")
+    ] = None,
+    law: Law = None,
     seed: Annotated[int, typer.Option(min=0, help="The first course's seed.")] = 0,
     loss: Annotated[float, typer.Option(min=0, max=0.95, help="Share of the messages that are lost.")] = 0.0,
     latency: Annotated[float, typer.Option(min=0, max=10, help="Latency of the messages, s.")] = 0.0,
@@ -68,10 +69,11 @@ def obstacles(
     from robotics.experiments.stress.single import ALIASES
     from robotics.laws.catalogue import make_controller
 
+    controller = chosen_controller(controller, law) or "committed"
     name = ALIASES["obstacles"].get(controller, controller)
-    law = make_controller(name)
+    driver = make_controller(name)
     count = int(robots.value)
-    print_forewarnings(blind(obstacle_ensemble([seed], field.value, count, lanes=lanes.value), law, controller))
+    print_forewarnings(blind(obstacle_ensemble([seed], field.value, count, lanes=lanes.value), driver, controller))
     wrong = Disturbance(loss=loss, latency=latency, freeze=freeze)
     with progress_bar(quiet) as begin:
         stress = partial(

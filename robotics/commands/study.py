@@ -9,7 +9,7 @@ import typer
 
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import INTERRUPTED, print_json
-from robotics.commands.shared import Json, Quiet, print_forewarnings
+from robotics.commands.shared import Json, Quiet, print_forewarnings, print_outside
 from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts
 from robotics.experiments.versions import versions
 
@@ -53,7 +53,7 @@ def study(
       margin_percent = 10                 # or margin = 0.002
     """
     from robotics.experiments.forewarnings import forewarnings
-    from robotics.laws.catalogue import make_controller
+    from robotics.laws.catalogue import as_law
     from robotics.measures.evidence import FEWEST_RUNS
     from robotics.report.plan import load_study
     from robotics.report.study import default_folder, run_study, with_seeds
@@ -61,7 +61,7 @@ def study(
     plan = with_seeds(load_study(name), seeds)
     folder = out if out is not None else default_folder(plan)
     for group in plan.groups:
-        laws = {called: make_controller(law) for called, law in group.laws.items()}
+        laws = {called: as_law(law) for called, law in group.laws.items()}
         for scenario in group.scenarios:
             print_forewarnings(s for n, law in laws.items() for s in forewarnings(scenario.setting, law, n))
         print_forewarnings(f"{on}: {line}" for on, lines in group.skipped.items() for line in lines)
@@ -83,6 +83,7 @@ def study(
     except KeyboardInterrupt:
         print(f"robotics: interrupted; {done} of {wanted} rows are in {folder / 'results.csv'}", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
+    left = print_outside(run for each in made.comparisons for run in each.runs.values())
     if json:
         print_json(
             {
@@ -92,6 +93,7 @@ def study(
                 "summary": made.summary.to_dict(orient="records"),
                 "contacts": contact_rows(made),
                 "diverged": made.divergences,
+                "outside": left,
                 "skipped": list(made.skipped),
                 "files": made.files,
                 "versions": versions(),

@@ -10,11 +10,16 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import INTERRUPTED, print_json
-from robotics.commands.shared import Json, Quiet, print_forewarnings
+from robotics.commands.shared import Json, Metric, Quiet, print_forewarnings
 
 
 def sweep(
     spec: Annotated[str, typer.Argument(metavar="SPEC.toml", help="A sweep's file; or a name: lyapunov-gains.")],
+    law: Annotated[
+        list[str] | None,
+        typer.Option("--law", metavar="FILE.py:NAME", help="A law of your own besides: mylaw.py:MyLaw:gain=2."),
+    ] = None,
+    metric: Metric = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Number of processes of this machine. Default: only this one.")
     ] = None,
@@ -34,7 +39,8 @@ def sweep(
     \b
     A sweep's file:
       scenario = "lyapunov-sine"         # a name, or a path relative to the file
-      controllers = ["lyapunov", "fuzzy:look_ahead=0.5"]
+      controllers = ["lyapunov", "fuzzy:look_ahead=0.5", "mylaw.py:MyLaw"]
+      metrics = ["mymetric.py:comfort"]  # of your own, besides
       seeds = 20                         # first_seed = 0
       method = "latin-hypercube"         # samples = 50, seed = 0; "random"; "grid"
       chunk = 100                        # runs that are written at a time
@@ -49,11 +55,11 @@ def sweep(
     from robotics.experiments import executors
     from robotics.experiments.forewarnings import forewarnings
     from robotics.experiments.sweeps.plan import controller_at, plan_sweep, scenario_at, versions
-    from robotics.experiments.sweeps.reading import load_sweep
+    from robotics.experiments.sweeps.reading import load_sweep, with_own
     from robotics.experiments.sweeps.running import landed_chunks, run_sweep
     from robotics.laws.catalogue import make_controller
 
-    plan = plan_sweep(load_sweep(spec))
+    plan = plan_sweep(with_own(load_sweep(spec), law or (), metric or ()))
     with suppress(InputError):  # what is wrong with a point is said where it is run
         first = scenario_at(plan.sweep, plan.points[0]).setting  # the other points differ in some fields only
         laws = {c: make_controller(controller_at(plan.sweep, c, plan.points[0])) for c in plan.sweep.controllers}

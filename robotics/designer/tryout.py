@@ -6,29 +6,33 @@ scenario and the law. The numbers are those of :func:`robotics.simulation.loop.s
 of a millimetre.
 """
 
+import re
 import warnings
 from dataclasses import asdict, dataclass, replace
-from functools import lru_cache
-from pathlib import PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
+from robotics.designer.conditions import conditioned, file_name, noises, robot_from, scenario_of
 from robotics.designer.uses import TryoutError, Use, law_of, uses_of
+from robotics.environment.world import outlines
 from robotics.experiments.forewarnings import forewarnings
 from robotics.laws.catalogue import preset_of, presets
 from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.measures.clearance import clearances, robot_gaps
-from robotics.measures.contacts import can_touch, contact_sentences, contacts, who
+from robotics.measures.contacts import Contact, can_touch, contact_sentences, contacts, who
+from robotics.measures.outside import outside, outside_sentence
 from robotics.measures.registry import headlines, measure_all, tried
 from robotics.measures.tracking import Metric, cross_track_error
 from robotics.playback.player import player_data
 from robotics.quantity import check_quantities, quantity
 from robotics.scenario.description import Scenario
-from robotics.scenario.reading import load_scenario, parse_scenario, scenario_names
+from robotics.scenario.reading import scenario_names
+from robotics.scenario.robots import load_robot, robot_names
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
@@ -38,7 +42,10 @@ _MOVES = 0.05  # m/s: a robot that is slower stands
 
 @dataclass(frozen=True, kw_only=True)
 class TryoutTrial:
-    """The conditions under which a system is tried; :func:`settled` chooses for a system what is left empty."""
+    """The conditions under which a system is tried; :func:`settled` chooses for a system what is left empty.
+
+    Raises TryoutError for a choice that cannot be.
+    """
 
     scenario: str = ""  # a scenario that comes with the package, or the name of the file that holds ``text``
     text: str | None = None  # of a scenario file of one's own
@@ -46,45 +53,57 @@ class TryoutTrial:
     task: str = ""  # of that law, whose rule base is replaced
     look_ahead: float = quantity(0.4, "s", least=0, most=10)  # of a single robot's tracking law
     seed: int = 0
+    robot: str = ""  # as the scenario says; or one of the package, or the name of the file that holds ``robot_text``
+    robot_text: str | None = None  # of a robot file of one's own
+    robot_of: int = 0  # the robot that is another, from 1; 0: all of them
+    folder: str = ""  # the opened one, where the files are that a scenario's file names
+    noise: bool = True  # see robotics.designer.conditions.exact
 
     def __post_init__(self) -> None:
         check_quantities(self, TryoutError)
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or not 0 <= self.seed < 2**32:
             raise TryoutError(f"seed must be a whole number >= 0, got {self.seed!r}")
-        for name in ("scenario", "law", "task"):
+        if isinstance(self.robot_of, bool) or not isinstance(self.robot_of, int) or self.robot_of < 0:
+            raise TryoutError(f"robot_of must be the number of a robot, or 0 for all; got {self.robot_of!r}")
+        if not isinstance(self.noise, bool):
+            raise TryoutError(f"noise must be true or false, got {self.noise!r}")
+        for name in ("scenario", "law", "task", "robot", "folder"):
             if not isinstance(getattr(self, name), str):
                 raise TryoutError(f"{name} must be a name, got {getattr(self, name)!r}")
 
     @property
     def kind(self) -> str:
         """The kind of the scenario: "tracking", "team" or "formation"."""
-        return self._read().kind
+        return self.conditioned().kind
 
-    def _read(self) -> Scenario:
-        if self.text is None and self.scenario not in scenario_names():
-            raise TryoutError(expected(self.scenario, scenario_names(), "scenario"))
-        return _scenario(self.scenario, self.text)
+    def conditioned(self) -> Scenario:
+        """The scenario under the trial's conditions. Raises ScenarioError, RobotError or TryoutError."""
+        robot = (self.robot, self.robot_text, self.robot_of)
+        return conditioned(self.scenario, self.text, *robot, self.noise, self.folder)
 
 
 class Attempt(NamedTuple):
     """A run, and the notes on it."""
 
     run: Run
-    notes: tuple[str, ...]  # sentences: inputs that left their universes, contacts, robots that were stopped
+    warned: tuple[str, ...]  # sentences: what could be told before the run
+    notes: tuple[str, ...]  # sentences: inputs that left their universes
+    divergence: float  # m: the scenario's, see Scenario
 
 
 # What there is to choose ----------------------------------------------------------------------------------------
 
 
 def choices() -> dict[str, Any]:
-    """The package's scenarios, and the laws to compare with, in JSON's types."""
+    """The package's scenarios and robots, and the laws to compare with, in JSON's types."""
     rivals: dict[str, list[list[str]]] = {"tracking": [], "team": [], "formation": []}
     for name, preset in presets().items():
         rivals[preset.kind].append([name, preset.title])
-    found = [(name, _scenario(name, None)) for name in scenario_names()]
+    found = [(name, scenario_of(name, None)) for name in scenario_names()]
     return {
         "scenarios": [{"name": name, "title": s.title or name, "kind": s.kind} for name, s in found],
         "rivals": rivals,
+        "robots": [[name, load_robot(name).title] for name in robot_names()],
     }
 
 
@@ -100,7 +119,7 @@ def settled(fis: Sugeno, wish: TryoutTrial, file: str = "") -> TryoutTrial:
         file: The name of the system's file.
     """
     uses = uses_of(fis, file)
-    scenario = wish._read() if wish.scenario or wish.text is not None else None
+    scenario = wish.conditioned() if wish.scenario or wish.text is not None else None
     fitting = [use for use in uses if scenario is None or scenario.kind in use.kinds]
     if scenario is not None and not fitting:
         kinds = " or ".join(dict.fromkeys(kind for use in uses for kind in use.kinds))
@@ -124,12 +143,6 @@ def _chosen(uses: list[Use], wish: TryoutTrial, scenario: Scenario | None) -> Us
         return first
     tracking = {use.law: use for use in uses if use.task == "tracking"}
     return tracking.get(scenario.controller.partition(":")[0]) or tracking["cooperation"]
-
-
-# The user's files are read anew when they change; a scenario that is read stays, which takes longer than a drag may.
-@lru_cache(maxsize=64)
-def _scenario(name: str, text: str | None) -> Scenario:
-    return load_scenario(name) if text is None else parse_scenario(text, PurePath(name).stem, name)
 
 
 def driven_law(fis: Sugeno, trial: TryoutTrial) -> Law[Any]:
@@ -162,24 +175,48 @@ def run_design(fis: Sugeno, trial: TryoutTrial) -> Attempt:
 
 
 def run_rival(specification: str, trial: TryoutTrial) -> Attempt:
-    """Run a law of the catalogue on the trial's scenario with its seed. Raises an InputError if it cannot drive it."""
+    """Run another law on the trial's scenario with its seed. Raises an InputError if it cannot drive it.
+
+    ``specification`` is a name of the catalogue, or the path of a file with a law.
+    """
+    return _run(rival_law(specification), trial, specification)
+
+
+def rival_law(specification: str) -> Law[Any]:
+    """The law of a specification: that of a file is made of what stands there now. Raises ControllerError."""
     preset_of(specification)
-    return _run(law_of(specification), trial, specification)
+    return law_of(specification)
 
 
 def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
-    scenario = trial._read()
+    scenario = trial.conditioned()
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         run = simulate(scenario, law, (trial.seed,), name=name, links=scenario.kind == "team")
     notes = dict.fromkeys(str(warning.message) for warning in told)  # the same is told every period
-    stops = [
-        f"robot {robot + 1} was stopped at {run.time[run.stopped[0, robot]]:.2f} s: its command was no number, or it "
-        f"was more than {scenario.divergence:g} m from its reference"
-        for robot in np.flatnonzero(run.diverged[0])
-    ]
-    touches = [f"{line.partition(': ')[2]}; what comes after it is not measured" for line in contact_sentences(run)]
-    return Attempt(run, (*forewarnings(scenario.setting, law, "this law"), *notes, *touches, *stops))
+    left = outside(run)
+    beyond = [outside_sentence(left)] if left else []
+    warned = tuple(forewarnings(scenario.setting, law, "this law"))
+    return Attempt(run, warned, (*notes, *beyond), scenario.divergence)
+
+
+def outcomes(run: Run, divergence: float, place: int = 0) -> list[list[str]]:
+    """What ended the run's seed at ``place`` early: "contact" or "stopped", each with a sentence.
+
+    Args:
+        run: The run.
+        divergence: The distance [m] from its reference at which the scenario stops a robot.
+        place: The place of the seed.
+    """
+    found = []
+    for line in contact_sentences(run.only(run.seeds[place])):
+        found.append(["contact", f"{line.partition(': ')[2]}; what comes after it is not measured"])
+    for robot in np.flatnonzero(run.diverged[place]):
+        why = f"its command was no number, or it was more than {divergence:g} m from its reference"
+        found.append(
+            ["stopped", f"robot {robot + 1} was stopped at {run.time[run.stopped[place, robot]]:.2f} s: {why}"]
+        )
+    return found
 
 
 # What is shown --------------------------------------------------------------------------------------------------
@@ -187,20 +224,29 @@ def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
 
 def course_data(trial: TryoutTrial) -> dict[str, Any]:
     """What all runs of a trial share, in JSON's types: the paths to follow, the starts, the metrics' names."""
-    scenario = trial._read()
+    scenario = trial.conditioned()
     return {
         "scenario": trial.scenario,
         "title": scenario.title or scenario.name,
         "kind": scenario.kind,
         "played": _played(scenario),
         "duration": scenario.duration,
+        "noises": noises(replace(trial, noise=True).conditioned()),
         "paths": [_curve(path.table[0], path.table[1]) for path in scenario.trajectory.paths],
+        "obstacles": _outlines(scenario),
         "starts": [list(member.start) for member in scenario.robots],
         "metrics": [
             {"name": name, "title": metric.title, "unit": metric.unit, "larger": metric.larger}
             for name, metric in _shown_metrics(scenario.kind, scenario.setting.has_others).items()
         ],
     }
+
+
+def _outlines(scenario: Scenario) -> list[list[list[float | None]]]:
+    """The outline x, y [m] of each obstacle where it is at the start."""
+    if scenario.setting.world is None:
+        return []
+    return [[rounded_list(line[:, 0]), rounded_list(line[:, 1])] for line in outlines(scenario.setting.world.rest)]
 
 
 def place_data(fis: Sugeno, wish: TryoutTrial, file: str = "") -> dict[str, Any]:
@@ -251,17 +297,50 @@ def design_data(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
 
 
 def rival_data(specification: str, trial: TryoutTrial) -> dict[str, Any]:
-    """The run of a law of the catalogue (:func:`run_rival`), as the panel's module takes it."""
+    """The run of another law (:func:`run_rival`), as the panel's module takes it."""
     return shown(run_rival(specification, trial), preset_of(specification).title)
+
+
+def rival_system(fis: Sugeno, trial: TryoutTrial, file: str) -> TryoutTrial:
+    """The trial in which another system drives the same scenario: in the trial's own law, or in one that it fits.
+
+    Raises TryoutError where there is none; ``file`` is the name of the system's file.
+    """
+    return settled(fis, trial, file)
+
+
+def rival_system_data(fis: Sugeno, trial: TryoutTrial, file: str) -> dict[str, Any]:
+    """The run of another system in the place of :func:`rival_system`, as the panel's module takes it."""
+    return shown(run_design(fis, rival_system(fis, trial, file)), file)
+
+
+def checked(what: str, name: str, text: str, folder: str = "") -> dict[str, Any]:
+    """What is wrong with the text of a scenario or a robot file: its line, if it is known, and the message; or nothing.
+
+    Args:
+        what: "scenario" or "robot".
+        name: The name of the file.
+        text: What stands in it.
+        folder: The opened folder.
+    """
+    try:
+        if what == "scenario":
+            scenario_of(name, text, folder)
+        else:
+            robot_from(name, text)
+    except InputError as error:
+        line = re.match(re.escape(file_name(name)) + r":(\d+): ", str(error))
+        return {"line": int(line[1]) if line else None, "message": str(error)}
+    return {}
 
 
 def shown(attempt: Attempt, label: str) -> dict[str, Any]:
     """What the panel shows of a run, in JSON's types; not-a-number is null, infinite is "never".
 
-    For a robot that is alone these are label, notes, metrics, contacts (time [s], x, y [m], words), and x, y [m] and
-    cross_track [m] over time [s]; otherwise a verdict, the moment [s] that matters most and the player's data take the
-    place of the curves. A metric is the mean over the robots, or the least or the largest, as its ``of_run`` says (the
-    least, if larger is better).
+    For a robot that is alone these are label, seed, warned, notes, outcomes (what ended it early, and a sentence),
+    metrics, contacts (time [s], x, y [m], words), and x, y [m] and cross_track [m] over time [s]; otherwise a verdict,
+    the moment [s] that matters most and the player's data take the place of the curves. A metric is the mean over the
+    robots, or the least or the largest, as its ``of_run`` says (the least, if larger is better).
 
     Args:
         attempt: The run.
@@ -269,19 +348,41 @@ def shown(attempt: Attempt, label: str) -> dict[str, Any]:
     """
     run = attempt.run
     measured = measure_all(run)
-    wanted = {n: m for n, m in _shown_metrics(run.about.kind, others=True).items() if n in measured}
-    reduced: dict[str, Any] = {"mean": np.mean, "min": np.min, "max": np.max}
-    metrics = {n: _number(float(reduced[_of_robots(m)](measured[n][0]))) for n, m in wanted.items()}
-    touched = [[c.start, c.x, c.y, who(c.robot, c.other, c.obstacle)] for c in contacts(run)]
-    data: dict[str, Any] = {"label": label, "notes": list(attempt.notes), "metrics": metrics, "contacts": touched}
+    data: dict[str, Any] = {
+        "label": label,
+        "seed": run.seeds[0],
+        "warned": list(attempt.warned),
+        "notes": list(attempt.notes),
+        "outcomes": outcomes(run, attempt.divergence),
+        "metrics": reduced_metrics(run.about.kind, measured, 0),
+        "contacts": [contact_mark(c) for c in contacts(run)],
+    }
     if run.about.kind != "tracking" or can_touch(run):
         return data | {"verdict": _verdict(run, measured), "moment": _moment(run), "player": player_data(run)}
     return data | {
         "time": [round(float(t), 4) for t in run.time],
-        "x": [_rounded(row) for row in run["x"][0]],
-        "y": [_rounded(row) for row in run["y"][0]],
-        "cross_track": [_rounded(row) for row in cross_track_error(run)[0]],
+        "x": [rounded_list(row) for row in run["x"][0]],
+        "y": [rounded_list(row) for row in run["y"][0]],
+        "cross_track": [rounded_list(row) for row in cross_track_error(run)[0]],
     }
+
+
+def reduced_metrics(kind: str, measured: dict[str, np.ndarray], place: int) -> dict[str, float | str | None]:
+    """The metrics that are shown of a run's seed at ``place``, one number each; not-a-number is null, infinite "never".
+
+    Args:
+        kind: The kind of the scenario.
+        measured: As of :func:`robotics.measures.registry.measure_all`.
+        place: The place of the seed.
+    """
+    reduced: dict[str, Any] = {"mean": np.mean, "min": np.min, "max": np.max}
+    wanted = {n: m for n, m in _shown_metrics(kind, others=True).items() if n in measured}
+    return {n: _number(float(reduced[_of_robots(m)](measured[n][place]))) for n, m in wanted.items()}
+
+
+def contact_mark(contact: Contact) -> list[Any]:
+    """A contact as it is drawn: time [s], x, y [m], and who touches what, in words."""
+    return [contact.start, contact.x, contact.y, who(contact.robot, contact.other, contact.obstacle)]
 
 
 def _verdict(run: Run, measured: dict[str, np.ndarray]) -> str:
@@ -323,10 +424,11 @@ def _number(value: float) -> float | str | None:
     return float(value) if np.isfinite(value) else ("never" if np.isinf(value) else None)
 
 
-def _rounded(values: np.ndarray) -> list[float | None]:
+def rounded_list(values: np.ndarray) -> list[float | None]:
+    """Numbers as JSON has them, to a tenth of a millimetre; not-a-number is null."""
     return [v if v == v else None for v in (np.round(values, 4) + 0.0).tolist()]
 
 
 def _curve(x: np.ndarray, y: np.ndarray) -> dict[str, list[float | None]]:
     kept = np.unique(np.linspace(0, len(x) - 1, min(len(x), _POINTS)).round().astype(int))
-    return {"x": _rounded(x[kept]), "y": _rounded(y[kept])}
+    return {"x": rounded_list(x[kept]), "y": rounded_list(y[kept])}

@@ -12,10 +12,11 @@ import pandas as pd
 
 from fuzzy.errors import InputError
 from robotics.experiments.executors import Workers
-from robotics.laws.catalogue import gains_of, law_title, make_controller
+from robotics.laws.catalogue import OwnLaws, as_law, chosen_laws, gains_of, law_title, named_laws, shown_gain
 from robotics.laws.law import Law
 from robotics.measures.evidence import student
-from robotics.measures.registry import ALL_METRICS, measure_all
+from robotics.measures.own import NO_METRICS, OwnMetrics
+from robotics.measures.registry import ALL_METRICS, measure_all, own_metrics
 from robotics.measures.tracking import Metric
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
@@ -38,16 +39,11 @@ class Comparison:
     """What was compared, and the table that came out."""
 
     scenarios: tuple[Scenario, ...]
-    controllers: dict[str, Law[Any]]  # by specification, such as "csm:k=0.3", or by the name that was given to it
+    controllers: dict[str, Law[Any]]  # by specification, such as "csm" or "csm:k=0.3", or by the user's name
     seeds: tuple[int, ...]
     table: pd.DataFrame  # one row a seed and robot: KEYS, the metrics, diverged and contact (bool) as of rows_of
-    runs: dict[tuple[str, str], Run]  # by scenario name and controller
-    specifications: Mapping[str, str] = field(default_factory=dict)  # of the controllers that have other names
-    metrics: Mapping[str, Metric] = field(default_factory=dict)  # of one's own, beside those of the package
-
-    def specification(self, controller: str) -> str:
-        """The specification of a controller."""
-        return self.specifications.get(controller, controller)
+    runs: dict[tuple[str, str], Run]  # by scenario name and specification
+    metrics: Mapping[str, Metric] = field(default_factory=dict)  # the user's own, by name
 
     @property
     def divergences(self) -> list[str]:
@@ -57,10 +53,10 @@ class Comparison:
 
 def compare(
     scenarios: Sequence[Scenario],
-    specifications: Sequence[str] | Mapping[str, str],
+    controllers: OwnLaws,
     seeds: Sequence[int],
     *,
-    metrics: Mapping[str, Metric] | None = None,
+    metrics: OwnMetrics = NO_METRICS,
     workers: Workers | None = None,
     advance: Callable[[], None] | None = None,
     finished: Callable[[pd.DataFrame], None] | None = None,
@@ -69,35 +65,36 @@ def compare(
 
     Args:
         scenarios: Scenarios of one kind.
-        specifications: Controllers, such as "csm" or "csm:k=0.3"; or by the names that tables and pictures give them.
+        controllers: A list of specifications, such as "csm:k=0.3" or "mylaw.py:MyLaw", of laws, and of pairs
+            (name, law); or laws by name.
         seeds: The seeds; each gives one run of each controller on each scenario.
-        metrics: Metrics of one's own, by their names, that are measured beside those of the package.
+        metrics: The user's own metrics: a list of specifications, such as "mymetric.py:comfort", and of functions of
+            a run; or these by name. They are measured and shown as the others are.
         workers: Simulate in other processes, with the same numbers; by default in this one.
         advance: Called after every simulated period; with ``workers`` after every scenario and controller.
         finished: Called with the table so far after every scenario and controller, so that an interrupted comparison
             loses nothing that is done.
 
-    Raises ComparisonError and ControllerError, as :func:`check_comparison` does, before anything is run.
+    Raises ComparisonError, ControllerError and MetricError, as :func:`check_comparison` does, before anything is run.
     """
-    named = dict(specifications) if isinstance(specifications, Mapping) else {name: name for name in specifications}
-    check_comparison(scenarios, list(named.values() if isinstance(specifications, Mapping) else specifications))
-    laws = {name: make_controller(specification) for name, specification in named.items()}
-    pairs = [(scenario, name) for scenario in scenarios for name in laws]
+    check_comparison(scenarios, controllers, metrics)
+    laws, own = chosen_laws(controllers), own_metrics(metrics)
     runs: dict[tuple[str, str], Run] = {}
     rows: list[pd.DataFrame] = []
-    for (scenario, name), run in zip(pairs, _simulated(pairs, named, laws, seeds, workers, advance), strict=True):
+    pairs = [(scenario, name) for scenario in scenarios for name in laws]
+    given = dict(named_laws(controllers))  # a specification is made anew in a process, whose modules are its own
+    for (scenario, name), run in zip(pairs, _simulated(pairs, laws, given, seeds, workers, advance), strict=True):
         runs[scenario.name, name] = run
-        rows.append(rows_of(run, metrics))
+        rows.append(rows_of(run, own))
         if finished is not None:
             finished(pd.concat(rows, ignore_index=True))
-    table = pd.concat(rows, ignore_index=True)
-    return Comparison(tuple(scenarios), laws, tuple(seeds), table, runs, named, dict(metrics or {}))
+    return Comparison(tuple(scenarios), laws, tuple(seeds), pd.concat(rows, ignore_index=True), runs, own)
 
 
 def _simulated(
     pairs: Sequence[tuple[Scenario, str]],
-    named: Mapping[str, str],
     laws: Mapping[str, Law[Any]],
+    given: Mapping[str, Law[Any] | str],
     seeds: Sequence[int],
     workers: Workers | None,
     advance: Callable[[], None] | None,
@@ -111,7 +108,7 @@ def _simulated(
     flying: deque[Future[Run]] = deque()
     while True:
         for scenario, name in islice(waiting, workers.in_flight - len(flying)):
-            flying.append(workers.executor.submit(_run_of, scenario, named[name], tuple(seeds), name))
+            flying.append(workers.executor.submit(_run_of, scenario, given[name], tuple(seeds), name))
         if not flying:
             return
         yield flying.popleft().result()
@@ -119,29 +116,33 @@ def _simulated(
             advance()
 
 
-def _run_of(scenario: Scenario, specification: str, seeds: tuple[int, ...], name: str) -> Run:
+def _run_of(scenario: Scenario, law: Law[Any] | str, seeds: tuple[int, ...], name: str) -> Run:
     """In a worker: the runs of one scenario and controller."""
-    return simulate(scenario, make_controller(specification), seeds, name=name)
+    return simulate(scenario, as_law(law), seeds, name=name)
 
 
-def check_comparison(scenarios: Sequence[Scenario], specifications: Sequence[str]) -> None:
+def check_comparison(scenarios: Sequence[Scenario], controllers: OwnLaws, metrics: OwnMetrics = NO_METRICS) -> None:
     """Raise ComparisonError unless the scenarios are of one kind and no name is given twice.
 
-    Raises ControllerError for a specification that no controller has.
+    Raises ControllerError for a specification that no controller has, and MetricError for a metric that cannot be used.
     """
-    for what, names in (("scenario", [s.name for s in scenarios]), ("controller", list(specifications))):
+    for what, names in (
+        ("scenario", [s.name for s in scenarios]),
+        ("controller", [name for name, _ in named_laws(controllers)]),
+    ):
         for name in names:
             if names.count(name) > 1:
                 raise ComparisonError(f"{what} {name!r} is given twice")
     kinds = sorted({scenario.kind for scenario in scenarios})
     if len(kinds) > 1:
         raise ComparisonError(f"scenarios of one kind can be compared; these are {', '.join(kinds)}")
-    for specification in specifications:
-        make_controller(specification)
+    chosen_laws(controllers)
+    for kind in kinds:
+        own_metrics(metrics, kind)
 
 
-def rows_of(run: Run, metrics: Mapping[str, Metric] | None = None) -> pd.DataFrame:
-    """The rows of the table that belong to ``run``, with ``metrics`` of one's own beside those of the package.
+def rows_of(run: Run, metrics: OwnMetrics = NO_METRICS) -> pd.DataFrame:
+    """The rows of the table that belong to ``run``, with ``metrics`` of the user's own.
 
     Where there is something to touch, ``contact`` says of all robots of a run whether one of them had a contact: their
     metrics are those up to the first one.
@@ -175,24 +176,23 @@ def has_guard(table: pd.DataFrame) -> bool:
     return "emergency_share" in table and bool(table["emergency_share"].notna().any())
 
 
-def values_of_runs(table: pd.DataFrame, metric: str, about: Metric | None = None) -> np.ndarray:
-    """One number a run (seeds,) of the rows of one scenario and controller, as the metric's ``of_run`` says.
-
-    What the metric is ``about`` is given where it is none of the package's.
-    """
-    of_run = (about or ALL_METRICS[metric]).of_run
-    return np.asarray(table.groupby("seed")[metric].agg(of_run).to_numpy(dtype=float))
+def values_of_runs(table: pd.DataFrame, metric: str, about: Metric) -> np.ndarray:
+    """One number a run (seeds,) of the rows of one scenario and controller, as the metric's ``of_run`` says."""
+    return np.asarray(table.groupby("seed")[metric].agg(about.of_run).to_numpy(dtype=float))
 
 
-def summarise(table: pd.DataFrame, metrics: Mapping[str, Metric] | None = None) -> pd.DataFrame:
+def summarise(table: pd.DataFrame, metrics: OwnMetrics = NO_METRICS) -> pd.DataFrame:
     """The mean and 95 % confidence interval of every metric, one row for each scenario, controller and metric.
 
     The interval is Student's over the seeds, mean ± t s/√n: it says how well n seeds fix the mean, not how far runs
     scatter. A metric that is infinite in any run (never settled, never arrived) has the mean inf and no interval.
-    ``metrics`` are those of one's own.
+
+    Args:
+        table: The table of a :class:`Comparison`.
+        metrics: The user's own metrics with which the table was made, such as ``comparison.metrics``.
     """
     rows = []
-    present = {metric: about for metric, about in {**ALL_METRICS, **(metrics or {})}.items() if metric in table}
+    present = {metric: about for metric, about in {**ALL_METRICS, **own_metrics(metrics)}.items() if metric in table}
     for (scenario, name), group in table.groupby(["scenario", "controller"], sort=False):
         for metric, about in present.items():
             # A single robot in an empty world has no contacts, and not every law has an emergency rule.
@@ -209,14 +209,14 @@ def summarise(table: pd.DataFrame, metrics: Mapping[str, Metric] | None = None) 
 def terms(comparison: Comparison) -> pd.DataFrame:
     """The command level and the gains with which each controller entered, one row a controller."""
     rows = []
-    for name, law in comparison.controllers.items():
+    for specification, law in comparison.controllers.items():
         gains = {k: v for k, v in gains_of(law).items() if k != "mode"}
         rows.append(
             {
-                "controller": name,
-                "label": law_title(name),
+                "controller": specification,
+                "label": law_title(specification),
                 "level": law.level,
-                "gains": ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in gains.items()),
+                "gains": ", ".join(f"{k} = {shown_gain(v)}" for k, v in gains.items()),
             }
         )
     return pd.DataFrame(rows)

@@ -10,25 +10,26 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from robotics.figures.distances import draw_distances
 from robotics.figures.drawing import (
-    MODE_COLORS,
-    MODE_LINES,
     TARGET,
+    PlotError,
     draw_line,
+    draw_many,
     last_known,
     mark_contacts,
     mark_stop,
+    shown_until,
     strided,
 )
+from robotics.figures.faults import FEW
+from robotics.figures.modes import draw_modes
 from robotics.figures.world import draw_bodies, draw_body, draw_world
-from robotics.laws.catalogue import kept_distance, law_title
-from robotics.laws.modes import LEFT_BEHIND, MODES, STOPPED
+from robotics.laws.catalogue import law_title
 from robotics.measures.clearance import clearances, robot_gaps
-from robotics.measures.standing import last_move
 from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT
 from robotics.simulation.run import Run
@@ -36,9 +37,8 @@ from robotics.simulation.spans import seed_place
 
 CRASH_ROWS = ("trajectories", "distances", "cross-track", "heading", "v", "w", "progress")
 OBSTACLE_ROWS = ("trajectories", "cross-track", "sonar", "v", "w", "distances", "modes")
-_AFTER = 4.0  # s shown after the last robot came to rest
-_FAR = 2.05  # m: what the panels of distances show at least
-_LEFT, _RIGHT, _GAP, _ROW, _TOP, _BETWEEN = 0.6, 0.1, 0.24, 0.82, 0.6, 0.2  # inches
+_FAR = 2.05  # m: what the panel of sonars shows
+_LEFT, _RIGHT, _GAP, _ROW, _TOP, _BETWEEN = 0.7, 0.1, 0.24, 0.82, 0.6, 0.2  # inches
 
 
 class _View(NamedTuple):
@@ -50,7 +50,7 @@ class _View(NamedTuple):
 
 
 def plot_avoidance(
-    runs: Sequence[Run],
+    runs: Run | Sequence[Run],
     seed: int | None = None,
     figures: Mapping[str, str] | None = None,
     rows: Sequence[str] | None = None,
@@ -61,17 +61,18 @@ def plot_avoidance(
     at equal times, and filled where two of them came nearest.
 
     Args:
-        runs: One to three runs on one scenario.
+        runs: A run, or up to three on one scenario.
         seed: The seed that is drawn, by default the first.
         figures: The thesis's figure of a row, such as {"distances": "Fig 6.11"}.
         rows: The rows that are drawn, by default CRASH_ROWS, among obstacles OBSTACLE_ROWS; rows that no run has are
             left out.
 
-    Raises ReplayError for a seed that was not run, ValueError for no run, or runs of several scenarios.
+    Raises ReplayError for a seed that was not run, PlotError for no run, or runs of several scenarios.
     """
+    runs = [runs] if isinstance(runs, Run) else runs
     if not 1 <= len(runs) <= 3 or len({run.scenario for run in runs}) > 1:
-        raise ValueError("a page about avoidance needs one to three runs on one scenario")
-    shown = max(_last_move(run, seed_place(run, seed)) for run in runs)
+        raise PlotError("a page about avoidance needs one to three runs on one scenario")
+    shown = max(float(run.time[shown_until(run, seed_place(run, seed)) - 1]) for run in runs)
     views = [_View(run, seed_place(run, seed), int(np.searchsorted(run.time, shown + 1e-9))) for run in runs]
     usual = CRASH_ROWS if runs[0].obstacles is None else OBSTACLE_ROWS
     chosen = [row for row in rows or usual if any(_has(run, row) for run in runs)]
@@ -117,13 +118,13 @@ def plot_trajectories(rows: Sequence[Sequence[Run]], seed: int | None = None) ->
         rows: The runs on one scenario each, as many laws in each row, in the same order.
         seed: The seed that is drawn, by default the first.
 
-    Raises ReplayError for a seed that was not run, ValueError where a row has several scenarios, or rows differ in
+    Raises ReplayError for a seed that was not run, PlotError where a row has several scenarios, or rows differ in
     their laws.
     """
     laws = {tuple(run.controller for run in row) for row in rows}
     if len(laws) != 1 or not all(len({run.scenario for run in row}) == 1 for row in rows):
-        raise ValueError("a page of trajectories needs one scenario a row, and the same laws in each row")
-    views = [[_View(run, seed_place(run, seed), _shown(run, seed)) for run in row] for row in rows]
+        raise PlotError("a page of trajectories needs one scenario a row, and the same laws in each row")
+    views = [[_view(run, seed_place(run, seed)) for run in row] for row in rows]
     with style():
         width = (DOUBLE - _LEFT) / len(views[0])
         figure = new_figure(DOUBLE, sum(_height(row, width) + 0.35 for row in views) + 0.45)
@@ -145,14 +146,8 @@ def plot_trajectories(rows: Sequence[Sequence[Run]], seed: int | None = None) ->
         return figure
 
 
-def _shown(run: Run, seed: int | None) -> int:
-    """The number of samples until a run is drawn."""
-    return int(np.searchsorted(run.time, _last_move(run, seed_place(run, seed)) + 1e-9))
-
-
-def _last_move(run: Run, place: int) -> float:
-    """The time [s] until which a run is drawn."""
-    return float(min(run.time[last_move(run, place)] + _AFTER, run.time[-1]))
+def _view(run: Run, place: int) -> _View:
+    return _View(run, place, shown_until(run, place))
 
 
 def _has(run: Run, row: str) -> bool:
@@ -196,7 +191,7 @@ def _trajectories(ax: Axes, view: _View) -> None:
     nearest = _nearest(view)
     for i, nodes in enumerate(run.paths):
         ax.plot(*strided(*nodes), **TARGET, zorder=1, label=None if i else "path")  # type: ignore[arg-type]
-        ax.plot(*strided(x[i], y[i]), **_look(i), linewidth=1.1, label=f"robot {i + 1}")
+        ax.plot(*strided(x[i], y[i]), **_look(i), linewidth=1.1, label=f"robot {i + 1}" if len(x) <= FEW else None)
         color = COLORS[i % len(COLORS)]
         if nearest is not None and i in nearest[:2]:
             draw_body(ax, run, place, i, np.array([nearest[2]]), facecolors=color, zorder=4)
@@ -217,25 +212,15 @@ def _nearest(view: _View) -> tuple[int, int, int] | None:
     return i, j, int(least[i, j].argmin())
 
 
-def _distances(ax: Axes, view: _View) -> None:
-    for n, ((i, j), gap) in enumerate(robot_gaps(view.run, view.place).items(), start=3):
-        draw_line(ax, view.run.time[: view.end], gap[: view.end], **_look(n), label=f"$d_{{{i + 1}{j + 1}}}$")
-    # Centers nearer than this cannot be without contact, whichever two robots it is and however they stand.
-    inner = sorted(min(robot.length, robot.width) / 2 for robot in view.run.about.robots)
-    ax.axhspan(0.0, sum(inner[:2]), color="0.85", linewidth=0)
-    kept = kept_distance(view.run.controller)
-    if kept is not None:
-        line: dict[str, Any] = TARGET | {"color": "0.2"}
-        ax.axhline(kept, **line, label="$d_{min}$")
-        ax.text(0.99, kept, f" {kept:g} m", transform=ax.get_yaxis_transform(), ha="right", va="bottom", fontsize=6.5)
-    ax.set_ylim(0.0, max(_FAR, ax.get_ylim()[1] if ax.get_ylim()[1] < 4 else 4.0))
-    ax.set_ylabel("distance [m]")
-
-
 def _per_robot(values: Callable[[_View], np.ndarray], name: str) -> Callable[[Axes, _View], None]:
     def draw(ax: Axes, view: _View) -> None:
         ax.axhline(0.0, **TARGET)  # type: ignore[arg-type]
-        for i, row in enumerate(values(view)):
+        rows = values(view)
+        if len(rows) > FEW:
+            draw_many(ax, view.run.time[: view.end], rows[:, : view.end])
+            ax.set_ylabel(name)
+            return
+        for i, row in enumerate(rows):
             draw_line(ax, view.run.time[: view.end], row[: view.end], **_look(i), linewidth=0.9)
         ax.set_ylabel(name)
 
@@ -258,35 +243,14 @@ def _sonar(ax: Axes, view: _View) -> None:
     ax.set_ylabel("obstacle [m]")
 
 
-def _modes(ax: Axes, view: _View) -> None:
-    run, place, end = view
-    robots = run.samples.shape[3]
-    codes = np.zeros((end, robots), dtype=int) if run.modes is None else run.modes[:end, place].astype(int)
-    for i in range(robots):
-        code = codes[:, i]
-        for mode, (color, line) in enumerate(zip(MODE_COLORS, MODE_LINES, strict=True)):
-            row = np.where((code & 3 == mode) & (code < STOPPED), float(i + 1), np.nan)
-            width = 4.0 if mode else 1.0
-            name = MODES[mode] if np.isfinite(row).any() else None
-            ax.plot(run.time[:end], row, color=color, linestyle=line, linewidth=width, label=name)
-        alone = np.where((code & LEFT_BEHIND > 0) & (code < STOPPED), i + 1.3, np.nan)
-        name = "left behind" if np.isfinite(alone).any() else None
-        ax.plot(run.time[:end], alone, color="black", linestyle="-", linewidth=1.2, label=name)
-        ticks = [[(run.time[k + 1], i + 0.7), (run.time[k + 1], i + 1.3)] for k in np.flatnonzero(np.diff(code))]
-        ax.add_collection(LineCollection(ticks, colors="0.3", linewidths=0.5, linestyles="-"))
-    ax.set_yticks(range(1, robots + 1))
-    ax.set_ylim(robots + 0.6, 0.4)
-    ax.set_ylabel("robot")
-
-
 _DRAW: dict[str, Callable[[Axes, _View], None]] = {
     "trajectories": _trajectories,
-    "distances": _distances,
+    "distances": lambda ax, view: draw_distances(ax, *view),
     "cross-track": _per_robot(lambda view: cross_track_error(view.run)[view.place], "$y_{err}$ [m]"),
     "heading": _per_robot(lambda view: tracking_error(view.run).heading[view.place], "$ψ_{err}$ [rad]"),
     "sonar": _sonar,
     "v": _per_robot(lambda view: view.run["v"][view.place], "v [m/s]"),
     "w": _per_robot(lambda view: view.run["w"][view.place], "ω [rad/s]"),
     "progress": _per_robot(lambda view: view.run["progress"][view.place], "progress s"),
-    "modes": _modes,
+    "modes": lambda ax, view: draw_modes(ax, *view),
 }

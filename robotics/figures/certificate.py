@@ -19,7 +19,7 @@ _BOUND: dict[str, Any] = {"color": "0.45", "linestyle": ":", "linewidth": 1.0}
 
 
 def plot_certificate(
-    certificate: Certificate, robot: Robot | None = None, starts: int = 40, duration: float = 20.0, seed: int = 0
+    certificate: Certificate, robot: Robot, starts: int = 40, duration: float = 20.0, seed: int = 0
 ) -> Figure:
     """Draw the certified region over (x, y) and (y, ψ), and √V over time against the certified bound.
 
@@ -28,13 +28,13 @@ def plot_certificate(
 
     Args:
         certificate: The certificate.
-        robot: The robot whose limits count, by default the EtsRo.
+        robot: The robot whose limits count.
         starts: Number of trajectories.
         duration: Length of the trajectories [s].
         seed: Seed of the starts and of the jumps.
     """
     trial = try_out(certificate, starts=starts, steps=max(1, round(duration / 0.01)), hold=100, seed=seed)
-    share = certificate.unsaturated(robot or Robot())
+    share = certificate.unsaturated(robot)
     with style():
         figure = new_figure(DOUBLE, 2.5)
         left, middle, right = figure.subplots(1, 3)

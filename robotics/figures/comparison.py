@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from fuzzy.figures.drawing import DOUBLE, new_figure, style
 from robotics.experiments.comparison import Comparison, contact_runs, summarise, values_of_runs
-from robotics.figures.drawing import Look, looks_of
+from robotics.figures.drawing import Look, PlotError, looks_of
 from robotics.laws.catalogue import law_title
 from robotics.measures.registry import ALL_METRICS, headlines
 from robotics.measures.tracking import Metric
@@ -38,10 +38,11 @@ def plot_comparison(
     scenario = comparison.scenarios[0].name if scenario is None else scenario
     table = comparison.table[comparison.table["scenario"] == scenario]
     if table.empty:
-        raise ValueError(f"scenario {scenario!r} was not compared")
+        raise PlotError(f"scenario {scenario!r} was not compared")
     setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
-    metrics = list(headlines(setting.kind, setting.has_others)) if metrics is None else metrics
-    summary, known = summarise(table, comparison.metrics), {**ALL_METRICS, **comparison.metrics}
+    metrics = list(headlines(setting.kind, setting.has_others, own=comparison.metrics)) if metrics is None else metrics
+    known = {**ALL_METRICS, **comparison.metrics}
+    summary = summarise(table, comparison.metrics)
     names = list(comparison.controllers)
     chosen = looks_of(names, looks)
     columns = min(3, len(metrics))
@@ -50,14 +51,14 @@ def plot_comparison(
         figure = new_figure(DOUBLE, rows * (0.62 + 0.17 * len(names)) + 0.25)
         grid = figure.subplots(rows, columns, squeeze=False, sharey=True)
         for ax, metric in zip(grid.flat, metrics, strict=False):
-            _draw_metric(ax, table, summary[summary["metric"] == metric], (metric, known[metric]), names, chosen)
+            _draw_metric(ax, table, summary[summary["metric"] == metric], metric, known[metric], names, chosen)
         for ax in grid.flat[len(metrics) :]:
             ax.remove()
         touched = [contact_runs(table, scenario, name) for name in names]
-        titles = [textwrap.fill(law_title(name).replace(",", ", "), 24) for name in names]
         titles = [
-            title + (f"\n✕ contact in {count} of {runs}" if count else "")
-            for title, (count, runs) in zip(titles, touched, strict=True)
+            textwrap.fill(law_title(name).replace(",", ", "), 24)
+            + (f"\n✕ contact in {count} of {runs}" if count else "")
+            for name, (count, runs) in zip(names, touched, strict=True)
         ]
         grid[0, 0].set_yticks(range(len(names)), titles)
         grid[0, 0].set_ylim(len(names) - 0.4, -0.6)
@@ -79,11 +80,11 @@ def _draw_metric(
     ax: Axes,
     table: pd.DataFrame,
     summary: pd.DataFrame,
-    measured: tuple[str, Metric],
+    metric: str,
+    about: Metric,
     names: Sequence[str],
     chosen: Mapping[str, Look],
 ) -> None:
-    metric, about = measured
     values = {name: values_of_runs(table[table["controller"] == name], metric, about) for name in names}
     known = np.concatenate([v[np.isfinite(v)] for v in values.values()])
     logarithmic = known.size > 0 and known.min() > 0 and known.max() > 10 * known.min()

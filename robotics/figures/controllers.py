@@ -16,6 +16,7 @@ from robotics.figures.comparison import plot_comparison
 from robotics.figures.drawing import (
     TARGET,
     Look,
+    PlotError,
     draw_line,
     last_known,
     looks,
@@ -25,6 +26,7 @@ from robotics.figures.drawing import (
     only,
     strided,
 )
+from robotics.figures.faults import FEW
 from robotics.figures.run import plot_run
 from robotics.laws.catalogue import law_title
 from robotics.measures.tracking import cross_track_error, tracking_error
@@ -34,18 +36,21 @@ from robotics.vehicle.robot import Robot
 __all__ = ["looks", "plot_comparison", "plot_errors", "plot_paths", "plot_run", "plot_velocities"]
 
 
-def plot_paths(runs: Sequence[Run], seed: int | None = None, looks: Mapping[str, Look] | None = None) -> Figure:
+def plot_paths(runs: Run | Sequence[Run], seed: int | None = None, looks: Mapping[str, Look] | None = None) -> Figure:
     """Draw the reference and the driven paths from above, and magnified where they lie furthest apart.
 
     That place is searched for in the second half of the run, while the reference moves: it shows how accurately the
     controllers track once they have reached the path.
 
     Args:
-        runs: The runs of several controllers on one scenario.
+        runs: A run, or those of several controllers on one scenario.
         seed: The seed that is drawn, by default the first.
         looks: How each controller is drawn, by its specification.
+
+    Raises PlotError for no run, runs of several scenarios, or a seed or robot that was not run.
     """
-    chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in _some(runs)]
+    runs = _some(runs)
+    chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
     with style():
         everything = np.concatenate([_points(run) for run in drawn])
         low, high = np.nanmin(everything, axis=0), np.nanmax(everything, axis=0)
@@ -70,12 +75,21 @@ def plot_paths(runs: Sequence[Run], seed: int | None = None, looks: Mapping[str,
         return figure
 
 
-def _some(runs: Sequence[Run]) -> Sequence[Run]:
+def _some(runs: Run | Sequence[Run], robot: int = 0) -> Sequence[Run]:
+    runs = [runs] if isinstance(runs, Run) else runs
     if not runs:
-        raise ValueError("a figure of runs needs at least one run")
+        raise PlotError("a figure of runs needs at least one run")
     if len({run.scenario for run in runs}) > 1:
-        raise ValueError("the runs of one figure must be those of one scenario")
+        raise PlotError("the runs of one figure must be those of one scenario")
+    if not 0 <= robot < len(runs[0].paths):
+        last = len(runs[0].paths)
+        raise PlotError(f"{runs[0].scenario} has the robots 1 to {last}, there is no robot {robot + 1}")
     return runs
+
+
+def _named(run: Run, robot: int) -> str:
+    """The law, and which of several robots it drives."""
+    return law_title(run.controller) + (f", robot {robot + 1}" if len(run.paths) > 1 else "")
 
 
 def _points(run: Run) -> np.ndarray:
@@ -101,12 +115,12 @@ def _draw_references(ax: Axes, run: Run, scale: float, center: tuple[float, floa
 
 def _mark_starts(ax: Axes, run: Run) -> None:
     """A ring where each robot starts, with a stroke along its heading."""
-    several = len(run.paths) > 1
+    robots = len(run.paths)
     for i in range(len(run.paths)):
         x, y, heading = (float(run[channel][0, i, 0]) for channel in ("x", "y", "heading"))
         ax.plot([x], [y], marker="o", markerfacecolor="white", color="black", linestyle="none", label="start", zorder=5)
         ax.annotate(
-            f"robot {i + 1}" if several else "",
+            f"robot {i + 1}" if 1 < robots <= FEW else str(i + 1) if robots > FEW else "",
             (x, y),
             xytext=(-6, 4),
             textcoords="offset points",
@@ -161,19 +175,22 @@ def _draw_detail(
 
 
 def plot_errors(
-    runs: Sequence[Run], seed: int | None = None, robot: int = 0, looks: Mapping[str, Look] | None = None
+    runs: Run | Sequence[Run], seed: int | None = None, robot: int = 0, looks: Mapping[str, Look] | None = None
 ) -> Figure:
     """Draw the errors of (5.9) in x, y and heading over time, those of the true posture.
 
     Where the first half of the run dwarfs the second, the second is drawn once more beside it, magnified.
 
     Args:
-        runs: The runs of several controllers on one scenario.
+        runs: A run, or those of several controllers on one scenario.
         seed: The seed that is drawn, by default the first.
         robot: The robot that is drawn, from 0.
         looks: How each controller is drawn, by its specification.
+
+    Raises PlotError for no run, runs of several scenarios, or a seed or robot that was not run.
     """
-    chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in _some(runs)]
+    runs = _some(runs, robot)
+    chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
     time = drawn[0].time
     errors = np.array([[field[0, robot] for field in tracking_error(run)] for run in drawn])  # (runs, 3, samples)
     late = time >= time[-1] / 2
@@ -198,7 +215,7 @@ def plot_errors(
                         linestyle=look.line,
                         linewidth=1.0,
                         zorder=2 + 0.01 * depth,
-                        label=law_title(run.controller),
+                        label=_named(run, robot),
                     )
                     k = last_known(error)
                     if run.diverged[0, robot] and k >= 0 and shown[k]:
@@ -227,7 +244,7 @@ def _milli(values: np.ndarray) -> tuple[float, str]:
 
 
 def plot_velocities(
-    runs: Sequence[Run],
+    runs: Run | Sequence[Run],
     seed: int | None = None,
     robot: int = 0,
     machine: Robot | None = None,
@@ -236,16 +253,19 @@ def plot_velocities(
     """Draw the linear and the angular speed over time, one row for each controller.
 
     Args:
-        runs: The runs of several controllers on one scenario.
+        runs: A run, or those of several controllers on one scenario.
         seed: The seed that is drawn, by default the first.
         robot: The robot that is drawn, from 0.
         machine: A robot whose limits are drawn where a speed comes within a fifth of them.
         looks: How each controller is drawn, by its specification.
+
+    Raises PlotError for no run, runs of several scenarios, or a seed or robot that was not run.
     """
-    chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in _some(runs)]
+    runs = _some(runs, robot)
+    chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
     v_limit, w_limit = _limits(machine)
     with style():
-        figure = new_figure(DOUBLE, 0.62 + 0.78 * len(drawn), constrained=False)
+        figure = new_figure(DOUBLE, 0.62 + max(0.78 * len(drawn), 1.7), constrained=False)  # the labels are that long
         grid = figure.subplots(len(drawn), 2, sharex=True, sharey="col", squeeze=False)
         for axes, run in zip(grid, drawn, strict=True):
             for ax, channel, limit in zip(axes, "vw", (v_limit, w_limit), strict=True):
@@ -254,7 +274,7 @@ def plot_velocities(
                 for side in (-1, 1):
                     if limit is not None and np.nanmax(side * speeds) > 0.8 * limit:
                         ax.axhline(side * limit, color="0.2", linewidth=0.7, linestyle=(0, (1, 1.5)), label="limit")
-            axes[0].set_title(law_title(run.controller), loc="left", pad=2.0, parse_math=False)
+            axes[0].set_title(_named(run, robot), loc="left", pad=2.0, parse_math=False)
         for ax in grid[-1]:
             ax.set_xlabel("time [s]")
         _place_rows(figure, len(drawn))

@@ -1,5 +1,6 @@
 """Shared parts of the pictures of runs: a look for each controller, thinned lines, seeds as text."""
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -8,9 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 
+from fuzzy.errors import InputError
 from fuzzy.figures.drawing import COLORS, LINES
 from robotics.laws.catalogue import law_title
 from robotics.measures.contacts import MOST_DRAWN, contacts, first_contact
+from robotics.measures.standing import last_move
 from robotics.simulation.run import Run
 
 TARGET = {"color": "0.45", "linestyle": (0, (4, 2)), "linewidth": 1.0}  # how every reference is drawn
@@ -27,9 +30,14 @@ CONTACT: dict[str, Any] = {  # told by its form, whatever the colours
 # How the modes of robotics.laws.modes look, by code & 3: colours that no robot of a team of three has, and lines
 MODE_COLORS = ("0.7", COLORS[5], COLORS[3], COLORS[4])
 MODE_LINES: tuple[Any, ...] = ("-", "-", (0, (4, 1.5)), (0, (1, 1)))
+AFTER = 4.0  # s shown after the last robot came to rest
 _MARKERS = "os^DvPX*"
 # The place of each preset among the colours; the palest, orange, is left for the controllers that users add.
 _PLACES = {"fuzzy": 0, "lyapunov": 1, "csm": 2, "assm": 3, "qssm": 4, "esm": 6}
+
+
+class PlotError(InputError):
+    """A run or a request of which there is nothing to draw. The message says what is missing."""
 
 
 class Look(NamedTuple):
@@ -64,11 +72,17 @@ def looks_of(specifications: Iterable[str], given: Mapping[str, Look] | None) ->
 
 
 def only(run: Run, seed: int | None) -> Run:
-    """The run of that one seed, by default the first. Raises ValueError for a seed that was not run."""
+    """The run of that one seed, by default the first. Raises PlotError for a seed that was not run."""
     seed = run.seeds[0] if seed is None else seed
     if seed not in run.seeds:
-        raise ValueError(f"seed {seed} is not among those of the run: {seeds_as_text(run.seeds)}")
+        raise PlotError(f"seed {seed} is not among those of the run: {seeds_as_text(run.seeds)}")
     return run.only(seed)
+
+
+def shown_until(run: Run, place: int, after: float = AFTER) -> int:
+    """The number of samples that pictures of the seed at ``place`` show: until ``after`` [s] its last robot rests."""
+    shown = min(run.time[last_move(run, place)] + after, run.time[-1])
+    return int(np.searchsorted(run.time, shown + 1e-9))
 
 
 def seeds_as_text(seeds: Sequence[int]) -> str:
@@ -118,6 +132,27 @@ def draw_line(ax: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -> L
         style: Options of ``ax.plot``.
     """
     return ax.plot(*thinned(time, values), **style)[0]
+
+
+def draw_many(ax: Axes, time: np.ndarray, rows: np.ndarray, of: str = "") -> None:
+    """Draw thin lines, the band in which most of them are, and their median.
+
+    Args:
+        ax: The axes.
+        time: The times (samples,) [s].
+        rows: The lines (robots, samples).
+        of: What they are, before the words of the legend.
+    """
+    for i, row in enumerate(rows):
+        faint = max(0.15, min(0.5, 20 / len(rows)))
+        draw_line(ax, time, row, color=COLORS[i % len(COLORS)], linestyle="-", linewidth=0.3, alpha=faint, zorder=1.5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # once all are stopped: not-a-number
+        low, middle, high = np.nanpercentile(rows, (5, 50, 95), axis=0)
+    ax.fill_between(time, low, high, color="0.35", alpha=0.3, linewidth=0, zorder=2, label=f"{of}5–95 % of the robots")
+    for edge in (low, high):
+        draw_line(ax, time, edge, color="black", linestyle="-", linewidth=0.4, alpha=0.6, zorder=2.5)
+    draw_line(ax, time, middle, color="black", linestyle="-", linewidth=1.0, zorder=3, label=f"{of}median")
 
 
 def mark_stop(ax: Axes, x: float, y: float, color: Any) -> None:

@@ -1,20 +1,25 @@
 """Pictures of formation data and of the networks learnt from them: thesis Figs 5.3-5.5, 5.8, 5.9, 5.12 and 5.13."""
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.markers import MarkerStyle
 from matplotlib.path import Path as Outline
+from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, MaxNLocator
 
 from anfis.state import Epoch
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from fuzzy.figures.search import plot_rules_error
+from fuzzy.fitting.search import SearchResult
 from robotics.experiments.learning.formationdata import FormationRun
 
 _NARROWEST = 2e-3  # m/s or rad/s: an axis shows at least so much, or rounding would fill it
 _ARROW = Outline([(1.0, 0.0), (-0.8, 0.6), (-0.35, 0.0), (-0.8, -0.6), (1.0, 0.0)], closed=True)
+_STEADY = 0.1  # of an output's range: samples that differ less from each to the next, on the mean, follow each other
+_DOTS = ("x", "o")
 _MARKS = 7  # equal times at which a formation's poses are drawn
 
 
@@ -115,6 +120,143 @@ def plot_fits(columns: Mapping[str, Sequence[Fit]]) -> Figure:
         figure.align_ylabels()
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper left", ncols=len(labels))
+        return figure
+
+
+def plot_stages(sets: Mapping[str, Fit]) -> Figure:
+    """Draw one network over its data, each set in a row: over the samples, the difference, and against the data.
+
+    Samples that follow each other stand in their order; of others, whose output jumps from each to the next, those
+    with the least output come first. The root mean square of each difference stands over its panel.
+
+    Args:
+        sets: The set's title, and the output over it, by stage of learning.
+    """
+    with style():
+        figure = new_figure(DOUBLE, 0.35 + 2.7 * len(sets))
+        grid = figure.add_gridspec(2 * len(sets), 2, width_ratios=(2.2, 1), height_ratios=(1.9, 0.8) * len(sets))
+        for row, (title, fit) in enumerate(sets.items()):
+            over = figure.add_subplot(grid[2 * row, 0])
+            below = figure.add_subplot(grid[2 * row + 1, 0], sharex=over)
+            against = figure.add_subplot(grid[2 * row : 2 * row + 2, 1])
+            _draw_stages(over, below, against, fit)
+            errors = ", then ".join(f"{_rms(found - fit.target):.2e}" for found in fit.found.values())
+            over.set_title(f"{title}: RMSE {errors}", fontsize=8, loc="left", pad=3, parse_math=False)
+        figure.align_ylabels()
+        handles, labels = figure.axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper left", ncols=len(labels), markerscale=2)
+        return figure
+
+
+def _draw_stages(over: Axes, below: Axes, against: Axes, fit: Fit) -> None:
+    run = _follow_each_other(fit.target)
+    order = np.arange(len(fit.target)) if run else np.argsort(fit.target, kind="stable")
+    ends = [float(fit.target.min()), float(fit.target.max())]
+    against.plot(ends, ends, color="0.6", linestyle="-", linewidth=1.2)
+    look: dict[str, Any] = {"linewidth": 2.0, "zorder": 2} if run else {"linewidth": 1.0, "zorder": 3}
+    over.plot(fit.target[order], color="0.6", linestyle="-", label="data", **look)
+    below.axhline(0.0, color="0.6", linestyle="-", linewidth=1.0)
+    for k, (stage, found) in enumerate(fit.found.items()):
+        dots: dict[str, Any] = {"linestyle": "none", "marker": _DOTS[k % 2], "color": COLORS[k], "alpha": 0.6}
+        dots |= {"markersize": 2.5, "markeredgewidth": 0.0 if k % 2 else 0.5}
+        line = {"color": COLORS[k], "linestyle": LINES[1 - k % 2], "linewidth": 0.9}
+        over.plot(found[order], label=stage, **(line if run else dots))
+        below.plot((found - fit.target)[order], **(line if run else dots))
+        against.plot(fit.target, found, **dots)
+    for ax in (over, against):
+        _widen(ax)
+    over.set_ylabel(fit.label, parse_math=False)
+    over.margins(x=0)
+    over.tick_params(labelbottom=False)
+    below.set_ylabel("difference")
+    below.set_xlabel("sample" if run else "sample, in the order of the data's output")
+    against.set_xlabel(f"data: {fit.label}", parse_math=False)
+    against.set_ylabel("network")
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _follow_each_other(values: np.ndarray) -> bool:
+    """Whether the samples (n,) hang together, as those along a run do."""
+    return bool(np.abs(np.diff(values)).mean() <= _STEADY * np.ptp(values)) if len(values) > 1 else True
+
+
+def plot_search_and_epochs(search: SearchResult, history: Sequence[Epoch], unit: str) -> Figure:
+    """Draw how one network was found: errors over the number of rules   [thesis, Fig 5.6], then over the epochs [5.13].
+
+    Args:
+        search: The search over the settings of the clusters, of one output.
+        history: The epochs of learning.
+        unit: The unit of the output.
+    """
+    with style():
+        figure = new_figure(DOUBLE, 3.1)
+        left, right = figure.subplots(1, 2)
+        plot_rules_error(search, left)
+        epochs = [row.epoch for row in history]
+        right.plot(epochs, [row.train for row in history], color=COLORS[0], linestyle="-", label="training")
+        if np.isfinite([row.check for row in history]).any():
+            right.plot(epochs, [row.check for row in history], color=COLORS[1], linestyle="--", label="checking")
+        if len(history) == 1:
+            for line in right.get_lines():
+                line.set_marker("o")
+        if min(min(row.train, row.check if np.isfinite(row.check) else np.inf) for row in history) > 0:
+            right.set_yscale("log")
+            right.yaxis.set_minor_formatter(LogFormatterSciNotation(labelOnlyBase=False, minor_thresholds=(1, 0.5)))
+        right.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+        right.set_xlabel("epoch")
+        right.set_ylabel(f"RMSE [{unit}]" if unit else "RMSE", parse_math=False)
+        right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), borderaxespad=0, ncols=2)
+        return figure
+
+
+class ShareOfRange(NamedTuple):
+    """Errors of one network as shares of the range of its output."""
+
+    output: str
+    clustering: float
+    training: float
+    checking: float  # not-a-number without checking data
+    scatter: tuple[float, float]  # least and greatest, of the output at equal inputs; not-a-number: unknown
+
+
+def plot_shares(shares: Sequence[ShareOfRange]) -> Figure:
+    """Draw the errors of networks beside each other, a row for each output, in per cent of the output's range.
+
+    A grey bar shows how far the output scatters at equal inputs, as far as it is known.
+    """
+    marks: dict[str, tuple[Callable[[ShareOfRange], float], dict[str, Any]]] = {
+        "after clustering": (lambda s: s.clustering, {"marker": "o", "markerfacecolor": "white", "color": COLORS[0]}),
+        "after learning, training": (lambda s: s.training, {"marker": "s", "color": COLORS[0], "markersize": 4.5}),
+        "after learning, checking": (lambda s: s.checking, {"marker": "D", "color": COLORS[1], "markersize": 4.5}),
+    }
+    with style():
+        figure = new_figure(DOUBLE, 0.85 + 0.24 * len(shares))
+        ax = figure.add_subplot()
+        rows = np.arange(len(shares))
+        spans = np.array([100 * np.array(s.scatter) for s in shares])
+        least = min((100 * of(s) for of, _ in marks.values() for s in shares if of(s) > 0), default=1e-3)
+        for row, (low, high) in zip(rows, spans, strict=True):
+            if high > 0:  # a bar of no length would not be seen
+                ends = [max(low, least / 2), max(high, 1.1 * max(low, least / 2))]
+                ax.plot(ends, [row, row], color="0.75", linewidth=7, linestyle="-", solid_capstyle="butt", zorder=1)
+        ax.plot([], [], color="0.75", linewidth=7, linestyle="-", label="scatter of the data at equal inputs")
+        for name, (of, look) in marks.items():
+            values = np.array([100 * of(s) for s in shares])
+            if np.isfinite(values).any():
+                ax.plot(values, rows, linestyle="none", label=name, **look)
+        if all(of(s) > 0 for of, _ in marks.values() for s in shares if np.isfinite(of(s))):
+            ax.set_xscale("log")
+            for axis_formatter in (ax.xaxis.set_major_formatter, ax.xaxis.set_minor_formatter):
+                axis_formatter(FuncFormatter(lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in "125" else ""))
+        ax.set_yticks(rows, [s.output for s in shares], parse_math=False)
+        ax.set_ylim(len(shares) - 0.5, -0.5)
+        ax.set_xlim(left=least / 2 if ax.get_xscale() == "log" else 0.0)
+        ax.set_xlabel("RMSE [% of the output's range]")
+        ax.grid(axis="x", color="0.9", linewidth=0.6)
+        figure.legend(*ax.get_legend_handles_labels(), loc="outside upper left", ncols=4, markerscale=0.9)
         return figure
 
 

@@ -9,7 +9,7 @@ from matplotlib.patches import Circle
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.environment.world import outlines
-from robotics.figures.drawing import TARGET, draw_obstacles, page_title
+from robotics.figures.drawing import TARGET, PlotError, draw_obstacles, page_title
 from robotics.figures.world import draw_body
 from robotics.measures.clearance import robot_gaps
 from robotics.simulation.run import Run
@@ -35,7 +35,7 @@ def plot_meetings(run: Run, seed: int | None = None) -> Figure:
         run: A run of two or more robots.
         seed: The seed that is drawn, by default the first.
 
-    Raises ReplayError for a seed that was not run, ValueError for a run of one robot.
+    Raises ReplayError for a seed that was not run, PlotError for a run of one robot.
     """
     place = seed_place(run, seed)
     met = _meetings(run, place)
@@ -59,7 +59,7 @@ def _meetings(run: Run, place: int) -> list[tuple[tuple[int, int], int, float]]:
     """The pairs that came nearest, with the sample at which they did and their distance [m] then."""
     gaps = robot_gaps(run, place)
     if not gaps:
-        raise ValueError("a run of one robot has no meetings")
+        raise PlotError("a run of one robot has no meetings")
     known = {pair: np.where(np.isfinite(gap), gap, np.inf) for pair, gap in gaps.items()}
     found = sorted(((pair, int(gap.argmin()), float(gap.min())) for pair, gap in known.items()), key=lambda met: met[2])
     return sorted([met for met in found[:MOST] if met[2] < NEAR] or found[:1], key=lambda met: met[1])

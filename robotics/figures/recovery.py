@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.experiments.recovery import Recovery
 from robotics.experiments.scaling import Scaling
-from robotics.laws.catalogue import label
+from robotics.laws.catalogue import law_title
 from robotics.measures.evidence import rate_of
 
 _MARKERS = "os^Dv"
@@ -30,7 +30,7 @@ def plot_recovery(recoveries: Sequence[Recovery]) -> Figure:
                 outages,
                 [100 * s.value for s in shares],
                 100 * ends,
-                label=label(name),
+                label=law_title(name),
                 capsize=2,
                 elinewidth=0.8,
                 **look,

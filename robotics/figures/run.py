@@ -11,20 +11,25 @@ from robotics.figures.world import draw_bodies, draw_world
 from robotics.measures.standing import last_move
 from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.simulation.run import Run
+from robotics.simulation.spans import seed_place
 
 _FAINT = 0.25  # opacity of the seeds after the first
 _MOST = 40  # seeds drawn
 
 
-def plot_run(run: Run) -> Figure:
+def plot_run(run: Run, *, seed: int | None = None) -> Figure:
     """Draw the page of ``robotics run --plot``: path, errors, speeds, commands.
 
-    The first seed is drawn boldly, up to 39 more faintly behind it; each robot has its colour. A cross marks where a
-    robot was stopped; a cross in a ring where in the first seed one touched another, or an obstacle. Among obstacles
-    robots are drawn in true size too. A team has a page of its own: :func:`robotics.figures.team.plot_team`.
+    One seed, by default the first, is drawn boldly, up to 39 more faintly behind it; each robot has its colour. A cross
+    marks where a robot was stopped; a cross in a ring where in that seed one touched another, or an obstacle. Among
+    obstacles robots are drawn in true size too. A team has a page of its own: :func:`robotics.figures.team.plot_team`.
+
+    Raises ReplayError for a seed that was not run.
     """
     if run.team is not None:
-        return plot_team(run)
+        return plot_team(run, seed)
+    place = seed_place(run, seed)
+    order = [place, *(r for r in range(len(run.seeds)) if r != place)][:_MOST]
     error, cross = tracking_error(run), cross_track_error(run)
     torque = run.level == "torque"
     panels: list[list[tuple[str, np.ndarray, np.ndarray | None]]] = [
@@ -42,20 +47,20 @@ def plot_run(run: Run) -> Figure:
     with style():
         figure = new_figure(DOUBLE, 9.0)
         grid = figure.add_gridspec(5, 2, height_ratios=(2.1, 1, 1, 1, 1))
-        _draw_top_view(figure.add_subplot(grid[0, :]), run)
+        _draw_top_view(figure.add_subplot(grid[0, :]), run, order)
         first: Axes | None = None
         for row, pair in enumerate(panels, start=1):
             for column, (name, values, target) in enumerate(pair):
                 ax = figure.add_subplot(grid[row, column], sharex=first)
                 first = first or ax
-                _draw_channel(ax, run, values, target)
+                _draw_channel(ax, run, values, target, order)
                 ax.set_ylabel(name)
                 if row == len(panels):
                     ax.set_xlabel("time [s]")
                 else:
                     ax.tick_params(labelbottom=False)
         figure.align_ylabels()
-        figure.suptitle(page_title(run, range(min(len(run.seeds), _MOST))), parse_math=False, fontsize=9)
+        figure.suptitle(page_title(run, order), parse_math=False, fontsize=9)
         return figure
 
 
@@ -63,30 +68,30 @@ def _color(robot: int) -> str:
     return COLORS[robot % len(COLORS)]
 
 
-def _draw_top_view(ax: Axes, run: Run) -> None:
-    shown = range(min(len(run.seeds), _MOST))
+def _draw_top_view(ax: Axes, run: Run, order: list[int]) -> None:
+    first = order[0]
     several = len(run.paths) > 1
     if run.obstacles is not None:
-        last = last_move(run, 0)
+        last = last_move(run, first)
         draw_world(ax, run, last)
-        draw_bodies(ax, run, 0, last)
+        draw_bodies(ax, run, first, last)
     for i, nodes in enumerate(run.paths):
-        for r in reversed(shown):
+        for r in reversed(order):
             x, y = run["x"][r, i], run["y"][r, i]
             ax.plot(
                 *strided(x, y),
                 color=_color(i),
                 linestyle="-",
-                alpha=_FAINT if r else 1.0,
-                linewidth=0.7 if r else 1.2,
-                label=None if r else f"robot {i + 1}" if several else "robot",
+                alpha=_FAINT if r != first else 1.0,
+                linewidth=0.7 if r != first else 1.2,
+                label=None if r != first else f"robot {i + 1}" if several else "robot",
             )
             if run.diverged[r, i] and (k := last_known(x)) >= 0:
                 mark_stop(ax, x[k], y[k], _color(i))
         ax.plot(*strided(*nodes), **TARGET, label=None if i else "reference")  # type: ignore[arg-type]
         ax.plot(
-            run["x"][0, i, :1],
-            run["y"][0, i, :1],
+            run["x"][first, i, :1],
+            run["y"][first, i, :1],
             marker="o",
             markerfacecolor="white",
             color="black",
@@ -94,17 +99,17 @@ def _draw_top_view(ax: Axes, run: Run) -> None:
             zorder=5,
             label=None if i else "start",
         )
-    mark_contacts(ax, run, 0)
+    mark_contacts(ax, run, first)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=6)
 
 
-def _draw_channel(ax: Axes, run: Run, values: np.ndarray, target: np.ndarray | None) -> None:
+def _draw_channel(ax: Axes, run: Run, values: np.ndarray, target: np.ndarray | None, order: list[int]) -> None:
     """One channel (runs, robots, samples) over time, with the reference (robots, samples) if there is one."""
     for i in range(values.shape[1]):
-        for r in reversed(range(min(len(run.seeds), _MOST))):
+        for r in reversed(order):
             line = values[r, i]
             draw_line(
                 ax,
@@ -112,8 +117,8 @@ def _draw_channel(ax: Axes, run: Run, values: np.ndarray, target: np.ndarray | N
                 line,
                 color=_color(i),
                 linestyle="-",
-                alpha=_FAINT if r else 1.0,
-                linewidth=0.5 if r else 1.0,
+                alpha=_FAINT if r != order[0] else 1.0,
+                linewidth=0.5 if r != order[0] else 1.0,
             )
             if run.diverged[r, i] and (k := last_known(line)) >= 0:
                 mark_stop(ax, run.time[k], line[k], _color(i))

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, style, text_width
-from robotics.laws.catalogue import label, make_controller
+from robotics.figures.drawing import PlotError
+from robotics.laws.catalogue import law_title, make_controller
 from robotics.laws.modes import Box, StateDiagram, Transition
 
 # All lengths are in inches: the axes of a diagram have this unit.
@@ -31,19 +32,19 @@ def plot_states(specifications: Sequence[str]) -> Figure:
     Args:
         specifications: The laws, as :func:`robotics.laws.catalogue.make_controller` takes them.
 
-    Raises ControllerError for a law that does not exist, ValueError for one without states.
+    Raises ControllerError for a law that does not exist, PlotError for one without states.
     """
     drawn: list[tuple[StateDiagram, list[str]]] = []
     for name in specifications:
         diagrams = make_controller(name).diagrams
         if not diagrams:
-            raise ValueError(f"{name} has no states to draw")
+            raise PlotError(f"{name} has no states to draw")
         for diagram in diagrams:
             users = next((names for other, names in drawn if other is diagram), None)
             if users is None:
-                drawn.append((diagram, [label(name)]))
+                drawn.append((diagram, [law_title(name)]))
             else:
-                users.append(label(name))
+                users.append(law_title(name))
     drawn.sort(key=lambda pair: len(pair[1]))  # what several laws share comes last
     heights = [_height(diagram) for diagram, _ in drawn]
     total = sum(heights)

@@ -14,7 +14,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
-from robotics.figures.drawing import TARGET, draw_line, last_known, mark_contacts, mark_stop, page_title, strided
+from robotics.figures.drawing import (
+    TARGET,
+    draw_line,
+    draw_many,
+    last_known,
+    mark_contacts,
+    mark_stop,
+    page_title,
+    strided,
+)
 from robotics.figures.faults import FEW, WORDS, shade_faults
 from robotics.figures.world import draw_bodies, draw_world
 from robotics.measures.standing import last_move
@@ -61,7 +70,7 @@ def plot_team(run: Run, seed: int | None = None) -> Figure:
             for column, (name, values) in enumerate(pair):
                 ax = figure.add_subplot(grid[row, column], sharex=axes[0] if axes else None)
                 axes.append(ax)
-                _draw_channel(ax, run, values, order)
+                draw_team_channel(ax, run, values, order)
                 ax.set_ylabel(name)
                 ax.tick_params(labelbottom=row == len(panels))
         for ax in axes[-2:]:
@@ -69,7 +78,7 @@ def plot_team(run: Run, seed: int | None = None) -> Figure:
         if known:
             bottom = figure.add_subplot(grid[4, :], sharex=axes[0])
             axes.append(bottom)
-            _draw_differences(bottom, run, progress, order)
+            draw_differences(bottom, run, progress, order)
             bottom.set_xlabel("time [s]")
         start, end = float(run.time[0]), float(run.time[-1])
         axes[0].set_xlim(start, end)
@@ -144,11 +153,18 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Iterable[FaultS
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=6)
 
 
-def _draw_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int]) -> None:
-    """Draw one channel (runs, robots, samples) over time: a line for each robot, a band and a median for many."""
+def draw_team_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int]) -> None:
+    """Draw one channel over time: a line for each robot, a band and a median for many.
+
+    Args:
+        ax: The axes.
+        run: The run.
+        values: The channel (runs, robots, samples).
+        order: The places of the seeds that are drawn, the first one boldly.
+    """
     rows, first = values[order[0]], order[0]
     if rows.shape[0] > FEW:
-        _draw_many(ax, run.time, rows)
+        draw_many(ax, run.time, rows)
         return
     for i in range(rows.shape[0]):
         for r in reversed(order):
@@ -159,22 +175,15 @@ def _draw_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int]) -> N
                 mark_stop(ax, run.time[k], values[r, i, k], _color(i))
 
 
-def _draw_many(ax: Axes, time: np.ndarray, rows: np.ndarray) -> None:
-    """Draw thin lines (robots, samples), the band in which most of them are, and their median."""
-    for i, row in enumerate(rows):
-        faint = max(0.15, min(0.5, 20 / len(rows)))
-        draw_line(ax, time, row, color=_color(i), linestyle="-", linewidth=0.3, alpha=faint, zorder=1.5)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # once all are stopped: not-a-number
-        low, middle, high = np.nanpercentile(rows, (5, 50, 95), axis=0)
-    ax.fill_between(time, low, high, color="0.35", alpha=0.3, linewidth=0, zorder=2, label="5–95 % of the robots")
-    for edge in (low, high):
-        draw_line(ax, time, edge, color="black", linestyle="-", linewidth=0.4, alpha=0.6, zorder=2.5)
-    draw_line(ax, time, middle, color="black", linestyle="-", linewidth=1.0, zorder=3, label="median")
+def draw_differences(ax: Axes, run: Run, progress: np.ndarray, order: list[int]) -> None:
+    """Draw s_i − s_j of every pair of few robots, or s_i minus the median of the team.
 
-
-def _draw_differences(ax: Axes, run: Run, progress: np.ndarray, order: list[int]) -> None:
-    """Draw s_i − s_j of every pair of few robots, or s_i minus the median of the team."""
+    Args:
+        ax: The axes.
+        run: The run.
+        progress: s (runs, robots, samples) [1].
+        order: The places of the seeds that are drawn, the first one boldly.
+    """
     robots, first = progress.shape[1], order[0]
     ax.axhline(0.0, **TARGET)  # type: ignore[arg-type]
     if robots <= _PAIRS:
@@ -190,7 +199,7 @@ def _draw_differences(ax: Axes, run: Run, progress: np.ndarray, order: list[int]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
             rows = progress - np.nanmedian(progress, axis=1, keepdims=True)
-        _draw_channel(ax, run, rows, order)
+        draw_team_channel(ax, run, rows, order)
         ax.set_ylabel("$s_i$ − median")
     low, high = ax.get_ylim()
     ax.set_ylim(min(low, -LEAST), max(high, LEAST))  # differences of rounding are none

@@ -1,6 +1,6 @@
 """The controllers by name: presets of the laws, with the thesis's gains or the tuned ones."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
+from fuzzy.system import Sugeno
 from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
 from robotics.laws.avoidance.fuzzy_hierarchy import FuzzyHierarchy
 from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
@@ -30,7 +31,10 @@ from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pdc import ParallelCompensation
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.quantity import accepted
+from robotics.vehicle.robot import Robot
 
+# What users hand in: specifications, laws, and pairs of a name and a law; or laws by name
+OwnLaws = Mapping[str, Law[Any] | str] | Sequence[str | Law[Any] | tuple[str, Law[Any] | str]]
 GROUP = "fuzzyfleet.laws"  # the entry points by which other packages add laws
 
 
@@ -305,6 +309,40 @@ def as_law(controller: Law[Any] | str) -> Law[Any]:
     return controller if isinstance(controller, Law) else make_controller(controller)
 
 
+def named_laws(controllers: OwnLaws) -> list[tuple[str, Law[Any] | str]]:
+    """Names and laws, or specifications, in their order; a law without a name has that of its class.
+
+    Raises ControllerError for what is neither.
+    """
+    found: list[tuple[str, Any]] = []
+    given: Any = controllers.items() if isinstance(controllers, Mapping) else controllers
+    for item in given:
+        pair = (item, item) if isinstance(item, str) else (type(item).__name__, item) if isinstance(item, Law) else item
+        if not (isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], str)):
+            raise ControllerError(f"a controller is a specification, a law, or a pair (name, law); got {item!r}")
+        if not isinstance(pair[1], (str, Law)):
+            raise ControllerError(f"the controller {pair[0]!r} must be a law or a specification; got {pair[1]!r}")
+        found.append(pair)
+    return found
+
+
+def chosen_laws(controllers: OwnLaws) -> dict[str, Law[Any]]:
+    """Laws by name: what ``controllers`` means wherever several are compared.
+
+    Args:
+        controllers: A list of specifications, laws, and pairs (name, law or specification); or these by name.
+
+    Raises ControllerError for a specification that no controller has, for what is no law, and for a law that has the
+    name of another in the catalogue.
+    """
+    laws: dict[str, Law[Any]] = {}
+    for name, thing in named_laws(controllers):
+        laws[name] = as_law(thing)
+        if Specification.of(name).name in presets() and laws[name] != make_controller(name):
+            raise ControllerError(f"the controller {name!r} is another law than the catalogue's of that name")
+    return laws
+
+
 def files_of(specification: str) -> dict[str, Path]:
     """The files on which a controller depends, by the text that names them: its own, and the .fis files of its gains.
 
@@ -389,6 +427,11 @@ def gains_of(law: Law[Any]) -> dict[str, Any]:
     return found
 
 
+def shown_gain(value: Any) -> str:
+    """A gain's value in a table or a file: a number in short, a rule base by its name."""
+    return f"{value:g}" if isinstance(value, float) else value.name if isinstance(value, Sugeno) else str(value)
+
+
 def label(specification: str) -> str:
     """A controller's name for figures and tables: the preset's title, with the gains that were changed.
 
@@ -411,15 +454,16 @@ def law_title(controller: str) -> str:
         return controller
 
 
-def kept_distance(controller: str) -> float | None:
-    """The distance [m] between centers that a law keeps, by its specification; None if it keeps none, or is unknown.
+def kept_distance(controller: str, robots: Sequence[Robot]) -> float | None:
+    """The distance [m] between the centers of ``robots`` that a law keeps, by its specification.
 
-    A Python file that has not run yet is not run for it: a run from a file may name any.
+    None if it keeps none, or is unknown. A Python file that has not run yet is not run for it: a run from a file may
+    name any.
     """
     about = Specification.of(controller)
     if about.file.endswith(".py") and loaded_law(about.file, about.name) is None:
         return None
     try:
-        return make_controller(controller).kept_distance
+        return make_controller(controller).kept_between(robots)
     except ControllerError:  # of a run from a file, or of a law without a preset
         return None

@@ -5,7 +5,7 @@ Arrays carry (runs, robots) in front, and a law is written for all of them at on
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 from math import inf
@@ -25,6 +25,7 @@ from robotics.radio.channel import NOTHING, Heard
 from robotics.radio.graph import is_connected
 from robotics.sensing.sonar import Ranges
 from robotics.vehicle.plant import Level
+from robotics.vehicle.robot import Robot
 
 Memory = TypeVar("Memory")
 
@@ -132,6 +133,10 @@ class Law(ABC, Generic[Memory]):
     def kept_distance(self) -> float | None:
         """The distance [m] between the centers of two robots that it keeps; None: it keeps none."""
         return None
+
+    def kept_between(self, robots: Sequence[Robot]) -> float | None:
+        """The distance [m] that it keeps between the centers of ``robots``, if that depends on their size."""
+        return self.kept_distance
 
     @property
     def idle(self) -> frozenset[str]:

@@ -131,7 +131,14 @@ def explain_decision(run: Run, robot: int, time: float, seed: int | None = None)
 def explain_spans(
     run: Run, robot: int, start: float | None = None, end: float | None = None, seed: int | None = None
 ) -> list[tuple[RuleSpan, str]]:
-    """The spans of :func:`robotics.measures.decisions.rule_spans` of a robot (from 1), each with its sentence.
+    """The spans of :func:`robotics.measures.decisions.rule_spans` of a robot, each with its sentence.
+
+    Args:
+        run: The run.
+        robot: The robot, from 1.
+        start: The time [s] from which on spans are sought, by default the run's first.
+        end: The time [s] up to which, by default the run's last.
+        seed: One of the run's seeds, by default the first.
 
     Raises as :func:`explain_decision`, and ReplayError for a span of time that the run does not have.
     """

@@ -2,12 +2,14 @@
 
 from collections import ChainMap
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from robotics.measures.contacts import CONTACT_METRICS, can_touch, judge, until_contact
 from robotics.measures.emergencies import EMERGENCY_METRICS
 from robotics.measures.formations import FORMATION_METRICS
+from robotics.measures.own import NO_METRICS, MetricError, OwnMetrics, measured, metric_at, own_metric
 from robotics.measures.teams import TEAM_METRICS
 from robotics.measures.tracking import METRICS, Metric
 from robotics.simulation.run import Run
@@ -18,44 +20,96 @@ ALL_METRICS: Mapping[str, Metric] = ChainMap(
 )
 
 
-def metrics_of(kind: str, others: bool | None = None, guard: bool = False) -> dict[str, Metric]:
+def own_metrics(given: OwnMetrics, kind: str | None = None) -> dict[str, Metric]:
+    """Metrics of the user's own, by name: what ``metrics`` means wherever something is measured.
+
+    Args:
+        given: A list of specifications (``mymetric.py:comfort``, or a name that another package brings), functions of a
+            run, and pairs of a name and either; or these by name.
+        kind: The kind of scenarios in which all of them must be measured, if one is given.
+
+    Raises MetricError for one that cannot be used, and for a name that is taken.
+    """
+    pairs: list[tuple[str, Any]] = []
+    for item in given.items() if isinstance(given, Mapping) else given:
+        name, thing = item if isinstance(item, tuple) and not isinstance(item, Metric) else ("", item)
+        if isinstance(thing, str):
+            found, thing = metric_at(thing)
+            name = name or found
+        elif not name:
+            name = getattr(thing, "__name__", "")
+            if not name or name == "<lambda>":
+                raise MetricError(f"a metric needs a name: hand in a pair (name, metric); got {thing!r}")
+        pairs.append((name, own_metric(thing, name)))
+    own: dict[str, Metric] = {}
+    for name, metric in pairs:
+        if name in ALL_METRICS or name in _COLUMNS:
+            raise MetricError(f"the metric {name} has the name of one that comes with fuzzyfleet: choose another")
+        if name in own:
+            raise MetricError(f"the metric {name} is given twice")
+        if kind is not None and kind not in metric.kinds:
+            raise MetricError(f"the metric {name} is one of scenarios of kind {', '.join(metric.kinds)}, not of {kind}")
+        own[name] = metric
+    return own
+
+
+_COLUMNS = ("scenario", "point", "controller", "seed", "robot", "diverged", "contact")  # of tables, beside metrics
+
+
+def metrics_of(
+    kind: str, others: bool | None = None, guard: bool = False, own: Mapping[str, Metric] = NO_METRICS
+) -> dict[str, Metric]:
     """The metrics of scenarios of a kind, by name.
 
     Args:
         kind: "tracking", "formation" or "team".
         others: Whether there is something to touch, several robots or obstacles; by default not in "tracking".
         guard: Whether a law has an emergency rule.
+        own: The user's own, of :func:`own_metrics`, which come last.
     """
     others = kind != "tracking" if others is None else others
-    found = {n: m for n, m in ALL_METRICS.items() if kind in m.kinds}
+    found = {n: m for n, m in [*ALL_METRICS.items(), *own.items()] if kind in m.kinds}
     return {n: m for n, m in found.items() if (others or not m.needs_others) and (guard or not m.needs_guard)}
 
 
-def headlines(kind: str, others: bool | None = None, guard: bool = False) -> dict[str, Metric]:
-    """The few metrics that short tables and pictures show, by name; those of no other kind come first.
+def headlines(
+    kind: str, others: bool | None = None, guard: bool = False, own: Mapping[str, Metric] = NO_METRICS
+) -> dict[str, Metric]:
+    """The few metrics that short tables and pictures show, by name; those of no other kind come first, one's own last.
 
     The arguments are as of :func:`metrics_of`.
     """
-    found = [item for item in metrics_of(kind, others, guard).items() if kind in item[1].headline]
-    return dict(sorted(found, key=lambda item: len(item[1].kinds)))
+    found = [item for item in metrics_of(kind, others, guard, own).items() if kind in item[1].headline]
+    return dict(sorted(found, key=lambda item: (item[0] in own, len(item[1].kinds))))
 
 
-def tried(kind: str, others: bool | None = None) -> dict[str, Metric]:
+def tried(kind: str, others: bool | None = None, own: Mapping[str, Metric] = NO_METRICS) -> dict[str, Metric]:
     """The metrics that the designer's panel "Try it" shows, by name, ordered as :func:`headlines`."""
-    found = [item for item in metrics_of(kind, others).items() if kind in item[1].tried]
-    return dict(sorted(found, key=lambda item: len(item[1].kinds)))
+    found = [item for item in metrics_of(kind, others, own=own).items() if kind in item[1].tried]
+    return dict(sorted(found, key=lambda item: (item[0] in own, len(item[1].kinds))))
 
 
-def measure_all(run: Run, own: Mapping[str, Metric] | None = None) -> dict[str, np.ndarray]:
-    """Measure every metric that belongs to the run's scenario, and those of one's ``own``, each (runs, robots).
+def measure_all(run: Run, metrics: OwnMetrics = NO_METRICS) -> dict[str, np.ndarray]:
+    """Measure every metric that belongs to the run's scenario, each (runs, robots).
 
     What comes after a run's first contact is no result: all metrics but those of CONTACT_METRICS are measured on the
     samples up to then. A run's numbers do not depend, to the last bit, on which runs are beside it.
+
+    Args:
+        run: The run.
+        metrics: The user's own metrics, as :func:`own_metrics` takes them; they come last.
+
+    Raises MetricError where one of these cannot be used, or fails.
     """
-    laid = run.time_innermost()
-    wanted = metrics_of(run.about.kind, can_touch(run), run.guarded is not None) | dict(own or {})
-    if not can_touch(run):
-        return {name: metric.measure(laid) for name, metric in wanted.items()}
-    judged = judge(run)
-    whole, counted = judged.measured(), until_contact(laid, judged.first)
-    return {name: whole[name] if name in whole else metric.measure(counted) for name, metric in wanted.items()}
+    own = own_metrics(metrics)
+    counted, whole = run.time_innermost(), {}
+    wanted = metrics_of(run.about.kind, can_touch(run), run.guarded is not None, own)
+    if can_touch(run):
+        judged = judge(run)
+        whole, counted = judged.measured(), until_contact(counted, judged.first)
+    return {
+        name: whole[name]
+        if name in whole
+        else (measured(name, metric, counted) if name in own else metric.measure(counted))
+        for name, metric in wanted.items()
+    }

@@ -76,6 +76,7 @@ def player_data(
         "seed": film.seed,
         "robots": robots,
         "sizes": [[robot.length, robot.width] for robot in run.about.robots],  # m
+        "wheels": [[round(robot.wheel_radius, 5), round(robot.half_axle, 5)] for robot in run.about.robots],  # m
         "time": _coded(film.time.astype("<f4")),
         "channels": channels,
         "bounds": [round(value, 4) for value in film.bounds],

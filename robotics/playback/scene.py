@@ -49,6 +49,7 @@ class Scene:
     enlarged: float  # how many times their size the robots are drawn
     sizes: np.ndarray  # (robots, 2) m: their lengths and widths, as drawn
     bodies: PolyCollection
+    wheels: PolyCollection  # the right ones of all robots, then the left ones
     marks: PolyCollection  # which way they head
     hatched: dict[str, PolyCollection]  # by kind of fault
     trails: LineCollection
@@ -157,11 +158,12 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     thin = 1.2 if few else 0.7
     collections = (
         PolyCollection([], edgecolors=colors, linewidths=thin, zorder=5),
+        PolyCollection([], facecolors="0.2", linewidths=0, zorder=6.5),
         PolyCollection([], linewidths=0, zorder=7),
         {kind: PolyCollection([], facecolors="none", hatch=HATCHES[kind], zorder=6) for kind in KINDS.values()},
         LineCollection([], colors=colors, linewidths=thin, zorder=2),
     )
-    bodies, marks, hatched, trails = collections
+    bodies, wheels, marks, hatched, trails = collections
     fresh = LineCollection([], colors="black", linewidths=0.6, alpha=0.5 if few else 0.25, zorder=3)
     old = LineCollection([], colors="black", linewidths=0.8, linestyles=[(0, (3, 3))], zorder=3)
     rings = LineCollection([], linewidths=2.0 if few else 1.2, zorder=4.5)
@@ -169,7 +171,7 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     walls = LineCollection([], colors="0.3", linewidths=2.0, zorder=1.5)
     if film.obstacles is not None and len(film.obstacles.counts) == 1:
         draw_obstacles(ax, film.obstacles_at(film.time[0]))
-    for collection in (bodies, marks, *hatched.values(), trails, fresh, old, rings, solids, walls):
+    for collection in (bodies, wheels, marks, *hatched.values(), trails, fresh, old, rings, solids, walls):
         ax.add_collection(collection, autolim=False)
     aims = np.zeros(robots)
     targets = ax.scatter(aims, aims, marker="+", s=30 if few else 8, c=colors, linewidths=thin, zorder=4)
@@ -185,6 +187,7 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
         enlarged,
         sizes * enlarged,
         bodies,
+        wheels,
         marks,
         hatched,
         trails,
@@ -202,6 +205,14 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     )
 
 
+def _wheels(scene: Scene, side: int) -> np.ndarray:
+    """The outlines (robots, 4, 2) of the right (-1) or left (1) wheels in the robots' frames [m], as drawn."""
+    radius = np.array([robot.wheel_radius for robot in scene.film.robots])[:, None]
+    half = np.array([robot.half_axle for robot in scene.film.robots])[:, None]
+    ahead, aside = radius * [-1, 1, 1, -1], side * half + 0.2 * radius * [-1, -1, 1, 1]
+    return np.asarray(scene.enlarged * np.stack([ahead, aside], axis=-1))
+
+
 def show_frame(scene: Scene, time: float) -> None:
     """Move everything in the figure to ``time`` [s]."""
     film, now = scene.film, scene.film.at(time)
@@ -215,6 +226,7 @@ def show_frame(scene: Scene, time: float) -> None:
     arrow = np.array([[0.44, 0.0], [-0.3, 0.24], [-0.3, -0.24]]) * scene.sizes[:, None]
     outlines, arrows = placed(body, x, y, heading), placed(arrow, x, y, heading)
     scene.bodies.set_verts(list(outlines))
+    scene.wheels.set_verts([wheel for side in (-1, 1) for wheel in placed(_wheels(scene, side), x, y, heading)])
     scene.bodies.set_facecolor(list(np.where(hollow, "white", colors)))
     scene.marks.set_verts(list(arrows))
     at_fault = np.array([bool(kind) for kind in kinds])

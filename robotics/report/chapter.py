@@ -124,3 +124,4 @@ class Chapter:
     films: Sequence[Film] = ()
     leads: Sequence[Lead] = ()  # who leads where, for the picture at the head of the report
     folded: str = "More tables"  # what the folded-away tables are called
+    closed: bool = False  # whether it is folded under its title, on a page that can

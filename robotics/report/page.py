@@ -3,41 +3,30 @@
 The file is the same, byte for byte, whenever the same comparison is reported by the same versions.
 """
 
-import base64
-import io
 import re
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from jinja2 import Environment, StrictUndefined
-from matplotlib.figure import Figure
-
-from fuzzy.figures.drawing import style
-from fuzzy.figures.palette import stylesheet
 from fuzzy.files.atomic import replacing
 from robotics.experiments.comparison import Comparison, terms
-from robotics.experiments.versions import versions
 from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_velocities
 from robotics.figures.drawing import looks, seeds_as_text
 from robotics.figures.leads import plot_leads
 from robotics.laws.catalogue import law_title
 from robotics.laws.specification import Specification
 from robotics.measures.evidence import FEWEST_RUNS, FORMS, Outcome, Verdict
-from robotics.playback.player import player_script
 from robotics.report.chapter import Chapter, Claim, Picture, Plate
+from robotics.report.plates import plate
 from robotics.report.summarytable import SummaryTable, comparison_leads, shown_metrics, summary_table
+from robotics.report.template import rendered
 from robotics.report.wording import reading
 from robotics.scenario.description import Member, Scenario
-from robotics.vehicle.robot import Robot
 
 SYMBOLS: dict[Verdict, str] = {"holds": "✔", "holds in part": "◐", "does not hold": "✘", "cannot be told": "?"}
 OUTCOMES: dict[Outcome, str] = {"holds": "✔", "fails": "✘", "open": "?"}
-_DPI = 200
 _PER_ROBOT = 4  # robots of a scenario that get their own pictures of errors and speeds, at most
 
 
@@ -93,26 +82,22 @@ def write_report(
     comparisons = [comparison] if isinstance(comparison, Comparison) else list(comparison)
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     sections = draw_sections(comparisons, first=first) if sections is None else sections
-    images: dict[str, str] = {}
     claims = [*claims, *(claim for chapter in chapters for claim in chapter.claims)]
-    own = [
-        plate(_leads(comparisons, chapters, first)),
-        *(picture for section in sections for picture in section.pictures),
-    ]
-    for picture in [*own, *(plate(picture) for chapter in chapters for picture in chapter.pictures)]:
+    head = plate(_leads(comparisons, chapters, first))
+    own = [head, *(picture for section in sections for picture in section.pictures)]
+    plates = [*own, *(plate(picture) for chapter in chapters for picture in chapter.pictures)]
+    for picture in plates:
         with replacing(folder / "figures" / f"{picture.name}.png") as path:
             path.write_bytes(picture.png)
-        images[picture.name] = base64.b64encode(picture.png).decode("ascii")
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    here = resources.files("robotics") / "report"
-    template = environment.from_string((here / "report.html.j2").read_text(encoding="utf-8"))
-    page = template.render(
-        sheet=stylesheet() + (here / "static" / "report.css").read_text(encoding="utf-8"),
+    page = rendered(
+        "report.html.j2",
+        chapters,
+        plates,
         heading=heading,
         laws=list(dict.fromkeys(name for each in comparisons for name in each.controllers)),
         count=len(comparisons[0].seeds),
         claims=claims,
-        head=own[0],
+        head=head,
         symbols=SYMBOLS,
         outcomes=OUTCOMES,
         forms=FORMS if any(form for claim in claims for form in claim.forms) else (),
@@ -125,13 +110,8 @@ def write_report(
         sections=sections,
         several=any(len(section.scenario.robots) > 1 for section in sections),
         touchable=any(section.scenario.setting.has_others for section in sections),
-        chapters=chapters,
-        images=images,
-        films={film.caption: film.make() for chapter in chapters for film in chapter.films},
-        script=player_script(),
         command=command,
         program=heading.program or _program(comparisons[0]),
-        versions=_versions(),
     )
     with replacing(folder / "report.html") as path:
         path.write_text(page, encoding="utf-8")
@@ -156,23 +136,6 @@ def figure_count(comparison: Comparison | Sequence[Comparison]) -> int:
     """The number of figures that :func:`draw_sections` draws."""
     comparisons = [comparison] if isinstance(comparison, Comparison) else comparison
     return sum(len(_pictures(each, scenario, "")) for each in comparisons for scenario in each.scenarios)
-
-
-def plate(picture: Picture | Plate) -> Plate:
-    """Draw the picture, unless it is drawn already."""
-    if isinstance(picture, Plate):
-        return picture
-    return Plate(picture.name, picture.caption, picture.alt, _png(picture.draw()))
-
-
-def _png(figure: Figure) -> bytes:
-    buffer = io.BytesIO()
-    with style(), warnings.catch_warnings():
-        # A name that a user gave in letters which the font lacks is drawn with boxes; that is no error.
-        warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
-        # A level of 3 is a quarter quicker than the usual 6, for 4 % more bytes.
-        figure.savefig(buffer, format="png", dpi=_DPI, metadata={"Software": None}, pil_kwargs={"compress_level": 3})
-    return buffer.getvalue()
 
 
 def _leads(comparisons: Sequence[Comparison], chapters: Sequence[Chapter], first: Sequence[str] = ()) -> Picture:
@@ -304,17 +267,25 @@ def _member(member: Member) -> str:
     start = ", ".join(f"{v:g}" for v in member.start)
     timing = ", ".join(f"{name} {value}" for name, value in _set(member.timing))
     shape = ", ".join(f"{name} {value}" for name, value in _set(member.path))
-    robot = ", ".join(f"{name} {value}" for name, value in _set(member.robot))
     text = f"starts at [{start}] (m, m, rad); {type(member.path).__name__.lower()}: {shape}; timing: {timing}"
-    return text + (f"; robot differs from the standard one: {robot}" if robot else "; standard robot")
+    return f"{text}; {_robot(member)}"
+
+
+def _robot(member: Member) -> str:
+    """The robot's model, and the numbers in which it differs from it; all of them where it has no model."""
+    if member.model is None:
+        return "robot: " + ", ".join(f"{name} {value}" for name, value in _set(member.robot))
+    usual = dict(_set(member.model.robot))
+    other = ", ".join(f"{name} {value}" for name, value in _set(member.robot) if usual.get(name) != value)
+    return f"robot {member.model.title or member.model.name}" + (f", but {other}" if other else "")
 
 
 def _set(instance: Any) -> list[tuple[str, str]]:
-    """The fields of a dataclass with their units, without those that are not set; of a robot, what is not standard."""
+    """The fields of a dataclass with their units, without those that are not set."""
     result = []
     for f in fields(instance):
         value = getattr(instance, f.name)
-        if not f.init or value is None or (value == f.default and (isinstance(instance, Robot) or value == 0)):
+        if not f.init or value is None or (value == f.default and value == 0):
             continue
         if isinstance(value, float):
             unit = f.metadata.get("unit", "")
@@ -331,9 +302,9 @@ def _terms(comparison: Comparison, heading: Heading) -> list[dict[str, Any]]:
     """The terms of each controller, with the gains that were changed."""
     rows = [{str(key): value for key, value in row.items()} for row in terms(comparison).to_dict(orient="records")]
     for row in rows:
-        row["changed"] = Specification.of(comparison.specification(row["controller"])).gains
         row["gains"] = row["gains"].replace(heading.folder, "") if heading.folder else row["gains"]
         row["name"] = heading.written.get(row["controller"], row["controller"])
+        row["changed"] = Specification.of(row["name"]).gains
     return rows
 
 
@@ -355,8 +326,3 @@ def _program(comparison: Comparison) -> str:
         f"comparison = compare(scenarios, [{laws}], {chosen})\n"
         'write_report(comparison, [], "out")\n'
     )
-
-
-def _versions() -> list[tuple[str, str]]:
-    spelled = {"numpy": "NumPy", "python": "Python"}
-    return [(spelled.get(name, name), version) for name, version in versions().items()]

@@ -5,7 +5,7 @@ All that is wrong with a file is a StudyError that names the file, the line, the
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,10 +14,11 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.laws.catalogue import located, make_controller, presets
 from robotics.laws.law import Law, check_needs
+from robotics.laws.specification import Specification
 from robotics.measures.evidence import FEWEST_RUNS
-from robotics.measures.own import metric_in_file
+from robotics.measures.own import installed_metrics, measured, metric_at
 from robotics.measures.quantities import QUANTITIES, Measured
-from robotics.measures.registry import ALL_METRICS, metrics_of
+from robotics.measures.registry import ALL_METRICS, metrics_of, own_metrics
 from robotics.measures.tracking import Metric
 from robotics.quantity import check_quantities, described, whole
 from robotics.report.claims import ALL, Condition, Statement, builder_of, statements
@@ -37,7 +38,7 @@ class Group(NamedTuple):
 
     kind: str
     scenarios: tuple[Scenario, ...]
-    laws: Mapping[str, str]  # the controllers' specifications, by the names that the study gives them
+    laws: Mapping[str, Law[Any] | str]  # the controllers, or their specifications, by their names
     skipped: Mapping[str, tuple[str, ...]]  # by scenario: a sentence for each controller that does not drive there
 
 
@@ -148,7 +149,10 @@ class StudyPlan:
     def measured_by(self, metric: str) -> Measured:
         """What a claim's metric measures."""
         name = self._metric(metric, dict(self.own_metrics), ())
-        return self.own_metrics[name] if name in self.own_metrics else QUANTITIES[name]
+        if name not in self.own_metrics:
+            return QUANTITIES[name]
+        about = self.own_metrics[name]
+        return about._replace(measure=partial(measured, name, about))
 
     def scenarios_of(self, condition: Condition) -> list[Scenario]:
         """The scenarios on which a part of a claim is measured."""
@@ -202,19 +206,23 @@ class StudyPlan:
 
     def _metric(self, text: str, own: dict[str, Metric], keys: Keys) -> str:
         """The name of a metric in tables; one of a file is added to ``own``."""
-        if ".py:" in text:
-            name = text.rpartition(":")[2]
+        about = Specification.of(text)
+        if about.file.endswith(".py"):
+            try:
+                name, found = metric_at(str(about.located(self.folder)))
+                own_metrics({name: found})
+            except InputError as error:
+                raise StudyError(str(error)).about(*keys) from None
             if self.metric_files.setdefault(name, text) != text:
                 what = f"{text} and {self.metric_files[name]} would both be called {name} in tables"
                 raise StudyError(f"{what}; rename one").about(*keys)
-            if name not in own:
-                try:
-                    own[name] = metric_in_file(str(self.folder / text))[1]
-                except InputError as error:
-                    raise StudyError(str(error)).about(*keys) from None
-                if name in QUANTITIES:
-                    raise StudyError(f"{text}: {name} is the name of a metric of the package").about(*keys)
+            if name in QUANTITIES:
+                raise StudyError(f"{text}: {name} is the name of a metric of the package").about(*keys)
+            own.setdefault(name, found)
             return name
+        if text in installed_metrics()[0]:
+            own.setdefault(text, installed_metrics()[0][text])
+            return text
         if text not in QUANTITIES and text not in own:
             what = expected(text, [*own, *QUANTITIES], "metric")
             raise StudyError(f"{what}; or a function of your own, file.py:function").about(*keys)

@@ -1,6 +1,5 @@
 """A whole study in a folder: comparisons, claims, chapters that may be added, and the report."""
 
-import hashlib
 import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,11 +18,15 @@ from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Advance, Begin
 from robotics.experiments.comparison import Comparison, check_comparison, compare, summarise
 from robotics.experiments.executors import Workers, processes, uninterrupted
-from robotics.experiments.versions import versions
-from robotics.laws.catalogue import files_of, gains_of, make_controller
+from robotics.experiments.versions import digest_of, versions
+from robotics.laws.catalogue import OwnLaws, chosen_laws, files_of, gains_of, make_controller, named_laws, shown_gain
+from robotics.laws.law import Law
+from robotics.laws.specification import Specification
 from robotics.measures.contacts import can_touch
 from robotics.measures.evidence import FEWEST_RUNS, Part
+from robotics.measures.own import NO_METRICS, OwnMetrics
 from robotics.measures.quantities import measured, runs_touched
+from robotics.measures.registry import own_metrics
 from robotics.report.chapter import Chapter, Claim
 from robotics.report.claims import Condition, Measure, decided
 from robotics.report.page import Heading, draw_sections, figure_count, write_report
@@ -68,6 +71,7 @@ class _Work:
     groups: Sequence[Group]
     seeds: Sequence[int]
     configuration: Mapping[str, Any]
+    metrics: OwnMetrics
     plan: StudyPlan | None = None
     chapters: MakeChapters | None = None
     report: bool = True
@@ -78,10 +82,11 @@ class _Work:
 def write_study(
     folder: Path,
     scenarios: Sequence[Scenario],
-    specifications: Sequence[str],
+    controllers: OwnLaws,
     seeds: Sequence[int],
     *,
     begin: Begin,
+    metrics: OwnMetrics = NO_METRICS,
     chapters: MakeChapters | None = None,
     report: bool = True,
     command: str | None = None,
@@ -95,26 +100,35 @@ def write_study(
     Args:
         folder: The folder of the results.
         scenarios: Scenarios of one kind.
-        specifications: Controllers, such as "csm" or "csm:k=0.3".
+        controllers: Controllers, as :func:`robotics.experiments.comparison.compare` takes them.
         seeds: The seeds.
         begin: Starts a bar of a progress display, by its text and total.
+        metrics: The user's own metrics, as :func:`robotics.experiments.comparison.compare` takes them.
         chapters: Makes chapters beside the comparison.
         report: Whether figures and the report are made.
         command: The command line that the report names.
         kept: Called with the number of rows that are written, after every scenario and controller.
 
-    Raises ComparisonError, ControllerError and OSError.
+    Raises ComparisonError, ControllerError, MetricError and OSError.
     """
-    check_comparison(scenarios, specifications)
+    check_comparison(scenarios, controllers, metrics)
+    laws = dict(named_laws(controllers))
     configuration = {
         "scenarios": [scenario.name for scenario in scenarios],
-        "controllers": {law: gains_of(make_controller(law)) for law in specifications},
+        "controllers": {name: gains_of(law) for name, law in chosen_laws(controllers).items()},
+        "metrics": [*own_metrics(metrics)],
+        "files_sha256": {name: digest_of(file) for name, file in sorted(_files_named(laws, metrics).items())},
         "seeds": list(seeds),
         "versions": versions(),
     }
-    group = Group(scenarios[0].kind, tuple(scenarios), {law: law for law in specifications}, {})
     work = _Work(
-        groups=[group], seeds=seeds, configuration=configuration, chapters=chapters, report=report, command=command
+        groups=[Group(scenarios[0].kind, tuple(scenarios), laws, {})],
+        seeds=seeds,
+        configuration=configuration,
+        metrics=metrics,
+        chapters=chapters,
+        report=report,
+        command=command,
     )
     return _written(folder, work, begin, None, kept)
 
@@ -154,6 +168,7 @@ def run_study(
         groups=plan.groups,
         seeds=plan.row,
         configuration=_configuration(plan),
+        metrics=plan.own_metrics,
         plan=plan,
         chapters=chapters,
         report=report,
@@ -173,7 +188,8 @@ def default_folder(plan: StudyPlan) -> Path:
 def _written(folder: Path, work: _Work, begin: Begin, workers: Workers | None, kept: Callable[[int], None]) -> Study:
     folder.mkdir(parents=True, exist_ok=True)
     with replacing(folder / "configuration.json") as temporary:
-        temporary.write_text(json.dumps(work.configuration, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+        text = json.dumps(work.configuration, indent=2, ensure_ascii=False, default=shown_gain)
+        temporary.write_text(text + "\n", encoding="utf-8")
     plan, first = work.plan, work.plan.shown_metrics if work.plan is not None else ()
     # Matrices here are small: with more threads they wait for each other, and last digits depend on the machine.
     with (
@@ -230,7 +246,7 @@ def _compared(
             group.scenarios,
             group.laws,
             work.seeds,
-            metrics=work.plan.own_metrics if work.plan is not None else None,
+            metrics=work.metrics,
             workers=workers,
             advance=advance,
             finished=keep,
@@ -335,9 +351,10 @@ def _configuration(plan: StudyPlan) -> dict[str, Any]:
             name: {"specification": written, "gains": _gains(plan, law)}
             for (name, law), written in zip(plan.laws.items(), plan.controllers, strict=True)
         },
+        "metrics": [*plan.own_metrics],
         "seeds": list(plan.row),
         "file": plan.content,
-        "files_sha256": {n: hashlib.sha256(f.read_bytes()).hexdigest() for n, f in sorted(_files(plan).items())},
+        "files_sha256": {name: digest_of(file) for name, file in sorted(_files(plan).items())},
         "versions": versions(),
     }
 
@@ -362,9 +379,20 @@ def _files(plan: StudyPlan) -> dict[str, Path]:
     for law in plan.laws.values():
         for text, path in files_of(law).items():
             found[_from(plan.folder, path, text)] = path
-    metrics = [*plan.metrics, *(c.metric for claim in plan.claims for c in claim.parts)]
-    for file in (text.rpartition(":")[0] for text in metrics if ".py:" in text):
+    for text in plan.metric_files.values():
+        file = Specification.of(text).file
         found[file] = plan.folder / file
+    return found
+
+
+def _files_named(laws: Mapping[str, Law[Any] | str], metrics: OwnMetrics) -> dict[str, Path]:
+    """The files that specifications name: of laws, their gains, and metrics."""
+    found: dict[str, Path] = {}
+    for law in laws.values():
+        found |= files_of(law) if isinstance(law, str) else {}
+    for metric in metrics.values() if isinstance(metrics, Mapping) else metrics:
+        if isinstance(metric, str) and (file := Specification.of(metric).file):
+            found[file] = Path(file)
     return found
 
 

@@ -1,6 +1,6 @@
 """The numbers of one scenario as a table to read: a row for each metric, a column for each controller."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -54,8 +54,9 @@ def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = 
     setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
     contacts = [contact_runs(table, scenario, name) for name in names] if setting.has_others else []
     touched = [count > 0 for count, _ in contacts] or [False] * len(names)
-    known = metrics_of(setting.kind, setting.has_others, has_guard(table)) | dict(comparison.metrics)
-    for metric, about in in_order(known, first).items():
+    known = metrics_of(setting.kind, setting.has_others, has_guard(table), comparison.metrics)
+    for metric in dict.fromkeys([*(name for name in first if name in known), *known]):
+        about = known[metric]
         found = summary.loc[metric]
         numbers = found.reindex(names)[["mean", "low", "high"]].to_numpy(dtype=float)
         by_seed = {n: values_of_runs(table[table["controller"] == n], metric, about) for n in names}
@@ -74,11 +75,6 @@ def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = 
     return SummaryTable([law_title(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
 
 
-def in_order(known: Mapping[str, Metric], first: Sequence[str]) -> dict[str, Metric]:
-    """The ``known`` metrics, those of ``first`` that are among them before the others."""
-    return {name: known[name] for name in dict.fromkeys([*first, *known]) if name in known}
-
-
 def shown_metrics(
     comparison: Comparison,
     scenario: Scenario,
@@ -91,8 +87,9 @@ def shown_metrics(
     ``others`` and ``guard`` are as of :func:`robotics.measures.registry.headlines`.
     """
     table = comparison.table[comparison.table["scenario"] == scenario.name]
-    known = metrics_of(scenario.kind, scenario.setting.has_others, has_guard(table)) | dict(comparison.metrics)
-    return {name: known[name] for name in first if name in known} | headlines(scenario.kind, others, guard)
+    known = metrics_of(scenario.kind, scenario.setting.has_others, has_guard(table), comparison.metrics)
+    head = {name: known[name] for name in first if name in known}
+    return head | headlines(scenario.kind, others, guard, comparison.metrics)
 
 
 def printed_metrics(comparison: Comparison, scenario: Scenario, first: Sequence[str] = ()) -> dict[str, Metric]:

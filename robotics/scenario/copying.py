@@ -1,6 +1,6 @@
-"""Packaged rule bases and scenarios, copied by name into a folder of one's own to be changed there.
+"""Packaged rule bases, scenarios and robots, copied by name into a folder of one's own to be changed there.
 
-A scenario's file refers to no other file, and a copy is the original byte for byte: it runs as the original does.
+A packaged file refers to no other file, and a copy is the original byte for byte: it runs as the original does.
 """
 
 import shlex
@@ -18,6 +18,7 @@ from robotics.laws.catalogue import gains_of, make_controller, presets
 from robotics.laws.tracking.fuzzy_tracking import rule_base_files
 from robotics.scenario.reading import scenario_names
 from robotics.scenario.renamed import NEW_NAMES, current_name
+from robotics.scenario.robots import robot_names
 
 
 class CopyError(InputError):
@@ -41,18 +42,19 @@ class Copied(NamedTuple):
 
 
 def copy_packaged(names: Iterable[str], folder: Path = Path(), force: bool = False) -> list[Copied]:
-    """Copy packaged rule bases and scenarios into ``folder``, which is made if need be: all of them or none.
+    """Copy packaged rule bases, scenarios and robots into ``folder``, which is made if need be: all of them or none.
 
     Args:
-        names: Names of rule bases (``tracking``, also ``tracking.fis``), of folders of them (``formation``) and of
-            scenarios (``three-cross``, also ``three-cross.toml``); an old name of a scenario copies the present one.
+        names: Names of rule bases (``tracking``, also ``tracking.fis``), of folders of them (``formation``), of
+            scenarios (``three-cross``, also ``three-cross.toml``) and of robots (``etsro``, also ``etsro.toml``); an
+            old name of a scenario copies the present one.
         folder: Where the copies go: ``tracking.fis``, ``formation/v_l.fis``, ``three-cross.toml``.
         force: Whether files that are there already are overwritten, all but the packaged ones themselves.
 
     Raises CopyError, and OSError where a file cannot be written.
     """
-    rule_bases, scenarios = rule_base_files(), _scenario_files()
-    originals = list(dict.fromkeys(o for name in names for o in _originals(name, rule_bases, scenarios)))
+    rule_bases = rule_base_files()
+    originals = list(dict.fromkeys(o for name in names for o in _originals(name, rule_bases, _files())))
     targets = {o: folder / o.place for o in originals}
     for original, target in targets.items():
         if target.exists() and target.samefile(original.file):
@@ -68,12 +70,14 @@ def copy_packaged(names: Iterable[str], folder: Path = Path(), force: bool = Fal
     return [Copied(original.name, target, _use(original, target)) for original, target in targets.items()]
 
 
-def _scenario_files() -> dict[str, Path]:
-    folder = Path(str(resources.files("robotics") / "scenarios"))
-    return {name: folder / f"{name}.toml" for name in scenario_names()}
+def _files() -> dict[str, Path]:
+    """The files of scenarios and robots, which share no name."""
+    home = Path(str(resources.files("robotics")))
+    scenarios = {name: home / "scenarios" / f"{name}.toml" for name in scenario_names()}
+    return scenarios | {name: home / "robots" / f"{name}.toml" for name in robot_names()}
 
 
-def _originals(name: str, rule_bases: dict[str, Path], scenarios: dict[str, Path]) -> list[Original]:
+def _originals(name: str, rule_bases: dict[str, Path], tables: dict[str, Path]) -> list[Original]:
     """What ``name`` means: one file, or all rule bases of a folder."""
     name = name.rstrip("/")
     suffix = Path(name).suffix if Path(name).suffix in (".fis", ".toml") else ""
@@ -82,24 +86,28 @@ def _originals(name: str, rule_bases: dict[str, Path], scenarios: dict[str, Path
     if suffix != ".toml":
         inside = [each for each in rule_bases if each == bare or (not suffix and each.startswith(f"{bare}/"))]
         found.append([Original(each, rule_bases[each], Path(f"{each}.fis")) for each in inside])
-    if suffix != ".fis" and (bare in scenarios or bare in NEW_NAMES):
+    if suffix != ".fis" and (bare in tables or bare in NEW_NAMES):
         now = current_name(bare)
-        found.append([Original(now, scenarios[now], Path(f"{now}.toml"))])
+        found.append([Original(now, tables[now], Path(f"{now}.toml"))])
     meant = [originals for originals in found if originals]
     if not meant:
-        raise CopyError(expected(name, _names(rule_bases, scenarios), "rule base or scenario"))
+        raise CopyError(expected(name, _names(rule_bases, tables), "rule base, scenario or robot"))
     if len(meant) > 1:
-        raise CopyError(f"{name!r} is a rule base and a scenario: write {name}.fis or {name}.toml")
+        raise CopyError(
+            f"{name!r} is a rule base and a {tables[bare].parent.name[:-1]}: write {name}.fis or {name}.toml"
+        )
     return meant[0]
 
 
-def _names(rule_bases: dict[str, Path], scenarios: dict[str, Path]) -> Sequence[str]:
+def _names(rule_bases: dict[str, Path], tables: dict[str, Path]) -> Sequence[str]:
     folders = {each.rpartition("/")[0] for each in rule_bases if "/" in each}
-    return [*rule_bases, *sorted(folders), *scenarios]
+    return [*rule_bases, *sorted(folders), *tables]
 
 
 def _use(original: Original, target: Path) -> str:
     """The command that uses a copy; of a rule base: with the first controller that has it, or its folder, as a gain."""
+    if original.file.parent.name == "robots":
+        return f"robotics robot {shlex.quote(str(target))}"
     if target.suffix == ".toml":
         return f"robotics run {shlex.quote(str(target))}"
     values = {original.name: str(target)}

@@ -21,8 +21,10 @@ from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
 from robotics.quantity import check_quantities, described, quantity
 from robotics.radio.description import Radio, RadioError
 from robotics.radio.faults import Fault
+from robotics.scenario.feasibility import demands
+from robotics.scenario.robots import STANDARD, RobotModel, load_robot
 from robotics.sensing.posture import Sensing
-from robotics.sensing.sonar import SONAR, RangeSensor
+from robotics.sensing.sonar import RangeSensor
 from robotics.vehicle.plant import STEP
 from robotics.vehicle.robot import Robot
 
@@ -31,6 +33,12 @@ Pose = tuple[float, float, float]
 
 class ScenarioError(InputError):
     """A scenario that cannot be run. The message names the file, line, field and accepted values."""
+
+
+class InfeasibleError(ScenarioError):
+    """A scenario with a reference that no command can follow, and in which nothing else is wrong."""
+
+    scenario: "Scenario"  # complete but for that
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,13 +50,18 @@ class Member:
     )
     path: Shape = described("The path that the robot shall follow.")
     timing: Timing = described("When the robot shall be where on its path.")
-    robot: Robot = described("What differs of this robot from [robot].", default_factory=Robot)
+    robot: Robot = described(
+        "Which robot this one is, instead of the one of all.", default_factory=lambda: load_robot(STANDARD).robot
+    )
+    model: RobotModel | None = None  # what the robot was made of; None: only its numbers are known
     sensing: Sensing | None = described("How this robot knows its posture, instead of [sensing].", None)
     sensors: Mapping[str, RangeSensor] | None = described(
         "The range sensors of this robot, instead of [[sensors]].", None
     )
 
     def __post_init__(self) -> None:
+        if self.model is None and self.robot is load_robot(STANDARD).robot:  # nothing was said of it
+            object.__setattr__(self, "model", load_robot(STANDARD))
         if not all(isfinite(v) for v in self.start):
             raise ScenarioError(f"start must be finite, got {self.start!r}")
         if abs(self.start[2]) > 2 * pi:
@@ -81,8 +94,8 @@ class Scenario:
         10.0, "m", above=0, doc="The distance from its reference at which a robot is stopped, as diverged."
     )
     sensing: Sensing = described("How the robots know their posture.", default_factory=Sensing)
-    sensors: Mapping[str, RangeSensor] = described(
-        'The range sensors that each robot carries; left out: those of preset = "sonar".', default_factory=lambda: SONAR
+    sensors: Mapping[str, RangeSensor] | None = described(
+        "The range sensors that each robot carries; left out: those of the robot's own file.", None
     )
     kind: Kind = described(
         "What the robots do: each follows its own path (tracking), followers keep to a leader (formation), or all "
@@ -146,7 +159,7 @@ class Scenario:
             references=self.trajectory,
             radio=self.radio,
             sensing=tuple(member.sensing or self.sensing for member in self.robots),
-            sensors=tuple(self.sensors if m.sensors is None else m.sensors for m in self.robots),
+            sensors=tuple(self._sensors(member) for member in self.robots),
             world=compile_world(World(obstacles=self.obstacles, known=False)) if self.obstacles else None,
             faults=self.faults,
             ticks=self.ticks,
@@ -155,6 +168,13 @@ class Scenario:
             plant=self.plant,
             divergence=self.divergence,
         )
+
+    def _sensors(self, member: Member) -> Mapping[str, RangeSensor]:
+        """The range sensors that a robot carries: its own, else the scenario's, else its model's."""
+        carried = self.sensors if member.sensors is None else member.sensors
+        if carried is None:
+            return member.model.sensors if member.model else {}
+        return carried
 
     def _check_team(self) -> None:
         """Refuse robots that do not exist in the radio and the faults, and a team with several durations."""
@@ -185,27 +205,15 @@ class Scenario:
 
     def _check_feasible(self, trajectory: Trajectory) -> None:
         """Refuse a reference that no command can follow: |v| + L |ω| beyond what the wheels can turn."""
-        # The times are 10 ms apart, not a period: a sharp corner lasts no longer.
-        span = min(self.duration, trajectory.ends.max())
-        times = np.linspace(0.0, span, min(round(span / STEP), 100_000) + 1)
-        reference = trajectory.sampled(times)
-        for i, member in enumerate(self.robots):
-            robot = member.robot
-            v, w = np.abs(reference.v[:, i]), np.abs(reference.w[:, i])
-            for need, limit, what in (
-                (v + robot.half_axle * w, robot.wheel_speed_limit, "|v| + L |ω| = {:.4g} m/s exceeds r ω_wheel ="),
-                (v, robot.v_max, "|v| = {:.4g} m/s exceeds v_max ="),
-                (w, robot.w_max, "|ω| = {:.4g} rad/s exceeds w_max ="),
-            ):
-                k = int(np.argmax(need))
-                if need[k] > limit * (1 + 1e-9):
-                    place = f"({reference.x[k, i]:.3f}, {reference.y[k, i]:.3f}) m, abscissa {reference.s[k, i]:.3f} m"
-                    problem = ScenarioError(
-                        f"robot {i + 1}: the reference is infeasible: at t = {times[k]:.2f} s, {place}, "
-                        f"{what.format(need[k])} {limit:.4g} by {need[k] - limit:.3g} "
-                        f"({100 * (need[k] / limit - 1):.1f} %); slow the timing down or smooth the path"
-                    )
-                    raise problem.about("robots", i, "timing")
+        for demand in demands([member.robot for member in self.robots], trajectory, self.duration):
+            if not demand.feasible:
+                place = f"({demand.x:.3f}, {demand.y:.3f}) m, abscissa {demand.s:.3f} m"
+                problem = InfeasibleError(
+                    f"robot {demand.robot + 1}: the reference is infeasible: at t = {demand.time:.2f} s, {place}, "
+                    f"{demand.words}; slow the timing down or smooth the path"
+                )
+                problem.scenario = self
+                raise problem.about("robots", demand.robot, "timing")
 
 
 def _trajectory(robots: tuple[Member, ...]) -> Trajectory:

@@ -6,6 +6,7 @@ and obstacles by their shape, presets, the virtual robot and offsets from it. A 
 
 from collections.abc import Mapping
 from functools import cache
+from math import pi
 from typing import Any
 
 from robotics.environment.world import OBSTACLES, Obstacle
@@ -15,10 +16,13 @@ from robotics.paths.trajectory import Timing
 from robotics.radio.description import PRESETS, Radio
 from robotics.scenario.description import Member, Scenario
 from robotics.scenario.obstacletable import MEASURED
+from robotics.scenario.robots import RobotModel
 from robotics.sensing.sonar import PRESETS as SENSOR_PRESETS
 from robotics.sensing.sonar import RangeSensor
 from robotics.tables.keys import Key, Specials, Table, first_line, keys_of, table_of
-from robotics.vehicle.robot import Robot
+from robotics.vehicle.robot import ALTERNATIVES, NEEDED, Robot
+
+_NAME = "the name of a robot or the path of its file in quotes"
 
 
 @cache
@@ -28,14 +32,14 @@ def scenario_table() -> Table:
     robots = Table(
         name="robots",
         doc="One robot: its start, path, timing, parameters and sensors.",
-        keys=keys_of(Member, _SPECIALS, also=_member_keys(robot)),
+        keys=keys_of(Member, _SPECIALS, without=("model",), also=_member_keys(robot)),
         one_of=(("path", "offset"), ("timing", "offset")),
     )
     also = (
         Key(
             name="robots", doc="The robots, in the order of their numbers.", holds="tables", table=robots, required=True
         ),
-        Key(name="robot", doc="What all robots have in common.", holds="table", table=robot),
+        Key(name="robot", doc="Which robot all are; left out: the EtsRo.", holds="table", table=robot, or_text=_NAME),
         Key(name="virtual", doc="The virtual robot of a formation by offsets.", holds="table", table=_virtual()),
     )
     by_name = {key.name: key for key in keys_of(Scenario, _SPECIALS, also=also)}
@@ -48,28 +52,48 @@ def scenario_table() -> Table:
 
 @cache
 def robot_table() -> Table:
-    """The description of the table [robot]."""
-    return table_of(Robot, "robot", _SPECIALS)
+    """The description of the table [robot] of a scenario."""
+    model = Key(
+        name="model",
+        doc="The robot of which the other keys change numbers; without it they are those of a whole robot.",
+        holds="text",
+        example="turtlebot3-burger",
+    )
+    return table_of(Robot, "robot", _SPECIALS, also=(model,))
+
+
+@cache
+def robot_file_table() -> Table:
+    """The description of a robot's file."""
+    keys = keys_of(RobotModel, _SPECIALS, without=("robot", "sensors"))
+    numbers = [Key(**vars(key) | {"required": key.name in NEEDED}) for key in keys_of(Robot, _SPECIALS)]
+    sensors = Key(name="sensors", doc="The range sensors that it carries.", holds="tables", table=_sensors())
+    return Table(
+        name="robot",
+        doc="A robot: its body, wheels, motors, encoders, limits and range sensors.",
+        keys=(*keys, *numbers, sensors),
+        one_of=tuple(ALTERNATIVES.items()),
+    )
 
 
 def _member_keys(robot: Table) -> tuple[Key, ...]:
     """The keys of a robot that the fields of Member do not tell."""
     offset = next(key for key in keys_of(Offset, _SPECIALS) if key.name == "offset")
-    members = {key.name: key for key in keys_of(Member, _SPECIALS, without=("robot",))}
+    members = {key.name: key for key in keys_of(Member, _SPECIALS, without=("robot", "model"))}
     own = {name: vars(members[name]) | {"required": False} for name in ("start", "path", "timing")}
-    doc = "What differs of this robot from [robot]."
+    doc = "Which robot this one is, instead of the one of all."
     return (
         *(Key(**own[name]) for name in ("start", "path", "timing")),
         Key(**vars(offset) | {"required": False}),
-        Key(name="robot", doc=doc, holds="table", table=robot),
+        Key(name="robot", doc=doc, holds="table", table=robot, or_text=_NAME),
     )
 
 
 @cache
 def _virtual() -> Table:
-    path, timing = (key for key in keys_of(Member, _SPECIALS, without=("robot",)) if key.name in ("path", "timing"))
+    members = {key.name: key for key in keys_of(Member, _SPECIALS, without=("robot", "model"))}
     docs = {"path": "The path of the virtual robot.", "timing": "When the virtual robot shall be where on its path."}
-    keys = tuple(Key(**vars(key) | {"doc": docs[key.name]}) for key in (path, timing))
+    keys = tuple(Key(**vars(members[name]) | {"doc": doc}) for name, doc in docs.items())
     return Table(name="virtual", doc="The virtual robot from which offsets are measured, thesis (3.3).", keys=keys)
 
 
@@ -124,7 +148,25 @@ def _sensors() -> Table:
         holds="word",
         words=tuple(SENSOR_PRESETS),
     )
-    keys = keys_of(RangeSensor, also=(name, preset))
+    prefix = Key(name="prefix", doc="What begins the names of a preset's sensors.", holds="text", example="rear-")
+    beams = Key(
+        name="beams",
+        doc="The number of beams of the preset lidar.",
+        holds="whole number",
+        least=2,
+        most=1e4,
+        example=121,
+    )
+    span = Key(
+        name="span",
+        doc="The angle from the first to the last beam of the preset lidar.",
+        holds="number",
+        unit="rad",
+        least=-2 * pi,
+        most=2 * pi,
+        example=4.18879,
+    )
+    keys = keys_of(RangeSensor, also=(name, preset, prefix, beams, span))
     return Table(name="sensors", doc=first_line(RangeSensor), keys=keys, one_of=(("name", "preset"),))
 
 

@@ -33,7 +33,9 @@ def random_team(
 def team_toml(
     robots: int, seed: int = 0, *, speed: float = 0.25, controller: str = "virtual-structure", radio: str = "complete"
 ) -> str:
-    """Write the scenario of :func:`random_team` as the text of a TOML file; the arguments are the same.
+    """Write the scenario of :func:`random_team` as the text of a TOML file.
+
+    ``robots``, ``seed``, ``speed`` [m/s], ``controller`` and ``radio`` are those of :func:`random_team`.
 
     Starts are drawn on a square lattice of 1.5 m, ends 4 to 9 m away, tangents at random; a path that no robot can
     follow at the speed is drawn again. Nothing keeps the paths apart: they cross. Raises TeamError.

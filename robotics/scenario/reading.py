@@ -3,10 +3,9 @@
 Any fault of a file is a ScenarioError that names the file, the line, the field and what is accepted.
 """
 
-from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, NamedTuple
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
@@ -21,11 +20,12 @@ from robotics.radio.description import PRESETS, Radio, RadioError
 from robotics.scenario.description import Member, Scenario, ScenarioError
 from robotics.scenario.obstacletable import obstacle_from_table
 from robotics.scenario.renamed import current_name
-from robotics.sensing.sonar import PRESETS as SENSOR_PRESETS
-from robotics.sensing.sonar import RangeSensor
+from robotics.scenario.robots import RobotChoice, chosen_robot
+from robotics.scenario.sensortable import sensors_from_table
 from robotics.tables.build import Builder, Keys, numbers
 from robotics.tables.text import parse_table, placed, read_text
-from robotics.vehicle.robot import Robot
+
+ALSO = ("robot", "robots", "sensors", "virtual")  # what a file may say beside the fields of Scenario
 
 
 def scenario_names(kind: str | None = None) -> list[str]:
@@ -54,35 +54,37 @@ def parse_scenario(text: str, name: str, file: str = "<text>", folder: FilePath 
         text: The TOML text.
         name: The name of the scenario.
         file: The name of the file in messages.
-        folder: Where files that ``controller`` names are looked for before the current folder.
+        folder: Where files of robots and those that ``controller`` names are looked for first; by default in the folder
+            of ``file``. Then in the current one.
     """
     table = parse_table(text, file, ScenarioError)
     with placed(text, file, ScenarioError):
-        return scenario_from_table(table, name, folder)
+        return scenario_from_table(table, name, FilePath(file).parent if folder is None else folder)
 
 
-def scenario_from_table(table: dict[str, Any], name: str, folder: FilePath | None = None) -> Scenario:
+def scenario_from_table(table: dict[str, Any], name: str, folder: FilePath = FilePath()) -> Scenario:
     """Make the scenario called ``name`` of a TOML file's ``table``, which is left as it is.
 
-    Files that its controller names are looked for in ``folder``, if one is given, before the current folder.
-
+    The files of robots, and those that its controller names, are looked for in ``folder`` before the current one.
     Raises an InputError whose ``at`` holds the keys of the table that it is about.
     """
     rest = dict(table)
-    common = rest.pop("robot", {})
-    _BUILDER.table(common, ("robot",))
-    if folder is not None and isinstance(rest.get("controller"), str):
+    if isinstance(rest.get("controller"), str):
         rest["controller"] = located(rest["controller"], folder)
+    common = None
+    if "robot" in rest:
+        common = chosen_robot(None, rest.pop("robot"), ("robot",), _BUILDER, folder)
+    shared = rest.pop("sensors", None)
     members = rest.pop("robots", [])
     if not (isinstance(members, list) and members):
         raise ScenarioError("at least one [[robots]] table is needed").about("robots")
     virtual = _virtual(rest.pop("virtual")) if "virtual" in rest else None
-    robots = tuple(_member(m, common, ("robots", i), virtual) for i, m in enumerate(members))
+    robots = tuple(_member(m, ("robots", i), virtual, _Shared(common, shared, folder)) for i, m in enumerate(members))
     if virtual is not None and not any(isinstance(member.path, Offset) for member in robots):
         raise ScenarioError("no robot has an offset from the virtual robot, such as offset = [0.0, 0.5]").about(
             "virtual"
         )
-    scenario: Scenario = _BUILDER.build(Scenario, rest, (), ("robot", "robots", "virtual"), name=name, robots=robots)
+    scenario: Scenario = _BUILDER.build(Scenario, rest, (), ALSO, name=name, robots=robots, sensors=None)
     if scenario.controller:
         try:  # its gains may not suit the graph, its messages not the radio
             law = make_controller(scenario.controller)
@@ -133,22 +135,35 @@ def _path(table: dict[str, Any], keys: Keys) -> Shape:
     return made
 
 
-def _member(table: Any, common: dict[str, Any], keys: Keys, virtual: tuple[Shape, Timing] | None) -> Member:
+class _Shared(NamedTuple):
+    """What a file says of all robots."""
+
+    robot: RobotChoice | None
+    sensors: Any  # the tables [[sensors]]; None: it gives none
+    folder: FilePath  # where the files of robots are looked for first
+
+
+def _member(table: Any, keys: Keys, virtual: tuple[Shape, Timing] | None, shared: _Shared) -> Member:
     _BUILDER.table(table, keys)
     table = dict(table)
-    own = table.pop("robot", {})
-    _BUILDER.table(own, (*keys, "robot"))
-    robot = _BUILDER.build(Robot, common, ("robot",))
-    if own:
-        robot = _BUILDER.build(Robot, {**common, **own}, (*keys, "robot"))
+    choice = shared.robot
+    if "robot" in table:
+        choice = chosen_robot(choice, table.pop("robot"), (*keys, "robot"), _BUILDER, shared.folder)
+    choice = choice or RobotChoice.standard()
+    given: dict[str, Any] = {"robot": choice.robot, "model": choice.model}
+    at, carried = (keys, table.pop("sensors")) if "sensors" in table else ((), shared.sensors)
+    if carried is not None:
+        given["sensors"] = sensors_from_table(carried, (*at, "sensors"), _BUILDER, choice.robot)
     if "offset" in table:
-        return _offset_member(table, keys, virtual, robot)
+        return _offset_member(table, keys, virtual, given)
     path = _path(table, keys)
     del table["path"]
-    return _BUILDER.build(Member, table, keys, ("path", "offset", "robot"), path=path, robot=robot)
+    return _BUILDER.build(Member, table, keys, ("path", "offset", "robot", "sensors"), path=path, **given)
 
 
-def _offset_member(table: dict[str, Any], keys: Keys, virtual: tuple[Shape, Timing] | None, robot: Robot) -> Member:
+def _offset_member(
+    table: dict[str, Any], keys: Keys, virtual: tuple[Shape, Timing] | None, given: dict[str, Any]
+) -> Member:
     """A robot of a formation: its path follows from its offset; without a start it begins in its place."""
     at = (*keys, "offset")
     if virtual is None:
@@ -173,7 +188,7 @@ def _offset_member(table: dict[str, Any], keys: Keys, virtual: tuple[Shape, Timi
     except PathError as error:
         raise error.about(*at) from None
     table = {"start": list(start), **table}
-    return _BUILDER.build(Member, table, keys, ("offset", "robot"), path=path, timing=timing, robot=robot)
+    return _BUILDER.build(Member, table, keys, ("offset", "robot", "sensors"), path=path, timing=timing, **given)
 
 
 def _radio(value: Any, keys: Keys) -> Radio:
@@ -193,39 +208,10 @@ def _obstacles(value: Any, keys: Keys) -> tuple[Obstacle, ...]:
     return tuple(obstacle_from_table(row, (*keys, i), _BUILDER.build) for i, row in enumerate(rows))
 
 
-def _sensors(value: Any, keys: Keys) -> dict[str, RangeSensor]:
-    """Read range sensors by name: one table for each, or one for all of a preset, whose fields it may change."""
-    found: dict[str, RangeSensor] = {}
-    for i, row in enumerate(_BUILDER.tables(value, keys)):
-        at = (*keys, i)
-        own = {key: value for key, value in row.items() if key not in ("name", "preset")}
-        if "preset" in row:
-            preset = row["preset"]
-            if "name" in row or not isinstance(preset, str) or preset not in SENSOR_PRESETS:
-                what = expected(str(preset), SENSOR_PRESETS, "sensor preset")
-                raise ScenarioError(what if "name" not in row else "give name or preset, not both").about(*at, "preset")
-            made = {
-                name: _BUILDER.build(RangeSensor, {k: v for k, v in vars(sensor).items() if v is not None} | own, at)
-                for name, sensor in SENSOR_PRESETS[preset].items()
-            }
-        else:
-            name = row.get("name")
-            if not isinstance(name, str) or not name:
-                text = f'a sensor needs a name such as "rear", or preset, one of {", ".join(SENSOR_PRESETS)}'
-                raise ScenarioError(text).about(*at)
-            made = {name: _BUILDER.build(RangeSensor, own, at, ("name", "preset"))}
-        for name in made:
-            if name in found:
-                raise ScenarioError(f"there are two sensors called {name!r}").about(*at)
-        found |= made
-    return found
-
-
 _BUILDER = Builder(
     ScenarioError,
     {
         Radio: _radio,
         tuple[Obstacle, ...]: _obstacles,
-        Mapping[str, RangeSensor]: _sensors,
     },
 )

@@ -13,7 +13,7 @@ arrives straight on: half its way is then read as a distance.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import gcd, pi
+from math import gcd, pi, remainder
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.environment.collision import as_poses, for_runs
 from robotics.environment.world import Geometry
-from robotics.quantity import check_quantities, quantity, whole
+from robotics.quantity import check_quantities, is_number, quantity, whole
 from robotics.random_streams import SONAR_STREAM
 from robotics.sensing.raycasting import (
     COS_AXIS,
@@ -106,17 +106,25 @@ def _sonar(x: float, y: float, axis: float, half_cone: float, reach: float) -> R
     )  # fmt: skip
 
 
-# Two sonars on the nose and one on each side (thesis 6.2); the thesis gives neither their places nor their ranges.
-SONAR: Mapping[str, RangeSensor] = {
-    "front-left": _sonar(0.115, 0.06, pi / 9, 37 * pi / 180, 2.0),
-    "front-right": _sonar(0.115, -0.06, -pi / 9, 37 * pi / 180, 2.0),
-    "left": _sonar(0.0, 0.10, pi / 2, pi / 12, 1.2),
-    "right": _sonar(0.0, -0.10, -pi / 2, pi / 12, 1.2),
-}
+def sonar(length: float, width: float) -> dict[str, RangeSensor]:
+    """Two sonars on the nose and one on each side (thesis 6.2) of a robot of that size [m].
+
+    The thesis gives neither their places nor their ranges.
+    """
+    nose, side = length / 2, width / 2
+    return {
+        "front-left": _sonar(nose, 0.3 * width, pi / 9, 37 * pi / 180, 2.0),
+        "front-right": _sonar(nose, -0.3 * width, -pi / 9, 37 * pi / 180, 2.0),
+        "left": _sonar(0.0, side, pi / 2, pi / 12, 1.2),
+        "right": _sonar(0.0, -side, -pi / 2, pi / 12, 1.2),
+    }
+
+
+SONAR: Mapping[str, RangeSensor] = sonar(0.23, 0.20)  # on the EtsRo
 FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT = range(4)  # the order of SONAR
 
 
-def lidar(beams: int = 121, span: float = 4 * pi / 3, reach: float = 4.0) -> dict[str, RangeSensor]:
+def lidar(beams: int = 121, span: float = 4 * pi / 3, reach: float = 4.0, axis: float = 0.0) -> dict[str, RangeSensor]:
     """The beams of a scanner above the axle, by name: beam-1, beam-2 and so on, from right to left.
 
     It makes ten scans a second with 1 cm + 1 % of noise, as a small scanner such as the Hokuyo URG-04LX.
@@ -125,16 +133,26 @@ def lidar(beams: int = 121, span: float = 4 * pi / 3, reach: float = 4.0) -> dic
         beams: Their number.
         span: The angle from the first to the last [rad].
         reach: Their range [m].
+        axis: The direction of the middle of the span, counted from straight ahead to the left [rad].
 
     Raises SonarError for another number than 2 to 10 000, and as :class:`RangeSensor`.
     """
+    for name, angle in (("span", span), ("axis", axis)):
+        if not (is_number(angle) and abs(angle) <= 2 * pi):
+            raise SonarError(f"{name} must be a finite number in rad, >= -2π and <= 2π; got {angle!r}").about(name)
     if isinstance(beams, bool) or not isinstance(beams, int) or not 2 <= beams <= 10_000:
         raise SonarError(f"beams must be a whole number >= 2 and <= 10000, got {beams!r}").about("beams")
-    axes = np.linspace(-span / 2, span / 2, beams).tolist()
+    axes = [axis + a for a in np.linspace(-span / 2, span / 2, beams).tolist()]
     return {
-        f"beam-{n}": RangeSensor(axis=a, range=reach, minimum=0.02, period=0.1, noise=0.01, relative_noise=0.01)
+        f"beam-{n}": RangeSensor(
+            axis=_wrapped(a), range=reach, minimum=0.02, period=0.1, noise=0.01, relative_noise=0.01
+        )
         for n, a in enumerate(axes, start=1)
     }
+
+
+def _wrapped(angle: float) -> float:
+    return angle if abs(angle) <= 2 * pi else remainder(angle, 2 * pi)
 
 
 LIDAR: Mapping[str, RangeSensor] = lidar()

@@ -16,6 +16,7 @@ from fuzzy.files.fisfile import FisFileError, format_fis, parse_fis
 from fuzzy.system import Sugeno
 from robotics.environment.world import Geometry
 from robotics.laws.modes import MODES
+from robotics.scenario.robots import load_robot
 from robotics.sensing.sonar import SONAR, RangeSensor
 from robotics.simulation.channels import CHANNELS, RECORDS, TEAM_CHANNELS, Axes
 from robotics.vehicle.robot import Robot
@@ -253,12 +254,12 @@ def _pairs(about: About) -> Iterator[tuple[Robot, Mapping[str, RangeSensor]]]:
 
 
 def _from_json(table: dict[str, Any], robots: int, recorded: Mapping[str, Recorded]) -> About:
-    """Read what :func:`_as_json` wrote; format 1 does not name the robots, which become standard ones with sonars."""
+    """Read what :func:`_as_json` wrote; format 1 does not name the robots, which were EtsRos with sonars."""
     named = (table["scenario"], table.get("kind", "team" if "team" in recorded else "tracking"), table["controller"])
     if table["format"] == 1:
         four = "ranges" in recorded and recorded["ranges"].values.shape[-1] == len(SONAR)
         sensors: Mapping[str, RangeSensor] = SONAR if four else {}
-        return About(*named, table["level"], (Robot(),) * robots, (sensors,) * robots)
+        return About(*named, table["level"], (load_robot("etsro").robot,) * robots, (sensors,) * robots)
     kinds = [
         (Robot(**k["robot"]), {name: RangeSensor(**row) for name, row in k["sensors"].items()}) for k in table["robots"]
     ]

@@ -5,6 +5,7 @@ its unit, range and sentence is told once. What a dataclass cannot tell (tables 
 fields) is handed in as data. Explanations, schemas, commented files and pages are made of the descriptions.
 """
 
+import re
 import types
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
@@ -64,6 +65,7 @@ class Key:
     example: Any = None  # as a file has it
     table: "Table | None" = None  # of a "table", and of each of "tables"
     or_list: bool = False  # whether a list of values may stand there instead
+    or_text: str = ""  # what a text that may stand there instead is, in words
 
     @property
     def accepted(self) -> str:
@@ -72,7 +74,7 @@ class Key:
             metadata = {"above": self.above, "least": self.least, "most": self.most, "unit": self.unit or "1"}
             return accepted(metadata | ({"whole": True} if self.holds == "whole number" else {}))
         words = "one of " + ", ".join(f'"{word}"' for word in self.words) if self.words else _WORDS[self.holds]
-        return f"{words}, or a list of values" if self.or_list else words
+        return words + (", or a list of values" if self.or_list else "") + (f", or {self.or_text}" * bool(self.or_text))
 
     @property
     def shown(self) -> Any:
@@ -230,7 +232,7 @@ def find(table: Table, name: str) -> list[Placed]:
 
     Raises KeyUnknownError for a name that no key has.
     """
-    wanted = name.replace("[", "").replace("]", "").strip(". ")
+    wanted = re.sub(r"[\[\]\s.]+", ".", name).strip(".")
     every = list(walk(table))
     found = [p for p in every if p.path == wanted]
     if not found:

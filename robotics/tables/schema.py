@@ -76,7 +76,8 @@ def _type(key: Key) -> dict[str, Any]:
     if key.table is not None:
         inner: dict[str, Any] = {"$ref": f"#/$defs/{key.table.name}"}
         made = {"type": "array", "items": inner} if key.holds == "tables" else inner
-        return {"anyOf": [made, {"type": "array", "minItems": 1}]} if key.or_list else made
+        others = [{"type": "array", "minItems": 1}] if key.or_list else [{"type": "string"}] if key.or_text else []
+        return {"anyOf": [made, *others]} if others else made
     bounds: dict[str, Any] = {}
     for name, value in (("exclusiveMinimum", key.above), ("minimum", key.least), ("maximum", key.most)):
         if abs(value) < inf:

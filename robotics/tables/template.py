@@ -42,7 +42,7 @@ def commented_file(
         head: Remarks at its beginning.
         minimal: Whether only what is set is written, without comments.
     """
-    writer = _Writer()
+    writer = _Writer(remarks=not minimal)
     writer.table(table, values, "")
     lines = [line for line in writer.lines if not (minimal and line.mark)]
     if not minimal:
@@ -80,7 +80,8 @@ def example_line(key: Key) -> str:
 class _Writer:
     """Collects the lines of a file, table by table."""
 
-    def __init__(self) -> None:
+    def __init__(self, remarks: bool) -> None:
+        self.remarks = remarks
         self.lines: list[_Line] = []
         self.block = 0
         self.set: set[str] = set()  # the names of tables that stand there in full, set
@@ -115,9 +116,9 @@ class _Writer:
     def key(self, key: Key, value: Any, mark: str, remark: bool) -> None:
         """Write one key, with its unit, range and sentence where that is asked for."""
         text = f"{key.name} = {toml_value(key.shown if value is None else value)}"
-        words = _remark(key) if remark else ""
+        words = _remark(key) if remark and self.remarks else ""
         room = max(len(mark + text), 32)
-        if room + len(words) + 4 > WIDTH:
+        if room + len(words) + 4 + 3 * (mark == "#") > WIDTH:
             for row in _wrapped(words):
                 self.add(row, "## ")
             words = ""

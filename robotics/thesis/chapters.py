@@ -19,7 +19,7 @@ from typing import Any
 from fuzzy.shell.progress import Begin
 from robotics.experiments.executors import processes
 from robotics.report.chapter import Chapter, Film
-from robotics.report.page import plate
+from robotics.report.plates import plate
 from robotics.simulation.run import Run
 from robotics.thesis import avoidance, avoidance_runs, formations, team_runs, teams, tracking
 from robotics.thesis.claims import Needed, run_file

@@ -27,15 +27,16 @@ from robotics.experiments.learning.formationdata import (
     formation_run,
 )
 from robotics.experiments.learning.formationlearning import Learnt, learn_network, write_networks
-from robotics.experiments.learning.fresh import FRESH, FreshErrors, columns_of, fresh_errors
+from robotics.experiments.learning.fresh import FRESH, FreshErrors, fresh_errors
 from robotics.experiments.learning.scatter import DRAWS, Scatter, scatter
-from robotics.figures.formations import Fit, plot_epochs, plot_fits, plot_formation_paths, plot_formation_signals
+from robotics.figures.formations import plot_epochs, plot_fits, plot_formation_paths, plot_formation_signals
 from robotics.figures.run import plot_run
 from robotics.laws.formation.leader_follower import OUTPUTS, load_networks
 from robotics.measures.evidence import mean_of
 from robotics.measures.formations import measure_formation
 from robotics.measures.quantities import measured
 from robotics.report.chapter import Chapter, Grid, Picture
+from robotics.report.learning import fit_of, parameter_grid, setting_of
 from robotics.report.wording import shown
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.run import Run
@@ -183,7 +184,7 @@ def _table_5_1(kind: str, networks: Sequence[Learnt], found: Scatter | None, fre
             (
                 network.output,
                 str(trial.rules),
-                f"{trial.radius:g}, {trial.options.squash:g}, {trial.options.accept:g}, {trial.options.reject:g}",
+                setting_of(network),
                 f"{THESIS_ERRORS[network.output]:.2e}",
                 f"{training.history[0].train:.2e}",
                 f"{best.train:.2e}",
@@ -230,26 +231,8 @@ def _antecedents_and_consequents(networks: Sequence[Learnt]) -> list[Grid]:
     grids = []
     for network in networks:
         for title, fis in (("ours, trained", network.after), ("thesis", printed[network.output])):
-            rows = []
-            for r, rule in enumerate(fis.rules):
-                clauses = {c.variable: c.term for c in rule.when}
-                shapes = [v.terms[clauses[v.name]] for v in fis.inputs]
-                plane = fis.outputs[0].terms[rule.then[0][1]]
-                rows.append(
-                    (
-                        str(r + 1),
-                        *(f"{abs(s.sigma):.4g}, {s.c:.4g}" for s in shapes),
-                        *(f"{p:.4g}" for p in plane.parameters),
-                    )
-                )
-            names = [v.name for v in fis.inputs]
-            grids.append(
-                Grid(
-                    f"{network.output}, {title}: antecedents as σ, c (Tables 5.2, 5.3), consequents (5.4, 5.5).",
-                    ("rule", *names, *(f"× {n}" for n in names), "constant"),
-                    rows,
-                )
-            )
+            caption = f"{network.output}, {title}: antecedents as σ, c (Tables 5.2, 5.3), consequents (5.4, 5.5)."
+            grids.append(parameter_grid(fis, caption))
     return grids
 
 
@@ -340,20 +323,9 @@ def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _D
 
 
 def _fits(learnt: Mapping[Any, list[Learnt]], tables: dict[Kind, Table]) -> Figure:
-    columns = {}
-    for kind, networks in learnt.items():
-        fits = []
-        for network in networks:
-            # The curve's ends may lie beyond the cover's
-            stages = {
-                "after clustering": replace(network.before, out_of_range="ignore"),
-                "after learning": network.after,
-            }
-            x, y = columns_of(network.after, tables[kind])
-            found = {stage: fis(x)[:, 0] for stage, fis in stages.items()}
-            fits.append(Fit(network.after.outputs[0].label, y, found))
-        columns[f"{kind} set"] = fits
-    return plot_fits(columns)
+    return plot_fits(
+        {f"{kind} set": [fit_of(network, tables[kind]) for network in networks] for kind, networks in learnt.items()}
+    )
 
 
 def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:

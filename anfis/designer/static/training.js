@@ -71,8 +71,34 @@ export async function render({ model, el }) {
   // Data
   const file = choices("Data from a file of the folder or generated", [], "", (value) => {
     const [kind, name] = [value.slice(0, 1), value.slice(2)];
-    if (name) model.send({ do: kind === "g" ? "generate" : "file", name });
+    drawAsks();
+    if (name && asked().length === 0) model.send({ do: kind === "g" ? "generate" : "file", name });
   });
+  const asks = element("div", { class: "tn-row", hidden: true });
+  /** What the chosen generator asks for. */
+  const asked = () => get("sources").generators.find(([name]) => file.value === `g:${name}`)?.[2] ?? [];
+  function drawAsks() {
+    const wanted = asked(),
+      key = JSON.stringify([file.value, wanted]);
+    if (asks.dataset.key === key) return;
+    asks.dataset.key = key;
+    asks.hidden = wanted.length === 0;
+    const controls = wanted.map((ask) =>
+      ask.options.length
+        ? choices(ask.title, ask.options, ask.value, () => {})
+        : element("input", { type: "number", min: 1, step: 1, value: ask.value, "aria-label": ask.title }),
+    );
+    const name = file.value.slice(2);
+    const make = () => {
+      const chosen = Object.fromEntries(wanted.map((ask, i) => [ask.name, controls[i].value]));
+      model.send({ do: "generate", name, chosen });
+      say(about, "making the data …");
+    };
+    asks.replaceChildren(
+      ...wanted.map((ask, i) => field(ask.title, controls[i])),
+      element("button", { type: "button", onclick: make }, "Make the data"),
+    );
+  }
   const upload = element("input", {
     type: "file",
     accept: ".csv,text/csv,text/plain",
@@ -110,6 +136,7 @@ export async function render({ model, el }) {
       field("File of the folder, or generated", file),
       field("or upload a CSV file", upload),
     ),
+    asks,
     about,
   );
 
@@ -182,6 +209,7 @@ export async function render({ model, el }) {
       ...sources.generators.map(([name, title]) => [`g:${name}`, title]),
     ];
     offer(file, options, options.some(([value]) => value === file.value) ? file.value : "");
+    drawAsks();
     offer(
       start,
       accepted.start.map((name) => [name, STARTS[name]]),

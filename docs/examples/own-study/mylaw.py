@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotics import Command, Law, Observation, Run, Setting
+from robotics import Command, Law, Observation, Run, Setting, metric
 from robotics.paths.posture import posture_error
 from robotics.quantity import quantity
 
@@ -33,11 +33,9 @@ class Stanley(Law[None]):
         return Command(v, w, v, w), None
 
 
+@metric(unit="rad", title="swerving: how far the robot turns in all, left and right, minus how far the reference does")
 def swerving_rad(run: Run) -> np.ndarray:
-    """Swerving: how far the robot turns in all, left and right, minus how far the reference does."""
+    """Turning [rad] (runs, robots) that the path does not ask for."""
     turned = np.nansum(np.abs(np.diff(run["heading"], axis=-1)), axis=-1)
     asked = np.abs(np.diff(np.unwrap(run.target("heading"), axis=-1), axis=-1)).sum(axis=-1)
     return np.asarray(turned - asked)
-
-
-swerving_rad.unit = "rad"  # type: ignore[attr-defined]

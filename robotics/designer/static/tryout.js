@@ -1,10 +1,11 @@
 // Try it: the rule base in hand drives a robot. Top view, cross-track error and metrics, beside the design before and
-// another law; where there are other robots or obstacles the run is played. From what robotics/designer/panel.py hands
-// over; form: anywidget's.
+// another law; where there are other robots or obstacles the run is played. Several seeds at once are a band, and a
+// scenario or robot is edited in place. From what robotics/designer/session.py hands over; form: anywidget's.
 
 import {
   axes,
   choices,
+  color,
   element,
   line,
   offer,
@@ -19,16 +20,25 @@ import {
   whenSized,
 } from "../../../fuzzy/designer/static/chart.js";
 import player from "../../playback/static/player.js";
+import { band, bundle, seedStrip, sign } from "./seeds.js";
+import { forgetText, textEditor, unsavedTexts } from "./texteditor.js";
 
 const RUNS = [
   ["rival", "tr-rival"],
   ["before", "tr-before"],
   ["tried", "tr-tried"],
 ]; // the last is drawn on top
-const SHEETS = ["./tryout.css", "../../playback/static/player.css"].map(
+const SHEETS = ["./tryout.css", "./seeds.css", "./texteditor.css", "../../playback/static/player.css"].map(
   (sheet) => new URL(sheet, import.meta.url).href,
 );
-const NAMES = ["choices", "files", "trial", "course", "tried", "before", "rival", "problem"];
+const NAMES = ["choices", "files", "trial", "course", "tried", "before", "rival", "problem", "seeds"];
+const COUNTS = [1, 5, 20]; // of seeds that are run at once
+const ENDS = { contact: "Contact", stopped: "Stopped", refused: "Refused" }; // what became of a run that ended early
+const COUNTED = {
+  contact: "runs with a contact",
+  stopped: "runs with a robot that was stopped",
+  refused: "runs refused",
+};
 const ANOTHER = "?"; // the value of the entry that opens the browser's choice of a file
 const WORDS = {
   course: "looking for its place",
@@ -61,7 +71,7 @@ export async function render({ model, el }) {
   await styled(...SHEETS);
   const get = (name) => model.get(name) ?? null;
   const choose = (name, value) => model.send({ do: "choose", name, value });
-  const state = { share: 1, height: 280, played: null, given: null, stop: null, touched: false };
+  const state = { share: 1, height: 280, played: null, given: null, stop: null, touched: false, offered: new Map() };
 
   // Controls
   const field = (text, control, kind = "") => element("label", { class: kind }, element("span", {}, text), control);
@@ -81,8 +91,22 @@ export async function render({ model, el }) {
     if (taken) model.send({ do: "file", name: taken.name, text: await taken.slice(0, LARGEST + 1).text() });
     file.value = ""; // the same file may be chosen again after it has been changed
   });
+  const robot = choices("Robot", [], "", (value) => choose("robot", value));
+  robot.addEventListener("pointerdown", () => model.send({ do: "list" }));
+  robot.addEventListener("focus", () => model.send({ do: "list" }));
+  const robotOf = choices("Which robot is another", [], "", (value) => choose("robot_of", Number(value)));
   const law = choices("Law that holds the rule base", [], "", (value) => choose("law", value));
   const rival = choices("Compare with", [], "", (value) => choose("rival", value));
+  rival.addEventListener("pointerdown", () => model.send({ do: "list" }));
+  rival.addEventListener("focus", () => model.send({ do: "list" }));
+  const count = choices(
+    "Seeds at once",
+    COUNTS.map((n) => [n, String(n)]),
+    1,
+    (value) => choose("count", Number(value)),
+  );
+  const noise = element("input", { type: "checkbox", onchange: () => choose("noise", noise.checked) });
+  const noiseWords = element("span", { class: "tr-aside" });
   const number = (label, name, attributes) => {
     const input = element("input", { type: "number", "aria-label": label, ...attributes });
     // A number that is none is no message: the field shows by itself that it is wrong.
@@ -94,7 +118,8 @@ export async function render({ model, el }) {
   const ahead = number("Look-ahead in seconds", "look_ahead", { min: 0, max: 10, step: "any" });
   const seed = number("Seed of the noise", "seed", { min: 0, step: 1 });
   const lawField = field("Law", law),
-    rivalField = field("Compare with", rival),
+    rivalField = field("Compare with", rival, "tr-rivals"),
+    robotOfField = field("Which one", robotOf),
     aheadField = field("Look-ahead [s]", ahead);
   const pin = element(
     "button",
@@ -109,20 +134,35 @@ export async function render({ model, el }) {
   const word = element("span", { role: "status" }),
     bar = element("progress", { max: 1, "aria-label": "Run in progress" });
   const busy = element("span", { class: "tr-busy" }, word, bar);
+  const edit = (what) =>
+    element(
+      "button",
+      { type: "button", class: "tr-button", "aria-label": `Edit the ${what}'s file`, onclick: () => openEditor(what) },
+      "Edit",
+    );
+  const editRobot = edit("robot");
   const controls = element(
     "div",
     { class: "tr-controls" },
-    field("Scenario", scenario, "tr-scenario"),
+    element("span", { class: "tr-pair" }, field("Scenario", scenario, "tr-scenario"), edit("scenario")),
     file,
+    element("span", { class: "tr-pair" }, field("Robot", robot, "tr-robots"), editRobot),
+    robotOfField,
     lawField,
     aheadField,
-    field("Seed", seed),
+    field("First seed", seed),
+    field("Seeds", count),
+    element("div", { class: "tr-noise" }, element("label", {}, noise, " Noise"), noiseWords),
     rivalField,
     pin,
     busy,
   );
+  const editor = textEditor((message) => model.send(message));
+  const kept = element("div", { class: "tr-kept", hidden: true });
+  const strip = seedStrip((value) => choose("shown", value));
   const problem = element("p", { class: "tr-problem", role: "alert", hidden: true });
-  const notes = element("div"),
+  const notes = element("div", { class: "tr-notes" }),
+    ends = element("div", { class: "tr-ends" }),
     verdict = element("p", { class: "tr-verdict", hidden: true });
 
   // Pictures
@@ -139,27 +179,40 @@ export async function render({ model, el }) {
     element("div", { class: "tr-views" }, above, element("div", {}, error, time)),
   );
   const stage = element("div", { class: "fleet-player" });
+  const all = shape("svg", { class: "tr-plot", role: "img" });
+  const every = element("figure", { class: "tr-every", hidden: true }, element("figcaption", {}, "All seeds"), all);
   const table = element("table", { class: "tr-metrics" });
-  const root = element("div", { class: "fd fd-tryout" }, controls, problem, verdict, notes, single, stage, table);
+  const parts = [controls, kept, editor.node, problem, notes, ends, verdict, strip.node, every, single, stage, table];
+  const root = element("div", { class: "fd fd-tryout" }, ...parts);
   el.append(root);
 
   const label = (name, data) => {
     const trial = get("trial");
     if (name === "tried") return "this design";
     if (name === "before") return `design ${data.label}`;
-    return get("choices")?.rivals[trial.kind]?.find(([value]) => value === trial.rival)?.[1] ?? data.label;
+    return get("choices")?.rivals[trial.kind]?.find(([value]) => value === trial.rival)?.[1] ?? trial.rival;
   };
   const touched = (data) => (data.contacts ?? []).length > 0;
   const shown = () =>
     RUNS.map(([name, kind]) => [name, kind, get(name)]).filter(([, , data]) => data !== null && !data.why);
 
+  const option = (value, text, attributes = {}) => element("option", { value, ...attributes }, text);
+  const group = (label, options) => (options.length ? element("optgroup", { label }, ...options) : "");
+
+  /** Offer groups of options; an open list is left alone while nothing in it changes. */
+  function offerGroups(select, groups, chosen) {
+    const nodes = groups.filter(Boolean),
+      text = nodes.map((node) => node.outerHTML).join("");
+    if (text !== state.offered.get(select)) select.replaceChildren(...nodes);
+    state.offered.set(select, text);
+    select.value = chosen;
+  }
+
   /** The scenarios in their groups: those that show what the system does, the folder's files, and the others. */
   function offerScenarios(known, trial, course) {
     const kinds = [...new Set((course?.laws ?? []).flatMap(([, , , each]) => each))];
     const title = (name) => known?.scenarios.find((s) => s.name === name)?.title ?? name;
-    const files = get("files") ?? [];
-    const option = (value, text, attributes = {}) => element("option", { value, ...attributes }, text);
-    const group = (label, options) => (options.length ? element("optgroup", { label }, ...options) : "");
+    const files = get("files")?.scenarios ?? [];
     const suggested = known ? (course?.suggested ?? []) : [];
     const listed = new Set([...suggested, ...files, ...(known?.scenarios.map((s) => s.name) ?? [])]);
     const rest = (known?.scenarios ?? []).filter((s) => !suggested.includes(s.name));
@@ -179,12 +232,83 @@ export async function render({ model, el }) {
           .concat(rest.filter((s) => !possible(s)))
           .map((s) => option(s.name, s.title, possible(s) ? {} : { disabled: true, title: "no law that it fits" })),
       ),
-    ].filter(Boolean);
-    // An open list is left alone while nothing in it changes.
-    const text = groups.map((node) => node.outerHTML).join("");
-    if (text !== state.offered) scenario.replaceChildren(...groups);
-    state.offered = text;
-    scenario.value = trial.scenario;
+    ];
+    offerGroups(scenario, groups, trial.scenario);
+  }
+
+  /** The robots: that of the scenario, the package's and the folder's. */
+  function offerRobots(known, trial, course) {
+    const packaged = known?.robots ?? [],
+      files = get("files")?.robots ?? [];
+    const listed = ["", ...packaged.map(([name]) => name), ...files];
+    const chosen = listed.includes(trial.robot ?? "") ? [] : [trial.robot];
+    const named = (names) => names.map((name) => option(name, name));
+    const groups = [
+      option("", "as the scenario says"),
+      ...named(chosen),
+      group(
+        "Of the package",
+        packaged.map(([name, title]) => option(name, title)),
+      ),
+      group("Files in this folder", named(files)),
+    ];
+    offerGroups(robot, groups, trial.robot ?? "");
+    editRobot.disabled = !trial.robot;
+    const robots = course?.starts.length ?? 1;
+    robotOfField.hidden = !trial.robot || robots < 2;
+    const each = Array.from({ length: robots }, (_, k) => [String(k + 1), `robot ${k + 1}`]);
+    offer(robotOf, [["0", "all robots"], ...each], String(trial.robot_of ?? 0));
+  }
+
+  /** What there is to compare with: laws of the catalogue, and the folder's rule bases and Python files. */
+  function offerRivals(known, trial) {
+    const laws = get("files")?.laws ?? [],
+      listed = known?.rivals[trial.kind] ?? [];
+    const missing = laws.includes(trial.rival) || listed.some(([name]) => name === trial.rival) ? [] : [trial.rival];
+    const groups = [
+      ...missing.filter(Boolean).map((name) => option(name, name)),
+      group(
+        "Laws",
+        listed.map(([name, title]) => option(name, title)),
+      ),
+      group(
+        "Files in this folder; Python runs once chosen",
+        laws.map((name) => option(name, name)),
+      ),
+    ];
+    offerGroups(rival, groups, trial.rival);
+  }
+
+  function openEditor(what) {
+    if (editor.node.hidden || get("editor")?.what !== what) model.send({ do: "edit", what });
+    editor.open();
+  }
+
+  /** Texts that were edited here and never saved. */
+  function drawKept() {
+    const open = get("editor");
+    const texts = unsavedTexts().filter(([what, name]) => !(open?.what === what && open.name === name));
+    kept.hidden = texts.length === 0 || state.asked === true;
+    const row = ([what, name]) => {
+      const done = () => ((state.asked = true), (kept.hidden = true));
+      const act = (text, onclick) => element("button", { type: "button", class: "tr-button", onclick }, text);
+      return element(
+        "p",
+        {},
+        `Unsaved edits of the ${what} ${name} are kept in this browser. `,
+        act("Take them up", () => {
+          done();
+          choose(what, name);
+          model.send({ do: "edit", what });
+        }),
+        " ",
+        act("Discard", () => {
+          forgetText(what, name);
+          drawKept();
+        }),
+      );
+    };
+    kept.replaceChildren(...texts.map(row));
   }
 
   function drawControls() {
@@ -198,7 +322,21 @@ export async function render({ model, el }) {
       laws.map(([name, task, title]) => [`${name}/${task}`, title]),
       `${trial.law}/${trial.task}`,
     );
-    offer(rival, known?.rivals[trial.kind] ?? [], trial.rival);
+    offerRobots(known, trial, course);
+    offerRivals(known, trial);
+    offer(
+      count,
+      COUNTS.map((n) => [n, String(n)]),
+      trial.count ?? 1,
+    );
+    noise.checked = trial.noise ?? true;
+    const drawn = course?.noises ?? [];
+    say(
+      noiseWords,
+      drawn.length
+        ? `off takes away: ${drawn.join(", ")}; encoders, latency and faults stay`
+        : "this scenario has none: all seeds are alike",
+    );
     rivalField.hidden = pin.hidden = course === null;
     lawField.hidden = laws.length < 2;
     aheadField.hidden = !course?.ahead;
@@ -210,16 +348,39 @@ export async function render({ model, el }) {
     const wrong = get("problem")?.message ?? "";
     problem.hidden = wrong === "";
     say(problem, wrong);
-    const found = get("tried")?.verdict ?? "";
+    const found = (get("tried")?.outcomes ?? []).length ? "" : (get("tried")?.verdict ?? "");
     verdict.hidden = found === "";
     say(verdict, found === "" ? "" : `This design: ${found}.`);
-    const told = [];
-    for (const [name] of RUNS) {
+    drawEnds();
+  }
+
+  /** What was to be feared before the runs, how they ended early, and what else is to be said of them. */
+  function drawEnds() {
+    const boxes = new Map(),
+      warned = new Map(),
+      told = [];
+    const gather = (into, key, name, data) => into.set(key, [...(into.get(key) ?? []), [name, label(name, data)]]);
+    for (const [name] of [...RUNS].reverse()) {
       const data = get(name);
-      if (data?.why) told.push(`${label(name, data)}: ${data.why}`);
-      for (const note of data?.notes ?? []) told.push(`${label(name, data)}: ${note}`);
+      if (data === null) continue;
+      for (const text of data.warned ?? []) gather(warned, text, name, data);
+      const found = data.why ? [["refused", data.why]] : (data.outcomes ?? []);
+      for (const [kind, text] of found) gather(boxes, `${kind}:${text}`, name, data);
+      for (const note of data.notes ?? []) told.push(`${label(name, data)}: ${note}`);
     }
-    notes.replaceChildren(...told.map((text) => element("p", { class: "tr-note" }, text)));
+    const names = (who) => who.map(([, text]) => text).join(", ");
+    const before = [...warned].map(([text, who]) => {
+      const head = element("strong", {}, `Before the run: ${names(who)}`);
+      return element("p", { class: "tr-end tr-end-warned" }, head, element("span", {}, text));
+    });
+    const after = [...boxes].map(([key, who]) => {
+      const [, kind, text] = /^(\w+):(.*)$/s.exec(key);
+      const head = element("strong", {}, `${ENDS[kind]}: ${names(who)}`);
+      const looks = `tr-end tr-end-${kind} ${who.some(([name]) => name === "tried") ? "" : "tr-end-other"}`;
+      return element("p", { class: looks }, sign(kind, 14), head, element("span", {}, text));
+    });
+    notes.replaceChildren(...before);
+    ends.replaceChildren(...after, ...told.map((text) => element("p", { class: "tr-note" }, text)));
   }
 
   function drawKeys() {
@@ -230,20 +391,21 @@ export async function render({ model, el }) {
       ...shown()
         .reverse()
         .map(([name, kind, data]) => element("span", {}, sample(kind), label(name, data))),
-      ...(shown().some(([, , data]) => touched(data)) ? [element("span", {}, "⊗ contact")] : []),
+      ...(get("seeds") ? [element("span", {}, sample("tr-seed"), "its other seeds; the band holds all of them")] : []),
     );
   }
 
   /** What the top view shows: all of the paths, and as much of the runs as leaves the paths large. */
   function bounds(course) {
-    const all = course.paths.map((p) => [p.x, p.y]),
+    const all = [...course.paths.map((p) => [p.x, p.y]), ...(course.obstacles ?? [])],
       spans = [];
     for (const k of [0, 1]) {
       const fixed = finite([...all.flatMap((p) => p[k]), ...course.starts.map((s) => s[k])]);
       let low = Math.min(...fixed),
         high = Math.max(...fixed);
       const room = 0.3 * Math.max(0.5, high - low);
-      const moved = finite(shown().flatMap(([, , data]) => points(data).flatMap((p) => p[k])));
+      const runs = [...shown().map(([, , data]) => data), ...(get("seeds")?.rows ?? [])];
+      const moved = finite(runs.flatMap((data) => points(data).flatMap((p) => p[k])));
       low = Math.min(low, Math.max(low - room, Math.min(...moved, low)));
       high = Math.max(high, Math.min(high + room, Math.max(...moved, high)));
       spans.push([low, high]);
@@ -251,15 +413,16 @@ export async function render({ model, el }) {
     return spans;
   }
 
-  function drawAbove() {
+  /** The picture of the plane: paths to follow and starts, and between them what `fill` draws. */
+  function plane(svg, tallest, fill) {
     const course = get("course");
-    const width = Math.max(240, above.clientWidth || root.clientWidth),
+    const width = Math.max(240, svg.clientWidth || root.clientWidth),
       box = { left: 52, right: width - 10, top: 26, bottom: 0 };
     const [[x0, x1], [y0, y1]] = bounds(course);
     const pad = 0.06 * Math.max(x1 - x0, y1 - y0, 0.2),
       wide = x1 - x0 + 2 * pad,
       high = y1 - y0 + 2 * pad;
-    const tall = Math.min(420, Math.max(200, ((box.right - box.left) * high) / wide));
+    const tall = Math.min(tallest, Math.max(200, ((box.right - box.left) * high) / wide));
     box.bottom = box.top + tall;
     // Equal axes: the same pixels a metre in both directions, the rest is left over round the middle.
     const unit = Math.min((box.right - box.left) / wide, tall / high);
@@ -269,8 +432,7 @@ export async function render({ model, el }) {
     const y = scale(middle[1] - half[1], middle[1] + half[1], box.bottom, box.top);
     const height = box.bottom + 44,
       id = `tr-${Math.random().toString(36).slice(2)}`;
-    put(above, { viewBox: `0 0 ${width} ${height}`, height });
-    state.height = root.clientWidth > 1.5 * width ? Math.max(280, height - 50) : 280; // beside the other picture as high
+    put(svg, { viewBox: `0 0 ${width} ${height}`, height });
     const clip = shape(
       "clipPath",
       { id },
@@ -279,33 +441,9 @@ export async function render({ model, el }) {
     const drawn = shape("g", { "clip-path": `url(#${id})` });
     for (const path of course.paths)
       drawn.append(shape("path", { d: line(path.x.map(x), path.y.map(y)), class: "tr-reference" }));
-    for (const [name, kind, data] of shown()) {
-      for (const [xs, ys] of points(data))
-        drawn.append(
-          shape("path", {
-            d: line(
-              xs.map((v) => (v === null ? NaN : x(v))),
-              ys.map((v) => (v === null ? NaN : y(v))),
-            ),
-            class: kind,
-            "data-run": name,
-          }),
-        );
-    }
-    for (const [, , data] of shown()) {
-      for (const [at, cx, cy, who] of data.contacts ?? [])
-        drawn.append(
-          shape(
-            "path",
-            {
-              d: "M-7 0A7 7 0 1 0 7 0A7 7 0 1 0 -7 0M-5 -5L5 5M-5 5L5 -5",
-              class: "tr-contact",
-              transform: `translate(${x(cx)} ${y(cy)})`,
-            },
-            shape("title", {}, `contact at ${said(at, 2)} s: ${who}`),
-          ),
-        );
-    }
+    for (const [xs, ys] of course.obstacles ?? [])
+      drawn.append(shape("path", { d: line(xs.map(x), ys.map(y)), class: "tr-obstacle" }));
+    fill(drawn, x, y);
     for (const [sx, sy, heading] of course.starts) {
       drawn.append(
         shape("path", {
@@ -315,7 +453,46 @@ export async function render({ model, el }) {
         }),
       );
     }
-    above.replaceChildren(clip, axes(box, x, y, ["x [m]", "y [m]"]), drawn);
+    svg.replaceChildren(clip, axes(box, x, y, ["x [m]", "y [m]"]), drawn);
+    return { x, y, drawn, width, height };
+  }
+
+  /** Where something touched: a cross, with who in words. */
+  function markContacts(drawn, x, y, rows) {
+    for (const { contacts, seed: of } of rows)
+      for (const [at, cx, cy, who] of contacts ?? [])
+        drawn.append(
+          shape(
+            "path",
+            {
+              d: "M-5 -5L5 5M-5 5L5 -5",
+              class: "tr-contact",
+              transform: `translate(${x(cx)} ${y(cy)})`,
+            },
+            shape("title", {}, `contact at ${said(at, 2)} s: ${who}${of === undefined ? "" : `, seed ${of}`}`),
+          ),
+        );
+  }
+
+  function drawAbove() {
+    const course = get("course");
+    const { x, y, drawn, width, height } = plane(above, 420, (into, across, up) => {
+      into.append(bundle(get("seeds"), across, up));
+      for (const [name, kind, data] of shown()) {
+        for (const [xs, ys] of points(data))
+          into.append(
+            shape("path", {
+              d: line(
+                xs.map((v) => (v === null ? NaN : across(v))),
+                ys.map((v) => (v === null ? NaN : up(v))),
+              ),
+              class: kind,
+              "data-run": name,
+            }),
+          );
+      }
+    });
+    state.height = root.clientWidth > 1.5 * width ? Math.max(280, height - 50) : 280; // beside the other picture as high
     put(above, {
       "aria-label": `Top view of ${course.title}: the reference, the start and the path of ${shown()
         .map(([n, , d]) => label(n, d))
@@ -325,12 +502,28 @@ export async function render({ model, el }) {
     state.above = { x, y, drawn };
   }
 
+  /** All seeds of a run that is played: a colour for each robot, the seed that is played strong, contacts marked. */
+  function drawEvery() {
+    const seeds = get("seeds");
+    every.hidden = seeds === null;
+    if (seeds === null) return;
+    plane(all, 460, (drawn, x, y) => {
+      drawn.append(bundle(seeds, x, y, color));
+      markContacts(drawn, x, y, seeds.rows);
+    });
+    const names = get("course")
+      .starts.map((_, k) => `robot ${k + 1}`)
+      .join(", ");
+    put(all, { "aria-label": `Top view of the paths of ${names} in ${seeds.count} seeds; contacts are marked` });
+  }
+
   function drawError() {
     const course = get("course"),
       runs = shown();
     const width = Math.max(240, error.clientWidth || root.clientWidth),
       box = { left: 58, right: width - 10, top: 26, bottom: state.height - 44 };
-    const values = finite(runs.flatMap(([, , data]) => (data.cross_track ?? []).flat()));
+    const rows = [...runs.map(([, , data]) => data), ...(get("seeds")?.rows ?? [])];
+    const values = finite(rows.flatMap((data) => (data.cross_track ?? []).flat()));
     let low = Math.min(-0.005, ...values),
       high = Math.max(0.005, ...values);
     const margin = 0.06 * (high - low);
@@ -339,6 +532,7 @@ export async function render({ model, el }) {
       y = scale(low, high, box.bottom, box.top);
     put(error, { viewBox: `0 0 ${width} ${state.height}`, height: state.height });
     const drawn = shape("g", {}, shape("line", { x1: box.left, x2: box.right, y1: y(0), y2: y(0), class: "tr-zero" }));
+    drawn.append(band(get("seeds"), x, y));
     for (const [name, kind, data] of runs) {
       for (const row of data.cross_track ?? [])
         drawn.append(
@@ -394,40 +588,77 @@ export async function render({ model, el }) {
   function drawTable() {
     const course = get("course"),
       runs = shown().reverse(),
-      several = course.starts.length > 1;
+      several = course.starts.length > 1,
+      seeds = get("seeds");
+    const of = several ? "mean of the robots; of contacts and clearances the worst" : "";
     const head = element(
       "tr",
       {},
-      element("th", { scope: "col" }, several ? "mean of the robots; of contacts and clearances the worst" : ""),
+      element("th", { scope: "col" }, seeds ? `median of ${seeds.count} seeds, and the worst${of && `; ${of}`}` : of),
       ...runs.map(([name, , data]) =>
-        element("th", { scope: "col" }, label(name, data) + (touched(data) ? " ✕ contact" : "")),
+        element("th", { scope: "col" }, label(name, data) + (!seeds && touched(data) ? " ✕ contact" : "")),
       ),
     );
-    const rows = course.metrics.map((metric) => {
-      const values = runs.map(([, , data]) => data.metrics[metric.name]);
-      // A run with a contact is never the best.
-      const size = (value, n) =>
-        typeof value === "number" && !touched(runs[n][2]) ? (metric.larger ? -value : value) : Infinity;
-      const best = Math.min(...values.map(size));
-      // Not by colour alone: the best is bold, and equal ones are all best.
-      return element(
-        "tr",
-        {},
-        element("th", { scope: "row" }, metric.unit === "1" ? metric.title : `${metric.title} [${metric.unit}]`),
-        ...values.map((value, n) =>
-          element(
-            "td",
-            runs.length > 1 && Number.isFinite(best) && size(value, n) === best ? { class: "tr-best" } : {},
-            figure(value),
-          ),
-        ),
-      );
-    });
+    const rows = seeds ? seedRows(course, runs, seeds.runs) : course.metrics.map((metric) => runRow(metric, runs));
     table.replaceChildren(
       element("caption", { hidden: true }, "Metrics"),
       element("thead", {}, head),
       element("tbody", {}, ...rows),
     );
+  }
+
+  const titled = (metric) =>
+    element("th", { scope: "row" }, metric.unit === "1" ? metric.title : `${metric.title} [${metric.unit}]`);
+
+  /** Not by colour alone: the best is bold, and equal ones are all best. What touched is never the best. */
+  function bestOf(metric, values, counts) {
+    const size = values.map((value, n) =>
+      typeof value === "number" && counts[n] ? (metric.larger ? -value : value) : Infinity,
+    );
+    const best = Math.min(...size);
+    return size.map((each) => values.length > 1 && Number.isFinite(best) && each === best);
+  }
+
+  function runRow(metric, runs) {
+    const values = runs.map(([, , data]) => data.metrics[metric.name]);
+    const best = bestOf(
+      metric,
+      values,
+      runs.map(([, , data]) => !touched(data)),
+    );
+    const cell = (value, n) => element("td", best[n] ? { class: "tr-best" } : {}, figure(value));
+    return element("tr", {}, titled(metric), ...values.map(cell));
+  }
+
+  /** The lines of several seeds: how many runs ended early, then each metric's median above its worst. */
+  function seedRows(course, runs, known) {
+    const summaries = runs.map(([name]) => known[name] ?? null);
+    const counted = Object.keys(COUNTED).filter((state) => summaries.some((each) => each?.[state]));
+    const counts = counted.map((state) =>
+      element(
+        "tr",
+        { class: "tr-counts" },
+        element("th", { scope: "row" }, COUNTED[state]),
+        ...summaries.map((each) => element("td", {}, each ? `${each[state]} of ${each.runs}` : "…")),
+      ),
+    );
+    const rows = course.metrics
+      .filter((metric) => metric.name !== "contacts")
+      .map((metric) => {
+        const middle = summaries.map((each) => each?.median[metric.name] ?? null);
+        const best = bestOf(
+          metric,
+          middle,
+          summaries.map((each) => each !== null && !each.contact),
+        );
+        const cell = (each, n) => {
+          if (each === null) return element("td", {}, "…");
+          const worst = element("span", { class: "tr-worst" }, figure(each.worst[metric.name]));
+          return element("td", best[n] ? { class: "tr-best" } : {}, figure(middle[n]), worst);
+        };
+        return element("tr", {}, titled(metric), ...summaries.map(cell));
+      });
+    return [...counts, ...rows];
   }
 
   function play() {
@@ -467,13 +698,18 @@ export async function render({ model, el }) {
       played = Boolean(course?.played);
     single.hidden = course === null || played;
     stage.hidden = !played;
-    table.hidden = course === null;
-    if (course === null) return;
+    table.hidden = course === null || shown().length === 0;
+    if (course === null) {
+      every.hidden = true;
+      return;
+    }
     drawTable();
     if (played) {
       play();
+      drawEvery();
       return;
     }
+    every.hidden = true;
     state.stop?.();
     Object.assign(state, { stop: null, played: null, given: null });
     stage.replaceChildren();
@@ -513,15 +749,30 @@ export async function render({ model, el }) {
     if (doing !== null) state.ticking = setInterval(tick, 250);
   };
   sayBusy();
+  const drawSeeds = () =>
+    strip.update(get("seeds"), get("round"), get("course") === null ? 1 : (get("trial").count ?? 1));
+  const drawEditor = () => {
+    editor.update(get("editor"));
+    drawKept();
+  };
+  drawSeeds();
+  drawEditor();
   // The word alone changes with it: the pictures are not drawn anew for it.
-  const ends = [watch(model, NAMES, soon), watch(model, ["busy"], sayBusy), whenSized(root, soon)];
+  const watches = [
+    watch(model, NAMES, soon),
+    watch(model, ["busy"], sayBusy),
+    watch(model, ["seeds", "round", "trial", "course"], drawSeeds),
+    watch(model, ["editor"], drawEditor),
+    whenSized(root, soon),
+  ];
   // Nothing is run for a panel that nobody sees.
   const watching = new IntersectionObserver((entries) => model.send({ do: "see", on: entries.at(-1).isIntersecting }));
   watching.observe(root);
   draw();
   return () => {
     cancelAnimationFrame(request);
-    for (const end of ends) end();
+    for (const end of watches) end();
+    editor.end();
     watching.disconnect();
     clearInterval(state.ticking);
     state.stop?.();

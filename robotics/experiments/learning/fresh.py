@@ -5,16 +5,30 @@ The literal set has nothing random in it: its errors are exact numbers, and ther
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from fuzzy.fitting.identification import identify
 from fuzzy.system import Sugeno
-from robotics.experiments.learning.formationdata import Recipe, Table, formation_data
+from robotics.experiments.learning.formationdata import Recipe, formation_data
 from robotics.experiments.learning.formationlearning import Learnt
 
 FRESH = 20  # sets
+
+
+class Columns(Protocol):
+    """A table with the names of its columns."""
+
+    @property
+    def names(self) -> Sequence[str]:
+        """The columns' names."""
+        ...
+
+    @property
+    def values(self) -> np.ndarray:
+        """The numbers (rows, columns)."""
+        ...
 
 
 class FreshErrors(NamedTuple):
@@ -47,7 +61,7 @@ def fresh_errors(networks: Sequence[Learnt], recipe: Recipe, sets: int = FRESH) 
     return {output: FreshErrors(*np.transpose(rows)) for output, rows in errors.items()}
 
 
-def columns_of(fis: Sugeno, table: Table) -> tuple[np.ndarray, np.ndarray]:
+def columns_of(fis: Sugeno, table: Columns) -> tuple[np.ndarray, np.ndarray]:
     """The inputs (samples, inputs) and the output (samples,) of ``fis``, of one output, in ``table``, by name."""
     inputs = [table.names.index(v.name) for v in fis.inputs]
     return table.values[:, inputs], table.values[:, table.names.index(fis.outputs[0].name)]

@@ -46,7 +46,7 @@ class ScenarioRecipe:
 
     teacher: str = "leader-follower"  # a controller's name, with gains if wanted
     inputs: tuple[str, ...] = ()  # the quantities that each robot's networks shall know; none: those of the teacher
-    samples: int = 4000  # rows
+    samples: int = 2000  # rows
     runs: int = 2  # from the scenario's own starts, with a seed each
     places: int = 24  # times of the timing, evenly spread, from which displaced robots start
     starts: int = 8  # displaced starts from each
@@ -126,8 +126,9 @@ def scenario_data(scenario: Scenario, recipe: ScenarioRecipe, advance: Callable[
         rows = _rows(scenario.setting, law, recipe.seeds)
         step()
         parts.append(_drawn(rows, recipe.samples - displaced, rng))
-    if displaced:
-        parts.append(_drawn(_displaced_rows(scenario.setting, law, recipe, rng, step), displaced, rng))
+    if displaced:  # more of them, where the runs are short
+        more = recipe.samples - sum(map(len, parts))
+        parts.append(_drawn(_displaced_rows(scenario.setting, law, recipe, rng, step), more, rng))
     values = np.round(np.concatenate(parts), 6) + 0.0  # + 0.0: no -0
     if not len(values):
         raise FormationDataError(f"{scenario.name}: no row is left: nothing is known of what the networks shall know")

@@ -26,6 +26,7 @@ from robotics.laws.foreign import begun
 from robotics.laws.specification import Specification
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import scenario_from_table
+from robotics.scenario.robots import robot_files, robot_tables
 
 if TYPE_CHECKING:
     from robotics.laws.law import Law
@@ -73,6 +74,7 @@ class Sweep:
     table: dict[str, Any] = field(repr=False)  # its TOML table, which the axes change
     controllers: tuple[str, ...]  # specifications, such as "fuzzy" or "csm:k=0.3"
     axes: tuple[Axis, ...] = ()
+    metrics: tuple[str, ...] = ()  # of the user's own: specifications, such as "mymetric.py:comfort"
     seeds: int = 1  # number of seeds
     first_seed: int = 0
     method: Method = "grid"
@@ -82,7 +84,8 @@ class Sweep:
     name: str = field(default="sweep", compare=False)
     file: str = field(default="<text>", compare=False)
     line: int = field(default=1, compare=False)  # where the file names its controllers
-    folder: str = field(default="", compare=False)  # in which the controllers' files are looked for first
+    folder: Path = field(default=Path(), compare=False)  # in which the controllers' files are looked for first
+    home: Path = field(default=Path(), compare=False)  # of the scenario's file: where its robots' files are
 
 
 @dataclass(frozen=True)
@@ -162,12 +165,12 @@ def unit_design(sweep: Sweep) -> np.ndarray:
 
 def scenario_at(sweep: Sweep, values: Sequence[Any]) -> Scenario:
     """The scenario at a point's ``values``. Raises an InputError, with ``keys`` if it is about a key of the table."""
-    table = copy.deepcopy(sweep.table)
+    table = robot_tables(copy.deepcopy(sweep.table))
     for axis, value in zip(sweep.axes, values, strict=True):
         if axis.target == "scenario":
             keys = axis.name.split(".")
             _assign(table, keys, value, axis.name)
-    return scenario_from_table(table, sweep.scenario)
+    return scenario_from_table(table, sweep.scenario, sweep.home)
 
 
 def _assign(node: Any, keys: Sequence[str], value: Any, name: str) -> None:
@@ -204,6 +207,11 @@ def controller_at(sweep: Sweep, controller: str, values: Sequence[Any]) -> str:
     ]
     here = located(controller, sweep.folder)
     return str(Specification.of(here).with_gains(gains)) if gains else here
+
+
+def metrics_at(sweep: Sweep) -> list[str]:
+    """The specifications of a sweep's own metrics, with their files as seen from the current folder."""
+    return [located(name, sweep.folder) for name in sweep.metrics]
 
 
 def described(sweep: Sweep, point: int, values: Sequence[Any]) -> str:
@@ -275,6 +283,7 @@ def identity(plan: SweepPlan) -> dict[str, Any]:
         "sweep": {
             "scenario": sweep.scenario,
             "controllers": list(sweep.controllers),
+            "metrics": list(sweep.metrics),
             "seeds": sweep.seeds,
             "first_seed": sweep.first_seed,
             "method": sweep.method,
@@ -306,14 +315,18 @@ def digest(value: Any) -> str:
 
 
 def _files(sweep: Sweep) -> Iterator[tuple[str, Path]]:
-    """The files of laws, and the .fis files or folders of them that gains name; by name, from the sweep's folder."""
-    found: dict[str, Path] = {}
+    """The files of robots, laws and metrics, and of rule bases that gains name; by name, from the sweep's folder."""
+    found = dict(robot_files(sweep.table, sweep.home))
+    robots = {v for a in sweep.axes if a.name.split(".")[-1] in ("robot", "model") for v in a.levels}
+    found |= robot_files({"robots": [{"robot": name} for name in robots]}, sweep.home)
     for controller in sweep.controllers:
         found |= files_of(located(controller, sweep.folder))
     for axis in sweep.axes:
         for level in axis.levels:
             if axis.target == "controller" and isinstance(level, str):
                 found |= fis_files_named(level)
+    named = [file for name in metrics_at(sweep) if (file := Specification.of(name).file)]
+    found |= {file: Path(file) for file in named}
     for text, path in found.items():
         inside = sweep.folder and path.is_relative_to(sweep.folder)
         yield (path.relative_to(sweep.folder).as_posix() if inside else text), path

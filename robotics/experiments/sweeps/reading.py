@@ -2,8 +2,8 @@
 
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass, fields
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, replace
 from importlib import resources
 from math import inf
 from pathlib import Path
@@ -13,8 +13,9 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.experiments.sweeps.plan import KEYS, METHODS, MOST_POINTS, Axis, Method, Sweep, SweepError
+from robotics.experiments.sweeps.plan import KEYS, METHODS, MOST_POINTS, Axis, Method, Sweep, SweepError, metrics_at
 from robotics.laws.catalogue import located, make_controller
+from robotics.measures.registry import own_metrics
 from robotics.quantity import described, is_number, quantity, whole
 from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.scenario.renamed import current_name
@@ -31,6 +32,11 @@ class SweepFile:
     )
     controllers: tuple[str, ...] = described(
         "The controllers, each a name or name:gain=value,...; left out: the scenario's own.", (), example=["lyapunov"]
+    )
+    metrics: tuple[str, ...] = described(
+        "Metrics of your own besides: functions in Python files, relative to this file.",
+        (),
+        example=["mymetric.py:comfort"],
     )
     seeds: int = whole(1, least=1, doc="How many seeds each point and controller runs with.")
     first_seed: int = whole(0, least=0, doc="The first of the seeds.")
@@ -107,7 +113,7 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
             raise source.refuse(f"{key} belongs to method = 'random' or 'latin-hypercube'; {hint}", key)
     if method != "grid" and "samples" not in table:
         raise source.refuse(f"method = {method!r} needs samples = N, the number of points", "method")
-    scenario, content, default = _scenario(source, table, folder)
+    scenario, content, default, home = _scenario(source, table, folder)
     axes = (
         *_axes(source, table, "scenario_fields", method),
         *_axes(source, table, "controller_parameters", method),
@@ -120,6 +126,7 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
         table=content,
         controllers=_controllers(source, table, default, folder),
         axes=axes,
+        metrics=_metrics(source, table, folder, content.get("kind", "tracking")),
         seeds=source.whole(table, "seeds", 1, 1),
         first_seed=source.whole(table, "first_seed", 0, 0),
         method=method,
@@ -129,8 +136,23 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
         name=name,
         file=file,
         line=source.line("controllers"),
-        folder=str(folder or ""),
+        folder=folder or Path(),
+        home=home,
     )
+
+
+def with_own(sweep: Sweep, laws: Sequence[str], metrics: Sequence[str]) -> Sweep:
+    """A sweep with more controllers and more metrics, by their specifications, seen from the current folder.
+
+    Raises SweepError for one that is there already, ControllerError and MetricError for one that cannot be used.
+    """
+    for name in laws:
+        if name in sweep.controllers or laws.count(name) > 1:
+            raise SweepError(f"the controller {name!r} is given twice")
+        make_controller(name)
+    sweep = replace(sweep, controllers=(*sweep.controllers, *laws), metrics=(*sweep.metrics, *metrics))
+    own_metrics(metrics_at(sweep), sweep.table.get("kind", "tracking"))
+    return sweep
 
 
 @dataclass(frozen=True)
@@ -167,8 +189,8 @@ class _Source:
         return value
 
 
-def _scenario(source: _Source, table: dict[str, Any], folder: Path | None) -> tuple[str, dict[str, Any], str]:
-    """The scenario's name, its TOML table, and the controller that it names itself, if any."""
+def _scenario(source: _Source, table: dict[str, Any], folder: Path | None) -> tuple[str, dict[str, Any], str, Path]:
+    """The scenario's name, its TOML table, the controller that it names itself, if any, and its folder."""
     name = table.get("scenario")
     if not isinstance(name, str) or not name:
         raise source.refuse(f"scenario must be a scenario's name or a .toml file's path; got {name!r}", "scenario")
@@ -176,13 +198,13 @@ def _scenario(source: _Source, table: dict[str, Any], folder: Path | None) -> tu
         name = current_name(name)
         if name in scenario_names():
             text = (resources.files("robotics") / "scenarios" / f"{name}.toml").read_text(encoding="utf-8")
-            return name, tomllib.loads(text), load_scenario(name).controller
+            return name, tomllib.loads(text), load_scenario(name).controller, Path()
         path = (folder or Path()) / name if name.endswith(".toml") else Path(name)
         base = load_scenario(path)
         content = tomllib.loads(path.read_text(encoding="utf-8"))
         if base.controller:
             content["controller"] = base.controller  # with its files as seen from here
-        return base.name, content, base.controller
+        return base.name, content, base.controller, path.parent
     except InputError as error:
         raise source.refuse(f"scenario: {error}", "scenario") from None
 
@@ -200,6 +222,17 @@ def _controllers(source: _Source, table: dict[str, Any], default: str, folder: P
             make_controller(located(controller, folder or Path()))
         except InputError as error:
             raise source.refuse(str(error), "controllers") from None
+    return tuple(listed)
+
+
+def _metrics(source: _Source, table: dict[str, Any], folder: Path | None, kind: str) -> tuple[str, ...]:
+    listed = table.get("metrics", [])
+    if not (isinstance(listed, list) and all(isinstance(name, str) for name in listed)):
+        raise source.refuse(f'metrics must be a list, such as ["mymetric.py:comfort"]; got {listed!r}', "metrics")
+    try:
+        own_metrics([located(name, folder or Path()) for name in listed], kind)
+    except InputError as error:
+        raise source.refuse(f"metrics: {error}", "metrics") from None
     return tuple(listed)
 
 

@@ -30,12 +30,13 @@ from robotics.experiments.sweeps.plan import (
     described,
     digest,
     identity,
+    metrics_at,
     scenario_at,
     touchable,
     versions,
 )
 from robotics.laws.catalogue import make_controller
-from robotics.measures.registry import measure_all
+from robotics.measures.registry import measure_all, own_metrics
 from robotics.simulation.loop import simulate
 
 if TYPE_CHECKING:
@@ -102,7 +103,8 @@ def _run_pass(sweep: Sweep, part: Pass) -> "pa.Table":
         "robot": np.tile(np.arange(1, robots + 1), runs),
     }
     columns |= {a.name: _column(v, runs * robots) for a, v in zip(sweep.axes, part.values, strict=True)}
-    values = measure_all(run)
+    own = own_metrics(metrics_at(sweep), scenario.kind)
+    values = dict.fromkeys(own, np.full((runs, robots), np.nan)) | measure_all(run, own)
     # Whether there are contacts may differ from point to point, the columns may not.
     touched = values.pop("contacts", np.zeros((runs, robots)))
     clearance = values.pop("min_clearance_m", np.full((runs, robots), np.inf))

@@ -130,6 +130,12 @@ class CrashAvoidance(Law[Any]):
                     f"{setting.name}: {', '.join(told(what, pair) for pair in pairs)}, no farther than "
                     f"d_min = {self.d_min:g} m: {then}; move them farther apart, or set d_min below {nearest:.2f} m"
                 )
+        touching = float(max(np.hypot(robot.length, robot.width) for robot in setting.robots))
+        if touching > self.d_min:
+            found.append(
+                f"{setting.name}: robots as large as these may touch with centers {touching:.2f} m apart, and they "
+                f"avoid each other from d_min = {self.d_min:g} m on: make d_min greater"
+            )
         return tuple(found)
 
     def init(self, setting: Setting, runs: int) -> Any:

@@ -56,7 +56,7 @@ from robotics.laws.avoidance.obstacle_modes import (
     nothing_watched,
     stand_still,
 )
-from robotics.laws.avoidance.priority import CONE, WHEREABOUTS, Others, blocked, others, whereabouts
+from robotics.laws.avoidance.priority import CONE, STATED_FOR, WHEREABOUTS, Others, blocked, others, whereabouts, wider
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
@@ -66,6 +66,7 @@ from robotics.paths.posture import wrapped
 from robotics.quantity import check_quantities, quantity
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR
 
+TOO_LARGE = 1.5  # 1: times the robot for which the distances are stated
 ABEAM = 1.45  # rad from the heading: a robot beyond that comes no nearer by driving on
 SIDE_MARGIN = 0.06  # m: a robot turns away from another at its side that is nearer than ``near`` and this
 TURN_AWAY = 0.8  # rad/s, from that one
@@ -73,8 +74,8 @@ PASSING_CONE = 1.3  # rad from the heading: a robot that avoids is let pass wher
 LONGEST_WAIT = 6.0  # s: a robot lets others pass for no longer
 LITERAL_RISE = 2.0  # m/s: a reading grows no faster
 COMMITTED_RISE = np.array([1.0, 1.0, 0.6, 0.6])  # m/s, in the order of SONAR; the side ones lose echoes at corners
-ROBOT_RADIUS = 0.16  # m: of the robots whose echoes are left out
-IN_THE_WAY = 0.6  # m: robots that are known to be farther away are not avoided as obstacles
+ROBOT_RADIUS = 0.16  # m: of robots as large as the EtsRo, whose echoes are left out
+IN_THE_WAY = 0.6  # m: likewise; robots that are known to be farther away are not avoided as obstacles
 LEAVING_ROOM = 0.4  # m: with more ahead, a robot drives away from a thing that is too near
 LEAVING_SPEED = 0.5  # m/s: no faster than this
 CATCH_UP_SPEED = 0.6  # m/s: a robot that catches up drives no faster among obstacles it does not know
@@ -150,6 +151,7 @@ class _Memory(NamedTuple):
     waits: np.ndarray  # (runs, robots) s for which it has let another robot pass
     watch: np.ndarray  # (WATCH, runs, robots) of robotics.laws.avoidance.obstacle_modes
     mounting: Mounting
+    wider: float  # m: what the robots' size adds to the distances between them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,7 +163,7 @@ class ObstacleAvoidance(Law[_Memory]):
     theta: float = quantity(1.0, "1", least=0, most=2)  # what Θ(ro) is multiplied by
     reach: float = quantity(0.5, "m", above=0)  # "committed": how far ahead the target is held while avoiding
     patience: float = quantity(15.0, "s", above=0)  # the group waits no longer for a robot without progress
-    near: float = quantity(0.34, "m", above=0)  # "committed": at rest, another robot ahead and nearer stops it
+    near: float = quantity(0.34, "m", above=0)  # "committed": at rest, another ahead and nearer (by centers) stops it
     d_pass: float = quantity(0.75, "m", least=0, most=5)  # a robot that avoids is let pass where it is nearer
     push: float = quantity(0.6, "rad", least=0, most=3)  # "literal": the turn away from a side reading
     push_range: float = quantity(0.35, "m", least=0)  # "literal": a side reading below this turns the robot
@@ -201,6 +203,19 @@ class ObstacleAvoidance(Law[_Memory]):
         """The modes of its variant, thesis Fig 6.26; and whether the group waits for the robot."""
         return (COMMITTED_DIAGRAM if self.variant == "committed" else LITERAL_DIAGRAM, GROUP_DIAGRAM)
 
+    def misgivings(self, setting: Setting) -> tuple[str, ...]:
+        """Say which robots are so large that its distances to obstacles do not suit them."""
+        across = [float(np.hypot(robot.length, robot.width)) for robot in setting.robots]
+        large = [i for i, diameter in enumerate(across, start=1) if diameter > TOO_LARGE * STATED_FOR]
+        if not large:
+            return ()
+        who = f"robot{'s' * (len(large) > 1)} {', '.join(map(str, large))} {'are' if len(large) > 1 else 'is'}"
+        return (
+            f"{setting.name}: this law's distances to obstacles are those of a robot that turns in a circle of "
+            f"{STATED_FOR:.2f} m; {who} up to {max(across):.2f} m across and may touch what is to be avoided. "
+            "fuzzy-team goes by the robots' own sizes",
+        )
+
     def init(self, setting: Setting, runs: int) -> _Memory:
         """Let all robots track. Raises ControllerError where the graph is not connected."""
         shape = (runs, len(setting.robots))
@@ -208,7 +223,7 @@ class ObstacleAvoidance(Law[_Memory]):
         nothing = np.full((*shape, len(self.needs)), np.inf)
         below = self.cooperation.init(setting, runs)
         mounting = Mounting.of([[carried[name] for name in self.needs] for carried in setting.sensors])
-        return _Memory(below, state, nothing, np.zeros(shape), nothing_watched(*shape), mounting)
+        return _Memory(below, state, nothing, np.zeros(shape), nothing_watched(*shape), mounting, wider(setting.robots))
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Look, choose a mode, steer."""
@@ -217,7 +232,7 @@ class ObstacleAvoidance(Law[_Memory]):
         if seen.ranges is not None:
             fresh = seen.ranges.of(self.needs)
             if self.variant == "committed" and them is not None:
-                fresh = _without_robots(seen, them, fresh, memory.mounting)
+                fresh = _without_robots(seen, them, fresh, memory)
             rise = LITERAL_RISE if self.variant == "literal" else COMMITTED_RISE
             memory = memory._replace(ranges=np.minimum(fresh, memory.ranges + rise * dt))
         if self.variant == "literal":
@@ -303,7 +318,7 @@ class ObstacleAvoidance(Law[_Memory]):
         waits = np.where(passing, memory.waits + dt, 0.0)
         stands = passing & (waits <= LONGEST_WAIT)
         state[STALLED] -= np.where(stands & avoids, dt, 0.0)  # a robot that lets another pass is not stuck
-        stops, aside = self._stops(seen, them)
+        stops, aside = self._stops(seen, them, memory.wider)
         stops |= stands
         v = np.where(stops | (aside != 0), 0.0, v)
         w = np.where(stands | (stops & (mode == TRACK)), 0.0, np.where(aside != 0, TURN_AWAY * aside, w))
@@ -352,17 +367,18 @@ class ObstacleAvoidance(Law[_Memory]):
         passing = seen.heard.hears & (seen.heard["avoids"] > 0.5) & (them.distance < self.d_pass)
         return np.asarray((passing & first & (np.abs(them.bearing) < PASSING_CONE)).any(axis=-1))
 
-    def _stops(self, seen: Observation, them: Others | None) -> tuple[np.ndarray, np.ndarray]:
+    def _stops(self, seen: Observation, them: Others | None, wider: float) -> tuple[np.ndarray, np.ndarray]:
         """Whether each robot stops for another ahead, and which way it turns from one at its side; both (runs, robots).
 
         The way is 1 to the left, -1 to the right, and 0 where no other is too near at its side.
         """
         if them is None:
             return np.zeros(seen.x.shape, dtype=bool), np.zeros(seen.x.shape)
-        stops = blocked(seen, them, self.near)
+        near = self.near + wider
+        stops = blocked(seen, them, near)
         bearing = np.abs(them.bearing)
         side = (bearing >= CONE) & (bearing < ABEAM) & seen.heard.hears
-        side &= them.distance < (self.near + SIDE_MARGIN + 0.2 * np.abs(seen.v))[:, :, None]
+        side &= them.distance < (near + SIDE_MARGIN + 0.2 * np.abs(seen.v))[:, :, None]
         aside = -np.sign(np.where(side, np.sign(them.bearing), 0.0).sum(axis=-1))
         return stops, np.where(stops, 0.0, aside)
 
@@ -380,12 +396,12 @@ def stalled(best: np.ndarray, before: np.ndarray, place: np.ndarray, lost: np.nd
     return np.where(grows, place, best), np.where(grows, 0.0, before + lost)
 
 
-def _without_robots(seen: Observation, them: Others, ranges: np.ndarray, mounting: Mounting) -> np.ndarray:
+def _without_robots(seen: Observation, them: Others, ranges: np.ndarray, memory: _Memory) -> np.ndarray:
     """``ranges`` [m] without the echoes of other robots that are known and not so near as to be in the way.
 
     ``ranges`` and the result are (runs, robots, sensors); an echo that is left out reads infinite.
     """
     ahead, left = in_own_frame(seen, them.dx, them.dy)
-    apart = np.hypot(ahead, left) > IN_THE_WAY
-    mounts = tuple(row.T for row in mounting[:4])
-    return without_echoes(ranges, mounts, ahead, left, apart, radius=ROBOT_RADIUS)
+    apart = np.hypot(ahead, left) > IN_THE_WAY + memory.wider
+    mounts = tuple(row.T for row in memory.mounting[:4])
+    return without_echoes(ranges, mounts, ahead, left, apart, radius=ROBOT_RADIUS + memory.wider / 2)

@@ -1,12 +1,15 @@
 """The rule by which every robot brakes for another that is ahead of it: which of two stops, and which goes on."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from robotics.laws.law import Observation
 from robotics.paths.posture import wrapped
+from robotics.vehicle.robot import Robot
 
+STATED_FOR = float(np.hypot(0.23, 0.20))  # m: turning circle's diameter of the robots for which laws state distances
 CONE = 0.9  # rad to either side of the heading: a robot within is ahead
 BRAKING = 1.0  # m/s²: the deceleration by which the braking distance is reckoned
 MOVES = 0.01  # m/s: a robot that is slower drives towards nobody
@@ -39,6 +42,15 @@ def others(seen: Observation) -> Others:
     dx, dy = x - seen.x[:, :, None], y - seen.y[:, :, None]
     bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
     return Others(dx, dy, heard["v_x"], heard["v_y"], np.hypot(dx, dy), bearing, x, y)
+
+
+def wider(robots: Sequence[Robot]) -> float:
+    """By how much [m] more than a law states the centers of ``robots`` are kept apart; less than 0 for small robots.
+
+    Laws state the distances between centers for robots as large as the EtsRo. The room beyond the turning circles of
+    the largest robots is thus the same for robots of any size.
+    """
+    return float(max(np.hypot(robot.length, robot.width) for robot in robots)) - STATED_FOR
 
 
 def blocked(seen: Observation, them: Others, near: float) -> np.ndarray:

@@ -13,17 +13,19 @@ apart by the clock stay apart in space, whichever is held up. Each robot drives 
 robots may differ by ``margin`` before the plan's clearance is lost.
 
 Against what no plan foresees (a robot off its path, a message too late) each robot brakes by itself: it stops while
-another is ahead of it, within ``near`` and its own braking distance. Where two robots stand in each other's way, the
+another is ahead of it, within ``near`` and its own braking distance. Both distances between centers are stated for
+robots as large as the EtsRo; between others there is the same room. Where two robots stand in each other's way, the
 one with the lower number goes first (:mod:`robotics.laws.avoidance.priority`).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from robotics.laws.avoidance.planned_way import CLOCK_MARGIN, PlannedTiming, planned_timing
-from robotics.laws.avoidance.priority import WHEREABOUTS, blocked, others, whereabouts
+from robotics.laws.avoidance.priority import WHEREABOUTS, blocked, others, whereabouts, wider
 from robotics.laws.avoidance.reservation import CELLS
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
 from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
@@ -32,6 +34,7 @@ from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH_AFTER_OUTAGE, se
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
+from robotics.vehicle.robot import Robot
 
 DIAGRAM = StateDiagram(
     {
@@ -52,17 +55,18 @@ class _Memory(NamedTuple):
     pace: np.ndarray  # 1: of that clock
     place: np.ndarray  # m: abscissa of the nearest point
     plan: PlannedTiming
+    wider: float  # m: what the robots' size adds to the distances
 
 
 @dataclass(frozen=True, kw_only=True)
 class RightOfWay(Law[_Memory]):
     """Right of way: distances of the plan and of the emergency rule, and the tracker."""
 
-    clearance: float = quantity(0.5, "m", above=0.31)  # between centers, in the plan
+    clearance: float = quantity(0.5, "m", above=0.31)  # between centers of robots as large as the EtsRo, in the plan
     margin: float = quantity(CLOCK_MARGIN, "s", least=0, most=60)  # how far two clocks may differ
     slack: float = quantity(0.05, "m", least=0)  # d0: a lag that does not slow the clock
     softness: float = quantity(0.15, "m", above=0)  # d1: a lag of d0 + d1 stops it
-    near: float = quantity(0.34, "m", above=0)  # the emergency rule's distance at rest
+    near: float = quantity(0.34, "m", above=0)  # likewise: the emergency rule's distance at rest
     reach: float = quantity(0.5, "m", above=0)  # the target is no farther ahead of the robot's place
     tracker: Lyapunov = field(default_factory=Lyapunov)
 
@@ -79,8 +83,12 @@ class RightOfWay(Law[_Memory]):
 
     @property
     def kept_distance(self) -> float:
-        """The clearance of its plan [m]."""
+        """The clearance of its plan [m], for robots as large as the EtsRo."""
         return self.clearance
+
+    def kept_between(self, robots: Sequence[Robot]) -> float:
+        """The clearance of its plan [m], with as much room beyond the turning circles whatever the robots' size."""
+        return self.clearance + wider(robots)
 
     @property
     def diagrams(self) -> tuple[StateDiagram, ...]:
@@ -94,11 +102,11 @@ class RightOfWay(Law[_Memory]):
         """
         check_team(setting)
         check_connected(setting)
-        plan = planned_timing(setting, self.clearance, self.margin)
+        plan = planned_timing(setting, self.kept_between(setting.robots), self.margin)
         zero = np.zeros((runs, len(setting.robots)))
         pose = np.broadcast_to(setting.starts, (runs, len(setting.robots), 3))
         place = plan.joined.nearest(pose[..., 0], pose[..., 1], zero, zero + SEARCH_REACH_AFTER_OUTAGE)
-        return _Memory(zero, zero, place, plan)
+        return _Memory(zero, zero, place, plan, wider(setting.robots))
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Run the clock, look up the plan, track it, and brake."""
@@ -120,7 +128,7 @@ class RightOfWay(Law[_Memory]):
         point = paths.at(wanted)
         target = Reference(point.x, point.y, point.heading, speed, speed * point.curvature, wanted)
         wish, _ = self.tracker.control(seen._replace(reference=target), None, dt)
-        stops = blocked(seen, others(seen), self.near)
+        stops = blocked(seen, others(seen), self.near + memory.wider)
         brake = stops | ~found
         refused = np.broadcast_to(~found[:, 0], len(place))
         mode = np.where(stops & found, YIELD, TRACK)

@@ -664,6 +664,9 @@ function mount(model, el, time) {
       hatch(pen, -long / 2, -across / 2, long, across, Math.max(3, long / 5), kind);
       pen.restore();
     }
+    const [radius, half] = data.wheels[i].map((metres) => metres * view.scale * view.grown);
+    pen.fillStyle = theme.ink;
+    for (const side of [-half, half]) pen.fillRect(-radius, side - 0.2 * radius, 2 * radius, 0.4 * radius);
     pen.beginPath();
     for (const [ahead, aside] of [
       [0.44, 0],

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 import fuzzy
-from fuzzy.designer.document import Document, DocumentError, confined
+from fuzzy.designer.document import Document, confined
+from fuzzy.designer.saving import DocumentError
 from tests.fuzzy.designer.design_messages import near, system, unsaved
 
 pytestmark = pytest.mark.filterwarnings("ignore::fuzzy.FisFileWarning")  # hedges, which FIS files lack

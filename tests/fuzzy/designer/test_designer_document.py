@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 import fuzzy
 from fuzzy.designer.design import file_text
-from fuzzy.designer.document import DEPTH, Document, DocumentError
+from fuzzy.designer.document import DEPTH, Document
+from fuzzy.designer.saving import DocumentError
 from fuzzy.designer.views import document_data
 from tests.fuzzy.designer.design_messages import messages, near, peak, system, unsaved
 
@@ -187,7 +188,8 @@ def test_a_file_that_changed_on_disk_is_not_overwritten(file):
 
 SAVE = """
 import sys
-from fuzzy.designer.document import Document, DocumentError
+from fuzzy.designer.document import Document
+from fuzzy.designer.saving import DocumentError
 document = Document(sys.argv[1])
 print("open", flush=True)
 for line in sys.stdin:

@@ -250,7 +250,7 @@ def traits(slower: fuzzy.Sugeno) -> dict[str, Any]:
     trial = TryoutTrial(**place["trial"])
     return {
         "choices": choices(),
-        "files": ["mine.toml", "sub/<b>.toml"],
+        "files": {"scenarios": ["mine.toml", "sub/<b>.toml"], "robots": ["small.toml"], "laws": []},
         "trial": place["trial"] | {"kind": "tracking", "rival": "lyapunov"},
         "course": place["course"],
         "tried": design_data(slower, trial) | {"notes": ["<img src=x onerror=alert(1)>"]},
@@ -332,7 +332,8 @@ def test_a_trial_fits_the_page(bench: ModulePage, traits: dict[str, Any], width:
     bench.render(TRYOUT, traits, width)
     page.wait_for_function("window.model.sent.length > 0")
     assert page.evaluate("document.documentElement.scrollWidth") <= width
-    tops = page.evaluate("[...document.querySelectorAll('svg.tr-plot')].map((s) => s.getBoundingClientRect().top)")
+    plots = "document.querySelectorAll('.tr-views svg.tr-plot')"
+    tops = page.evaluate(f"[...{plots}].map((s) => s.getBoundingClientRect().top)")
     assert (tops[0] == tops[1]) == (width == 1600)  # side by side where there is room
 
 
@@ -349,8 +350,9 @@ def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuz
     }
     bench.render(TRYOUT, traits | played)
     page.get_by_role("button", name="Play").wait_for()
-    assert page.get_by_text("Virtual structure, waiting: it cannot").is_visible()
-    assert not page.locator("svg.tr-plot").first.is_visible()
+    refused = page.locator(".tr-end-refused")
+    assert refused.inner_text().split("\n") == ["Refused: Virtual structure, waiting", "it cannot"]
+    assert not page.locator(".tr-views svg.tr-plot").first.is_visible()
     page.get_by_role("button", name="Play").click()
     page.wait_for_function("[...document.querySelectorAll('input[type=range]')].some((r) => Number(r.value) > 0)")
     # Another design, while it is played: it is played on.
@@ -358,7 +360,7 @@ def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuz
     assert page.get_by_role("button", name="Pause").is_visible()
     assert page.get_by_text("This design: no contact; least clearance ").is_visible()
     bench.give(**{name: traits[name] for name in ("trial", "course", "tried", "rival")})
-    assert page.locator("svg.tr-plot").first.is_visible()
+    assert page.locator(".tr-views svg.tr-plot").first.is_visible()
     assert page.get_by_role("button", name="Play").count() == 0
 
 

@@ -7,7 +7,8 @@ import pytest
 
 import fuzzy
 from fuzzy.designer.design import design_of
-from fuzzy.designer.document import Document, DocumentError, OverwriteError
+from fuzzy.designer.document import Document
+from fuzzy.designer.saving import DocumentError, OverwriteError
 from fuzzy.designer.views import compared_data, design_data
 from tests.fuzzy.designer.design_messages import system
 

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 import fuzzy
 from fuzzy.figures.search import plot_rules_error
+from fuzzy.fitting import search
 from fuzzy.fitting.clustering import ClusteringError, DataWarning, Options
 from fuzzy.fitting.consequents import IdentificationError
 from fuzzy.fitting.identification import identify
@@ -61,8 +62,8 @@ def test_the_error_of_one_output_is_its_rmse(result) -> None:
 
 def test_equal_centers_are_fitted_once(result, monkeypatch) -> None:
     calls = []
-    real = fuzzy.fitting.search.least_squares
-    monkeypatch.setattr(fuzzy.fitting.search, "least_squares", lambda *a: calls.append(a) or real(*a))
+    real = search.least_squares
+    monkeypatch.setattr(search, "least_squares", lambda *a: calls.append(a) or real(*a))
     again = search_clusters(X, Y, 5, limit=15, output_units=["m/s"], output_names=["v"])
     assert len(calls) == again.fitted == result.fitted < 108
     assert np.array([t.error for t in again.trials]) == pytest.approx(

@@ -16,9 +16,13 @@ from robotics.thesis.printed_systems import ThesisTableError, thesis_system
 DATASETS = Path(__file__).parents[3] / "datasets"
 COMPUTED = [
     "formation-literal.csv",
+    "formation-literal.card.md",
     "formation-literal-check.csv",
+    "formation-literal-check.card.md",
     "formation-well-posed.csv",
+    "formation-well-posed.card.md",
     "formation-well-posed-check.csv",
+    "formation-well-posed-check.card.md",
     "thesis/network-1-v_l-as-printed.fis",
     "thesis/network-2-w_l-as-printed.fis",
     "thesis/network-3-v_f.fis",

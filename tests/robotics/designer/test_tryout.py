@@ -15,7 +15,8 @@ from fuzzy.errors import InputError
 from fuzzy.files.fisfile import write_fis
 from fuzzy.membership import Gaussian
 from fuzzy.system import Constant, Linear, Sugeno, Variable
-from robotics.designer.panel import TryoutSession, formation_data, panel
+from robotics.designer.panel import formation_data, panel
+from robotics.designer.session import TryoutSession
 from robotics.designer.tryout import (
     Attempt,
     TryoutTrial,
@@ -189,7 +190,9 @@ def test_what_happens_on_the_way_is_noted(tracking: Sugeno) -> None:
     # Where no rule fires the command is no number: the robot is stopped, and the curves end.
     few = replace(tracking, rules=tracking.rules[:1], no_rule_fires="nan")
     data = design_data(few, TryoutTrial())
-    assert any("robot 1 was stopped at" in note for note in data["notes"])
+    assert [(kind, text.partition(" at ")[0]) for kind, text in data["outcomes"]] == [
+        ("stopped", "robot 1 was stopped")
+    ]
     assert data["x"][0][-1] is None
     assert data["metrics"]["settling_time_s"] == "never"
     json.dumps(data, allow_nan=False)
@@ -242,7 +245,7 @@ def test_a_scenario_of_ones_own_with_ones_own_robot() -> None:
     assert data["metrics"]["contacts"] == 1
     assert data["moment"] == pytest.approx(data["contacts"][0][0])
     assert data["player"]["obstacles"]
-    small = text.replace("[[robots]]", "[robot]\nlength = 0.06\nwidth = 0.06\n[[robots]]", 1)
+    small = text.replace("[[robots]]", '[robot]\nmodel = "etsro"\nlength = 0.06\nwidth = 0.06\n[[robots]]', 1)
     data = design_data(fis, TryoutTrial(scenario="mine.toml", text=small))
     assert data["verdict"].startswith("no contact; least clearance ")
     assert data["metrics"]["min_clearance_m"] == pytest.approx(0.04, abs=0.01)
@@ -403,7 +406,7 @@ def test_wrong_wishes_and_designs_get_sentences(tracking: Sugeno) -> None:
             bench.traits["problem"] = None
             bench.say(message)
             assert bench.traits["problem"]["message"], message
-        assert session.wish == TryoutTrial()
+        assert session.wish == TryoutTrial(folder=str(Path().resolve()))
         # What only reading shows is said once it is read; nothing is shown of another scenario meanwhile.
         for message, says in (
             ({"do": "choose", "name": "scenario", "value": "fuzzy-of-path"}, "did you mean 'fuzzy-off-path'"),
@@ -436,7 +439,7 @@ def test_a_scenario_file_of_the_folder_is_read_again_when_it_changes(tracking: S
 
     async def scene() -> None:
         bench, session = await opened(tracking, tmp_path / "mine.fis")
-        assert bench.traits["files"] == ["mine.toml"]
+        assert bench.traits["files"]["scenarios"] == ["mine.toml"]
         bench.say({"do": "choose", "name": "scenario", "value": "mine.toml"})
         await settle(session)
         assert bench.traits["trial"]["scenario"] == "mine.toml"

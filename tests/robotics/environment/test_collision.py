@@ -1,5 +1,6 @@
 """Contacts and clearances against shapely, by hand at the edges, and unchanged by moving or swapping everything."""
 
+from dataclasses import replace
 from math import cos, pi, sin
 
 import numpy as np
@@ -17,11 +18,11 @@ from robotics.environment.collision import (
     robot_contacts,
 )
 from robotics.environment.world import Disc, Polygon, Wall, World, box, compile_world, compile_worlds, u_shape
-from robotics.vehicle.robot import Robot
+from tests.robotics.vehicle.etsro import ETSRO
 
-LONG = Robot(length=0.5, width=0.1)
-MIXED = [Robot(), LONG, Robot(), Robot(length=0.15, width=0.3)]
-UNIT = [Robot(length=1.0, width=0.5)] * 2  # sides that binary numbers hold
+LONG = replace(ETSRO, length=0.5, width=0.1)
+MIXED = [ETSRO, LONG, ETSRO, replace(ETSRO, length=0.15, width=0.3)]
+UNIT = [replace(ETSRO, length=1.0, width=0.5)] * 2  # sides that binary numbers hold
 
 
 def rectangle(x, y, heading, robot):
@@ -170,7 +171,7 @@ def test_a_robot_and_an_obstacle_by_hand(obstacle, pose, gap):
 
 def test_alone_there_is_nothing_to_touch():
     x, y, heading = at((0.0, 0.0, 0.0))
-    sizes, nothing = footprints([Robot()]), compile_world(World()).at(0.0)
+    sizes, nothing = footprints([ETSRO]), compile_world(World()).at(0.0)
     assert robot_contacts(x, y, heading, sizes).tolist() == [[-1]]
     assert obstacle_contacts(x, y, heading, sizes, nothing).tolist() == [[-1]]
     assert robot_clearance(x, y, heading, sizes).tolist() == [[np.inf]]
@@ -178,7 +179,7 @@ def test_alone_there_is_nothing_to_touch():
 
 
 def test_the_rectangle_is_the_robots():
-    np.testing.assert_allclose(footprints([Robot(), LONG]), [[0.115, 0.25], [0.1, 0.05], [0.1524, 0.25495]], atol=1e-5)
+    np.testing.assert_allclose(footprints([ETSRO, LONG]), [[0.115, 0.25], [0.1, 0.05], [0.1524, 0.25495]], atol=1e-5)
 
 
 # Moved, turned, swapped -----------------------------------------------------------------------------------------
@@ -190,7 +191,7 @@ place = st.tuples(*[st.floats(-0.6, 0.6, allow_subnormal=False)] * 2, st.floats(
 @given(place, place, st.tuples(*[st.floats(-5, 5)] * 2, st.floats(-pi, pi)))
 def test_moving_and_swapping_both_robots_changes_nothing(first, second, shift):
     dx, dy, turn = shift
-    robots = [Robot(), LONG]
+    robots = [ETSRO, LONG]
 
     def moved(p):
         c, s = cos(turn), sin(turn)
@@ -279,7 +280,7 @@ def test_one_world_serves_all_runs():
 def test_a_robot_without_a_pose_touches_nothing():
     """A stopped robot's samples are not-a-number; the others must not notice."""
     x, y, heading = at((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.2, 0.0, 0.5))
-    sizes, world = footprints([Robot()] * 3), compile_world(World(obstacles=(Disc(radius=1.0),))).at(0.0)
+    sizes, world = footprints([ETSRO] * 3), compile_world(World(obstacles=(Disc(radius=1.0),))).at(0.0)
     for channel in (x, y, heading):
         before = channel[0, 1]
         channel[0, 1] = np.nan

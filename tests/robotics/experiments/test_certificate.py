@@ -11,8 +11,8 @@ from robotics.commands.application import main
 from robotics.experiments.certificate import CertificateError, SectorModel, certify, decay_rate, error_rates, try_out
 from robotics.figures.certificate import plot_certificate
 from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.vehicle.robot import Robot
 from tests.drawn import x_of, y_of
+from tests.robotics.vehicle.etsro import ETSRO
 
 AS_RUN = SectorModel()  # gains 1, 10, 5, catch_up 0.3 m/s
 PRINTED = SectorModel(law=Lyapunov(catch_up=0.0))  # (2.32) as printed: the model of row E
@@ -165,7 +165,7 @@ def test_trial_counts_and_repeats(certificates):
 
 
 def test_no_command_saturates_in_the_share_of_the_region(certificates):
-    found, robot = certificates["as run"], Robot()
+    found, robot = certificates["as run"], ETSRO
     share = found.unsaturated(robot)
     assert 0.5 < share < 1
     rng, n = np.random.default_rng(6), 400_000
@@ -278,7 +278,7 @@ def test_without_the_extra_one_sentence_says_what_to_install(monkeypatch, capsys
 
 def test_figure_shows_region_bounds_and_trajectories(certificates):
     found = certificates["as run"]
-    figure = plot_certificate(found, starts=6, duration=3.0)
+    figure = plot_certificate(found, ETSRO, starts=6, duration=3.0)
     plane, heading, decay = figure.axes
     assert (plane.get_xlabel(), plane.get_ylabel()) == ("x_err [m]", "y_err [m]")
     assert (heading.get_xlabel(), heading.get_ylabel()) == ("y_err [m]", "ψ_err [rad]")

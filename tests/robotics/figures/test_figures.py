@@ -24,8 +24,8 @@ from robotics.measures.registry import headlines
 from robotics.measures.tracking import tracking_error
 from robotics.scenario.reading import parse_scenario
 from robotics.simulation.run import Run
-from robotics.vehicle.robot import Robot
 from tests.drawn import vertices, x_of, y_of
+from tests.robotics.vehicle.etsro import ETSRO
 
 TWO_ROBOTS = """
 duration = 6.0
@@ -281,7 +281,7 @@ def test_wrong_requests_are_refused(comparison: Comparison, runs: list[Run]) -> 
 
 def test_obstacles_and_robots_are_drawn_in_true_size(runs: list[Run]) -> None:
     world = compile_world(World(obstacles=(Disc(position=(1.0, 0.7), radius=0.2),)))
-    about = replace(runs[0].about, robots=(Robot(), Robot(length=0.5, width=0.3)))
+    about = replace(runs[0].about, robots=(ETSRO, replace(ETSRO, length=0.5, width=0.3)))
     top = plot_run(replace(only(runs[0], None), about=about, obstacles=world.rest)).axes[0]
     disc, body = (
         [vertices(p) for c in top.collections if c.get_zorder() == zorder for p in c.get_paths()] for zorder in (1.5, 3)

@@ -123,7 +123,7 @@ def test_an_edited_file_is_another_law_and_what_was_made_stays(folder):
 def test_nothing_runs_for_the_title_of_a_saved_run(folder):
     (folder / "trap.py").write_text("raise SystemExit('it ran')", encoding="utf-8")
     assert law_title("trap.py:Trap:gain=2") == "Trap (gain=2)"
-    assert kept_distance("trap.py:Trap") is None
+    assert kept_distance("trap.py:Trap", ()) is None
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from robotics.environment.world import Disc, World, compile_worlds
 from robotics.measures.blame import at_fault
 from robotics.paths.path import Line
 from robotics.paths.trajectory import Timing
-from robotics.vehicle.robot import Robot
+from tests.robotics.vehicle.etsro import ETSRO
 
 HALF, PERIOD = 0.115, 0.05  # m: half the length of a robot; s
 UP = np.pi / 2
@@ -35,7 +35,7 @@ def blamed(*motions, discs=(), run=0):
     poses = np.stack(runs, axis=2)
     world = compile_worlds([World(obstacles=tuple(discs))] * 2) if discs else None
     at = [None if world is None else world.at(time) for time in (0.0, PERIOD)]
-    before = Watch.opened((Robot(),) * len(motions), 0.0, poses[0], at[0])
+    before = Watch.opened((ETSRO,) * len(motions), 0.0, poses[0], at[0])
     after, ended = before.to(PERIOD, poses[1], at[1])
     assert (after.counts[run] > before.counts[run]).any()
     found = at_fault(before, after, ended)
@@ -105,7 +105,7 @@ def test_a_contact_that_goes_on_is_judged_when_it_begins_only():
     """A robot is hit by a disc while it stands, and then drives on into it."""
     world = compile_worlds([World(obstacles=(disc(0.002, 0.1),))])
     steps = [np.array([*HERE, 0.0, 0.0]), np.array([*HERE, 0.0, 0.0]), moved(HERE, 0.2)[1]]
-    watch = Watch.opened((Robot(),), 0.0, steps[0].reshape(5, 1, 1), world.at(0.0))
+    watch = Watch.opened((ETSRO,), 0.0, steps[0].reshape(5, 1, 1), world.at(0.0))
     for k in (1, 2):
         before = watch
         watch, ended = before.to(k * PERIOD, steps[k].reshape(5, 1, 1), world.at(k * PERIOD))

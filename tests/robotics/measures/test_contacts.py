@@ -1,5 +1,6 @@
 """Contacts between the samples: against shapely, Minkowski differences and closed forms; and runs that had some."""
 
+from dataclasses import replace
 from math import acos, cos, pi, sin, sqrt
 
 import numpy as np
@@ -22,10 +23,10 @@ from robotics.simulation.channels import CHANNELS, RECORDS
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.run import About, Recorded, Run
 from robotics.vehicle import plant as p
-from robotics.vehicle.robot import Robot
+from tests.robotics.vehicle.etsro import ETSRO
 
 PERIOD = 0.05
-LONG = Robot(length=0.6, width=0.2)
+LONG = replace(ETSRO, length=0.6, width=0.2)
 
 
 def recorded(robots, poses, world=None, period=PERIOD, rates=None):
@@ -85,7 +86,7 @@ size = st.floats(0.05, 0.8)
 @settings(max_examples=60, deadline=None)
 @given(near, near, angle, angle, size, size, size, size)
 def test_two_robots(x, y, heading, other, length, width, length_2, width_2):
-    robots = Robot(length=length, width=width), Robot(length=length_2, width=width_2)
+    robots = replace(ETSRO, length=length, width=width), replace(ETSRO, length=length_2, width=width_2)
     poses = ((0.1, -0.2, heading), (0.1 + x, -0.2 + y, other))
     one, two = (rectangle(*pose, robot) for pose, robot in zip(poses, robots, strict=True))
     (gap,) = gaps(robots, poses)
@@ -99,7 +100,7 @@ def test_two_robots(x, y, heading, other, length, width, length_2, width_2):
 @given(near, near, angle, angle, st.sampled_from(["disc", "wall", "box", "regular", "star"]), st.integers(0, 10**6))
 def test_a_robot_and_an_obstacle(x, y, heading, turn, form, seed):
     rng = np.random.default_rng(seed)
-    robot = Robot(length=float(rng.uniform(0.1, 0.8)), width=float(rng.uniform(0.1, 0.8)))
+    robot = replace(ETSRO, length=float(rng.uniform(0.1, 0.8)), width=float(rng.uniform(0.1, 0.8)))
     body = rectangle(x, y, heading, robot)
     a, b = rng.uniform(0.05, 0.9, 2).tolist()
     obstacle: Obstacle
@@ -142,7 +143,7 @@ def test_deep_in_a_u_a_robot_across_its_bottom_is_measured_by_the_bottom():
 
 
 def test_touching_is_contact_at_a_sample():
-    robots = [Robot(length=1.0, width=0.5)] * 2  # sides that binary numbers hold
+    robots = [replace(ETSRO, length=1.0, width=0.5)] * 2  # sides that binary numbers hold
     (touch,) = contacts(recorded(robots, [[(0, 0, 0), (1.0, 0, 0)]] * 2))
     assert (touch.depth, touch.start, touch.end) == (0.0, 0.0, PERIOD)
     assert not contacts(recorded(robots, [[(0, 0, 0), (1.001, 0, 0)]] * 2))
@@ -153,7 +154,7 @@ def test_touching_is_contact_at_a_sample():
 
 def test_no_robot_gets_through_a_thin_wall_unseen():
     """1.1 m/s is 55 mm a period; a robot 20 mm long clears a box of 5 mm, and a wall, between two samples."""
-    small, speed = Robot(length=0.02, width=0.02), 1.1
+    small, speed = replace(ETSRO, length=0.02, width=0.02), 1.1
     x = -0.2 + speed * PERIOD * np.arange(9) + 0.006
     poses, rates = [[(u, 0, 0)] for u in x], [[(speed, 0)]] * len(x)
     thin = World(obstacles=(Polygon(corners=box(0.005, 1.0)), Wall(points=((0.12, -1.0), (0.12, 1.0)))))
@@ -176,14 +177,14 @@ def test_no_robot_gets_through_a_thin_wall_unseen():
 
 def test_two_robots_that_swap_places_within_one_period_met():
     """Each sample shows them 0.8 m apart; they go through each other in the middle of the period."""
-    robots = [LONG, Robot()]
+    robots = [LONG, ETSRO]
     run = recorded(robots, [[(0, 0, 0), (0.8, 0, 0)], [(0.8, 0, 0), (0, 0, 0)]])
     (contact,) = contacts(run)
-    reach = (LONG.length + Robot().length) / 2
+    reach = (LONG.length + ETSRO.length) / 2
     assert (contact.robot, contact.other, contact.obstacle) == (0, 1, None)
     assert contact.start == pytest.approx(PERIOD * (0.8 - reach) / 1.6, abs=1e-5)
     assert contact.end == pytest.approx(PERIOD * (0.8 + reach) / 1.6, abs=1e-5)
-    assert contact.depth == pytest.approx((LONG.width + Robot().width) / 2, abs=2e-4)  # moved aside
+    assert contact.depth == pytest.approx((LONG.width + ETSRO.width) / 2, abs=2e-4)  # moved aside
     assert first_contact(run) == pytest.approx([contact.start])
 
 
@@ -225,7 +226,7 @@ def test_a_robot_on_a_circle_follows_its_arc_and_not_the_chord():
     turned = 3.0 + 5.0 * step * np.arange(4)
     wrapped = (turned + pi) % (2 * pi) - pi
     poses = [[(radius * sin(h), -radius * cos(h), w)] for h, w in zip(turned, wrapped, strict=True)]
-    tiny = Robot(length=0.002, width=0.002)
+    tiny = replace(ETSRO, length=0.002, width=0.002)
     run = recorded([tiny], poses, World(obstacles=(Disc(radius=radius - 0.01),)), step, rates=[[(1.0, 5.0)]] * 4)
     assert judge(run).least[0, 0] == pytest.approx(0.01 - 0.001, abs=1e-4)
     at = pose_between(step, run.samples[0, :5, 0], run.samples[1, :5, 0], 0.5)[:, 0]
@@ -238,7 +239,7 @@ def test_a_robot_on_a_circle_follows_its_arc_and_not_the_chord():
 def test_the_least_clearance_is_that_of_a_fine_grid(seed):
     """Random samples far apart: 4000 poses a period, in between none is nearer by more than they move."""
     rng = np.random.default_rng(seed)
-    robots = [Robot(length=float(a), width=float(b)) for a, b in rng.uniform(0.05, 0.6, (2, 2))]
+    robots = [replace(ETSRO, length=float(a), width=float(b)) for a, b in rng.uniform(0.05, 0.6, (2, 2))]
     poses = np.concatenate([rng.uniform(-0.8, 0.8, (3, 2, 2)), rng.uniform(-3, 3, (3, 2, 1))], axis=-1)
     heading = poses[..., 2]
     chord = np.diff(poses, axis=0)[[0, 1, 1]]
@@ -278,7 +279,7 @@ def test_no_distance_of_two_moving_points_is_below_its_bound(x, y, speed, bend, 
 def test_a_robot_that_is_stopped_touches_nothing_any_more():
     poses = np.array([[(0.0, 0, 0), (0.1 * k, 0, 0)] for k in range(8)])
     poses[4:, 0] = np.nan
-    robots = [Robot(length=0.1, width=0.1)] * 2
+    robots = [replace(ETSRO, length=0.1, width=0.1)] * 2
     (contact,) = contacts(recorded(robots, poses))
     assert (contact.start, contact.end) == pytest.approx((0.0, PERIOD), abs=1e-6)
     poses[1:, 0] = np.nan
@@ -290,7 +291,7 @@ def test_a_robot_that_appears_is_judged_at_the_sample_with_which_it_does():
     """The other one drives past the place before; and a wall stands beside it."""
     poses = np.array([[(0.0, 0, 0), (-0.3 + 0.2 * k, 0, 0)] for k in range(8)])
     poses[:4, 0] = np.nan  # at sample 4 the other one is 0.5 m ahead
-    robots = [Robot(length=0.1, width=0.1)] * 2
+    robots = [replace(ETSRO, length=0.1, width=0.1)] * 2
     wall = World(obstacles=(Wall(points=((-1.0, -0.1), (1.0, -0.1))),))
     run = recorded(robots, poses, wall)
     assert not contacts(run)
@@ -343,7 +344,7 @@ def test_the_first_contacts_of_a_crowd_are_those_of_all():
     rng = np.random.default_rng(3)
     poses = rng.normal(size=(400, 6, 3)).cumsum(axis=0) * 0.02
     path = Line(start=(-1.0, 0.3), end=(3.0, 0.3))
-    run = recorded([Robot()] * 6, poses, World(obstacles=(Disc(radius=0.1, path=path, timing=Timing(speed=0.3)),)))
+    run = recorded([ETSRO] * 6, poses, World(obstacles=(Disc(radius=0.1, path=path, timing=Timing(speed=0.3)),)))
     everything = contacts(run)
     assert len(everything) > 40
     assert {contact.obstacle for contact in everything} == {None, 0}

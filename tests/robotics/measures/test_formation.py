@@ -202,7 +202,7 @@ def test_figures_of_merit_by_hand():
     assert final_spread(run) == pytest.approx(0.03)
     assert lateral_error(run)[0] == pytest.approx([0.0, 0.0, 0.2])
     assert {k: v.shape for k, v in measure_formation(run).items()} == dict.fromkeys(
-        ("alignment_time_s", "final_spread_m", "max_lateral_error_m"), (1, 3)
+        ("alignment_time_s", "final_spread_m", "max_lateral_error_m", "max_place_error_m", "rms_place_error_m"), (1, 3)
     )
     short = run_by_hand([0.0, 1.0, 2.0], [0.0, 1.0, 2.0])  # never arrives
     assert last_samples(short).tolist() == [-1]

@@ -101,7 +101,7 @@ def write(comparison: Comparison, folder: Path, **options: Any) -> Path:
 @pytest.fixture(scope="module", autouse=True)
 def coarse_pictures() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("robotics.report.page._DPI", 40)
+        patch.setattr("robotics.report.plates.DPI", 40)
         yield
 
 

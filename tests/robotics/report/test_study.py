@@ -97,6 +97,7 @@ def flat(run):
 def folder(tmp_path: Path) -> Path:
     for name, text in (("short.toml", SHORT), ("lanes.toml", TEAM), ("extra.py", EXTRA), ("study.toml", STUDY)):
         (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "more.py").write_text(EXTRA, encoding="utf-8")
     return tmp_path
 
 
@@ -313,7 +314,7 @@ def test_the_record_names_every_file_with_its_digest(own: tuple[Any, Path]) -> N
 
 
 def test_several_kinds_in_one_study_and_one_report(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("robotics.report.page._DPI", 30)
+    monkeypatch.setattr("robotics.report.plates.DPI", 30)
     plan = replace(load_study(folder / "study.toml"), save_runs=True, text="What I ask.\n\nAnd more.")
     study = run_study(plan, folder / "out")
     assert [c.scenarios[0].kind for c in study.comparisons] == ["tracking", "team"]
@@ -344,7 +345,7 @@ def test_processes_change_no_digit(folder: Path) -> None:
 
 def test_a_metric_of_ones_own_that_does_not_measure_is_told(folder: Path) -> None:
     text = STUDY.replace("spread_m", "flat")
-    with pytest.raises(MetricError, match=r"shape \(runs, robots\) = \(3, 1\); got float64"):
+    with pytest.raises(MetricError, match=r"one number for each run and robot, \(3, 1\); got the shape \(3,\)"):
         run_study(parse_study(text, folder=folder), folder / "out", report=False)
 
 

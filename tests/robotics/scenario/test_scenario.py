@@ -14,7 +14,7 @@ from robotics.paths.trajectory import Timing
 from robotics.scenario.description import Member, Scenario, ScenarioError
 from robotics.scenario.reading import load_scenario, parse_scenario, scenario_names
 from robotics.sensing.posture import Sensing
-from robotics.vehicle.robot import Robot
+from tests.robotics.vehicle.etsro import ETSRO
 
 GOOD = """\
 title = "Two robots"
@@ -24,8 +24,8 @@ latency = 0.03
 [sensing]
 posture = "pose"
 position_noise = 0.003
-
 [robot]
+model = "etsro"
 wheel_radius = 0.04
 kp = 0.7
 
@@ -69,10 +69,10 @@ def test_good_file_says_what_it_says():
 
 def test_own_robot_parameters_override_the_common_ones():
     first, second = parse_scenario(GOOD, "two").robots
-    assert first.robot == Robot(wheel_radius=0.04, kp=0.7)
-    assert second.robot == Robot(wheel_radius=0.045, kp=0.7)
-    bare = parse_scenario(GOOD.replace("[robot]\nwheel_radius = 0.04\nkp = 0.7\n", ""), "bare").robots
-    assert bare[0].robot == Robot()
+    assert first.robot == replace(ETSRO, wheel_radius=0.04, kp=0.7)
+    assert second.robot == replace(ETSRO, wheel_radius=0.045, kp=0.7)
+    bare = GOOD[: GOOD.index("[robot]")] + GOOD[GOOD.index("[[robots]]") : GOOD.index("[robots.robot]")]
+    assert [member.robot for member in parse_scenario(bare, "bare").robots] == [ETSRO, ETSRO]
 
 
 @pytest.mark.parametrize("name", scenario_names())
@@ -153,12 +153,7 @@ BAD = {
     "unknown shape": ('"line"', '"lime"', 15, "unknown path shape 'lime'; did you mean 'line'? Known: sine, circle"),
     "shape is a list": ('"line"', '["line"]', 15, "unknown path shape"),
     "shape is a table": ('"line"', "{ line = 1 }", 15, "unknown path shape"),
-    "shape missing": (
-        'shape = "line", ',
-        "",
-        15,
-        "path lacks shape, one of sine, circle, eight, line, quintic, waypoints",
-    ),
+    "shape missing": ('shape = "line", ', "", 15, "path lacks shape, one of sine, circle, eight, line, quintic"),
     "path missing": ('path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }', "", 13, "a robot needs a path"),
     "path is a list": (
         '{ shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }',
@@ -215,7 +210,7 @@ BAD = {
     "unclosed string": ('"Two robots"', '"Two robots', 1, "this is not TOML"),
     "unclosed table": ("end = [2.0, 0.0] }", "end = [2.0, 0.0]", 15, "this is not TOML"),
     "duplicate key": ("latency = 0.03", "duration = 6.0", 3, "this is not TOML"),
-    "duplicate table": ("[robot]", "[sensing]", 9, "this is not TOML"),
+    "duplicate table": ("[robot]", "[sensing]", 8, "this is not TOML"),
 }
 
 
@@ -240,12 +235,16 @@ def test_what_is_wrong_is_named_with_its_line(old, new, line, message):
         ("duration = 3.0\n[robots]\nstart = [0.0, 0.0, 0.0]", 2, "at least one [[robots]]"),
         ("duration = 3.0\nrobots = [3]", 2, "must be a table, got 3"),
         ("duration = 3.0\n\n[[robots]]", 3, "a robot needs a path"),
-        ("robot = 3\n" + GOOD[GOOD.index("[[robots]]") :], 1, "robot must be a table, got 3"),
+        (
+            "robot = 3\n" + GOOD[GOOD.index("[[robots]]") :],
+            1,
+            'robot must be a name such as "etsro", the path of a .toml file, or a',
+        ),
         (GOOD.replace("[robots.robot]\nwheel_radius = 0.045", 'robot = "small"'), 26, "unknown key 'robot'"),
         (
             GOOD.replace("[0.0, 1.0, 0.5]", "[0.0, 1.0, 0.5]\nrobot = 3").partition("[robots.robot]")[0],
             20,
-            "robot must be a t",
+            "robot must be a name",
         ),
     ],
 )
@@ -273,7 +272,7 @@ def test_infeasible_reference_is_named_with_its_place_and_excess():
     with pytest.raises(ScenarioError, match=r"robot 2: .*\|ω\| = 6 rad/s exceeds w_max = 5.74 by 0.26 \(4.5 %\)"):
         Scenario(name="turn", robots=(member, replace(member, path=Circle(radius=0.02), timing=Timing(speed=0.12))))
     with pytest.raises(ScenarioError, match=r"\|v\| = 0.5 m/s exceeds v_max = 0.4 by 0.1 \(25.0 %\)"):
-        Scenario(name="v", robots=(replace(member, timing=Timing(speed=0.5), robot=Robot(v_max=0.4)),))
+        Scenario(name="v", robots=(replace(member, timing=Timing(speed=0.5), robot=replace(ETSRO, v_max=0.4)),))
     # [D]: x = 0.6 t, y = sin x is infeasible; 0.6 (√(1 + cos² x) + 0.1 sin x / (1 + cos² x)) peaks near x = 0.07
     match = r"at t = 0.12 s, \(0.072, 0.072\) m, abscissa 0.102 m, .* = 0.8496 m/s exceeds .*; slow the timing down"
     with pytest.raises(ScenarioError, match=match):

@@ -14,7 +14,7 @@ from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.sensing.carried import CarriedSensors, sensor_names
 from robotics.sensing.sonar import SONAR, Ranges, RangeSensor, SensorArray, SonarError
 from robotics.simulation.loop import simulate
-from robotics.vehicle.robot import Robot
+from tests.robotics.vehicle.etsro import ETSRO
 
 TICK = 0.05
 ROOM = compile_world(
@@ -103,7 +103,7 @@ def test_robots_that_carry_different_sensors_read_what_each_would_alone():
     )
     assert sensor_names(sensors) == ("nose", "rear")
     x, y, heading = pose = np.array([[[0.0, 1.0, -1.0, 0.0]], [[0.0, 1.0, -1.0, 1.5]], [[0.0, 0.3, 2.0, 0.0]]])
-    sizes = footprints([Robot()] * 4)
+    sizes = footprints([ETSRO] * 4)
     all_of_them = CarriedSensors.opened(sensors, (3,), TICK)
     found, _ = all_of_them.sense(all_of_them.init(), 0, pose, sizes, ROOM.at(0.0))
     like = SensorArray.opened([beam], (3,), TICK)
@@ -121,7 +121,7 @@ def test_a_sensor_sees_nothing_while_it_fails():
     array = SensorArray.opened([beam, replace(beam, failure_start=None, failure_end=None)], (0,), TICK)
     state, read, zero = array.init(1), [], np.zeros((1, 1))
     for k in range(6):
-        found, state = array.sense(state, k, zero, zero, zero, footprints([Robot()]), ROOM.at(0.0))
+        found, state = array.sense(state, k, zero, zero, zero, footprints([ETSRO]), ROOM.at(0.0))
         read.append(found[0, 0].tolist())
     assert read == [[3.0, 3.0]] * 2 + [[np.inf, 3.0]] * 2 + [[3.0, 3.0]] * 2
 

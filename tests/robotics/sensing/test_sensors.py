@@ -13,9 +13,9 @@ from robotics.scenario.description import Member, Scenario
 from robotics.sensing.posture import Sensing, SensingError, wheel_errors
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import CHANNELS
-from robotics.vehicle.robot import Robot
+from tests.robotics.vehicle.etsro import ETSRO
 
-FINE = Robot(counts_per_turn=1e9)  # encoders without steps, so that closed forms hold
+FINE = replace(ETSRO, counts_per_turn=1e9)  # encoders without steps, so that closed forms hold
 LINE = Member(start=(2.0, -3.0, 0.0), path=Line(start=(2.0, -3.0), end=(9.0, -3.0)), timing=Timing(speed=0.3))
 
 

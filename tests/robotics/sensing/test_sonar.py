@@ -43,7 +43,7 @@ from robotics.sensing.sonar import (
     SonarError,
     lidar,
 )
-from robotics.vehicle.robot import Robot
+from tests.robotics.vehicle.etsro import ETSRO
 
 TICK = 0.05
 BEAM = RangeSensor(range=3.0)  # straight ahead, exact
@@ -67,9 +67,9 @@ def at(*rows) -> Pose:
 def echo(sensors, geometry, *rows, robots=None):
     """The exact echoes of one run (robots, sensors)."""
     array = SensorArray.opened(sensors, (0,), TICK)
-    return array.echoes(
-        *at(*(rows or [(0.0, 0.0, 0.0)])), footprints(robots or [Robot()] * max(len(rows), 1)), geometry
-    )[0]
+    return array.echoes(*at(*(rows or [(0.0, 0.0, 0.0)])), footprints(robots or [ETSRO] * max(len(rows), 1)), geometry)[
+        0
+    ]
 
 
 # Ray by ray -----------------------------------------------------------------------------------------------------
@@ -149,7 +149,7 @@ def scenes(count):
     ids=["sonar", "wide", "lidar"],
 )
 def test_echoes_are_those_of_a_plain_search(sensors):
-    robots = [Robot(), Robot(length=0.6, width=0.1), Robot()]
+    robots = [ETSRO, replace(ETSRO, length=0.6, width=0.1), ETSRO]
     worlds, poses = zip(*scenes(25), strict=True)
     array = SensorArray.opened(sensors, range(25), TICK)
     x, y, heading = np.moveaxis(np.array(poses), 2, 0)
@@ -208,7 +208,7 @@ def test_robots_see_each_other_but_not_themselves():
     np.testing.assert_allclose(seen[0], [1.0 - 0.1, inf, 0.7 - 0.1])
     np.testing.assert_allclose(seen[1], [inf, inf, 1.0 - 0.115])
     np.testing.assert_allclose(seen[2], [inf, inf, inf])
-    long = echo(ahead, EMPTY, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), robots=[Robot(), Robot(length=0.5)])
+    long = echo(ahead, EMPTY, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), robots=[ETSRO, replace(ETSRO, length=0.5)])
     assert long[0, 0] == pytest.approx(0.75)
 
 
@@ -284,7 +284,7 @@ def flat(count, distance=1.0) -> tuple[Pose, np.ndarray, Geometry]:
     """Many robots in one run, each ``distance`` before a wall and out of the others' sight."""
     geometry = placed(Wall(points=((distance, -1e4), (distance, 1e4))))
     y = np.arange(count) * 1.0
-    return (np.zeros((1, count)), y[None] - y.mean(), np.zeros((1, count))), footprints([Robot()] * count), geometry
+    return (np.zeros((1, count)), y[None] - y.mean(), np.zeros((1, count))), footprints([ETSRO] * count), geometry
 
 
 def read(sensors, count=3000, distance=1.0, seed=0, updates=1):
@@ -339,7 +339,7 @@ def test_each_sensor_keeps_its_reading_until_its_next_update():
     array = SensorArray.opened(sensors, (0,), TICK)
     state = array.init(1)
     assert np.isinf(state.readings).all()
-    sizes, geometry = footprints([Robot()]), placed(Wall(points=((2.0, -9.0), (2.0, 9.0))))
+    sizes, geometry = footprints([ETSRO]), placed(Wall(points=((2.0, -9.0), (2.0, 9.0))))
     for k in range(13):
         before = state
         readings, state = array.sense(state, k, *at((0.1 * k, 0.0, 0.0)), sizes, geometry)
@@ -373,7 +373,7 @@ OPEN = RangeSensor(x=0.115, half_cone=0.5, rays=5, range=2.0, crosstalk=1.0)
 
 def talk(sensors, geometry, *rows, seed=0, k=0):
     array = SensorArray.opened(sensors, (seed,), TICK)
-    sizes = footprints([Robot()] * len(rows))
+    sizes = footprints([ETSRO] * len(rows))
     return array.sense(array.init(len(rows)), k, *at(*rows), sizes, geometry)[0][0]
 
 
@@ -440,7 +440,7 @@ def driven(seeds, ticks=5, start=0):
     array = SensorArray.opened(ALL, seeds, TICK)
     state, geometry, rows = array.init(4), compile_worlds(worlds).at(0.0), []
     for k in range(start, start + ticks):
-        readings, state = array.sense(state, k, *poses, footprints([Robot()] * 4), geometry)
+        readings, state = array.sense(state, k, *poses, footprints([ETSRO] * 4), geometry)
         rows.append(readings)
     return np.array(rows)
 
@@ -473,7 +473,7 @@ def everything():
         World(obstacles=(*w.obstacles, Disc(path=Line(start=(0.0, 0.0), end=(5.0, 0.0)), timing=Timing(speed=0.5))))
         for w in worlds
     ]
-    geometry, sizes = compile_worlds(moving).at(3.0), footprints([Robot()] * 4)
+    geometry, sizes = compile_worlds(moving).at(3.0), footprints([ETSRO] * 4)
     x, y = x * 0.5, y * 0.5  # closer, for contacts
     return {
         "circles": geometry.circles,

@@ -16,10 +16,10 @@ from robotics.simulation import channels, recorder
 from robotics.simulation import run as runs
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import load_run
-from robotics.vehicle.robot import Robot
+from tests.robotics.vehicle.etsro import ETSRO
 
 OLD = Path(__file__).parents[2] / "data" / "runs"
-BROAD = Robot(length=0.5, width=0.45)
+BROAD = replace(ETSRO, length=0.5, width=0.45)
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def test_a_run_of_version_0_1_loads_with_its_numbers():
     assert run.ranges.shape == (41, 2, 3, 4)
     assert run.obstacles is not None
     assert run.about.kind == "team"
-    assert run.about.robots == (Robot(),) * 3  # it did not say; they are taken to be standard ones
+    assert run.about.robots == (ETSRO,) * 3  # it did not say; they are taken to be standard ones
     assert run.about.sensors == (SONAR,) * 3
     alone = load_run(OLD / "format-1-tracking.npz")
     assert alone["effort"][0, 0, -1] == 0.017601415197980117

@@ -19,12 +19,12 @@ from robotics.scenario.reading import load_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import SimulationError, simulate
 from robotics.simulation.run import CHANNELS, REFERENCE, RunError, load_run
-from robotics.vehicle.robot import Robot
+from tests.robotics.vehicle.etsro import ETSRO
 
 EVERY = ("fuzzy", "fuzzy-literal", "lyapunov", "csm", "assm", "qssm", "esm", "esm:realisation=velocity")
 POSE = Sensing(posture="pose", position_noise=0.003, heading_noise=0.003)
 LINE = Member(start=(0.0, 0.0, 0.0), path=Line(start=(0.0, 0.0), end=(5.0, 0.0)), timing=Timing(speed=0.3))
-ROUND = Member(start=(0.2, 0.0, 1.5), path=Circle(), timing=Timing(speed=0.2), robot=Robot(wheel_radius=0.04))
+ROUND = Member(start=(0.2, 0.0, 1.5), path=Circle(), timing=Timing(speed=0.2), robot=replace(ETSRO, wheel_radius=0.04))
 CURVE = Member(start=(-0.3, -1.2, 0.2), path=Quintic(start=(0.0, -1.0), end=(5.0, 1.0)), timing=Timing(duration=20.0))
 SHORT = Scenario(name="short", robots=(CURVE,), duration=3.0, sensing=POSE)
 
@@ -192,7 +192,7 @@ def scene(transform, turn, mirror=1.0):
         timing=Timing(speed=0.25),
     )
     # Friction and motors are symmetric, flooring encoders are not: a wheel that turns back counts one earlier.
-    member = replace(member, robot=Robot(counts_per_turn=1e12))
+    member = replace(member, robot=replace(ETSRO, counts_per_turn=1e12))
     return Scenario(name="scene", robots=(member,), duration=8.0, latency=0.03)
 
 
@@ -263,7 +263,7 @@ def test_measured_velocities_are_those_of_the_encoders():
     time, v, w = np.array(seen).T
     np.testing.assert_allclose(time, run.time, rtol=0, atol=1e-12)
     assert (v[0], w[0]) == (0, 0)
-    robot = Robot()
+    robot = ETSRO
     count = 2 * pi / robot.counts_per_turn / 0.05  # rad/s at 50 ms: 0.94 mm/s [B]
     assert count * robot.wheel_radius == pytest.approx(0.94e-3, abs=5e-6)
     travelled = np.hypot(np.diff(run["x"][0, 0]), np.diff(run["y"][0, 0])) / 0.05

@@ -46,6 +46,7 @@ from robotics.thesis.avoidance_runs import (
 from robotics.thesis.side_by_side import side_by_side_picture, side_by_side_table
 from tests.drawn import vertices, y_of
 from tests.robotics.thesis.recomputed import check_recomputed
+from tests.robotics.vehicle.etsro import ETSRO
 
 
 @pytest.fixture(scope="module")
@@ -241,9 +242,9 @@ def test_pages_that_cannot_be(runs: dict[tuple[str, str], Run], planned: Run) ->
         plot_avoidance([planned, runs[TESTS[1], "right-of-way"]])
     with pytest.raises(ReplayError, match="seed 5 is not among those of the run: 3"):
         plot_avoidance([planned], seed=5)
-    assert kept_distance("crash-literal:d_min=0.8") == 0.8
-    assert kept_distance("obstacles") is None
-    assert kept_distance("something else") is None
+    assert kept_distance("crash-literal:d_min=0.8", [ETSRO]) == 0.8
+    assert kept_distance("obstacles", [ETSRO]) is None
+    assert kept_distance("something else", [ETSRO]) is None
 
 
 # The command line -----------------------------------------------------------------------------------------------

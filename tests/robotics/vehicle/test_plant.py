@@ -12,9 +12,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from robotics.vehicle import plant as p
-from robotics.vehicle.robot import Robot, RobotError
+from robotics.vehicle.robot import RobotError
+from tests.robotics.vehicle.etsro import ETSRO
 
-ROBOT = Robot()
+ROBOT = ETSRO
 # No motor in the way: no limit is reached, and the torque does not sag as the wheel speeds up within a step.
 FREE = replace(ROBOT, supply_voltage=1e4, torque_limit=1e3, back_emf=1e-13, friction_torque=0.0)
 TIME_STEP = 0.01
@@ -486,11 +487,10 @@ def test_interpreted_the_plant_gives_the_same_numbers(tmp_path):
         ("kp", "0.8", "kp must be a finite number in V s/rad"),
         ("ki", True, "ki must be a finite number in V/rad"),
         ("filter_frequency", 60.0, "<= 49"),
-        ("v_max", None, "v_max must be a finite number in m/s"),
     ],
 )
 def test_impossible_robots_are_refused(field, value, message):
     with pytest.raises(RobotError) as caught:
-        Robot(**{field: value})
+        replace(ETSRO, **{field: value})
     assert message in str(caught.value)
     assert caught.value.at[-1] == field

@@ -11,7 +11,7 @@ from benchmarks.avoidance import Clocked, Entrant, Orca, circle_swap, ensemble, 
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Observation
-from robotics.vehicle.robot import Robot
+from tests.robotics.vehicle.etsro import ETSRO
 
 
 def test_everyone_goes_to_the_opposite_point():
@@ -67,7 +67,7 @@ def test_right_of_way_swaps_ten_robots_on_a_roundabout():
 def test_a_lone_point_ahead_of_the_axle_moves_straight_to_the_goal():
     pytest.importorskip("pyrvo")
     law = Orca(lead=0.05)
-    scenario: Any = SimpleNamespace(robots=(Robot(),), period=0.05)
+    scenario: Any = SimpleNamespace(robots=(ETSRO,), period=0.05)
     goal = SimpleNamespace(x=np.array([3.0]), y=np.array([4.0]))
     way = SimpleNamespace(each_at=lambda times: goal)
     heading, zero = np.array([[0.7]]), np.zeros((1, 1))

@@ -21,9 +21,9 @@ from robotics.laws.rules.clearances import (
     without_robots,
 )
 from robotics.sensing.sonar import LIDAR, SONAR, RangeSensor, SensorArray
-from robotics.vehicle.robot import Robot
+from tests.robotics.vehicle.etsro import ETSRO
 
-ROBOT = Robot()
+ROBOT = ETSRO
 RADIUS = float(np.hypot(ROBOT.length, ROBOT.width)) / 2  # 0.152 m
 CELL = 0.05  # m
 NOISELESS = {

@@ -27,7 +27,7 @@ from robotics.scenario.reading import load_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
 from robotics.vehicle import plant as p
-from robotics.vehicle.robot import Robot
+from tests.robotics.vehicle.etsro import ETSRO
 
 MODES = ("csm", "assm", "qssm", "esm")
 REFERENCE = replace(load_scenario("reference"), sensing=Sensing())  # configuration R: ideal odometry
@@ -93,7 +93,7 @@ def test_row_c_full_ordering_in_9_of_10_conditions():
 @pytest.mark.parametrize("latency", [0.0, 0.03])
 @pytest.mark.parametrize("friction", [0.0, 0.02])
 def test_exponential_chatters_less_than_conventional_everywhere(realisation, period, latency, friction):
-    member = replace(REFERENCE.robots[0], robot=Robot(friction_torque=friction))
+    member = replace(REFERENCE.robots[0], robot=replace(ETSRO, friction_torque=friction))
     scenario = replace(REFERENCE, robots=(member,), period=period, latency=latency)
     chatter = {mode: merits(scenario, f"{mode}:realisation={realisation}")[1].item() for mode in ("csm", "esm")}
     assert chatter["esm"] < chatter["csm"] / 1.5
@@ -238,7 +238,7 @@ def first_command(law, member, v, w, period=0.05):
 @pytest.mark.parametrize("radius", [0.045, 0.04])
 def test_gamma_times_its_inverse_is_the_identity(radius):
     """(2.12), (2.19): on the ideal robot the torques make exactly the acceleration asked for."""
-    ideal = Robot(
+    ideal = replace(ETSRO,
         wheel_radius=radius, mass_offset=0.0, wheel_spin_inertia=0.0, friction_torque=0.0, supply_voltage=1e4,
         torque_limit=1e3, back_emf=1e-13,
     )  # fmt: skip

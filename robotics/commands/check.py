@@ -1,0 +1,91 @@
+"""The command ``robotics check``: whether a scenario can go well, before anything runs."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fuzzy.shell.terminal import FAILED, print_json
+from robotics.commands.shared import Json
+
+if TYPE_CHECKING:
+    from robotics.experiments.inspection import Inspection
+    from robotics.scenario.survey import Survey
+
+
+def check(
+    scenario: Annotated[str, typer.Argument(help="A .toml file, or a scenario's name.", show_default=False)],
+    controller: Annotated[
+        str | None,
+        typer.Option("--controller", "-c", help="Who is to drive. Default: the scenario's own, or fuzzy."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", metavar="PICTURE", help="Draw it to scale: .png, .pdf or .svg.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Judge a scenario before anything runs: speeds, starts, goals, paths among obstacles, radio, sensors.
+
+    All that is wrong in the file is told at once, with line, key, value and what is accepted. The exit code is 1 if
+    there are errors or warnings; notes do not count.
+
+    Example: robotics check mine.toml -o mine.png
+    """
+    from fuzzy.figures.drawing import check_picture, save_figure
+    from robotics.experiments.inspection import inspect_survey
+    from robotics.scenario.survey import survey
+
+    if out is not None:
+        check_picture(out)
+    read = survey(scenario)
+    found = inspect_survey(read, controller or "")
+    if out is not None and found.scenario is not None:
+        from robotics.figures.scenario import plot_scenario
+
+        save_figure(plot_scenario(found.scenario, found.findings), out)
+    drawn = out if found.scenario is not None else None
+    if json:
+        print_json(_as_json(read, found, drawn))
+    else:
+        _print(read, found, drawn)
+    if found.failed:
+        raise typer.Exit(FAILED)
+
+
+def _as_json(read: "Survey", found: "Inspection", picture: Path | None) -> dict[str, object]:
+    rows = [
+        {
+            "severity": f.severity,
+            "kind": f.kind,
+            "sentence": f.sentence,
+            "key": ".".join(map(str, f.at)) or None,
+            "line": read.line(f.at) if f.at else None,
+            "x_m": f.x,
+            "y_m": f.y,
+        }
+        for f in found.findings
+    ]
+    needed = [d._asdict() | {"robot": d.robot + 1, "reserve": d.reserve} for d in found.demands]
+    made: dict[str, object] = {"file": read.file, "controller": found.controller, "ok": not found.failed}
+    made |= {"findings": rows, "demands": needed}
+    return made | ({"picture": str(picture)} if picture is not None else {})
+
+
+def _print(read: "Survey", found: "Inspection", picture: Path | None) -> None:
+    """Print the findings with their lines, numbered as in the picture, and the greatest demands on each robot."""
+    for number, f in enumerate(found.findings, start=1):
+        where = f"{read.file}:{read.line(f.at)}: " if f.at else f"{read.file}: "
+        print(f"{number:2} {f.severity}: {where}{f.sentence}")
+    if not found.findings:
+        print("nothing found")
+    if found.scenario is None:
+        print("too little of the file can be read to judge or to draw the rest")
+        return
+    print("\nthe most that each reference demands, and what is left of it:")
+    print("robot  of         needs    limit    left     at t      x        y")
+    for d in found.demands:
+        unit = "rad/s" if d.limit == "turn rate" else "m/s  "
+        place = f"{d.time:6.2f} s {d.x:6.2f} m {d.y:6.2f} m"
+        print(f"{d.robot + 1:5}  {d.limit:9}  {d.need:6.3f}  {d.most:6.3f} {unit} {100 * d.reserve:5.1f} % {place}")
+    if picture is not None:
+        print(picture)

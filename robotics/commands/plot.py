@@ -1,0 +1,95 @@
+"""The command ``robotics plot``: one kind of picture of saved runs."""
+
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import typer
+
+from fuzzy.errors import InputError
+from fuzzy.naming import expected
+from fuzzy.shell.terminal import print_json
+from robotics.commands.shared import Json
+
+
+class Kind(NamedTuple):
+    """A kind of picture."""
+
+    function: str  # of the package robotics
+    shows: str
+    takes: tuple[str, ...] = ()  # of "robot", "time", "task"
+    several: bool = False  # whether it shows several runs on one scenario beside each other
+
+
+KINDS = {
+    "run": Kind("plot_run", "paths, errors, speeds and commands"),
+    "paths": Kind("plot_paths", "paths from above, magnified where they lie furthest apart", several=True),
+    "errors": Kind("plot_errors", "errors of one robot in x, y and heading", ("robot",), several=True),
+    "velocities": Kind("plot_velocities", "linear and angular speed of one robot", ("robot",), several=True),
+    "team": Kind("plot_team", "a team: paths, errors, speeds, progress"),
+    "formation": Kind("plot_formation", "a formation: paths, lead, speeds, wheels"),
+    "progress": Kind("plot_progress", "progress of a team and its differences"),
+    "distances": Kind("plot_distances", "distances d_ij between robots, and from obstacles"),
+    "meetings": Kind("plot_meetings", "where robots came nearest to each other, magnified"),
+    "avoidance": Kind("plot_avoidance", "a page about avoidance: paths, distances, errors, modes", several=True),
+    "sonar": Kind("plot_sonar", "readings of the range sensors", ("robot",)),
+    "modes": Kind("plot_modes", "what robots were about: tracking, avoiding, yielding"),
+    "rules": Kind("plot_rules_at", "which rules fired for one robot at one time", ("robot", "time", "task")),
+}
+
+
+def plot(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RUN.npz...",
+            help="Files that `robotics run ... --save` wrote; several, of one scenario, for "
+            f"{', '.join(name for name, kind in KINDS.items() if kind.several)}.",
+            show_default=False,
+        ),
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="PICTURE", help="The file to write: .png, .pdf or .svg.")],
+    kind: Annotated[
+        str,
+        typer.Option("--kind", "-k", help="; ".join(f"{name}: {about.shows}" for name, about in KINDS.items()) + "."),
+    ] = "run",
+    seed: Annotated[int | None, typer.Option(help="The seed to show, one of the run's. Default: the first.")] = None,
+    robot: Annotated[
+        int | None, typer.Option(help="The robot, from 1; for errors, velocities, rules (default: 1) and sonar (all).")
+    ] = None,
+    time: Annotated[float | None, typer.Option(metavar="S", help="The time, s; for rules.")] = None,
+    task: Annotated[
+        str | None, typer.Option(help="The rule base, by its task in the law; for rules. Default: the first.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Draw one kind of picture of a saved run, or of several on one scenario beside each other.
+
+    Example: robotics plot run.npz --kind distances -o distances.png, after robotics run three-cross --save run.npz
+    """
+    if kind not in KINDS:
+        raise InputError(expected(kind, KINDS, "kind of picture"))
+    about = KINDS[kind]
+    for name, value in (("robot", robot), ("time", time), ("task", task)):
+        if value is not None and name not in about.takes:
+            takers = " and ".join(other for other, each in KINDS.items() if name in each.takes)
+            raise InputError(f"--{name} belongs to the kind{'s' if ' and ' in takers else ''} {takers}, not to {kind}")
+    if time is None and "time" in about.takes:
+        raise InputError(f"the kind {kind} needs --time S")
+    if len(runs) > 1 and not about.several:
+        raise InputError(f"the kind {kind} shows one run, got {len(runs)}")
+
+    import robotics
+    from fuzzy.figures.drawing import check_picture, save_figure
+    from robotics.simulation.run import load_run
+
+    check_picture(out)
+    loaded = [load_run(path) for path in runs]
+    options: dict[str, Any] = {"seed": seed}
+    if robot is not None:
+        options["robot"] = robot - 1 if about.several else robot  # the pictures of several runs count from 0
+    options |= {name: value for name, value in (("time", time), ("task", task)) if value is not None}
+    save_figure(getattr(robotics, about.function)(loaded if about.several else loaded[0], **options), out)
+    if json:
+        print_json({"file": str(out), "kind": kind, "scenario": loaded[0].scenario})
+    else:
+        print(out)

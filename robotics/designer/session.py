@@ -1,0 +1,572 @@
+"""The trials of one page of the panel "Try it": what was chosen, what is run, and what the page is shown.
+
+The page shows what :class:`TryoutSession` hands to the module ``static/tryout.js``. Runs are made in the background,
+one at a time: while one is made, only the latest wish waits.
+"""
+
+import asyncio
+from contextlib import suppress
+from dataclasses import asdict, replace
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+from fuzzy.designer.folder import open_folder
+from fuzzy.designer.workers import WorkError
+from fuzzy.errors import InputError
+from fuzzy.files.fisfile import read_fis
+from fuzzy.naming import expected
+from fuzzy.system import Sugeno
+from robotics.designer import tryout
+from robotics.designer.conditions import packaged_text
+from robotics.designer.folderfiles import (
+    FolderText,
+    changed_at,
+    checked_text,
+    law_files,
+    law_path,
+    read_text_file,
+    robot_files,
+    scenario_files,
+)
+from robotics.designer.seedrounds import COUNTS, SeedRounds, Work
+from robotics.designer.severalseeds import (
+    RANKED_BY,
+    design_seeds,
+    rival_seeds,
+    state_of,
+    summary,
+    system_seeds,
+    worst_seed,
+)
+from robotics.designer.textdesk import KINDS, TextDesk
+from robotics.designer.tryout import TryoutTrial
+from robotics.designer.uses import TryoutError
+
+_ORDER = ("check", "course", "tried", "choices", "before", "rival")  # the first things to look at are made first
+_RUNS = {"tried", "before", "rival"}
+_LOOK = 1.0  # s between two looks at the files
+_KEPT = 32  # runs of rivals
+_CHOICES = ("scenario", "law", "look_ahead", "seed", "robot", "robot_of", "noise", "count", "shown", "rival")
+_HIDDEN = ("text", "robot_text", "folder")  # what the page needs not know of a trial
+MODULE = Path(__file__).parent / "static" / "tryout.js"
+
+
+class TryoutSession:
+    """The trials of one page: the choices, the runs that are known, and those that are still to be made.
+
+    A drag runs one seed; several are run once nothing else is wanted, see robotics.designer.seedrounds.
+    """
+
+    def __init__(self, bench: Any) -> None:
+        self.bench = bench
+        self.folder = open_folder(bench.document.folder)
+        self.wish = TryoutTrial(
+            folder=str(self.folder.path)
+        )  # what was chosen; what is empty is chosen to suit the system
+        self.trial: TryoutTrial | None = None  # what follows from it; none: the system or the scenario is no good
+        self.rival = ""  # empty: what suits the system
+        self.before, self.label = self._opened()
+        self.place: dict[str, Any] = {}
+        self.variables: Any = None  # those of the system that found this place
+        self.last: tuple[Any, ...] = ()  # the latest run: its trial, its system, and what is shown of it
+        self.known: dict[tuple[Any, ...], dict[str, Any]] = {}  # runs of rivals
+        self.took: dict[str, float] = {}  # s that making each thing took last
+        self.choices: dict[str, Any] | None = None
+        self.desks: dict[str, TextDesk] = {}  # the texts under edit, by "scenario" and "robot"
+        self.open = ""  # the one that the page shows
+        self.copies = 0  # texts that were laid on a desk
+        self.rival_system: Sugeno | None = None  # of the folder's file that was chosen to compare with
+        self.watched: dict[str, tuple[str, Any]] = {}  # files of the folder by what they are, and their state when read
+        self.watch: asyncio.TimerHandle | None = None
+        self.wanted = set(_ORDER) - {"check"}
+        self.seen = False  # nothing is run for a panel that nobody looks at
+        self.task: asyncio.Task[None] | None = None
+        self.rounds = SeedRounds(self._background, self._work, self._progress, self._publish)
+        nothing = ("choices", "course", "tried", "before", "rival", "busy", "problem", "editor", "seeds", "round")
+        files: dict[str, list[str]] = {"scenarios": [], "robots": [], "laws": []}
+        self.widget = bench.widget(MODULE, files=files, trial=self._trial(), **dict.fromkeys(nothing))
+        self.widget.on_message(self.heard)
+        bench.on_change(self._changed)
+        bench.on_close(self._closed)
+
+    # Messages
+
+    def heard(self, message: Any) -> None:
+        """Do what the page asks; an error becomes a sentence on the page."""
+        content = message if isinstance(message, dict) else {}
+        tasks = {"see": self._see, "list": self._list, "choose": self._choose, "file": self._take, "pin": self._pin}
+        tasks |= {"edit": self._edit, "text": self._write, "save": self._save, "revert": self._revert}
+        try:
+            wish = content.get("do")
+            if not isinstance(wish, str) or wish not in tasks:
+                raise TryoutError(expected(str(wish), tasks, "wish"))
+            tasks[wish](content)
+        except InputError as error:
+            self.widget.update(problem={"message": str(error)}, trial=self._trial())
+        self._go()
+
+    def _see(self, content: dict[str, Any]) -> None:
+        self.seen = bool(content.get("on"))
+        if self.seen:
+            self._list(content)
+            self._look()
+
+    def _list(self, _: dict[str, Any]) -> None:
+        laws = law_files(self.folder, self.bench.document.path)
+        self.widget.update(
+            files={"scenarios": scenario_files(self.folder), "robots": robot_files(self.folder), "laws": laws}
+        )
+
+    def _pin(self, _: dict[str, Any]) -> None:
+        self.before, self.label = self._present(), "pinned"
+        self.wanted |= {"before"}
+
+    def _choose(self, content: dict[str, Any]) -> None:
+        name, value = content.get("name"), content.get("value")
+        if name not in _CHOICES:
+            raise TryoutError(expected(str(name), _CHOICES, "choice"))
+        if name in ("scenario", "robot"):
+            self._choose_text(name, str(value))
+        elif name in ("rival", "law", "count", "shown"):
+            {"rival": self._choose_rival, "law": self._choose_law, "count": self._count, "shown": self._pick}[name](
+                value
+            )
+        else:
+            change: dict[str, Any] = {name: value}
+            self._want(replace(self.wish, **change))
+
+    def _choose_text(self, what: str, name: str) -> None:
+        """Take another scenario or robot: one of the package, or a file of the folder."""
+        text = None
+        state = changed_at(self.folder, name) if name.endswith(".toml") else None
+        if name.endswith(".toml"):
+            text = read_text_file(self.folder, name).text
+        self._put_away(what)
+        if text is not None:
+            self.watched[what] = name, state
+        self._want(self._with(what, name, text))
+
+    def _with(self, what: str, name: str, text: str | None) -> Any:
+        """The wish with another scenario or robot."""
+        if what == "scenario":
+            return replace(self.wish, scenario=name, text=text, robot_of=0)
+        return replace(self.wish, robot=name, robot_text=text, robot_of=self.wish.robot_of if name else 0)
+
+    def _put_away(self, what: str) -> None:
+        """Edit and watch the scenario or the robot no longer."""
+        self.watched.pop(what, None)
+        self.desks.pop(what, None)
+        if self.open == what:
+            self.open = ""
+        self._show_desk()
+
+    def _choose_rival(self, value: Any) -> None:
+        """Take another law to compare with; the folder's are looked at only now that they are asked for."""
+        self.watched.pop("rival", None)
+        file = ""
+        if isinstance(value, str) and value.endswith(".fis"):
+            file, self.rival_system = value, self.folder.read(value)
+        elif isinstance(value, str) and ".py:" in value:
+            file, self.rival_system = value.rpartition(":")[0], None
+            law_path(self.folder, value)
+        else:
+            self.rival_system = None
+            known = [n for pairs in self._rivals().values() for n, _ in pairs]
+            if value not in known:
+                raise TryoutError(expected(str(value), known, "law to compare with"))
+        if file:
+            self.watched["rival"] = file, changed_at(self.folder, file)
+        self.rival = value
+        self.wanted |= {"rival"}
+        self.widget.update(trial=self._trial())
+
+    def _count(self, value: Any) -> None:
+        if isinstance(value, bool) or value not in COUNTS:
+            raise TryoutError(f"the number of seeds is one of {', '.join(map(str, COUNTS))}; got {value!r}")
+        before = self.rounds.shown(self.wish.seed)
+        self.rounds.forget()
+        self.rounds.count = value
+        if self.rounds.shown(self.wish.seed) != before:
+            self.wanted |= _RUNS
+        self.widget.update(trial=self._trial(), seeds=None)
+        self._settled_down()
+
+    def _pick(self, value: Any) -> None:
+        """Draw and play another one of several seeds."""
+        if isinstance(value, bool) or value not in self.rounds.seeds(self.wish.seed):
+            raise TryoutError(f"there is no seed {value!r} among those that were run")
+        self.rounds.picked = value
+        self._publish("")
+
+    def _choose_law(self, value: Any) -> None:
+        """Take another of the laws that the system fits; a scenario that it does not drive gives way."""
+        laws = {f"{law}/{task}": (law, task, kinds) for law, task, _, kinds in self._course().get("laws", [])}
+        if value not in laws:
+            raise TryoutError(expected(str(value), laws, "law"))
+        law, task, kinds = laws[value]
+        wish = replace(self.wish, law=law, task=task)
+        if self._course()["kind"] not in kinds:
+            self._put_away("scenario")
+            wish = replace(wish, scenario="", text=None, robot_of=0)
+        self._want(wish)
+
+    def _take(self, content: dict[str, Any]) -> None:
+        """Take the scenario file that was chosen on the page, from anywhere."""
+        name, text = content.get("name"), content.get("text")
+        if not isinstance(name, str) or not name.lower().endswith(".toml") or not isinstance(text, str):
+            raise TryoutError("a scenario is a .toml file")
+        name = name.replace("\\", "/").rpartition("/")[2][-100:]
+        text = checked_text(name, text.encode("utf-8", "replace"))
+        self._put_away("scenario")
+        self._want(self._with("scenario", name, text))
+
+    # Texts that are edited
+
+    def _edit(self, content: dict[str, Any]) -> None:
+        """Lay the chosen scenario or robot on the desk."""
+
+        what = self._what(content)
+        name, text = self._chosen_text(what)
+        if not name:
+            raise TryoutError("choose a robot first: what the scenario says of its robots is edited in the scenario")
+        if what not in self.desks:
+            if what in self.watched:
+                file = read_text_file(self.folder, self.watched[what][0])
+            else:
+                file = FolderText(name, packaged_text(what, name) if text is None else text, None)
+            self.desks[what] = TextDesk(what, file, file.text, self._copies())
+        self.open = what
+        self.wanted |= {"check"}
+        self._show_desk()
+
+    def _chosen_text(self, what: str) -> tuple[str, str | None]:
+        """The name of the scenario or the robot, and its text if it does not come with the package."""
+        if what == "robot":
+            return self.wish.robot, self.wish.robot_text
+        shown = self.wish if self.wish.scenario or self.trial is None else self.trial
+        return shown.scenario, shown.text
+
+    def _copies(self) -> int:
+        self.copies += 1
+        return self.copies
+
+    def _what(self, content: dict[str, Any]) -> str:
+        what = content.get("what")
+        if what not in KINDS:
+            raise TryoutError(expected(str(what), KINDS, "text"))
+        return str(what)
+
+    def _desk(self, content: dict[str, Any]) -> TextDesk:
+        what = self._what(content)
+        if what not in self.desks:
+            raise TryoutError(f"no {what} is being edited")
+        return self.desks[what]
+
+    def _write(self, content: dict[str, Any]) -> None:
+        desk = self._desk(content).written(content.get("text"))
+        self._lay(desk)
+        self.open = desk.what
+        self.wanted |= {"check"}
+
+    def _revert(self, content: dict[str, Any]) -> None:
+        self._lay(self._desk(content).reverted())
+        self.wanted |= {"check"}
+
+    def _save(self, content: dict[str, Any]) -> None:
+        desk, name = self._desk(content), content.get("name")
+        desk = desk.saved_as(self.folder, desk.file.name if name is None else str(name), bool(content.get("overwrite")))
+        self._lay(desk)
+        if not desk.asks:
+            self.watched[desk.what] = desk.file.name, changed_at(self.folder, desk.file.name)
+            if not desk.problem:
+                self._want(self._with(desk.what, desk.file.name, desk.file.text))
+            self._list({})
+
+    def _lay(self, desk: TextDesk) -> None:
+        self.desks[desk.what] = desk
+        self._show_desk()
+
+    def _show_desk(self) -> None:
+        desk = self.desks.get(self.open)
+        self.widget.update(editor=None if desk is None else desk.shown())
+
+    def _judge(self, fault: dict[str, Any], asked: TextDesk) -> None:
+        """Say what is wrong with a text, or try it."""
+        desk = self.desks.get(asked.what)
+        if desk is None or desk.text != asked.text:
+            return
+        self._lay(desk.judged(fault))
+        if not fault:
+            name, text = self._chosen_text(desk.what)
+            if text != desk.text and (text is not None or desk.edited):
+                self._want(replace(self._with(desk.what, name, desk.text), robot_of=self.wish.robot_of))
+
+    def _want(self, wish: Any) -> None:
+        self.wish = wish
+        self.wanted |= {"course", "tried"}
+
+    def _changed(self) -> None:
+        if self.trial is None or _variables(self._present()) != self.variables:
+            self.wanted |= {"course"}
+        self.wanted |= {"tried"}
+        self.widget.update(seeds=None)
+        self._go()
+
+    def _look(self) -> None:
+        """Read the files anew that have changed, and look again in a second while the panel is seen."""
+        if self.watch is not None:
+            self.watch.cancel()
+        self.watch = asyncio.get_running_loop().call_later(_LOOK, self._look) if self.seen else None
+        for what, (name, before) in list(self.watched.items()) if self.seen else ():
+            state = changed_at(self.folder, name)
+            if state == before:
+                continue
+            self.watched[what] = name, state
+            try:
+                self._reread(what, name)
+            except InputError as error:
+                self.widget.update(problem={"message": str(error)})
+            self._go()
+
+    def _reread(self, what: str, name: str) -> None:
+        """Take a file as it is now; one that is being edited here stays as it is here."""
+        if what == "rival":
+            if name.endswith(".fis"):
+                self.rival_system = self.folder.read(name)
+            self.rounds.rows.pop("rival", None)
+            self.wanted |= {"rival"}
+            return
+        file = read_text_file(self.folder, name)
+        if what in self.desks:
+            self._lay(self.desks[what].reread(file))
+            self.wanted |= {"check"}
+            if self.desks[what].text != file.text:
+                return
+        self._want(replace(self._with(what, name, file.text), robot_of=self.wish.robot_of))
+
+    def _closed(self) -> None:
+        self.seen = False
+        self.rounds.rest()
+        if self.watch is not None:
+            self.watch.cancel()
+
+    # Runs
+
+    def _go(self) -> None:
+        if self.seen and self.wanted:
+            self.rounds.rest()
+        if self.seen and self.wanted and (self.task is None or self.task.done()):
+            self.task = asyncio.get_running_loop().create_task(self._run())
+
+    async def _run(self) -> None:
+        """Run what is wanted in the order of _ORDER, until nothing is left; an edit meanwhile makes it wanted again."""
+        try:
+            while self.seen and self.wanted:
+                what = next(name for name in _ORDER if name in self.wanted)
+                self.wanted -= {what}
+                if what != "check":
+                    self.widget.update(busy={"what": what, "took": self.took.get(what)})
+                asked, began = (self.wish, self._driven()), monotonic()
+                try:
+                    data = await self._made(what)
+                    said = None
+                except (InputError, WorkError) as error:
+                    data, said = None, {"message": str(error)}
+                if asked != (self.wish, self._driven()):
+                    continue  # it belongs to another scenario: what is wanted now is run
+                self.took[what] = monotonic() - began
+                self._show(what, data, said)
+        finally:
+            self.widget.update(busy=None)
+        self._settled_down()
+
+    def _settled_down(self) -> None:
+        """Go on with several seeds, if nothing else is to be run."""
+        if self.seen and not self.wanted and self.trial is not None:
+            self.rounds.wake()
+
+    def _show(self, what: str, data: dict[str, Any] | None, said: dict[str, str] | None) -> None:
+        if what == "course":
+            self._settle(data, said)
+        elif what == "tried":
+            # That the law refuses the run is what became of it, and no fault of the page's.
+            shown = {"label": self._present().name, "why": said["message"]} if said else data
+            self.widget.update(tried=shown, problem=None)
+        elif said is None:
+            if what != "check":
+                self.widget.update(**{what: data})
+        elif what == "rival":
+            self.widget.update(rival={"label": self._rival(), "why": said["message"]})
+        else:
+            self.widget.update(before={"label": self.label, "why": said["message"]})
+
+    def _settle(self, place: dict[str, Any] | None, said: dict[str, str] | None) -> None:
+        """Go on with the place that the system has found, or say why there is none."""
+        if place is None:
+            self.trial, self.place = None, {}
+            self.wanted -= _RUNS
+            self.rounds.forget()
+            self.widget.update(trial=self._trial(), problem=said, **dict.fromkeys(("course", "seeds", *_RUNS)))
+            return
+        trial = TryoutTrial(**place["trial"])
+        if trial != self.trial:
+            self.wanted |= _RUNS
+            self.rounds.forget()
+            self.widget.update(seeds=None)
+        self.trial, self.place = trial, place
+        self.widget.update(trial=self._trial(), course=place["course"], problem=None)
+
+    async def _made(self, what: str) -> dict[str, Any] | None:
+        fis, trial = self._present(), self._driven()
+        if what == "check":
+            await self._check()
+            return None
+        if what == "choices":
+            self.choices = await self._background(tryout.choices)
+            return self.choices
+        if what == "course":
+            self.variables = _variables(fis)
+            return await self._background(tryout.place_data, fis, self.wish, self.bench.document.path.stem)
+        if trial is None:
+            return None
+        if what == "tried":
+            made = await self._background(tryout.design_data, fis, trial)
+            self.last = trial, fis, made
+            return made
+        if what == "before":
+            label = {"label": self.label}
+            if self.last[:2] == (trial, self.before):  # nothing has been edited yet
+                return _beside(self.last[2]) | label
+            return _beside(await self._background(tryout.design_data, self.before, trial)) | label
+        return await self._beside_rival(trial)
+
+    async def _check(self) -> None:
+        desk = self.desks.get(self.open)
+        if desk is not None:
+            fault = await self._background(tryout.checked, desk.what, desk.file.name, desk.text, self.wish.folder)
+            self._judge(fault, desk)
+
+    async def _beside_rival(self, trial: TryoutTrial) -> dict[str, Any]:
+        rival, file = self._rival(), self.watched.get("rival")
+        key = (rival, file, trial)
+        if key not in self.known:
+            if self.rival_system is not None and rival == self.rival:
+                made = await self._background(tryout.rival_system_data, self.rival_system, trial, rival)
+            else:
+                made = await self._background(tryout.rival_data, self._specification(), trial)
+            while len(self.known) >= _KEPT:
+                del self.known[next(iter(self.known))]
+            self.known[key] = _beside(made)
+        return self.known[key]
+
+    def _specification(self) -> str:
+        """The rival as robotics.laws.catalogue.make_controller takes it."""
+        rival = self._rival()
+        return law_path(self.folder, rival) if ".py:" in rival else rival
+
+    # Several seeds
+
+    def _driven(self) -> TryoutTrial | None:
+        """The trial with the seed that is drawn and played."""
+        return None if self.trial is None else replace(self.trial, seed=self.rounds.shown(self.trial.seed))
+
+    def _work(self) -> dict[str, Work]:
+        trial, fis = self.trial, self._present()
+        if trial is None:
+            return {}
+        work: dict[str, Work] = {"tried": (trial.seed, design_seeds, fis, trial, self.rounds.count)}
+        if self.before != fis:
+            work["before"] = (trial.seed, system_seeds, self.before, trial, "")
+        rival = self._rival()
+        if self.rival_system is not None and rival == self.rival:
+            work["rival"] = (trial.seed, system_seeds, self.rival_system, trial, rival)
+        elif rival:
+            with suppress(InputError):  # the file is gone: what is shown of the rival says so
+                work["rival"] = (trial.seed, rival_seeds, self._specification(), trial)
+        return work
+
+    def _progress(self) -> None:
+        done, trial = self.rounds.done, self.trial
+        of = len(self._work()) * self.rounds.count if trial is not None and done is not None else 0
+        self.widget.update(round=None if done is None else {"done": done, "of": of})
+
+    def _publish(self, name: str) -> None:
+        """Show what is known of several seeds; the worst of the design's is drawn, unless one was picked by hand."""
+        trial, rows = self.trial, self.rounds.known("tried")
+        if trial is None or rows is None:
+            return
+        metrics, by = self._course()["metrics"], RANKED_BY[self._course()["kind"]]
+        if name in ("", "tried"):
+            self.rounds.worst = worst_seed(rows, by)
+            if not self.last or self.last[0] != self._driven():
+                self.wanted |= _RUNS
+        runs = {"tried": summary(rows, metrics)}
+        for other in ("before", "rival"):
+            known = rows if other == "before" and self.before == self._present() else self.rounds.known(other)
+            if known is not None:
+                runs[other] = summary(known, metrics)
+        self.widget.update(
+            seeds={
+                "count": self.rounds.count,
+                "shown": self.rounds.shown(trial.seed),
+                "worst": self.rounds.worst,
+                "by": next((m["title"] for m in metrics if m["name"] == by), ""),
+                "runs": runs,
+                "rows": [{"state": state_of(row), "value": row.get("metrics", {}).get(by)} | row for row in rows],
+            }
+        )
+        self._go()
+
+    async def _background(self, function: Any, *args: Any) -> dict[str, Any]:
+        made: dict[str, Any] = await self.bench.background(function, *args)
+        return made
+
+    # What the page sees
+
+    def _opened(self) -> tuple[Sugeno, str]:
+        """The system to compare with until another is chosen: the file's, from which the present one may differ."""
+        try:
+            return read_fis(self.bench.document.path), "in the file"
+        except InputError:  # a new system, or a file that has been spoilt meanwhile
+            return self._present(), "as opened"
+
+    def _present(self) -> Sugeno:
+        fis: Sugeno = self.bench.document.design.in_force
+        return fis
+
+    def _course(self) -> dict[str, Any]:
+        course: dict[str, Any] = self.place.get("course", {})
+        return course
+
+    def _trial(self) -> dict[str, Any]:
+        """The choices as the page shows them, without the text of a file."""
+        shown = asdict(self.trial or self.wish) | {"rival": self._rival(), "kind": self._course().get("kind", "")}
+        shown["count"] = self.rounds.count
+        return {name: value for name, value in shown.items() if name not in _HIDDEN}
+
+    def _rival(self) -> str:
+        """The law to compare with: the one that was chosen, if it drives such scenarios; a file's need not say so."""
+        if "rival" in self.watched:
+            return self.rival
+        kind = self._course().get("kind", "")
+        if self.rival and self.rival in [name for name, _ in (self.choices or {"rivals": {}})["rivals"].get(kind, [])]:
+            return self.rival
+        found: str = self._course().get("rival", "")
+        return found
+
+    def _rivals(self) -> dict[str, list[list[str]]]:
+        if self.choices is None:
+            raise TryoutError("the panel is not ready yet")
+        rivals: dict[str, list[list[str]]] = self.choices["rivals"]
+        return rivals
+
+
+def _beside(made: dict[str, Any]) -> dict[str, Any]:
+    """What is shown of a run beside that of the design, which alone is played; the player's data may be a megabyte."""
+    return {name: value for name, value in made.items() if name != "player"}
+
+
+def _variables(fis: Sugeno) -> tuple[Any, ...]:
+    """What a system's place depends on."""
+    return fis.name, [v.name for v in fis.inputs], [v.name for v in fis.outputs]

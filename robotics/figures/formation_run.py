@@ -1,0 +1,143 @@
+"""One page about a formation's run: where the robots went, who leads by how much, speeds and wheels.
+
+These are the thesis's Figs 5.16 to 5.19, with the lead and the distances from the paths beside them.
+"""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from robotics.figures.drawing import (
+    TARGET,
+    PlotError,
+    draw_line,
+    last_known,
+    mark_contacts,
+    mark_stop,
+    page_title,
+    shown_until,
+    strided,
+)
+from robotics.figures.faults import FEW
+from robotics.figures.world import draw_bodies, draw_world
+from robotics.measures.formations import ALIGNED, last_samples, leads
+from robotics.measures.tracking import cross_track_error
+from robotics.simulation.run import Run
+from robotics.simulation.spans import seed_place
+
+_MARKS = 7  # equal times at which the robots are joined by a line
+_AFTER = 1.0  # s shown after the last robot came to rest
+
+
+def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
+    """Draw a formation: paths, robot 1's lead over the others, distances from the own path, speeds, wheel speeds.
+
+    Grey lines join the robots of one time, at seven equal times. A thin line beside a robot's speed is the command; a
+    law that commands torques has these in place of the wheels' speeds. Speeds are in m/s and rad/s, those of the wheels
+    over the ground; leads and distances are in m.
+
+    Args:
+        run: A run of a scenario of the kind "formation".
+        seed: The seed that is drawn, by default the first.
+
+    Raises PlotError for a run of another kind, ReplayError for a seed that was not run.
+    """
+    place = seed_place(run, seed)
+    if run.about.kind != "formation":
+        raise PlotError(f'{run.scenario} is no formation: its kind is "{run.about.kind}"; plot_run draws it')
+    last = shown_until(run, place, _AFTER) - 1
+    torque = run.level == "torque"
+    command = None if torque else (run["command_1"][place], run["command_2"][place])
+    wheels = run["command_1"][place], run["command_2"][place]
+    if not torque:
+        half = np.array([robot.half_axle for robot in run.about.robots])[:, None]
+        v, w = run["v"][place], run["w"][place]
+        wheels = v + half * w, v - half * w
+    unit = "torque [N m]" if torque else "[m/s]"
+    panels: list[tuple[str, np.ndarray, np.ndarray | None]] = [
+        ("off its path [m]", cross_track_error(run)[place], None),
+        ("v [m/s]", run["v"][place], None if command is None else command[0]),
+        ("ω [rad/s]", run["w"][place], None if command is None else command[1]),
+        (f"right wheel {unit}", wheels[0], None),
+        (f"left wheel {unit}", wheels[1], None),
+    ]
+    with style():
+        figure = new_figure(DOUBLE, 7.2)
+        grid = figure.add_gridspec(4, 2, height_ratios=(2.2, 1, 1, 1))
+        _draw_top_view(figure.add_subplot(grid[0, :]), run, place, last)
+        lead = figure.add_subplot(grid[1, 0])
+        _draw_lead(lead, run, place, last)
+        for k, (label, values, commanded) in enumerate(panels, start=1):
+            ax = figure.add_subplot(grid[1 + k // 2, k % 2], sharex=lead)
+            _draw_channel(ax, run, place, values[:, : last + 1], commanded)
+            ax.set_ylabel(label)
+            if k < len(panels) - 1:
+                ax.tick_params(labelbottom=False)
+            else:
+                ax.set_xlabel("time [s]")
+        lead.tick_params(labelbottom=False)
+        lead.set_xlim(0.0, run.time[last])
+        figure.align_ylabels()
+        figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)
+        return figure
+
+
+def _look(robot: int, robots: int) -> dict[str, Any]:
+    few = robots <= FEW
+    return {
+        "color": COLORS[robot % len(COLORS)],
+        "linestyle": LINES[robot % 7] if few else "-",
+        "linewidth": (1.3 if robot == 0 else 1.0) if few else 0.6,
+        "alpha": 1.0 if few or robot == 0 else 0.6,
+        "zorder": 3 if robot == 0 else 2,
+    }
+
+
+def _draw_top_view(ax: Axes, run: Run, place: int, last: int) -> None:
+    robots, x, y = run.samples.shape[3], run["x"][place], run["y"][place]
+    draw_world(ax, run, last)
+    order = np.argsort(y[:, 0], kind="stable")
+    at = np.linspace(0, last, _MARKS).round().astype(int)
+    ax.plot(x[order][:, at], y[order][:, at], color="0.75", linestyle="-", linewidth=0.8, zorder=1)
+    for i, nodes in enumerate(run.paths):
+        quiet = TARGET if robots <= FEW else TARGET | {"linewidth": 0.5, "alpha": 0.6}
+        ax.plot(*strided(*nodes), **quiet, zorder=1, label=None if i else "path")  # type: ignore[arg-type]
+        name = f"robot {i + 1}" if robots <= FEW else "robot 1" if i == 0 else "others" if i == 1 else None
+        ax.plot(*strided(x[i, : last + 1], y[i, : last + 1]), **_look(i, robots), label=name)
+        if run.diverged[place, i] and (k := last_known(x[i])) >= 0:
+            mark_stop(ax, x[i, k], y[i, k], COLORS[i % len(COLORS)])
+    draw_bodies(ax, run, place, last)
+    mark_contacts(ax, run, place)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set(xlabel="x [m]", ylabel="y [m]")
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=6)
+
+
+def _draw_lead(ax: Axes, run: Run, place: int, last: int) -> None:
+    """The lead, the band within which robots count as level, and when robot 1 has arrived."""
+    ax.axhspan(-ALIGNED, ALIGNED, color="0.9", linewidth=0)
+    ax.axhline(0.0, **TARGET)  # type: ignore[arg-type]
+    draw_line(ax, run.time[: last + 1], leads(run)[place, : last + 1], color=COLORS[0], linestyle="-", linewidth=1.2)
+    end = int(last_samples(run)[place])
+    if end >= 0:
+        ax.axvline(run.time[end], color="0.45", linewidth=0.8, linestyle=(0, (1, 1.5)))
+        text = "robot 1 at its end "
+        ax.text(run.time[end], 0.9, text, transform=ax.get_xaxis_transform(), ha="right", va="top", fontsize=6.5)
+        low, high = ax.get_ylim()
+        ax.set_ylim(low, high + 0.25 * (high - low))  # above the curve there is room for the words
+    ax.set_ylabel("lead in x [m]")
+
+
+def _draw_channel(ax: Axes, run: Run, place: int, values: np.ndarray, commanded: np.ndarray | None) -> None:
+    robots, time = len(values), run.time[: values.shape[1]]
+    ax.axhline(0.0, **TARGET)  # type: ignore[arg-type]
+    for i in range(robots):
+        if commanded is not None and robots <= FEW:
+            thin = {"color": COLORS[i % len(COLORS)], "linestyle": "-", "linewidth": 0.4, "alpha": 0.6, "zorder": 1.5}
+            draw_line(ax, time, commanded[i, : len(time)], **thin)
+        draw_line(ax, time, values[i], **_look(i, robots))
+        if run.diverged[place, i] and (k := last_known(values[i])) >= 0:
+            mark_stop(ax, time[k], values[i, k], COLORS[i % len(COLORS)])

@@ -1,0 +1,68 @@
+"""What the range sensors of robots read over time: the panels of the thesis's Figs 6.30 to 6.42."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from robotics.figures.drawing import PlotError, draw_line, page_title, shown_until
+from robotics.measures.clearance import clearances
+from robotics.sensing.carried import sensor_names
+from robotics.simulation.run import Run
+from robotics.simulation.spans import seed_place
+
+MOST = 6  # robots that get a panel each
+
+
+def plot_sonar(run: Run, *, seed: int | None = None, robot: int | None = None) -> Figure:
+    """Draw what each range sensor read [m] over time [s], a panel for each robot; a gap is no echo.
+
+    A dashed black line is the true distance of the robot's rectangle from the nearest obstacle.
+
+    Args:
+        run: A run whose law used range sensors.
+        seed: The seed that is drawn, by default the first.
+        robot: One robot, from 1; by default the first six that carry sensors.
+
+    Raises PlotError for a run that kept no readings, and for a robot that it does not have or that carries no sensors;
+    ReplayError for a seed that was not run.
+    """
+    place = seed_place(run, seed)
+    if run.ranges is None:
+        raise PlotError(
+            f"the run of {run.controller!r} on {run.scenario!r} kept no readings of range sensors: its law uses none"
+        )
+    carriers = [i for i, sensors in enumerate(run.about.sensors) if sensors]
+    if robot is not None and robot - 1 not in carriers:
+        known = ", ".join(str(i + 1) for i in carriers)
+        raise PlotError(f"robot {robot} carries no range sensors; those that do are {known or 'none'}")
+    shown = carriers[:MOST] if robot is None else [robot - 1]
+    end = shown_until(run, place)
+    with style():
+        figure = new_figure(DOUBLE, 0.9 + (1.9 if len(shown) == 1 else 1.15 * len(shown)))
+        axes = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
+        for ax, i in zip(axes, shown, strict=True):
+            _draw(ax, run, place, i, end)
+            ax.set_ylabel("range [m]" if len(run.paths) == 1 else f"robot {i + 1}\nrange [m]")
+        axes[-1].set_xlabel("time [s]")
+        axes[-1].set_xlim(0.0, run.time[end - 1])
+        pairs = {n: h for ax in axes for h, n in zip(*ax.get_legend_handles_labels(), strict=True)}
+        figure.legend(pairs.values(), pairs.keys(), loc="outside lower center", ncol=5)
+        figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)
+        return figure
+
+
+def _draw(ax: Axes, run: Run, place: int, robot: int, end: int) -> None:
+    assert run.ranges is not None
+    names, carried, time = sensor_names(run.about.sensors), run.about.sensors[robot], run.time[:end]
+    for name, _ in carried.items():
+        n = names.index(name)
+        read = run.ranges[:end, place, robot, n].astype(float)
+        look = {"color": COLORS[n % len(COLORS)], "linestyle": LINES[n // len(COLORS)], "linewidth": 0.9}
+        draw_line(ax, time, np.where(np.isfinite(read), read, np.nan), label=name.replace("_", " "), **look)
+    if not np.isfinite(run.ranges[:end, place, robot]).any():
+        ax.text(0.5, 0.5, "no echo", transform=ax.transAxes, ha="center", color="0.4", fontsize=7)
+    if run.obstacles is not None:
+        free = clearances(run, place)[robot, :end]
+        draw_line(ax, time, free, color="black", linestyle="--", linewidth=0.9, label="true clearance of obstacles")
+    ax.set_ylim(0.0, 1.05 * max(sensor.range for sensor in carried.values()))

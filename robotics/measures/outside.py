@@ -1,0 +1,106 @@
+"""Inputs of rule bases that left the ranges for which these were made.
+
+A learnt system knows nothing beyond its data, which its universes hold; there it is evaluated at the nearer end. A
+designed rule base is meant to be left: its outermost terms hold on beyond the universe, as shoulders do ("far is far"),
+or it covers all there is, such as angles from -π to π. Which of the two it is can be seen from the terms: an input is
+one of data where all its terms are bells, which are positive everywhere and fade away beyond both ends, as clusters and
+learning make them.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fuzzy.system import Variable
+from robotics.laws.rules.situation import NONE
+from robotics.simulation.run import Run
+
+TOLERANCE = 0.01  # of the universe: what lies beyond its end by less is noise
+SELDOM = 0.002  # of the time: a universe that leaves out the rarest of the data is left as seldom
+FAR = 10.0  # times the universe: so far beyond its end it is looked whether a term holds on
+
+
+class Outside(NamedTuple):
+    """One input of one robot that left its universe, over all seeds of a run."""
+
+    controller: str
+    scenario: str
+    task: str  # of the rule base
+    input: str
+    unit: str
+    robot: int  # from 1
+    universe: tuple[float, float]
+    farthest: float  # the value farthest outside
+    share: float  # of the robot's samples
+
+    def row(self) -> dict[str, Any]:
+        """It as JSON's types."""
+        return {**self._asdict(), "universe": list(self.universe)}
+
+
+def outside(run: Run) -> list[Outside]:
+    """The inputs of data that left their universes by more than TOLERANCE, the farthest first."""
+    if run.inputs is None or not run.about.rule_bases:
+        return []
+    found, row = [], 0
+    for task, system in run.about.rule_bases.items():
+        for variable in system.inputs:
+            values = run.inputs[:, row]  # (samples, runs, robots)
+            row += 1
+            for robot in range(values.shape[-1] if is_of_data(variable) else 0):
+                one = _left(values[..., robot], variable.universe)
+                if one is not None:
+                    names = (run.controller, run.scenario, task, variable.name, variable.unit, robot + 1)
+                    found.append(Outside(*names, variable.universe, *one))
+    return sorted(found, key=_how_far, reverse=True)
+
+
+def is_of_data(variable: Variable) -> bool:
+    """Whether an input's universe is where something is known, and not one that is meant to be left."""
+    low, high = variable.universe
+    if high <= low or not variable.terms:
+        return False
+    if any(type(term).log_formula is None for term in variable.terms.values()):
+        return False
+    for end, way in ((low, -1.0), (high, 1.0)):
+        places = np.array([end, end + way * FAR * (high - low)])
+        near, far = np.array([np.asarray(term(places), dtype=float) for term in variable.terms.values()]).max(axis=0)
+        if far > near / 2:  # a term holds on: a shoulder
+            return False
+    return True
+
+
+def _left(values: np.ndarray, universe: tuple[float, float]) -> tuple[float, float] | None:
+    """The value farthest outside, and the share of the samples outside; None where none is."""
+    low, high = universe
+    # What is told where there is nothing to tell has no place of its own beyond the others
+    known = values[np.isfinite(values) & ((np.abs(values) < NONE) | (values <= high))]
+    slack = TOLERANCE * (high - low)
+    out = known[(known < low - slack) | (known > high + slack)]
+    if not len(out) or len(out) < SELDOM * len(known):
+        return None
+    beyond = np.maximum(low - out, out - high)
+    return float(out[np.argmax(beyond)]), len(out) / len(known)
+
+
+def _how_far(one: Outside) -> float:
+    low, high = one.universe
+    return max(low - one.farthest, one.farthest - high) / (high - low)
+
+
+def outside_sentence(found: list[Outside]) -> str:
+    """One sentence of what :func:`outside` found of a run: the input that went farthest, and how many others did."""
+    one = found[0]
+    low, high = one.universe
+    more = len(found) - 1
+    others = f"; so did {more} more input{'s' * (more > 1)}" if more else ""
+    unit = f" {one.unit}" if one.unit and one.unit != "1" else ""
+    return (
+        f"controller {one.controller!r} on {one.scenario!r} left the data that it knows: {one.input} of robot "
+        f"{one.robot} ({one.task}) came to {one.farthest:.3g}{unit}, its range is {low:.3g} to {high:.3g}{unit}; it "
+        f"was outside {_percent(one.share)} of the time{others}"
+    )
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %" if share >= 0.01 else "less than 1 %"

@@ -1,0 +1,226 @@
+"""Robots as data: files that describe one with what it carries, packaged ones by name, and tables that change one."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from fuzzy.files.atomic import replacing
+from fuzzy.naming import expected
+from robotics.quantity import described
+from robotics.scenario.sensortable import sensors_from_table
+from robotics.sensing.sonar import RangeSensor
+from robotics.tables.build import Builder, Keys
+from robotics.tables.text import parse_table, placed, read_text
+from robotics.vehicle.robot import Robot, RobotError, merged, missing_numbers
+from robotics.vehicle.wheel_loop import Gains
+
+STANDARD = "etsro"  # the robot of a scenario that names none
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotModel:
+    """A robot as a file describes it: its numbers, and the range sensors that it carries."""
+
+    name: str
+    title: str = described("What it is, in a line.", "")
+    source: str = described("Where its numbers come from.", "")
+    robot: Robot = field(metadata={"doc": "Its numbers."})
+    sensors: Mapping[str, RangeSensor] = described("The range sensors that it carries, by name.", default_factory=dict)
+
+
+def robot_names() -> list[str]:
+    """The names of the robots that come with the package."""
+    folder = resources.files("robotics") / "robots"
+    return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+
+
+def load_robot(name: str | Path, folder: Path = Path()) -> RobotModel:
+    """Read the robot of that name, or a ``.toml`` file. Raises RobotError, which names file, line and key.
+
+    Args:
+        name: A name of :func:`robot_names`, or the path of a file.
+        folder: Where a relative path is looked for first; then in the current folder.
+    """
+    if str(name) in robot_names():
+        return _packaged(str(name))
+    text, path = robot_text(name, folder)
+    return parse_robot(text, path.stem, str(path))
+
+
+def robot_text(name: str | Path, folder: Path = Path()) -> tuple[str, Path]:
+    """The text that describes a robot, and its file; the arguments are as of :func:`load_robot`. Raises RobotError."""
+    path = Path(name)
+    if str(name) in robot_names():
+        path = Path(str(resources.files("robotics") / "robots" / f"{name}.toml"))
+    elif path.suffix != ".toml":
+        raise RobotError(f"{expected(str(name), robot_names(), 'robot')}; or the path of a .toml file")
+    else:
+        path = _place(path, folder)
+    return read_text(path, RobotError), path
+
+
+def with_numbers(text: str, numbers: Mapping[str, float]) -> str:
+    """The ``text`` of a robot's file with other ``numbers``, by the names of fields; comments stay as they are.
+
+    A number that the file does not give is added before its first table.
+    """
+    lines = text.splitlines()
+    end = next((k for k, line in enumerate(lines) if line.lstrip().startswith("[")), len(lines))
+    while end and not lines[end - 1].split("#")[0].strip():  # comments and empty lines before it belong to the table
+        end -= 1
+    for name, value in numbers.items():
+        pattern = re.compile(rf"^(\s*{re.escape(name)}\s*=\s*)[^#\s]+")
+        places = [k for k in range(end) if pattern.match(lines[k])]
+        if places:
+            lines[places[0]] = pattern.sub(rf"\g<1>{value!r}", lines[places[0]])
+        else:
+            lines.insert(end, f"{name} = {value!r}")
+            end += 1
+    return "\n".join(lines) + "\n"
+
+
+def write_tuned(name: str | Path, gains: Gains, target: Path, force: bool = False) -> None:
+    """Write a copy of a robot's file with other gains of its wheel loop; comments stay as they are.
+
+    Args:
+        name: As of :func:`load_robot`.
+        gains: The gains.
+        target: The file to write, whole or not at all.
+        force: Whether a file that is there already is overwritten.
+
+    Raises RobotError where there is a file already, and OSError where none can be written.
+    """
+    text, file = robot_text(name)
+    packaged = str(name) in robot_names()
+    if target.suffix != ".toml":
+        raise RobotError(f"{target}: the file of a robot ends in .toml")
+    if target.exists() and (packaged and target.samefile(file)):
+        raise RobotError(f"{target} is the packaged file itself: write another one")
+    if target.exists() and not force:
+        raise RobotError(f"{target} exists already, nothing was written; --force overwrites")
+    changed = {key: value for key, value in gains._asdict().items() if value or key != "kd"}
+    with replacing(target) as temporary:
+        temporary.write_text(with_numbers(text, changed), encoding="utf-8")
+
+
+def _place(path: Path, folder: Path) -> Path:
+    there = folder / path
+    return there if there.is_file() else path
+
+
+@cache
+def _packaged(name: str) -> RobotModel:
+    return parse_robot(robot_text(name)[0], name, f"{name}.toml")
+
+
+def parse_robot(text: str, name: str, file: str = "<text>") -> RobotModel:
+    """Make the robot that a TOML text describes. Raises RobotError.
+
+    Args:
+        text: The TOML text.
+        name: The name of the robot.
+        file: The name of the file in messages.
+    """
+    table = parse_table(text, file, RobotError)
+    with placed(text, file, RobotError):
+        numbers = {key: value for key, value in table.items() if key not in ("title", "source", "sensors")}
+        robot: Robot = _BUILDER.build(Robot, numbers, (), ("title", "source", "sensors"))
+        sensors = sensors_from_table(table.get("sensors", []), ("sensors",), _BUILDER, robot)
+        said: dict[str, Any] = {key: table[key] for key in ("title", "source") if key in table}
+        model: RobotModel = _BUILDER.build(RobotModel, said, (), name=name, robot=robot, sensors=sensors)
+        return model
+
+
+@dataclass(frozen=True)
+class RobotChoice:
+    """What a scenario's file says of a robot: its model, if it names one, and the numbers that it changes or gives."""
+
+    model: RobotModel | None
+    numbers: Mapping[str, Any]
+    robot: Robot  # of these, and what follows from them
+
+    @classmethod
+    def standard(cls) -> "RobotChoice":
+        """The robot of a scenario that says nothing of it."""
+        model = load_robot(STANDARD)
+        return cls(model, {}, model.robot)
+
+
+def chosen_robot(base: RobotChoice | None, value: Any, keys: Keys, builder: Builder, folder: Path) -> RobotChoice:
+    """Read what stands in a scenario's file as ``robot``: a name, the path of a file, or a table.
+
+    A table changes the ``model`` that it names, or the robot that all share, and is a whole robot otherwise. Numbers
+    are changed before others are derived from them.
+
+    Args:
+        base: What the file says of all robots, if it does.
+        value: What stands in the file.
+        keys: Its place in the file.
+        builder: Makes the robot; its errors are raised.
+        folder: Where the paths of files are looked for first; then in the current folder.
+    """
+    if isinstance(value, str):
+        named = _named(value, keys, builder, folder)
+        return RobotChoice(named, {}, named.robot)
+    if not isinstance(value, dict):
+        what = f'robot must be a name such as "{STANDARD}", the path of a .toml file, or a table'
+        raise builder.fault(f"{what}; got {value!r}").about(*keys)
+    numbers = {key: number for key, number in value.items() if key != "model"}
+    if "model" in value:
+        base = chosen_robot(None, _text(value["model"], (*keys, "model"), builder), (*keys, "model"), builder, folder)
+    known = {f.name for f in fields(Robot)}
+    lacking = missing_numbers(numbers)
+    if base is None and lacking and numbers.keys() <= known:
+        what = f"robot is neither whole, it lacks {', '.join(lacking)}, nor does it name the model that it changes"
+        raise builder.fault(f'{what}: model = "{STANDARD}" changes the EtsRo').about(*keys)
+    model = base.model if base else None
+    numbers = merged(base.numbers, numbers) if base else numbers
+    whole = merged(model.robot.given, numbers) if model else numbers
+    return RobotChoice(model, numbers, builder.build(Robot, whole, keys, ("model",)))
+
+
+def robot_tables(table: Mapping[str, Any]) -> dict[str, Any]:
+    """A scenario's ``table`` in which every robot is a table that names its model, so that its numbers can be set."""
+    found = {"robot": {"model": STANDARD}, **table}
+    if isinstance(found["robot"], str):
+        found["robot"] = {"model": found["robot"]}
+    members = found.get("robots")
+    if isinstance(members, list):
+        found["robots"] = [
+            {**each, "robot": {"model": each["robot"]}}
+            if isinstance(each, dict) and isinstance(each.get("robot"), str)
+            else each
+            for each in members
+        ]
+    return found
+
+
+def robot_files(table: Mapping[str, Any], folder: Path) -> dict[str, Path]:
+    """The files of robots that a scenario's ``table`` names, by what it calls them; ``folder`` is that of its file."""
+    members = table.get("robots")
+    places = [table, *(members if isinstance(members, list) else ())]
+    said = [each.get("robot") for each in places if isinstance(each, dict)]
+    names = [each.get("model") if isinstance(each, dict) else each for each in said]
+    files = [name for name in names if isinstance(name, str) and name.endswith(".toml")]
+    return {name: _place(Path(name), folder) for name in files}
+
+
+def _text(value: Any, keys: Keys, builder: Builder) -> str:
+    if not isinstance(value, str):
+        what = f'model must be the name of a robot, such as "{STANDARD}", or the path of a .toml file'
+        raise builder.fault(f"{what}; got {value!r}").about(*keys)
+    return value
+
+
+def _named(name: str, keys: Keys, builder: Builder, folder: Path) -> RobotModel:
+    try:
+        return load_robot(name, folder)
+    except RobotError as error:
+        raise builder.fault(str(error)).about(*keys) from None
+
+
+_BUILDER = Builder(RobotError, {})

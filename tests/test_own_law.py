@@ -1,0 +1,94 @@
+"""The page docs/own-law.md and the templates: every snippet and every file runs as written."""
+
+import re
+import shlex
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fuzzy.errors import InputError
+from robotics.commands.application import main
+from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
+
+PAGE = (Path(__file__).parent.parent / "docs" / "own-law.md").read_text(encoding="utf-8")
+SNIPPETS = [(m[1], m[2]) for m in re.finditer(r"```(\w+)\n(.*?)```", PAGE, re.DOTALL)]
+SHORT = """
+duration = 1.0
+[[robots]]
+start = [0.0, 0.1, 0.0]
+timing = { speed = 0.2 }
+path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }
+"""
+
+
+def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert [kind for kind, _ in SNIPPETS] == ["sh", "sh", "toml", "sh", "toml", "python"]
+    for kind, text in SNIPPETS:
+        if kind == "sh":
+            for line in text.replace("\\\n", " ").splitlines():
+                program, *arguments = shlex.split(line)
+                assert (program, main(arguments)) == ("robotics", 0), capsys.readouterr().err
+        elif kind == "toml" and (file := re.match(r"# ([\w-]+\.toml)", text)):
+            (tmp_path / file[1]).write_text(text, encoding="utf-8")
+        elif kind == "toml":
+            groups = tomllib.loads(text)["project"]["entry-points"]
+            assert {*groups} == {f"fuzzyfleet.{name}" for name in ("laws", "metrics", "rulebases")}
+        else:
+            exec(compile(text, "own-law.md", "exec"), {"__name__": "snippet"})
+    said = capsys.readouterr().out
+    for words in ("RMS acceleration", "MyLaw", "mine.fis", "comfort", "top_speed"):
+        assert words in said
+    sys.modules.pop("mylaw", None)
+
+
+@pytest.mark.parametrize(("kind", "own"), [("law", "own.py:MyLaw"), ("rule-base", "own.fis"), ("metric", "own.py")])
+def test_a_template_runs_as_it_is_written_under_any_name(kind, own, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("short.toml").write_text(SHORT, encoding="utf-8")
+    file = own.partition(":")[0]
+    assert main(["new", kind, "-o", file]) == 0
+    assert file in capsys.readouterr().out.splitlines()[1]
+    if kind != "rule-base":
+        assert f"--{kind} {file}:" in Path(file).read_text(encoding="utf-8")
+    chosen = ["--metric", own] if kind == "metric" else ["--law", own]
+    assert main(["run", "short.toml", *chosen, "-q"]) == 0
+    assert main(["compare", "short.toml", "--controllers", "csm", *chosen, "--seeds", "1", "--no-report", "-q"]) == 0
+    assert {"law": "MyLaw", "rule-base": "own.fis", "metric": "RMS accel."}[kind] in capsys.readouterr().out
+    assert main(["new", kind, "-o", file]) == 2
+    assert "exists already" in capsys.readouterr().err
+
+
+def test_the_template_of_a_law_and_of_a_rule_base_drive_to_their_paths(tmp_path):
+    import robotics
+
+    for kind, file in (("law", "mylaw.py"), ("rule-base", "mine.fis")):
+        write_template(kind, tmp_path / file)
+        run = robotics.simulate(robotics.load_scenario("lyapunov-sine"), robotics.make_controller(str(tmp_path / file)))
+        assert not run.diverged.any()
+        assert np.abs(robotics.cross_track_error(run)[..., -200:]).max() < 0.1
+
+
+def test_the_metric_of_the_template_is_the_root_mean_square_of_a_known_acceleration():
+    from types import SimpleNamespace
+
+    space: dict[str, object] = {}
+    exec(template_text("metric"), space)
+    time = np.arange(5) * 0.5
+    run = SimpleNamespace(time=time)
+    speeds = np.array([[0.0, 1.0, 3.0, 3.0, np.nan]])  # m/s: 2, 4, 0 m/s², then nothing
+    measure: object = space["comfort"]
+    found = measure(type("R", (), {"time": run.time, "__getitem__": lambda self, name: speeds})())  # type: ignore[operator]
+    np.testing.assert_allclose(found, [np.sqrt((4 + 16) / 3)], rtol=1e-12)
+
+
+def test_what_is_no_kind_or_ends_wrongly_is_refused(tmp_path):
+    with pytest.raises(InputError, match="unknown kind of file 'lav'; did you mean 'law'"):
+        template_text("lav")
+    with pytest.raises(InputError, match=r"a law file must end in \.py"):
+        write_template("law", tmp_path / "law.txt")
+    assert {*TEMPLATES} == {"law", "metric", "rule-base"}

@@ -1,0 +1,73 @@
+"""Packages that can be explored: what dir(), help() and type checkers show is what there is, and says what it does."""
+
+import ast
+import importlib
+import inspect
+import pydoc
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGES = ("fuzzy", "anfis", "robotics")
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_one_list_of_names_in_four_places(package):
+    tree = ast.parse((ROOT / package / "__init__.py").read_text(encoding="utf-8"))
+    guarded = next(n for n in tree.body if isinstance(n, ast.If) and ast.unparse(n.test) == "TYPE_CHECKING")
+    checked = {a.name: n.module for n in ast.walk(guarded) if isinstance(n, ast.ImportFrom) for a in n.names}
+    module = importlib.import_module(package)
+    assert sorted(checked) == sorted(module.__all__)
+    assert checked == {name: home for home, names in module._HOMES.items() for name in names}
+    submodules = {f.stem for f in (ROOT / package).glob("[a-z]*.py")}
+    submodules |= {f.parent.name for f in (ROOT / package).glob("*/__init__.py")}
+    assert dir(module) == sorted({*module.__all__, *submodules})
+    for name in dir(module):
+        assert inspect.ismodule(getattr(module, name)) == (name in submodules), name
+    with pytest.raises(AttributeError, match=f"module '{package}' has no attribute 'nothing'"):
+        _ = module.nothing
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_help_shows_every_function_and_what_each_is_for(package):
+    module = importlib.import_module(package)
+    text = pydoc.plain(pydoc.render_doc(module))
+    overview = re.findall(r"\w+", module.__doc__ or "")
+    for name in module.__all__:
+        if inspect.isfunction(getattr(module, name)):
+            assert re.search(rf"^    {name}( = \w+)?\(", text, re.MULTILINE), name
+            matlab = name.endswith("mf") and not name.startswith("plot")
+            assert name in overview or matlab, name
+        else:
+            assert name in text
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_public_name_says_what_it_is(package):
+    module = importlib.import_module(package)
+    for name in module.__all__:
+        thing = getattr(module, name)
+        if not (inspect.isclass(thing) or inspect.isroutine(thing)):
+            continue
+        doc = inspect.getdoc(thing) or ""
+        assert len(doc) > 20, name
+        assert not doc.startswith(f"{name}("), f"{name} has the text that dataclass makes"
+        names = [*inspect.signature(thing).parameters] if inspect.isfunction(thing) else []
+        if len(names) >= 3 and "Args:" not in doc:
+            silent = [argument for argument in names if not re.search(rf"\b{argument}\b", doc)]
+            assert silent == [], f"{name} says nothing of {silent}"
+
+
+def test_completion_knows_the_names_before_they_are_used():
+    code = (
+        "import robotics, rlcompleter, sys; found = rlcompleter.Completer({'robotics': robotics}).attr_matches; "
+        "print(found('robotics.simul'), found('robotics.labo'), 'robotics.simulation.loop' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert "'robotics.simulate('" in done.stdout
+    assert "'robotics.simulation'" in done.stdout
+    assert "[]" in done.stdout
