@@ -29,7 +29,7 @@ class Section(StrEnum):
 def list_(
     section: Annotated[
         Section | None,
-        typer.Argument(metavar="[SECTION]", help="scenarios, robots, controllers, rule-bases or studies."),
+        typer.Argument(metavar="[SECTION]", help="One of scenarios, robots, controllers, rule-bases, studies."),
     ] = None,
     json: Json = False,
 ) -> None:
