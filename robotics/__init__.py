@@ -13,6 +13,10 @@ Measure, compare and look:
     measure_all, metrics_of, measure, measure_team, measure_formation, tracking_error, cross_track_error, arrival_time,
     nearest_distance, progress_gap, true_progress; compare, summarise, Comparison; recovery_curve; explain_decision,
     explain_spans; player, a run in motion
+Draw, each a matplotlib figure:
+    of a run plot_run, plot_team, plot_formation, plot_avoidance, plot_trajectories, plot_distances, plot_progress,
+    plot_modes, plot_sonar, plot_rules_at, plot_meetings; of several plot_comparison, plot_leads, plot_paths,
+    plot_errors, plot_velocities, plot_recovery, plot_scaling; of a law plot_states, plot_certificate
 Your own laws and metrics:
     Law, Setting, Observation, Command, Heard, Preset, ControllerError; metric, Metric; a file or an object is accepted
     wherever a controller or a metric is named: docs/own-law.md
@@ -20,9 +24,9 @@ Your own laws and metrics:
 Each name is imported from its module when it is first used, so that the command line starts quickly.
 """
 
-from typing import TYPE_CHECKING
-
 from fuzzy.lazynames import lazy_names
+
+TYPE_CHECKING = False  # type checkers take it as true by its name; importing typing would double the time
 
 if TYPE_CHECKING:
     from robotics.experiments.comparison import Comparison, compare, summarise

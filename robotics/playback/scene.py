@@ -112,6 +112,7 @@ def _moving(scene: Scene) -> list[Artist]:
     fixed = (scene.bodies, scene.marks, scene.trails, scene.targets, scene.fresh, scene.old, scene.stops, scene.clock)
     return [
         *fixed,
+        scene.wheels,
         scene.touches,
         scene.rings,
         scene.solids,
@@ -130,7 +131,8 @@ def _leaves(figure: Figure) -> list[Artist]:
 
 def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     left, right, bottom, top = film.bounds
-    margin = 0.03 * max(right - left, top - bottom) + 0.15
+    around = max(round(float(np.hypot(robot.length, robot.width)) / 2, 2) for robot in film.robots)
+    margin = 0.03 * max(right - left, top - bottom) + around
     wide = DOUBLE - _LEFT - _RIGHT
     high = float(np.clip(wide * (top - bottom + 2 * margin) / (right - left + 2 * margin), 1.6, 5.2))
     scale = min(wide / (right - left + 2 * margin), high / (top - bottom + 2 * margin))  # inches a metre

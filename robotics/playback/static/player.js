@@ -329,7 +329,8 @@ function mount(model, el, time) {
 
   function layoutScene() {
     const [left, right, bottom, top] = data.bounds,
-      margin = 0.03 * Math.max(right - left, top - bottom) + 0.15;
+      around = Math.max(...data.sizes.map((size) => Math.round(50 * Math.hypot(...size)) / 100)),
+      margin = 0.03 * Math.max(right - left, top - bottom) + around;
     const width = Math.max(160, scene.parentNode.clientWidth),
       inner = width - 56;
     const wanted = (inner * (top - bottom + 2 * margin)) / (right - left + 2 * margin);

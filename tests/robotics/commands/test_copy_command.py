@@ -129,7 +129,7 @@ def test_unknown_names_and_names_of_two_things(site, capsys):
     write_fis(load_rule_base("eta"), site / "boats" / "reference.fis", "Steer a boat.")
     declare(site, "boats", {GROUP: {"boats": "boats"}})
     assert "did you mean 'tracking'? Known: " in fails(capsys, "copy", "eta", "trakking")
-    assert "unknown rule base or scenario 'tracking.toml'" in fails(capsys, "copy", "tracking.toml")
+    assert "unknown rule base, scenario or robot 'tracking.toml'" in fails(capsys, "copy", "tracking.toml")
     said = fails(capsys, "copy", "reference")
     assert said == "robotics: 'reference' is a rule base and a scenario: write reference.fis or reference.toml\n"
     assert main(["copy", "reference.toml", "reference.fis"]) == 0
