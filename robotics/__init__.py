@@ -67,6 +67,8 @@ if TYPE_CHECKING:
     from robotics.radio.description import Radio, RadioError
     from robotics.radio.faults import Fault
     from robotics.radio.graph import adjacency, laplacian
+    from robotics.report.plan import StudyError, StudyPlan, load_study, study_names
+    from robotics.report.study import Study, run_study
     from robotics.scenario.description import Member, Scenario, ScenarioError
     from robotics.scenario.formations import formation_scenario
     from robotics.scenario.random_team import TeamError, random_team, team_toml
@@ -117,6 +119,8 @@ _HOMES = {
     "robotics.radio.description": ("Radio", "RadioError"),
     "robotics.radio.faults": ("Fault",),
     "robotics.radio.graph": ("adjacency", "laplacian"),
+    "robotics.report.plan": ("StudyError", "StudyPlan", "load_study", "study_names"),
+    "robotics.report.study": ("Study", "run_study"),
     "robotics.scenario.description": ("Member", "Scenario", "ScenarioError"),
     "robotics.scenario.formations": ("formation_scenario",),
     "robotics.scenario.random_team": ("TeamError", "random_team", "team_toml"),
@@ -170,6 +174,9 @@ __all__ = [
     "Setting",
     "SimulationError",
     "Sine",
+    "Study",
+    "StudyError",
+    "StudyPlan",
     "TeamError",
     "Timing",
     "Trajectory",
@@ -186,6 +193,7 @@ __all__ = [
     "load_robot",
     "load_run",
     "load_scenario",
+    "load_study",
     "make_controller",
     "measure",
     "measure_all",
@@ -220,8 +228,10 @@ __all__ = [
     "random_team",
     "recovery_curve",
     "robot_names",
+    "run_study",
     "scenario_names",
     "simulate",
+    "study_names",
     "summarise",
     "team_toml",
     "tracking_error",

@@ -23,6 +23,7 @@ class Section(StrEnum):
     robots = "robots"
     controllers = "controllers"
     rule_bases = "rule-bases"
+    studies = "studies"
     metrics = "metrics"
 
 
@@ -30,12 +31,12 @@ def list_(
     section: Annotated[
         Section | None,
         typer.Argument(
-            metavar="[SECTION]", help="What to list: scenarios, robots, controllers, rule-bases or metrics."
+            metavar="[SECTION]", help="What to list: scenarios, robots, controllers, rule-bases, studies or metrics."
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """List scenarios, robots, controllers, rule bases and metrics, those of other installed packages too.
+    """List scenarios, robots, controllers, rule bases, studies and metrics, those of other packages too.
 
     Example: robotics list, or robotics list rule-bases
     """
@@ -111,6 +112,16 @@ def _rule_bases() -> list[dict[str, Any]]:
     return rows
 
 
+def _studies() -> list[dict[str, Any]]:
+    from robotics.report.plan import load_study, study_names
+
+    plans = [load_study(name) for name in study_names()]
+    return [
+        {"name": p.name, "title": p.title, "scenarios": list(p.scenarios), "controllers": list(p.controllers)}
+        for p in plans
+    ]
+
+
 def _metrics() -> list[dict[str, Any]]:
     from robotics.measures.own import installed_metrics
     from robotics.measures.registry import ALL_METRICS
@@ -146,6 +157,7 @@ _HEADINGS = {
     Section.robots: "Robots (a name, or the path of a .toml file; try `robotics robot NAME`, `robotics copy NAME`)",
     Section.controllers: "Controllers (a name, or name:gain=value,gain=value; your own: mylaw.py:MyLaw, mine.fis)",
     Section.rule_bases: "Rule bases (a name, or the path of a .fis file; try `fuzzy show NAME`, `robotics copy NAME`)",
+    Section.studies: "Studies (a name, or the path of a .toml file, for `robotics study`)",
     Section.metrics: "Metrics (measured in scenarios of these kinds; your own: --metric mymetric.py:NAME)",
 }
 _ROWS = {
@@ -153,6 +165,7 @@ _ROWS = {
     Section.robots: _robots,
     Section.controllers: _controllers,
     Section.rule_bases: _rule_bases,
+    Section.studies: _studies,
     Section.metrics: _metrics,
 }
 _LINES = {
@@ -160,5 +173,9 @@ _LINES = {
     Section.robots: lambda row: [row["title"]],
     Section.controllers: _controller_lines,
     Section.rule_bases: _rule_base_lines,
+    Section.studies: lambda row: [
+        row["title"],
+        f"{len(row['scenarios'])} scenarios × {', '.join(row['controllers'])}",
+    ],
     Section.metrics: _metric_line,
 }
