@@ -1,9 +1,12 @@
 """The snippets of a page, run as a reader would run them, but in this process where that is the same and quicker."""
 
 import importlib
+import os
 import re
 import shlex
 import subprocess
+import sys
+import warnings
 from pathlib import Path
 
 PROGRAMS = ("fuzzy", "anfis", "robotics")
@@ -16,18 +19,26 @@ def snippets(page: Path) -> list[tuple[str, str]]:
 
 
 def run_commands(text: str) -> None:
-    """Run the lines of a block of shell commands in the current folder; each must succeed."""
+    """Run the lines of a block of shell commands in the current folder; each must succeed, and may warn."""
+    # The console scripts of this very environment, whether it is activated or not
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     for line in text.replace("\\\n", " ").splitlines():
         words = shlex.split(line, comments=True)
         if not words:
             continue
         if words[0] in PROGRAMS and not _SHELL.search(line.partition("#")[0]):
             main = importlib.import_module(f"{words[0]}.commands.application").main
-            assert main(words[1:]) == 0, line
+            with warnings.catch_warnings():
+                warnings.simplefilter("default")
+                assert main(words[1:]) == 0, line
         else:
-            assert subprocess.run(["sh", "-e", "-c", line], check=False, timeout=240).returncode == 0, line
+            shell = ["sh", "-e", "-c", line]
+            done = subprocess.run(shell, env={**os.environ, "PATH": path}, check=False, timeout=240)
+            assert done.returncode == 0, line
 
 
 def run_python(text: str, name: str) -> None:
     """Run a block of Python as a program of its own."""
-    exec(compile(text, name, "exec"), {"__name__": "__main__"})
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        exec(compile(text, name, "exec"), {"__name__": "__main__"})

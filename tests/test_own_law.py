@@ -1,7 +1,6 @@
 """The page docs/own-law.md and the templates: every snippet and every file runs as written."""
 
 import re
-import shlex
 import sys
 import tomllib
 from pathlib import Path
@@ -12,9 +11,9 @@ import pytest
 from fuzzy.errors import InputError
 from robotics.commands.application import main
 from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
+from tests.snippets import run_commands, run_python, snippets
 
-PAGE = (Path(__file__).parent.parent / "docs" / "own-law.md").read_text(encoding="utf-8")
-SNIPPETS = [(m[1], m[2]) for m in re.finditer(r"```(\w+)\n(.*?)```", PAGE, re.DOTALL)]
+SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "own-law.md")
 SHORT = """
 duration = 1.0
 [[robots]]
@@ -30,16 +29,14 @@ def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     assert [kind for kind, _ in SNIPPETS] == ["sh", "sh", "toml", "sh", "toml", "python"]
     for kind, text in SNIPPETS:
         if kind == "sh":
-            for line in text.replace("\\\n", " ").splitlines():
-                program, *arguments = shlex.split(line)
-                assert (program, main(arguments)) == ("robotics", 0), capsys.readouterr().err
+            run_commands(text)
         elif kind == "toml" and (file := re.match(r"# ([\w-]+\.toml)", text)):
             (tmp_path / file[1]).write_text(text, encoding="utf-8")
         elif kind == "toml":
             groups = tomllib.loads(text)["project"]["entry-points"]
             assert {*groups} == {f"fuzzyfleet.{name}" for name in ("laws", "metrics", "rulebases")}
         else:
-            exec(compile(text, "own-law.md", "exec"), {"__name__": "snippet"})
+            run_python(text, "own-law.md")
     said = capsys.readouterr().out
     for words in ("RMS acceleration", "MyLaw", "mine.fis", "comfort", "top_speed"):
         assert words in said

@@ -11,6 +11,12 @@ import fuzzy
 import robotics
 from tests.snippets import run_commands, snippets
 
+LINE = """
+[[robots]]
+start = [0.0, 0.0, 0.0]
+path = { shape = "line", start = [0.0, 0.0], end = [1.0, 0.0] }
+timing = { speed = 0.1 }
+"""
 DOCS = Path(__file__).parent.parent / "docs"
 
 
@@ -23,20 +29,22 @@ def folder(tmp_path, monkeypatch):
 
 def test_every_snippet_of_the_page_runs_in_order(folder, capsys):
     found = snippets(DOCS / "own-robot.md")
-    assert [kind for kind, _ in found] == ["toml", "sh", "sh", "toml", "sh"]
-    path = """
-[[robots]]
-start = [0.0, 0.0, 0.0]
-path = { shape = "line", start = [0.0, 0.0], end = [1.0, 0.0] }
-timing = { speed = 0.1 }
-"""
-    masses = []
+    assert [kind for kind, _ in found] == ["toml", "sh", "sh", "toml", "toml", "sh"]
+    robots = []
     for kind, text in found:
         if kind == "sh":
             run_commands(text)
         else:
-            masses.append(robotics.parse_scenario(text + path, "own").robots[0].robot.body_mass)
-    assert masses == [robotics.load_robot("turtlebot3-burger").robot.body_mass, 1.6]
+            whole = text.replace("[[robots]]\n", LINE + LINE) if "[[robots]]" in text else text + LINE
+            robots.append(robotics.parse_scenario(whole, "own").setting)
+    burger, loaded, sensing = robots
+    assert burger.robots[0] == robotics.load_robot("turtlebot3-burger").robot
+    assert loaded.robots[0].body_mass == 1.6
+    assert loaded.robots[0].kp > burger.robots[0].kp
+    all_robots, this_robot = sensing.sensors
+    assert [s.noise for s in all_robots.values()] == [0.03] * 4 + [0.0]
+    assert all_robots["rear"].failure_start == 20.0
+    assert {name: s.range for name, s in this_robot.items()} == {"nose": 3.0}
     for name in ("turtlebot.png", "mine.png", "check.png", "corridor.png"):
         assert (folder / name).stat().st_size > 10_000
     said = capsys.readouterr().out

@@ -2,10 +2,7 @@
 
 import doctest
 import importlib
-import os
 import re
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -13,9 +10,11 @@ import numpy as np
 import pytest
 import shapely
 
+from tests.snippets import run_commands, run_python, snippets
+
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-SNIPPETS = [(m[1], m[2]) for m in re.finditer(r"```(\w+)\n(.*?)```", README, re.DOTALL)]
+SNIPPETS = snippets(ROOT / "README.md")
 
 
 @pytest.fixture(scope="module")
@@ -23,32 +22,21 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("readme")
 
 
-def _run(command, folder):
-    # The console scripts of this very environment, whether it is activated or not
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    done = subprocess.run(
-        command, cwd=folder, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=240, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert "Traceback" not in done.stderr
-    return done.stdout
-
-
 def test_the_readme_has_what_a_newcomer_needs():
     kinds = [kind for kind, _ in SNIPPETS]
     assert kinds.count("python") == 6
-    assert kinds.count("sh") == 9
-    assert kinds.count("toml") == 2
+    assert kinds.count("sh") == 10
+    assert kinds.count("toml") == 1
 
 
-def test_snippets_run_in_order(folder):
+def test_snippets_run_in_order(folder, monkeypatch, capsys):
     """One after the other in one folder: later ones use the files of earlier ones."""
-    output = ""
+    monkeypatch.chdir(folder)
     for kind, text in SNIPPETS:
         if kind == "python":
-            output += _run([sys.executable, "-c", text], folder)
+            run_python(text, "README.md")
         elif kind == "sh" and "make " not in text:
-            output += _run(["sh", "-e", "-c", text], folder)
+            run_commands(text)
         elif file := re.match(r"# ([\w-]+\.toml)", text):
             (folder / file[1]).write_text(text, encoding="utf-8")
     for name in (
@@ -64,9 +52,15 @@ def test_snippets_run_in_order(folder):
         "team.png",
         "team.html",
         "crossing-3-A-seed-4.html",
+        "mine.png",
+        "robot.png",
+        "mine/report.html",
     ):
         assert (folder / name).stat().st_size > 200, name
     _check_the_wall_is_followed(folder)
+    said = capsys.readouterr()
+    assert "Traceback" not in said.err
+    output = said.out
     assert "within 5 cm of the path after" in output
     assert "virtual-structure  from" in output
     import fuzzy
@@ -93,19 +87,6 @@ def _check_the_wall_is_followed(folder):
     assert 0.36 < np.median(distance) < 0.46
     along = np.unwrap(shapely.line_locate_point(wall, places), period=wall.length)
     assert along[-1] - along[0] > wall.length
-
-
-def test_the_sensors_of_the_readme_are_what_a_scenario_takes():
-    from robotics.scenario.reading import parse_scenario
-
-    (text,) = (text for kind, text in SNIPPETS if kind == "toml" and "[[sensors]]" in text)
-    path = 'path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }\ntiming = { speed = 0.2 }\n'
-    robot = f"[[robots]]\nstart = [0.0, 0.0, 0.0]\n{path}"
-    scenario = parse_scenario(text.replace("[[robots]]\n", f"{robot}{robot}"), "readme")
-    all_robots, this_robot = scenario.setting.sensors
-    assert [s.noise for s in all_robots.values()] == [0.03] * 4 + [0.0]
-    assert all_robots["rear"].failure_start == 20.0
-    assert {name: s.range for name, s in this_robot.items()} == {"nose": 3.0}
 
 
 def test_make_targets_named_in_the_readme_exist():
