@@ -17,9 +17,9 @@ Look:
 Each name is imported from its module when it is first used, so that the command line starts quickly.
 """
 
-from typing import TYPE_CHECKING
-
 from fuzzy.lazynames import lazy_names
+
+TYPE_CHECKING = False  # type checkers take it as true by its name; importing typing would double the time
 
 if TYPE_CHECKING:
     from anfis.consequents import Recursive, recursive_start, recursive_step

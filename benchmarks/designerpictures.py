@@ -138,15 +138,41 @@ def _try_it(page: Any) -> None:
     _until_run(page, columns=4)
 
 
+def _seeds(page: Any) -> None:
+    page.get_by_label("Scenario", exact=True).select_option("table-2-1")
+    _until_run(page, columns=4)
+    page.get_by_label("Seeds at once").select_option("20")
+    _until_seeds(page)
+
+
+def _editing(page: Any) -> None:
+    page.get_by_label("Scenario", exact=True).select_option("past-a-post.toml")
+    page.wait_for_selector(".fd-tryout .se-stale")
+    _until_seeds(page)
+    page.wait_for_selector(".fleet-player canvas")
+    _until_run(page, columns=4)
+    page.get_by_role("button", name="Edit the scenario's file").click()
+    page.get_by_label("Text of the scenario past-a-post.toml").press("Control+End")
+    page.evaluate("document.activeElement.blur()")
+
+
+def _until_seeds(page: Any) -> None:
+    page.wait_for_function("document.querySelectorAll('.fd-tryout .se-row:not(.se-stale) .se-one').length === 20")
+    page.wait_for_function("document.querySelector('.fd-tryout .tr-seeds progress').hasAttribute('hidden')")
+    page.wait_for_function("!document.querySelector('.fd-tryout .tr-metrics').innerText.includes('…')")
+
+
 def _team(page: Any) -> None:
-    page.get_by_label("Scenario").select_option("outage-10s")
+    page.get_by_role("button", name="Close", exact=True).click()
+    page.get_by_label("Seeds at once").select_option("1")
+    page.get_by_label("Scenario", exact=True).select_option("outage-10s")
     page.wait_for_selector(".fleet-player canvas")
     _until_run(page, columns=4)
     _set(page.locator(".fleet-player input[type=range]").first, 24.0)
 
 
 def _train(page: Any) -> None:
-    page.get_by_label("Scenario").select_option("table-2-1")
+    page.get_by_label("Scenario", exact=True).select_option("table-2-1")
     tab(page, "Train")
     page.get_by_label("Start from").select_option("grid")
     page.get_by_label("Data from a file").select_option("f:sinc.csv")
@@ -158,7 +184,7 @@ def _train(page: Any) -> None:
 def _edited(page: Any) -> None:
     """A wider "Straight" than the file's, dashed behind it, smaller rates of turn, and what the robot makes of them."""
     tab(page, "Try it")
-    page.get_by_label("Scenario").select_option("fuzzy-off-path")
+    page.get_by_label("Scenario", exact=True).select_option("fuzzy-off-path")
     _until_run(page, columns=4)
     page.locator(".fd-terms .fd-tab").nth(1).click()
     for foot, value in (("left", -0.9), ("right", 0.9)):
@@ -197,6 +223,8 @@ VIEWS: dict[str, tuple[int, Callable[[Any], None]]] = {
     "relief": (1, _relief),
     "compared": (1, _compared),
     "try-it": (1, _try_it),
+    "seeds": (1, _seeds),
+    "editing": (1, _editing),
     "team": (1, _team),
     "train": (1, _train),
 }

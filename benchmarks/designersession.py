@@ -21,6 +21,21 @@ from fuzzy.system import Terms
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 PATIENCE = 120_000  # ms that a step may take on a busy machine
+_PAST_A_POST = """\
+title = "Close past a post"
+duration = 12.0
+sensing = { posture = "pose", position_noise = 0.02, heading_noise = 0.02, start_position = 0.03 }
+
+[[robots]]
+start = [0.0, 0.1, 0.0]
+path = { shape = "line", start = [0.0, 0.0], end = [3.0, 0.0] }
+timing = { duration = 10.0 }
+
+[[obstacles]]
+shape = "disc"
+position = [1.5, 0.205]
+radius = 0.1
+"""
 _START = "import sys; from fuzzy.commands.application import main; sys.exit(main(sys.argv[1:]))"
 
 
@@ -35,7 +50,7 @@ def missing() -> str | None:
 
 
 def workplace(folder: Path) -> Path:
-    """A folder with the tracking rule base, one to compare it with, and a table to learn from."""
+    """A folder with the tracking rule base, one to compare it with, a scenario, and a table to learn from."""
     folder.mkdir(parents=True, exist_ok=True)
     text = (files("robotics") / "rulebases" / "tracking.fis").read_text(encoding="utf-8")
     (folder / "tracking.fis").write_text(text, encoding="utf-8")
@@ -49,6 +64,7 @@ def workplace(folder: Path) -> Path:
     near = [(name, replace(t, b=0.3, c=0.8) if name == "Far" else t) for name, t in first.terms.items()]
     inputs = (replace(first, terms=Terms(near)), *fis.inputs[1:])
     write_fis(replace(fis, inputs=inputs, outputs=tuple(outputs), name="sharper"), folder / "sharper.fis")
+    (folder / "past-a-post.toml").write_text(_PAST_A_POST, encoding="utf-8")
     rng = np.random.default_rng(0)
     x = rng.uniform(-3.0, 3.0, (400, 2))
     z = np.sinc(x[:, 0]) * np.sinc(x[:, 1])

@@ -22,9 +22,9 @@ Look and understand:
 Each name is imported from its module when it is first used. What is wrong with an input is an InputError, a ValueError.
 """
 
-from typing import TYPE_CHECKING
-
 from fuzzy.lazynames import lazy_names
+
+TYPE_CHECKING = False  # type checkers take it as true by its name; importing typing would double the time
 
 if TYPE_CHECKING:
     from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno

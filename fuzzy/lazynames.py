@@ -5,12 +5,11 @@ The three packages share it: ``dir()``, tab completion and ``help()`` show all n
 
 from collections.abc import Callable, Mapping
 from importlib import import_module
-from typing import Any
 
 
 def lazy_names(
     package: str, homes: Mapping[str, tuple[str, ...]]
-) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
     """The functions ``__getattr__`` and ``__dir__`` of a package, PEP 562.
 
     A submodule is imported when it is first used as well: ``robotics.laws.catalogue`` after ``import robotics``.
@@ -26,9 +25,10 @@ def lazy_names(
 
         return {found.name for found in iter_modules(import_module(package).__path__) if found.name[0] != "_"}
 
-    def get(name: str) -> Any:
+    def get(name: str) -> object:
         if name in home:
-            return getattr(import_module(home[name]), name)
+            found: object = getattr(import_module(home[name]), name)
+            return found
         if name[0] != "_" and name in submodules():
             return import_module(f"{package}.{name}")
         raise AttributeError(f"module {package!r} has no attribute {name!r}")

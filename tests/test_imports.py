@@ -160,7 +160,7 @@ def test_what_is_wrong_with_a_tree_is_seen(tmp_path):
 @pytest.mark.parametrize(
     ("statement", "heavy"),
     [
-        ("import fuzzy", {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy"}),
+        ("import fuzzy, anfis, robotics", {"numpy", "torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy"}),
         ("import fuzzy.commands.application", {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy"}),
         (
             "import robotics.commands.application",

@@ -10,7 +10,7 @@ from fuzzy.errors import InputError
 
 COUNTS = (1, 5, 20)
 _PAUSE = 0.5  # s without an edit before several seeds are run
-_PORTION = 5  # seeds at a time: between two portions an edit ends the round
+_PORTION = 10  # seeds at a time: between two portions an edit ends the round
 Work = tuple[Any, ...]  # the first seed, a function for a background process, and its arguments but the seeds
 
 

@@ -163,20 +163,20 @@ class TryoutSession:
 
     def _choose_rival(self, value: Any) -> None:
         """Take another law to compare with; the folder's are looked at only now that they are asked for."""
-        self.watched.pop("rival", None)
-        file = ""
+        file, system = "", None
         if isinstance(value, str) and value.endswith(".fis"):
-            file, self.rival_system = value, self.folder.read(value)
+            file, system = value, self.folder.read(value)
         elif isinstance(value, str) and ".py:" in value:
-            file, self.rival_system = value.rpartition(":")[0], None
+            file = value.rpartition(":")[0]
             law_path(self.folder, value)
         else:
-            self.rival_system = None
             known = [n for pairs in self._rivals().values() for n, _ in pairs]
             if value not in known:
                 raise TryoutError(expected(str(value), known, "law to compare with"))
+        self.watched.pop("rival", None)
         if file:
             self.watched["rival"] = file, changed_at(self.folder, file)
+        self.rival_system = system
         self.rival = value
         self.wanted |= {"rival"}
         self.widget.update(trial=self._trial())
@@ -372,7 +372,7 @@ class TryoutSession:
                     data = await self._made(what)
                     said = None
                 except (InputError, WorkError) as error:
-                    data, said = None, {"message": str(error)}
+                    data, said = None, {"message": str(error), "failed": isinstance(error, WorkError)}
                 if asked != (self.wish, self._driven()):
                     continue  # it belongs to another scenario: what is wanted now is run
                 self.took[what] = monotonic() - began
@@ -386,22 +386,18 @@ class TryoutSession:
         if self.seen and not self.wanted and self.trial is not None:
             self.rounds.wake()
 
-    def _show(self, what: str, data: dict[str, Any] | None, said: dict[str, str] | None) -> None:
+    def _show(self, what: str, data: dict[str, Any] | None, said: dict[str, Any] | None) -> None:
         if what == "course":
             self._settle(data, said)
-        elif what == "tried":
+        elif what in _RUNS:
             # That the law refuses the run is what became of it, and no fault of the page's.
-            shown = {"label": self._present().name, "why": said["message"]} if said else data
-            self.widget.update(tried=shown, problem=None)
-        elif said is None:
-            if what != "check":
-                self.widget.update(**{what: data})
-        elif what == "rival":
-            self.widget.update(rival={"label": self._rival(), "why": said["message"]})
-        else:
-            self.widget.update(before={"label": self.label, "why": said["message"]})
+            names = {"tried": self._present().name, "before": self.label, "rival": self._rival()}
+            why = {"label": names[what], "why": said["message"], "failed": said["failed"]} if said else data
+            self.widget.update(**{what: why} | ({"problem": None} if what == "tried" else {}))
+        elif what == "choices" and said is None:
+            self.widget.update(choices=data)
 
-    def _settle(self, place: dict[str, Any] | None, said: dict[str, str] | None) -> None:
+    def _settle(self, place: dict[str, Any] | None, said: dict[str, Any] | None) -> None:
         """Go on with the place that the system has found, or say why there is none."""
         if place is None:
             self.trial, self.place = None, {}

@@ -22,32 +22,35 @@ from robotics.figures.drawing import (
     strided,
 )
 from robotics.figures.faults import FEW
-from robotics.figures.world import draw_bodies, draw_world
-from robotics.measures.formations import ALIGNED, last_samples, leads
+from robotics.figures.world import draw_bodies, draw_world, moments
+from robotics.laws.catalogue import CATALOGUE
+from robotics.measures.formations import ALIGNED, last_samples, leads, place_error, x_grows
 from robotics.measures.tracking import cross_track_error
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
 
-_MARKS = 7  # equal times at which the robots are joined by a line
 _AFTER = 1.0  # s shown after the last robot came to rest
 
 
 def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
-    """Draw a formation: paths, robot 1's lead over the others, distances from the own path, speeds, wheel speeds.
+    """Draw a formation: paths, robot 1's lead over the others, distances from path and place, speeds, wheels.
 
-    Grey lines join the robots of one time, at seven equal times. A thin line beside a robot's speed is the command; a
-    law that commands torques has these in place of the wheels' speeds. Speeds are in m/s and rad/s, those of the wheels
-    over the ground; leads and distances are in m.
+    The lead is that in x where x grows along all paths, else that along robot 1's path; a robot's place is the point of
+    its path level with robot 1. Grey lines join the robots of one time, at eight equal times. A thin line beside a
+    robot's speed is the command; a law that commands torques has these in place of the wheels' speeds. Speeds are in
+    m/s and rad/s, those of the wheels over the ground; leads and distances are in m.
 
     Args:
-        run: A run of a scenario of the kind "formation".
+        run: A run of a scenario of the kind "formation", or of several robots under a law for formations.
         seed: The seed that is drawn, by default the first.
 
-    Raises PlotError for a run of another kind, ReplayError for a seed that was not run.
+    Raises PlotError for another run, ReplayError for a seed that was not run.
     """
     place = seed_place(run, seed)
-    if run.about.kind != "formation":
-        raise PlotError(f'{run.scenario} is no formation: its kind is "{run.about.kind}"; plot_run draws it')
+    if not is_formation(run):
+        raise PlotError(
+            f'{run.scenario} is no formation but of the kind "{run.about.kind}", and its law none for formations'
+        )
     last = shown_until(run, place, _AFTER) - 1
     torque = run.level == "torque"
     command = None if torque else (run["command_1"][place], run["command_2"][place])
@@ -59,22 +62,23 @@ def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
     unit = "torque [N m]" if torque else "[m/s]"
     panels: list[tuple[str, np.ndarray, np.ndarray | None]] = [
         ("off its path [m]", cross_track_error(run)[place], None),
+        ("off its place [m]", place_error(run)[place], None),
         ("v [m/s]", run["v"][place], None if command is None else command[0]),
         ("ω [rad/s]", run["w"][place], None if command is None else command[1]),
         (f"right wheel {unit}", wheels[0], None),
         (f"left wheel {unit}", wheels[1], None),
     ]
     with style():
-        figure = new_figure(DOUBLE, 7.2)
-        grid = figure.add_gridspec(4, 2, height_ratios=(2.2, 1, 1, 1))
+        figure = new_figure(DOUBLE, 8.6)
+        grid = figure.add_gridspec(5, 2, height_ratios=(2.3, 1, 1, 1, 1))
         _draw_top_view(figure.add_subplot(grid[0, :]), run, place, last)
-        lead = figure.add_subplot(grid[1, 0])
+        lead = figure.add_subplot(grid[1, :])
         _draw_lead(lead, run, place, last)
-        for k, (label, values, commanded) in enumerate(panels, start=1):
-            ax = figure.add_subplot(grid[1 + k // 2, k % 2], sharex=lead)
+        for k, (label, values, commanded) in enumerate(panels):
+            ax = figure.add_subplot(grid[2 + k // 2, k % 2], sharex=lead)
             _draw_channel(ax, run, place, values[:, : last + 1], commanded)
             ax.set_ylabel(label)
-            if k < len(panels) - 1:
+            if k < len(panels) - 2:
                 ax.tick_params(labelbottom=False)
             else:
                 ax.set_xlabel("time [s]")
@@ -83,6 +87,14 @@ def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
         figure.align_ylabels()
         figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)
         return figure
+
+
+def is_formation(run: Run) -> bool:
+    """Whether a run is that of a formation: by its scenario's kind, or of several robots by its law's."""
+    preset = CATALOGUE.get(run.controller.partition(":")[0])
+    return run.about.kind == "formation" or (
+        run.samples.shape[3] > 1 and preset is not None and preset.kind == "formation"
+    )
 
 
 def _look(robot: int, robots: int) -> dict[str, Any]:
@@ -100,7 +112,7 @@ def _draw_top_view(ax: Axes, run: Run, place: int, last: int) -> None:
     robots, x, y = run.samples.shape[3], run["x"][place], run["y"][place]
     draw_world(ax, run, last)
     order = np.argsort(y[:, 0], kind="stable")
-    at = np.linspace(0, last, _MARKS).round().astype(int)
+    at = moments(last)
     ax.plot(x[order][:, at], y[order][:, at], color="0.75", linestyle="-", linewidth=0.8, zorder=1)
     for i, nodes in enumerate(run.paths):
         quiet = TARGET if robots <= FEW else TARGET | {"linewidth": 0.5, "alpha": 0.6}
@@ -128,7 +140,7 @@ def _draw_lead(ax: Axes, run: Run, place: int, last: int) -> None:
         ax.text(run.time[end], 0.9, text, transform=ax.get_xaxis_transform(), ha="right", va="top", fontsize=6.5)
         low, high = ax.get_ylim()
         ax.set_ylim(low, high + 0.25 * (high - low))  # above the curve there is room for the words
-    ax.set_ylabel("lead in x [m]")
+    ax.set_ylabel("lead in x [m]" if x_grows(run) else "lead along\nits path [m]")
 
 
 def _draw_channel(ax: Axes, run: Run, place: int, values: np.ndarray, commanded: np.ndarray | None) -> None:

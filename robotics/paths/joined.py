@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -50,13 +51,13 @@ class PathTable:
         """
         if self.shares is None:
             return s / self.lengths
-        return self._interpolated(s, [(nodes, rows[0]) for nodes, rows in self._nodes()])
+        return self._interpolated(s, [(nodes, rows[0]) for nodes, rows in self._nodes])
 
     def place(self, share: np.ndarray) -> np.ndarray:
         """The abscissae [m] at the progress ``share`` (..., robots); what :meth:`share` inverts."""
         if self.shares is None:
             return share * self.lengths
-        return self._interpolated(share, [(rows[0], nodes) for nodes, rows in self._nodes()])
+        return self._interpolated(share, [(rows[0], nodes) for nodes, rows in self._nodes])
 
     def stretch(self, share: np.ndarray) -> np.ndarray:
         """The way [m] on each path for each unit of progress, at ``share`` (..., robots): the lengths, or nearly so."""
@@ -74,6 +75,7 @@ class PathTable:
             return np.asarray(share * self.lengths[..., None, :])
         return self.place(np.broadcast_to(share, (*s.shape, s.shape[1])))
 
+    @cached_property
     def _nodes(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """The abscissae of each path's nodes, and its shares."""
         assert self.shares is not None

@@ -6,6 +6,7 @@ from where its reference begins, σ = (s − s_0)/(length − s_0), which goes o
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -26,6 +27,11 @@ class Level:
         whole = references.whole if isinstance(references, Later) else references
         return cls(whole.joined, whole.at(0.0).s)
 
+    @cached_property
+    def _leader_nodes(self) -> np.ndarray:
+        """The abscissae of the nodes of the leader's path [m]."""
+        return np.linspace(0.0, float(self.joined.lengths[0]), int(self.joined.cells[0]) + 1)
+
     def share(self, s: np.ndarray) -> np.ndarray:
         """The shares of the ways, of robots at the abscissae ``s`` (..., robots) [m]."""
         if self.joined.shares is not None:
@@ -43,7 +49,7 @@ class Level:
         share = self.share(s)
         if self.joined.shares is not None:
             shares = self.joined.shares[0][0]
-            return np.interp(share, shares, np.linspace(0.0, self.joined.lengths[0], len(shares)))
+            return np.interp(share, shares, self._leader_nodes)
         begin, length = self.begin[..., :1], self.joined.lengths[..., :1]
         return np.asarray(begin + share * (length - begin))
 

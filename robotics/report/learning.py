@@ -18,11 +18,12 @@ from fuzzy.errors import InputError
 from fuzzy.fitting.search import SearchResult
 from fuzzy.shell.progress import Begin
 from fuzzy.system import Sugeno
-from robotics.experiments.learning.formationlearning import Learnt
+from robotics.experiments.learning.datacard import Card, card_path, read_card
+from robotics.experiments.learning.formationlearning import Learnt, input_columns
 from robotics.experiments.learning.fresh import Columns, columns_of
 from robotics.experiments.learning.scatter import DRAWS, ScatterError, scatter
 from robotics.figures.drawing import seeds_as_text
-from robotics.figures.formation_run import plot_formation
+from robotics.figures.formation_run import is_formation, plot_formation
 from robotics.figures.formations import Fit, ShareOfRange, plot_search_and_epochs, plot_shares, plot_stages
 from robotics.figures.run import plot_run
 from robotics.laws.catalogue import make_controller
@@ -39,6 +40,7 @@ from robotics.simulation.run import Run
 
 OPEN = 6  # networks that are shown unfolded, at most
 STAGES = ("after clustering", "after learning")
+_NO_DRIVE = "How the networks drive is not shown: no scenario was named (--drive)."
 _ROBOTS = 6  # robots that get a column each
 _SENTENCES = 5  # contacts and stops that are told
 # What the remarks remark on
@@ -111,7 +113,7 @@ def write_learning_report(
     return write_paper(
         path,
         title or f"Networks learnt from {samples.file}",
-        _lead(networks, samples, check),
+        [*_lead(networks, samples, check), *([] if runs else [_NO_DRIVE])],
         chapters,
         command=command,
         program=_program(networks, samples, check, folder, path),
@@ -156,7 +158,7 @@ def learning_chapters(
 
 
 def _demand_columns(networks: Sequence[Learnt], table: Samples) -> None:
-    wanted = [v.name for network in networks for v in (*network.after.inputs, *network.after.outputs)]
+    wanted = [name for network in networks for name in (*input_columns(network.after), network.output)]
     missing = [name for name in dict.fromkeys(wanted) if name not in table.names]
     if missing:
         raise LearningReportError(
@@ -355,24 +357,38 @@ def _data(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -
     outputs = {network.output for network in networks}
     units: dict[str, str] = {}
     for network in networks:
-        for variable in network.after.inputs:
-            inputs.setdefault(variable.name, []).append(network.output)
-        units |= {v.name: v.unit for v in (*network.after.inputs, *network.after.outputs)}
+        for name, variable in zip(input_columns(network.after), network.after.inputs, strict=True):
+            inputs.setdefault(name, []).append(network.output)
+            units[name] = variable.unit
+        units[network.output] = network.after.outputs[0].unit
+    card = _card(samples)
     rows = []
     for name in samples.names:
         role = "output" if name in outputs else f"input of {', '.join(inputs[name])}" if name in inputs else "not used"
-        row = [name, units.get(name, "") or "–", role]
+        known = card.columns.get(name, {})
+        row = [name, units.get(name) or known.get("unit") or "–", role]
         for table in (samples, check):
             if table is not None:
                 column = table.values[:, table.names.index(name)] if name in table.names else np.array([np.nan])
                 row += [_plain(float(v)) for v in (column.min(), column.max(), column.std())]
-        rows.append(tuple(row))
+        rows.append((*row, known.get("meaning", "")) if card.columns else tuple(row))
     head: tuple[str, ...] = ("column", "unit", "role", "least", "greatest", "standard deviation")
     if check is not None:
         head += ("checking: least", "greatest", "standard deviation")
+    if card.columns:
+        head += ("meaning",)
     told = f"{samples.file}: {len(samples.values)} samples"
     told += "" if check is None else f"; {check.file}: {len(check.values)} checking samples"
-    return Chapter("data", "The data", (), [Grid(f"{told}.", head, rows)], (), (), ())
+    made = Grid(f"How {samples.file} was made, by its card.", ("fact", "value"), list(card.facts.items()))
+    return Chapter("data", "The data", (), [Grid(f"{told}.", head, rows), *([made] if card.facts else [])], (), (), ())
+
+
+def _card(samples: Samples) -> Card:
+    """The data card beside the table's file; an empty one where there is none that can be read."""
+    try:
+        return read_card(card_path(samples.file))
+    except (OSError, StopIteration, ValueError, IndexError):
+        return Card({}, {})
 
 
 def _network(k: int, errors: Errors, samples: Samples, check: Samples | None, closed: bool) -> Chapter:
@@ -450,7 +466,7 @@ def _drive(k: int, run: Run) -> Chapter:
     head = [f"robot {i + 1}" for i in range(robots)] if few else ["least", "median", "largest"]
     name = f"drive-{k + 1}"
     together = robots > 1
-    page = partial(plot_formation if run.about.kind == "formation" else plot_run, run)
+    page = partial(plot_formation if is_formation(run) else plot_run, run)
     return Chapter(
         name,
         f"The networks drive {run.scenario}",

@@ -55,7 +55,8 @@ export function seedStrip(pick) {
     const how =
       { contact: "the first contact", stopped: "a robot was stopped", refused: "refused" }[last] ?? `by ${by}`;
     const why = shown === worst ? `the worst: ${how}` : `picked; the worst is seed ${worst}`;
-    say(caption, `${seeds.count} seeds of this design: ${found}. Drawn: seed ${shown} (${why}).`);
+    const all = told.refused === seeds.count ? "" : ` Drawn: seed ${shown} (${why}).`;
+    say(caption, `${seeds.count} seeds of this design: ${found}.${all}`);
     const held = row.contains(document.activeElement) ? document.activeElement.dataset.seed : null;
     const values = seeds.rows.map((each) => (typeof each.value === "number" ? each.value : null));
     const sorted = values.filter((value) => value !== null).sort((a, b) => a - b);

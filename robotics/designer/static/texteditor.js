@@ -43,7 +43,10 @@ export function textEditor(send) {
   const told = element("p", { class: "te-told", role: "status" });
   const go = element("button", { type: "button", class: "tr-plain", onclick: () => toLine() }, "Go to the line");
   const button = (text, onclick) => element("button", { type: "button", class: "tr-button", onclick }, text);
-  const save = button("Save", () => (state.given.own ? write() : name(true)));
+  const save = button("Save", () => {
+    name(false);
+    write();
+  });
   const saveAs = button("Save as …", () => name(!state.naming));
   const revert = button("Revert", () => {
     forgetText(state.given.what, state.given.name);
@@ -145,9 +148,9 @@ export function textEditor(send) {
     }
     const fresh = editor.copy !== state.copy || editor.what !== state.given?.what;
     const renamed = state.given !== null && state.given.name !== editor.name;
-    if (editor.own && (editor.saved || renamed)) {
+    if (!fresh && editor.own && (editor.saved || renamed)) {
       forgetText(editor.what, editor.name);
-      if (renamed && !fresh) forgetText(state.given.what, state.given.name);
+      forgetText(state.given.what, state.given.name);
       name(false);
       newName.value = "";
     }
@@ -165,15 +168,15 @@ export function textEditor(send) {
       "aria-invalid": editor.message ? "true" : null,
     });
     const edited = area.value !== editor.text;
-    say(mark, edited ? "edited" : editor.own ? "saved" : "comes with the package, or from elsewhere");
+    say(mark, edited ? "edited" : editor.own ? "saved" : "not in this folder");
     const words = [editor.asks, editor.message || (edited ? "The text is valid; it is tried as it stands here." : "")];
     say(told, words.filter(Boolean).join(" "));
     put(told, { class: editor.message || editor.asks ? "te-told te-fault" : "te-told" });
     go.hidden = !editor.message || editor.line === null;
     overwrite.hidden = !editor.asks;
     revert.disabled = !edited;
-    save.disabled = editor.own && !edited && !editor.asks;
-    saveAs.hidden = !editor.own;
+    save.hidden = !editor.own;
+    save.disabled = !edited && !editor.asks;
     number();
   }
 

@@ -33,7 +33,7 @@ const SHEETS = ["./tryout.css", "./seeds.css", "./texteditor.css", "../../playba
 );
 const NAMES = ["choices", "files", "trial", "course", "tried", "before", "rival", "problem", "seeds"];
 const COUNTS = [1, 5, 20]; // of seeds that are run at once
-const ENDS = { contact: "Contact", stopped: "Stopped", refused: "Refused" }; // what became of a run that ended early
+const ENDS = { contact: "Contact", stopped: "Stopped", refused: "Refused", failed: "Failed" }; // what became of a run that ended early
 const COUNTED = {
   contact: "runs with a contact",
   stopped: "runs with a robot that was stopped",
@@ -331,12 +331,9 @@ export async function render({ model, el }) {
     );
     noise.checked = trial.noise ?? true;
     const drawn = course?.noises ?? [];
-    say(
-      noiseWords,
-      drawn.length
-        ? `off takes away: ${drawn.join(", ")}; encoders, latency and faults stay`
-        : "this scenario has none: all seeds are alike",
-    );
+    const off = noise.checked ? "off takes away" : "taken away";
+    const some = `${off}: ${drawn.join(", ")}; encoders, latency and faults stay`;
+    say(noiseWords, course === null ? "" : drawn.length ? some : "this scenario has none");
     rivalField.hidden = pin.hidden = course === null;
     lawField.hidden = laws.length < 2;
     aheadField.hidden = !course?.ahead;
@@ -364,20 +361,20 @@ export async function render({ model, el }) {
       const data = get(name);
       if (data === null) continue;
       for (const text of data.warned ?? []) gather(warned, text, name, data);
-      const found = data.why ? [["refused", data.why]] : (data.outcomes ?? []);
+      const found = data.why ? [[data.failed ? "failed" : "refused", data.why]] : (data.outcomes ?? []);
       for (const [kind, text] of found) gather(boxes, `${kind}:${text}`, name, data);
       for (const note of data.notes ?? []) told.push(`${label(name, data)}: ${note}`);
     }
     const names = (who) => who.map(([, text]) => text).join(", ");
     const before = [...warned].map(([text, who]) => {
-      const head = element("strong", {}, `Before the run: ${names(who)}`);
-      return element("p", { class: "tr-end tr-end-warned" }, head, element("span", {}, text));
+      const head = element("strong", {}, `Before the run: ${names(who)}.`);
+      return element("p", { class: "tr-end tr-end-warned" }, head, ` ${text}`);
     });
     const after = [...boxes].map(([key, who]) => {
       const [, kind, text] = /^(\w+):(.*)$/s.exec(key);
-      const head = element("strong", {}, `${ENDS[kind]}: ${names(who)}`);
+      const head = element("strong", {}, `${ENDS[kind]}: ${names(who)}.`);
       const looks = `tr-end tr-end-${kind} ${who.some(([name]) => name === "tried") ? "" : "tr-end-other"}`;
-      return element("p", { class: looks }, sign(kind, 14), head, element("span", {}, text));
+      return element("p", { class: looks }, sign(kind, 14), head, ` ${text}`);
     });
     notes.replaceChildren(...before);
     ends.replaceChildren(...after, ...told.map((text) => element("p", { class: "tr-note" }, text)));
@@ -504,16 +501,20 @@ export async function render({ model, el }) {
 
   /** All seeds of a run that is played: a colour for each robot, the seed that is played strong, contacts marked. */
   function drawEvery() {
-    const seeds = get("seeds");
-    every.hidden = seeds === null;
-    if (seeds === null) return;
+    const seeds = get("seeds"),
+      course = get("course"),
+      drawn = seeds?.rows.some((row) => row.x) ?? false;
+    // While the design is edited the last picture stays, faint, so that what is below it does not jump.
+    const old = seeds === null && (get("trial").count ?? 1) > 1 && state.every === course.scenario;
+    every.hidden = !drawn && !old;
+    every.classList.toggle("se-stale", old);
+    if (!drawn) return;
+    state.every = course.scenario;
     plane(all, 460, (drawn, x, y) => {
       drawn.append(bundle(seeds, x, y, color));
       markContacts(drawn, x, y, seeds.rows);
     });
-    const names = get("course")
-      .starts.map((_, k) => `robot ${k + 1}`)
-      .join(", ");
+    const names = course.starts.map((_, k) => `robot ${k + 1}`).join(", ");
     put(all, { "aria-label": `Top view of the paths of ${names} in ${seeds.count} seeds; contacts are marked` });
   }
 
@@ -701,6 +702,7 @@ export async function render({ model, el }) {
     table.hidden = course === null || shown().length === 0;
     if (course === null) {
       every.hidden = true;
+      state.every = null;
       return;
     }
     drawTable();
@@ -710,6 +712,7 @@ export async function render({ model, el }) {
       return;
     }
     every.hidden = true;
+    state.every = null;
     state.stop?.();
     Object.assign(state, { stop: null, played: null, given: null });
     stage.replaceChildren();

@@ -95,6 +95,12 @@ def robot_of(output: str) -> int:
     return int(found[2]) if found else 0
 
 
+def input_columns(fis: Sugeno) -> list[str]:
+    """The columns of a table that hold the inputs of ``fis``, a network of one output: robot N's end in _N."""
+    robot = robot_of(fis.outputs[0].name)
+    return [f"{v.name}_{robot}" if robot else v.name for v in fis.inputs]
+
+
 def learn_networks(
     names: Sequence[str],
     values: np.ndarray,

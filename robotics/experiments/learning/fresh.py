@@ -12,7 +12,7 @@ import numpy as np
 from fuzzy.fitting.identification import identify
 from fuzzy.system import Sugeno
 from robotics.experiments.learning.formationdata import Recipe, formation_data
-from robotics.experiments.learning.formationlearning import Learnt
+from robotics.experiments.learning.formationlearning import Learnt, input_columns
 
 FRESH = 20  # sets
 
@@ -63,7 +63,7 @@ def fresh_errors(networks: Sequence[Learnt], recipe: Recipe, sets: int = FRESH) 
 
 def columns_of(fis: Sugeno, table: Columns) -> tuple[np.ndarray, np.ndarray]:
     """The inputs (samples, inputs) and the output (samples,) of ``fis``, of one output, in ``table``, by name."""
-    inputs = [table.names.index(v.name) for v in fis.inputs]
+    inputs = [table.names.index(name) for name in input_columns(fis)]
     return table.values[:, inputs], table.values[:, table.names.index(fis.outputs[0].name)]
 
 

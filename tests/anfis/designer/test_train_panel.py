@@ -17,7 +17,9 @@ import fuzzy
 from anfis.designer import panel as designpanel
 from anfis.designer.panel import TrainSession, generators, variables
 from anfis.designer.task import (
+    Ask,
     Columns,
+    Generator,
     Task,
     TaskError,
     TrainingProcess,
@@ -158,7 +160,39 @@ def test_tables_are_read_and_guessed() -> None:
 
 
 def test_data_come_from_whoever_makes_some() -> None:
-    assert {g.name for g in generators()} >= {"formation-literal", "formation-well-posed"}
+    found = {g.name: g for g in generators()}
+    assert {*found} >= {"formation-literal", "formation-well-posed", "formation-scenario"}
+    assert found["formation-literal"].asks is None
+
+
+def test_a_generator_may_ask_before_it_makes_data(tmp_path: Path) -> None:
+    asked = (Ask("who", "Robot", (), "2"), Ask("what", "Output", (("v", "speed"), ("w", "turn rate")), "v"))
+    made: list[Any] = []
+
+    def make(folder: Path, chosen: dict[str, str]) -> Columns:
+        made.append((folder, chosen))
+        return TABLE
+
+    async def scene() -> None:
+        bench = Bench(START, tmp_path)
+        session = TrainSession(bench)
+        session.made["mine"] = Generator("mine", "Mine", make, lambda folder: asked)
+        for chosen, says in (
+            (None, "say what is chosen"),
+            ({"who": 3}, "say what is chosen"),
+            ({"who": "0"}, "Robot must be a whole number >= 1, got '0'"),
+            ({"what": "x"}, "unknown output 'x'"),
+        ):
+            await bench.say({"do": "generate", "name": "mine", "chosen": chosen})
+            assert says in bench.said
+        assert made == []
+        await bench.say({"do": "generate", "name": "mine", "chosen": {"what": "w"}})
+        assert made == [(tmp_path, {"who": "2", "what": "w"})]
+        assert bench.traits["table"]["rows"] == 60
+        sources = {name: asks for name, _, asks in bench.traits["sources"]["generators"]}
+        assert sources["mine"][1] == {"name": "what", "title": "Output", "options": asked[1].options, "value": "v"}
+
+    asyncio.run(scene())
 
 
 # The process ----------------------------------------------------------------------------------------------------

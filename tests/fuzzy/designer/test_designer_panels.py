@@ -14,6 +14,7 @@ from anfis.designer.panel import methods, variables
 from fuzzy.designer.views import functions_data
 from fuzzy.membership import FUNCTIONS
 from fuzzy.membershipfunction import membership_function
+from robotics.designer.severalseeds import design_seeds, state_of, summary
 from robotics.designer.tryout import TryoutTrial, choices, course_data, design_data, place_data, rival_data
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.scenario.reading import scenario_names
@@ -258,6 +259,9 @@ def traits(slower: fuzzy.Sugeno) -> dict[str, Any]:
         "rival": rival_data("lyapunov", trial),
         "busy": None,
         "problem": None,
+        "editor": None,
+        "seeds": None,
+        "round": None,
     }
 
 
@@ -350,8 +354,7 @@ def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuz
     }
     bench.render(TRYOUT, traits | played)
     page.get_by_role("button", name="Play").wait_for()
-    refused = page.locator(".tr-end-refused")
-    assert refused.inner_text().split("\n") == ["Refused: Virtual structure, waiting", "it cannot"]
+    assert page.locator(".tr-end-refused").inner_text() == "Refused: Virtual structure, waiting. it cannot"
     assert not page.locator(".tr-views svg.tr-plot").first.is_visible()
     page.get_by_role("button", name="Play").click()
     page.wait_for_function("[...document.querySelectorAll('input[type=range]')].some((r) => Number(r.value) > 0)")
@@ -399,6 +402,78 @@ def test_a_scenario_file_from_elsewhere_is_sent(bench: ModulePage, traits: dict[
     bench.give(course=None, tried=None, before=None, rival=None, problem={"message": "far.toml:1: no robots"})
     assert page.get_by_role("alert").inner_text() == "far.toml:1: no robots"
     assert not page.get_by_label("Compare with", exact=True).is_visible()
+
+
+DISC = """duration = 3.0
+sensing = { posture = "pose", position_noise = 0.01, start_position = 0.03 }
+[[robots]]
+start = [0.0, 0.05, 0.0]
+path = { shape = "line", start = [0.0, 0.0], end = [0.6, 0.0] }
+timing = { duration = 3.0 }
+"""
+WALL = '[[obstacles]]\nshape = "disc"\nposition = [0.3, 0.2]\nradius = 0.12\n'
+
+
+def test_seeds_contacts_and_a_text_in_place(bench: ModulePage, traits: dict[str, Any]) -> None:
+    """The band holds all seeds, contacts are named and marked, and a text tells its fault at its line."""
+    page, fis = bench.page, load_rule_base("tracking")
+
+    def given(text: str) -> dict[str, Any]:
+        place = place_data(fis, TryoutTrial(scenario="mine.toml", text=text))
+        trial = TryoutTrial(**place["trial"])
+        rows = design_seeds(fis, trial, 5, range(5))
+        seeds = {"count": 5, "shown": 2, "worst": 2, "by": "RMS cross-track error"}
+        seeds["runs"] = {"tried": summary(rows, place["course"]["metrics"])}
+        seeds["rows"] = [row | {"state": state_of(row), "value": row["metrics"]["rms_cross_track_m"]} for row in rows]
+        shown = {"kind": "tracking", "rival": "lyapunov", "count": 5, "text": None}
+        runs = {"tried": design_data(fis, replace(trial, seed=2)), "before": None, "rival": None}
+        return (
+            traits | runs | {"trial": place["trial"] | shown, "course": place["course"], "seeds": seeds, "round": None}
+        )
+
+    alone = given(DISC)
+    bench.render(TRYOUT, alone | {"editor": None})
+    assert page.get_by_text("off takes away: position ± 10 mm, start ± 30 mm").is_visible()
+    assert page.locator("path.tr-band").count() == 1
+    assert page.locator(".tr-views path.tr-seed").count() == 4  # the other seeds
+    worst = page.get_by_role("row", name="RMS cross-track error [m]").locator(".tr-worst")
+    assert float(worst.inner_text()) == pytest.approx(max(row["value"] for row in alone["seeds"]["rows"]), rel=5e-3)
+    page.get_by_role("button", name="Seed 2").press("ArrowRight")
+    page.keyboard.press("Enter")
+    assert bench.sent()[-1] == {"do": "choose", "name": "shown", "value": 3}
+    touched = given(DISC + WALL)
+    bench.give(**touched)
+    assert page.get_by_text("Contact: this design. robot 1 and obstacle 1 touch at").is_visible()
+    assert page.locator(".tr-every path.tr-contact").count() == 5
+    assert "5 contact" in page.locator(".se-caption").inner_text()
+    assert page.get_by_role("row", name="runs with a contact").get_by_role("cell").all_inner_texts() == ["5 of 5"]
+    bench.give(tried={"label": "this", "why": "the law knows no safe way"}, seeds=None)
+    assert page.get_by_text("Refused: this design. the law knows no safe way").is_visible()
+    page.get_by_role("button", name="Edit the scenario's file").click()
+    assert bench.sent()[-1] == {"do": "edit", "what": "scenario"}
+    editor = {"what": "scenario", "name": "mine.toml", "own": True, "text": DISC, "copy": 1, "saved": True}
+    editor |= {"edited": False, "line": None, "message": "", "asks": ""}
+    bench.give(editor=editor)
+    area = page.get_by_label("Text of the scenario mine.toml")
+    assert area.input_value() == DISC
+    area.fill(DISC.replace("timing", "timming"))
+    page.wait_for_function("window.model.sent.at(-1).do === 'text'")
+    assert bench.sent()[-1]["text"] == DISC.replace("timing", "timming")
+    bench.give(editor=editor | {"edited": True, "saved": False, "line": 6, "message": "mine.toml:6: unknown key"})
+    assert page.locator(".te-wrong").inner_text() == "6"
+    assert area.get_attribute("aria-invalid") == "true"
+    assert area.input_value() == DISC.replace("timing", "timming")
+    # What was never saved is there again when the page is.
+    bench.render(TRYOUT, alone | {"editor": None}, width=390)
+    page.get_by_role("button", name="Take them up").click()
+    assert bench.sent()[-1] == {"do": "edit", "what": "scenario"}
+    bench.give(editor=editor | {"copy": 2})
+    assert area.input_value() == DISC.replace("timing", "timming")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    page.get_by_role("button", name="Save", exact=True).click()
+    assert bench.sent()[-1] == {"do": "save", "what": "scenario"}
+    page.get_by_role("button", name="Revert").click()
+    assert page.evaluate("localStorage.length") == 0
 
 
 # Notebooks ------------------------------------------------------------------------------------------------------

@@ -262,7 +262,7 @@ def test_formation_data_for_training(monkeypatch: pytest.MonkeyPatch) -> None:
     assert made.names == direct.names
     assert made.inputs == 3
     assert np.array_equal(made.values, direct.values)
-    assert set(generators) == {"formation-literal", "formation-well-posed"}
+    assert set(generators) == {"formation-literal", "formation-well-posed", "formation-scenario"}
 
 
 # The session ----------------------------------------------------------------------------------------------------
@@ -496,5 +496,133 @@ def test_a_crash_rule_base_finds_the_crossing_and_another_law(tracking: Sugeno) 
         bench.say({"do": "choose", "name": "scenario", "value": "lyapunov-sine"})
         await settle(session)
         assert bench.traits["trial"]["law"] == "fuzzy"
+
+    asyncio.run(scene())
+
+
+def test_a_scenario_is_edited_in_place(tracking: Sugeno, tmp_path: Path) -> None:
+    """What is valid is tried, what is not leaves the last pictures; saving asks before it overwrites."""
+    write_fis(tracking, tmp_path / "mine.fis")
+    mine = tmp_path / "mine.toml"
+    mine.write_text(ALONE, encoding="utf-8")
+
+    async def scene() -> None:
+        bench, session = await opened(tracking, tmp_path / "mine.fis")
+
+        async def say(**message: Any) -> Any:
+            bench.say(message)
+            await settle(session)
+            return bench.traits["editor"]
+
+        await say(do="choose", name="scenario", value="mine.toml")
+        editor = await say(do="edit", what="scenario")
+        assert (editor["name"], editor["text"], editor["saved"]) == ("mine.toml", ALONE, True)
+        editor = await say(do="text", what="scenario", text=ALONE.replace("6.0", "4.0"))
+        assert bench.traits["course"]["duration"] == 4.0
+        assert (editor["edited"], editor["saved"], editor["message"]) == (True, False, "")
+        editor = await say(do="text", what="scenario", text=ALONE.replace("radius", "radios"))
+        assert editor["line"] == 1 + ALONE.splitlines().index("radius = 0.1")
+        assert "did you mean 'radius'" in editor["message"]
+        assert bench.traits["course"]["duration"] == 4.0  # the last one that was valid
+        assert bench.traits["tried"]["verdict"]
+        assert mine.read_text(encoding="utf-8") == ALONE
+        mine.write_text(ALONE + "# theirs", encoding="utf-8")
+        session._look()
+        short = ALONE.replace("6.0", "3.0")
+        await say(do="text", what="scenario", text=short)
+        editor = await say(do="save", what="scenario")
+        assert "mine.toml was changed on disk by another program" in editor["asks"]
+        assert mine.read_text(encoding="utf-8") == ALONE + "# theirs"
+        editor = await say(do="save", what="scenario", overwrite=True)
+        assert (editor["saved"], editor["asks"], mine.read_text(encoding="utf-8")) == (True, "", short)
+        await say(do="choose", name="scenario", value="lyapunov-sine")
+        assert bench.traits["editor"] is None
+        editor = await say(do="edit", what="scenario")
+        assert not editor["own"]
+        for wrong in ("../up.toml", "mine.txt", ".hidden.toml"):
+            await say(do="save", what="scenario", name=wrong)
+            assert bench.traits["problem"]["message"], wrong
+        editor = await say(do="save", what="scenario", name="sine.toml")
+        assert (editor["name"], editor["own"], bench.traits["trial"]["scenario"]) == ("sine.toml", True, "sine.toml")
+        assert bench.traits["files"]["scenarios"] == ["mine.toml", "sine.toml"]
+        assert load_scenario(tmp_path / "sine.toml").duration == load_scenario("lyapunov-sine").duration
+        bench.close()
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.fis", "mine.toml", "sine.toml"]
+
+    asyncio.run(scene())
+
+
+def test_several_seeds_are_run_when_the_design_rests(
+    tracking: Sugeno, slower: Sugeno, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The newest design wins; the worst seed is drawn until another is picked."""
+    monkeypatch.setattr("robotics.designer.seedrounds._PAUSE", 0.0)
+    write_fis(tracking, tmp_path / "mine.fis")
+    noisy = ALONE[: ALONE.index("[[obstacles]]")].replace(
+        "duration = 6.0", "duration = 2.0\nsensing = { start_position = 0.05 }", 1
+    )
+    (tmp_path / "mine.toml").write_text(noisy, encoding="utf-8")
+
+    async def scene() -> None:
+        bench, session = await opened(tracking, tmp_path / "mine.fis")
+
+        async def rest() -> None:
+            while (
+                session.wanted or session.rounds.done is not None or not (session.task is None or session.task.done())
+            ):
+                await asyncio.sleep(0)
+
+        bench.say({"do": "choose", "name": "scenario", "value": "mine.toml"})
+        bench.say({"do": "choose", "name": "count", "value": 5})
+        await rest()
+        seeds = bench.traits["seeds"]
+        errors = {row["seed"]: row["metrics"]["rms_cross_track_m"] for row in seeds["rows"]}
+        assert len(errors) == 5
+        assert seeds["worst"] == seeds["shown"] == max(errors, key=lambda seed: errors[seed])
+        assert bench.traits["tried"]["seed"] == bench.traits["rival"]["seed"] == seeds["worst"]
+        assert set(seeds["runs"]) == {"tried", "before", "rival"}
+        other = next(seed for seed in errors if seed != seeds["worst"])
+        bench.say({"do": "choose", "name": "shown", "value": other})
+        await rest()
+        assert bench.traits["tried"]["seed"] == bench.traits["before"]["seed"] == other
+        assert bench.traits["tried"]["metrics"]["rms_cross_track_m"] == errors[other]
+        bench.calls.clear()
+        bench.edit(replace(tracking, rules=tracking.rules[:12]))
+        assert bench.traits.get("seeds") is None  # of another design
+        bench.edit(slower)
+        await rest()
+        ran = [args[0] for name, args in bench.calls if name == "design_seeds"]
+        assert ran == [slower]
+        assert "rival_seeds" not in [name for name, _ in bench.calls]  # known
+        assert bench.traits["seeds"]["rows"][other]["metrics"] == bench.traits["tried"]["metrics"]
+        for wrong in (2, True, "5", None):
+            bench.traits["problem"] = None
+            bench.say({"do": "choose", "name": "count", "value": wrong})
+            assert "the number of seeds is one of 1, 5, 20" in bench.traits["problem"]["message"]
+        bench.close()
+
+    asyncio.run(scene())
+
+
+def test_a_file_of_the_folder_is_the_rival(tracking: Sugeno, slower: Sugeno, tmp_path: Path) -> None:
+    write_fis(tracking, tmp_path / "mine.fis")
+    write_fis(slower, tmp_path / "slower.fis")
+    (tmp_path / "own.py").write_text("from robotics import Law\nclass Own(Law): pass\n", encoding="utf-8")
+
+    async def scene() -> None:
+        bench, session = await opened(tracking, tmp_path / "mine.fis")
+        assert bench.traits["files"]["laws"] == ["slower.fis", "own.py:Own"]
+        bench.say({"do": "choose", "name": "rival", "value": "slower.fis"})
+        await settle(session)
+        assert bench.traits["rival"]["metrics"] == design_data(slower, TryoutTrial())["metrics"]
+        bench.say({"do": "choose", "name": "rival", "value": "own.py:Own"})
+        await settle(session)
+        assert "own.py: Own must be a frozen dataclass derived from robotics.Law" in bench.traits["rival"]["why"]
+        assert bench.traits["tried"]["metrics"] == design_data(tracking, TryoutTrial())["metrics"]
+        for wrong in ("own.py:Other", "../own.py:Own", "none.fis"):
+            bench.traits["problem"] = None
+            bench.say({"do": "choose", "name": "rival", "value": wrong})
+            assert bench.traits["problem"]["message"], wrong
+        bench.close()
 
     asyncio.run(scene())

@@ -27,13 +27,13 @@ RUNS = {  # scenario, law, duration in s, seeds
 EXTRA = {"rules": ["--time", "1.5", "--robot", "1"], "errors": ["--robot", "1"], "sonar": ["--robot", "1"]}
 # The runs that a kind refuses, and what it says
 REFUSES = {
-    "formation": ("team", 'three-cross is no formation: its kind is "team"; plot_run draws it'),
+    "formation": ("team", 'three-cross is no formation but of the kind "team"'),
     "progress": ("single", "has no progress"),
     "distances": ("single", "one robot without obstacles has no distances to draw"),
     "meetings": ("single", "a run of one robot has no meetings"),
     "sonar": ("team", "kept no readings of range sensors"),
     "modes": ("single", "has no modes"),
-    "rules": ("formation", "no rule bases that could be explained"),
+    "rules": ("obstacles", "no rule bases that could be explained"),
 }
 SUITS = {"formation": "formation", "sonar": "obstacles", "modes": "obstacles"}
 

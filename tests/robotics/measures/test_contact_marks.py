@@ -169,8 +169,9 @@ def test_try_it_tells_of_it_and_knows_who_must_not_be_best():
     trial = TryoutTrial(scenario="obstacles-on-two-paths")
     blind = rival_data("graph-esm", trial)
     assert blind["metrics"]["contacts"] > 0 > blind["metrics"]["min_clearance_m"]
-    assert any("drives blind" in note for note in blind["notes"])
-    assert any(note.startswith("robot 1 and obstacle 1 touch at t = ") for note in blind["notes"])
+    assert any("drives blind" in warning for warning in blind["warned"])
+    (kind, said) = blind["outcomes"][0]
+    assert (kind, said.partition(" = ")[0]) == ("contact", "robot 1 and obstacle 1 touch at t")
     assert [row[3] for row in blind["contacts"]][:1] == ["robot 1 and obstacle 1"]
     assert {"contacts", "min_clearance_m"} <= {metric["name"] for metric in course_data(trial)["metrics"]}
     assert "graph-esm" in dict(choices()["rivals"]["team"])

@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipe
 
-from robotics.paths.path import SHAPES, Circle, Line, PathError, Quintic, Sine, Waypoints, compile_path
+from robotics.paths.path import SHAPES, Circle, Eight, Line, PathError, Quintic, Sine, Waypoints, compile_path
 
 SINE = Sine(amplitude=1.0, wavenumber=1.0, x_end=8.0)
 COSINE = Sine(amplitude=0.902258, wavenumber=4 * pi / 7, phase=pi / 2, offset=3 - 0.902258, x_end=7.0)
@@ -25,6 +25,7 @@ EVERY: dict[str, Any] = {
     "sine": SINE,
     "cosine": COSINE,
     "circle": Circle(center=(1.0, -2.0), radius=0.5, start_angle=1.0, turns=1.25),
+    "eight": Eight(center=(0.5, 1.0), width=3.0, angle=0.7, turns=1.5),
     "clockwise": Circle(radius=2.0, start_angle=pi / 2, direction="clockwise", turns=0.4),
     "line": Line(start=(1.0, 2.0), end=(-3.0, 5.0)),
     "quintic": CURVE,
@@ -284,4 +285,5 @@ def test_undrivable_paths_are_refused(make, message):
 
 
 def test_every_shape_is_reachable_by_name():
-    assert {"sine": Sine, "circle": Circle, "line": Line, "quintic": Quintic, "waypoints": Waypoints} == SHAPES
+    curved = {"sine": Sine, "circle": Circle, "eight": Eight, "quintic": Quintic, "waypoints": Waypoints}
+    assert curved | {"line": Line} == SHAPES

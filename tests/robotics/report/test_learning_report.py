@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import anfis
 from fuzzy.files.fisfile import read_fis
@@ -19,7 +20,7 @@ from robotics.experiments.learning.formationlearning import Learnt, learn_networ
 from robotics.figures.drawing import PlotError
 from robotics.figures.formation_run import plot_formation
 from robotics.figures.formations import ShareOfRange, plot_search_and_epochs, plot_shares, plot_stages
-from robotics.measures.formations import leads
+from robotics.measures.formations import leads, place_error
 from robotics.report.learning import (
     LearningReportError,
     Samples,
@@ -78,7 +79,11 @@ def network(data: Path) -> tuple[Learnt, Samples, Samples]:
     return learnt, Samples("own.csv", names, values), Samples("check.csv", names, held)
 
 
-def test_the_command_writes_one_page_that_needs_nothing_else(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_one_page_that_needs_nothing_else(
+    data: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for slow in ("plot_stages", "plot_premises"):  # other tests draw them
+        monkeypatch.setattr(f"robotics.report.learning.{slow}", lambda *_: Figure(figsize=(1, 1)))
     page, out = data / "deep" / "page.html", data / "networks"
     command = ["learn", "formation", str(data / "own.csv"), "--check", str(data / "check.csv"), "-o", str(out)]
     command += ["--epochs", "1", "--report", str(page), "--title", "Mine & <yours>", "--json", "-q"]
@@ -192,18 +197,45 @@ def test_many_networks_are_folded_and_a_missing_column_is_told(
 def test_a_formation_of_a_run(data: Path) -> None:
     run = driven(data)
     figure = plot_formation(run)
-    top, lead, off, v, w, right, left = figure.axes
+    top, lead, off, away, v, w, right, left = figure.axes
     shown = len(y_of(lead.get_lines()[-1]))
     np.testing.assert_array_equal(y_of(lead.get_lines()[1]), leads(run)[0, :shown])
+    np.testing.assert_array_equal(y_of(away.get_lines()[2]), place_error(run)[0, 1, :shown])
     half = run.about.robots[0].half_axle
     for ax, sign in ((right, 1), (left, -1)):
         wanted = run["v"][0, 0] + sign * half * run["w"][0, 0]
         np.testing.assert_allclose(y_of(ax.get_lines()[1])[:5], wanted[:5])
-    labels = [ax.get_ylabel() for ax in (top, lead, off, v, w, right, left)]
+    labels = [ax.get_ylabel() for ax in (top, lead, off, away, v, w, right, left)]
     assert all("[" in label for label in labels)
     assert lead.get_xlim()[0] == 0.0
-    with pytest.raises(PlotError, match='short is no formation: its kind is "team"; plot_run draws it'):
-        plot_formation(replace(run, about=replace(run.about, kind="team")))
+    with pytest.raises(PlotError, match='short is no formation but of the kind "team"'):
+        plot_formation(replace(run, about=replace(run.about, kind="team", controller="cooperation")))
+    plot_formation(replace(run, about=replace(run.about, kind="team")))
+
+
+def test_networks_of_single_robots_are_found_in_their_columns() -> None:
+    """Tables of a scenario name columns by robot; what a robot's networks know has no number in them."""
+    rng = np.random.default_rng(3)
+    own = rng.uniform(-1, 1, (120, 4))
+    speeds = [0.2 + 0.1 * np.tanh(own[:, 0]), 0.5 * own[:, 1], 0.2 - 0.1 * own[:, 2], own[:, 3] ** 3]
+    names = ("leader_ahead_1", "onward_bearing_1", "leader_ahead_2", "onward_bearing_2", "v_1", "w_1", "v_2", "w_2")
+    samples = Samples("own.csv", names, np.column_stack([own, *speeds]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        options = anfis.Options(method="least-squares", epochs=1)
+        learnt = [learn_network(o, names, samples.values, rules=4, options=options) for o in ("v_1", "w_2")]
+    first, second = (errors_of(network, samples) for network in learnt)
+    assert [v.name for v in learnt[0].after.inputs] == ["leader_ahead"]
+    found = learnt[0].after(own[:, :1])[:, 0]
+    assert first.training == pytest.approx(np.sqrt(np.mean((found - speeds[0]) ** 2)))
+    assert second.range == np.ptp(speeds[3])
+    chapters = {chapter.name: chapter for chapter in learning_chapters(learnt, samples)}
+    roles = {row[0]: row[2] for row in chapters["data"].tables[0].rows}
+    assert roles["leader_ahead_1"] == "input of v_1"
+    assert roles["onward_bearing_2"] == "input of w_2"
+    assert roles["leader_ahead_2"] == roles["v_2"] == "not used"
+    units = {row[0]: row[1] for row in chapters["data"].tables[0].rows}
+    assert (units["leader_ahead_1"], units["w_2"], units["v_2"]) == ("m", "rad/s", "–")
 
 
 def driven(data: Path) -> Run:
