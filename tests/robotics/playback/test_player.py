@@ -612,11 +612,12 @@ def test_the_moving_obstacle_moves(world_page: Browser) -> None:
     """Of what is drawn above all robots only the box changes: where it is darkest moves to the right by 0.9 m."""
     world_page.key("s")
     world_page.js("choose('Trail', '0')")
+    world_page.js("slide(0)")
     middle = """(() => {
       const canvas = $('.fp-canvas canvas'), copy = document.createElement('canvas');
       copy.width = canvas.width; copy.height = canvas.height;
       const pen = copy.getContext('2d', { willReadFrequently: true }), row = Math.round(canvas.height * SHARE);
-      pen.drawImage(canvas, 0, 0);
+      pen.fillStyle = 'white'; pen.fillRect(0, 0, copy.width, copy.height); pen.drawImage(canvas, 0, 0);
       const dots = pen.getImageData(0, row, canvas.width, 1).data, dark = [];
       for (let x = 60; x < canvas.width - 20; x++) if (dots[4 * x] < 215 && dots[4 * x] > 190) dark.push(x);
       return dark.reduce((a, b) => a + b, 0) / dark.length;
@@ -625,7 +626,7 @@ def test_the_moving_obstacle_moves(world_page: Browser) -> None:
       const canvas = $('.fp-canvas canvas'), copy = document.createElement('canvas');
       copy.width = canvas.width; copy.height = canvas.height;
       const pen = copy.getContext('2d', { willReadFrequently: true }), inside = canvas.width / 3;
-      pen.drawImage(canvas, 0, 0);
+      pen.fillStyle = 'white'; pen.fillRect(0, 0, copy.width, copy.height); pen.drawImage(canvas, 0, 0);
       for (let y = 30; y < canvas.height / 2; y++) {
         const dots = pen.getImageData(45, y, canvas.width - 60, 1).data;
         let n = 0;
@@ -634,6 +635,7 @@ def test_the_moving_obstacle_moves(world_page: Browser) -> None:
       }
       return null;
     })()""")
+    assert 0 < share < 0.2  # above all robots
     places = []
     for time in (0, 3, 9):
         world_page.js(f"slide({time})")
