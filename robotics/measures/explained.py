@@ -117,7 +117,10 @@ def explain_decision(run: Run, robot: int, time: float, seed: int | None = None)
     others = [j for j in range(robots) if j != i] if robots <= FEW else []
     asked = decisions(run, place, slice(k, k + 1))
     mine = situation(run, place, k, i)
-    explained = {each.task: explain_point(each.system, each.inputs[0, i]) for each in asked}
+    told = {each.task: (each.system, each.inputs[0, i]) for each in asked}
+    if run.about.kind == "formation":  # a network of another robot tells this one nothing
+        told = {task: (system, known) for task, (system, known) in told.items() if not np.isnan(known).all()}
+    explained = {task: explain_point(system, known) for task, (system, known) in told.items()}
     return DecisionExplained(
         f"{run.controller} on {run.scenario}",
         run.seeds[place],

@@ -13,6 +13,7 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.formation.leader_follower import LeaderFollower
 from robotics.laws.law import ControllerError
 from robotics.laws.rules.formation_networks import FormationNetworks
+from robotics.measures.explained import explain_decision
 from robotics.measures.outside import is_of_data, outside, outside_sentence
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
@@ -130,3 +131,8 @@ def test_designed_rule_bases_may_be_left():
     assert len(known) > 10
     assert not any(known)
     assert all(is_of_data(v) for fis in make_controller("formation").fuzzy_systems.values() for v in fis.inputs)
+
+
+def test_a_robot_is_explained_by_its_own_networks():
+    run = simulate(circling(duration=2.0), FormationNetworks(networks=team()))
+    assert list(explain_decision(run, 2, 1.0).rule_bases) == ["v_2", "w_2"]
