@@ -10,7 +10,7 @@ from typing import Any, Generic, Literal, NamedTuple, TypeVar, get_args
 import numpy as np
 from array_api_compat import is_array_api_obj
 
-import fuzzy.membership  # noqa: F401 - a file may name any membership function: they are known once imported
+import fuzzy.membership  # noqa: F401 - what files and editors call a function is known once it is defined
 from fuzzy.errors import InputError
 from fuzzy.language import parse_rule
 from fuzzy.membershipfunction import Array, MembershipFunction

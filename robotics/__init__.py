@@ -13,6 +13,10 @@ Measure, compare and look:
     measure_all, metrics_of, measure, measure_team, measure_formation, tracking_error, cross_track_error, arrival_time,
     nearest_distance, progress_gap, true_progress; compare, summarise, Comparison; recovery_curve; explain_decision,
     explain_spans; player, a run in motion
+Draw, each a matplotlib figure:
+    of a run plot_run, plot_team, plot_formation, plot_avoidance, plot_trajectories, plot_distances, plot_progress,
+    plot_modes, plot_sonar, plot_rules_at, plot_meetings; of several plot_comparison, plot_leads, plot_paths,
+    plot_errors, plot_velocities, plot_recovery, plot_scaling; of a law plot_states, plot_certificate
 Your own laws and metrics:
     Law, Setting, Observation, Command, Heard, Preset, ControllerError; metric, Metric; a file or an object is accepted
     wherever a controller or a metric is named: docs/own-law.md
@@ -63,6 +67,8 @@ if TYPE_CHECKING:
     from robotics.radio.description import Radio, RadioError
     from robotics.radio.faults import Fault
     from robotics.radio.graph import adjacency, laplacian
+    from robotics.report.plan import StudyError, StudyPlan, load_study, study_names
+    from robotics.report.study import Study, run_study
     from robotics.scenario.description import Member, Scenario, ScenarioError
     from robotics.scenario.formations import formation_scenario
     from robotics.scenario.random_team import TeamError, random_team, team_toml
@@ -113,6 +119,8 @@ _HOMES = {
     "robotics.radio.description": ("Radio", "RadioError"),
     "robotics.radio.faults": ("Fault",),
     "robotics.radio.graph": ("adjacency", "laplacian"),
+    "robotics.report.plan": ("StudyError", "StudyPlan", "load_study", "study_names"),
+    "robotics.report.study": ("Study", "run_study"),
     "robotics.scenario.description": ("Member", "Scenario", "ScenarioError"),
     "robotics.scenario.formations": ("formation_scenario",),
     "robotics.scenario.random_team": ("TeamError", "random_team", "team_toml"),
@@ -166,6 +174,9 @@ __all__ = [
     "Setting",
     "SimulationError",
     "Sine",
+    "Study",
+    "StudyError",
+    "StudyPlan",
     "TeamError",
     "Timing",
     "Trajectory",
@@ -182,6 +193,7 @@ __all__ = [
     "load_robot",
     "load_run",
     "load_scenario",
+    "load_study",
     "make_controller",
     "measure",
     "measure_all",
@@ -216,8 +228,10 @@ __all__ = [
     "random_team",
     "recovery_curve",
     "robot_names",
+    "run_study",
     "scenario_names",
     "simulate",
+    "study_names",
     "summarise",
     "team_toml",
     "tracking_error",

@@ -28,6 +28,7 @@ from robotics.commands.robot import robot
 from robotics.commands.run import run_
 from robotics.commands.scenario import scenario
 from robotics.commands.stress import stress
+from robotics.commands.study import study
 from robotics.commands.sweep import sweep
 from robotics.commands.team import team
 from robotics.experiments.versions import versions
@@ -51,6 +52,7 @@ app.command()(animate)
 app.command()(certify)
 app.command()(robot)
 app.command()(sweep)
+app.command()(study)
 app.command()(team)
 
 

@@ -12,19 +12,12 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import INTERRUPTED, print_json
-from robotics.commands.shared import (
-    UNTIL_CONTACT,
-    Json,
-    Metric,
-    Quiet,
-    print_forewarnings,
-    print_outside,
-    report_divergences,
-)
+from robotics.commands.shared import Json, Metric, Quiet, print_forewarnings, print_outside, report_divergences
+from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
-    from robotics.report.study import MakeChapters, Study
+    from robotics.report.study import MakeChapters
 
 
 class Suite(StrEnum):
@@ -82,7 +75,8 @@ def compare(
     from robotics.experiments.comparison import DEFAULT_CONTROLLERS, check_comparison
     from robotics.experiments.forewarnings import forewarnings
     from robotics.laws.catalogue import make_controller
-    from robotics.report.study import write_study
+    from robotics.report.plan import load_study
+    from robotics.report.study import run_study, with_seeds, write_study
     from robotics.scenario.reading import load_scenario, scenario_names
 
     own = bool(scenarios) or controllers is not None or bool(law) or bool(metric)
@@ -108,37 +102,33 @@ def compare(
 
     try:
         with progress_bar(quiet) as begin:
-            study = write_study(
-                out,
-                settings,
-                laws,
-                range(seed, seed + seeds),
-                begin=begin,
-                metrics=metric or (),
-                chapters=_thesis_chapters(thorough, save_runs) if judged else None,
-                report=report,
-                command=shlex.join(command),
-                kept=kept,
-            )
+            chapters = _thesis_chapters(thorough, save_runs) if judged else None
+            told: Any = {"begin": begin, "report": report, "command": shlex.join(command), "kept": kept}
+            if judged and not own and suite is Suite.thesis:
+                study = run_study(with_seeds(load_study("thesis"), seeds, seed), out, chapters=chapters, **told)
+            else:
+                every = range(seed, seed + seeds)
+                study = write_study(out, settings, laws, every, metrics=metric or (), chapters=chapters, **told)
     except KeyboardInterrupt:
         print(f"robotics: interrupted; {done} of {wanted} rows are in {out / 'results.csv'}", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
-    left = print_outside(study.comparison.runs.values())
+    left = print_outside(run for each in study.comparisons for run in each.runs.values())
     if json:
         print_json(
             {
                 "summary": study.summary.to_dict(orient="records"),
                 "claims": [claim.row() for claim in study.claims],
-                "contacts": _contacts(study),
-                "diverged": study.comparison.divergences,
+                "contacts": contact_rows(study),
+                "diverged": study.divergences,
                 "outside": left,
                 "files": study.files,
                 "versions": versions(),
             }
         )
     else:
-        _print_study(study)
-    report_divergences(study.comparison.divergences)
+        print_comparisons(study)
+        print_verdicts(study)
+    report_divergences(study.divergences)
 
 
 def split_controllers(text: str) -> list[str]:
@@ -168,64 +158,3 @@ def _thesis_chapters(thorough: bool, save_runs: bool) -> "MakeChapters":
     from robotics.thesis.experiment import THOROUGH, USUAL
 
     return partial(judging, effort=THOROUGH if thorough else USUAL, save_runs=save_runs)
-
-
-def _print_study(study: "Study") -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    from robotics.experiments.comparison import contact_runs, has_guard
-    from robotics.laws.catalogue import law_title
-    from robotics.measures.registry import headlines
-    from robotics.report.wording import sentence
-
-    comparison, summary = study.comparison, study.summary
-    # A pipe has no width of its own: wide enough that no number is cut.
-    console = Console() if sys.stdout.isatty() else Console(width=120)
-    for scenario in comparison.scenarios:
-        table = Table(title=f"{scenario.name}: {scenario.title}", title_justify="left", caption_justify="left")
-        table.add_column("controller")
-        guard = has_guard(comparison.table[comparison.table["scenario"] == scenario.name])
-        shown = headlines(scenario.kind, scenario.setting.has_others, guard, comparison.metrics)
-        for about in shown.values():
-            table.add_column(f"{about.short}\n[{about.unit}]".replace("[", "\\["), justify="right")
-        touched: list[str] = []
-        mine = summary[summary["scenario"] == scenario.name]
-        for law in comparison.controllers:
-            rows = mine[mine["controller"] == law].set_index("metric")
-            count, runs = contact_runs(comparison.table, scenario.name, law)
-            if count:
-                touched.append(f"✕ {law_title(law)}: contact in {count} of {runs} runs")
-            table.add_row(
-                law_title(law) + " ✕" * (count > 0),
-                *(_cell(*rows.loc[name, ["mean", "high"]]) if name in rows.index else "-" for name in shown),
-            )
-        console.print(table)
-        for line in touched:
-            print(line)
-    print(f"mean over {len(comparison.seeds)} seeds ± half the 95 % confidence interval")
-    if any(row["with_contact"] for row in _contacts(study)):
-        print(UNTIL_CONTACT)
-    for claim in study.claims:
-        print(f"\n{claim.name} ({claim.source}): {claim.verdict.upper()}")
-        for part in claim.parts:
-            print(f"  {part.form}: {sentence(part)}")
-    print(f"\n{study.shown}")
-
-
-def _contacts(study: "Study") -> list[dict[str, Any]]:
-    """How many runs of each controller on each scenario had a contact, where there is something to touch."""
-    from robotics.experiments.comparison import contact_runs
-
-    rows = []
-    for scenario in study.comparison.scenarios:
-        for law in study.comparison.controllers:
-            count, runs = contact_runs(study.comparison.table, scenario.name, law)
-            row = {"scenario": scenario.name, "controller": law, "with_contact": count, "runs": runs}
-            rows += [row] if scenario.setting.has_others else []
-    return rows
-
-
-def _cell(mean: float, high: float) -> str:
-    half = high - mean
-    return "never" if mean == float("inf") else f"{mean:.4f}" + (f" ±{half:.4f}" if half > 0 else "")

@@ -58,6 +58,18 @@ def _read_sweep(text: str) -> Any:
     return plan_sweep(parse_sweep(text, "new"))
 
 
+def _study_table() -> Table:
+    from robotics.report.keys import study_table
+
+    return study_table()
+
+
+def _read_study(text: str) -> Any:
+    from robotics.report.plan import parse_study
+
+    return parse_study(text, "new")
+
+
 _SENSING = {"posture": "pose", "position_noise": 0.003, "heading_noise": 0.003}
 _TIMING = {"duration": 30.0, "ramp": 2.0}
 
@@ -132,10 +144,30 @@ _SWEEP = {
     "controller_parameters": {"ky": {"low": 5.0, "high": 20.0, "count": 2}},
 }
 
+_STUDY = {
+    "title": "The fuzzy law against the nonlinear one",
+    "author": "Your name",
+    "text": "What the study asks, in a few sentences.",
+    "scenarios": ["lyapunov-circle", "lyapunov-sine"],
+    "controllers": ["fuzzy", "lyapunov"],
+    "seeds": 20,
+    "claims": [
+        {
+            "name": "The fuzzy law is not much worse",
+            "says": "On both paths its error is less than 10 % larger.",
+            "metric": "rms_cross_track_m",
+            "of": "fuzzy",
+            "against": ["lyapunov"],
+            "no_worse_by_percent": 10.0,
+        }
+    ],
+}
+
 KINDS: dict[str, FileKind] = {
     "scenario": FileKind(
         "a scenario", _scenario_table, _read_scenario, _SCENARIOS, "robotics check FILE, then robotics run FILE"
     ),
     "robot": FileKind("a robot", _robot_table, _read_robot, {"robot": _ROBOT}, "robotics robot FILE"),
     "sweep": FileKind("a sweep", _sweep_table, _read_sweep, {"sweep": _SWEEP}, "robotics sweep FILE"),
+    "study": FileKind("a study", _study_table, _read_study, {"study": _STUDY}, "robotics study FILE"),
 }

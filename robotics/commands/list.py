@@ -23,16 +23,20 @@ class Section(StrEnum):
     robots = "robots"
     controllers = "controllers"
     rule_bases = "rule-bases"
+    studies = "studies"
+    metrics = "metrics"
 
 
 def list_(
     section: Annotated[
         Section | None,
-        typer.Argument(metavar="[SECTION]", help="What to list: scenarios, robots, controllers or rule-bases."),
+        typer.Argument(
+            metavar="[SECTION]", help="What to list: scenarios, robots, controllers, rule-bases, studies or metrics."
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """List the scenarios, the robots, the controllers and the rule bases, those of other installed packages too.
+    """List scenarios, robots, controllers, rule bases, studies and metrics, those of other packages too.
 
     Example: robotics list, or robotics list rule-bases
     """
@@ -108,6 +112,34 @@ def _rule_bases() -> list[dict[str, Any]]:
     return rows
 
 
+def _studies() -> list[dict[str, Any]]:
+    from robotics.report.plan import load_study, study_names
+
+    plans = [load_study(name) for name in study_names()]
+    return [
+        {"name": p.name, "title": p.title, "scenarios": list(p.scenarios), "controllers": list(p.controllers)}
+        for p in plans
+    ]
+
+
+def _metrics() -> list[dict[str, Any]]:
+    from robotics.measures.own import installed_metrics
+    from robotics.measures.registry import ALL_METRICS
+
+    own, unusable = installed_metrics()
+    for reason in unusable.values():
+        print(f"robotics: {reason}", file=sys.stderr)
+    return [
+        {"name": name, "title": metric.title, "unit": metric.unit, "kinds": list(metric.kinds), "own": name in own}
+        for name, metric in {**ALL_METRICS, **own}.items()
+    ]
+
+
+def _metric_line(row: dict[str, Any]) -> list[str]:
+    asked = f"; measured if asked for: --metric {row['name']}" if row["own"] else ""
+    return [f"{row['title']} [{row['unit']}]; {', '.join(row['kinds'])}{asked}"]
+
+
 def _variable(variable: "Variable") -> dict[str, Any]:
     return {"name": variable.name, "unit": variable.unit, "universe": list(variable.universe)}
 
@@ -123,18 +155,27 @@ def _rule_base_lines(row: dict[str, Any]) -> list[str]:
 _HEADINGS = {
     Section.scenarios: "Scenarios (a name, or the path of a .toml file)",
     Section.robots: "Robots (a name, or the path of a .toml file; try `robotics robot NAME`, `robotics copy NAME`)",
-    Section.controllers: "Controllers (a name, or name:gain=value,gain=value)",
+    Section.controllers: "Controllers (a name, or name:gain=value,gain=value; your own: mylaw.py:MyLaw, mine.fis)",
     Section.rule_bases: "Rule bases (a name, or the path of a .fis file; try `fuzzy show NAME`, `robotics copy NAME`)",
+    Section.studies: "Studies (a name, or the path of a .toml file, for `robotics study`)",
+    Section.metrics: "Metrics (measured in scenarios of these kinds; your own: --metric mymetric.py:NAME)",
 }
 _ROWS = {
     Section.scenarios: _scenarios,
     Section.robots: _robots,
     Section.controllers: _controllers,
     Section.rule_bases: _rule_bases,
+    Section.studies: _studies,
+    Section.metrics: _metrics,
 }
 _LINES = {
     Section.scenarios: lambda row: [row["title"]],
     Section.robots: lambda row: [row["title"]],
     Section.controllers: _controller_lines,
     Section.rule_bases: _rule_base_lines,
+    Section.studies: lambda row: [
+        row["title"],
+        f"{len(row['scenarios'])} scenarios × {', '.join(row['controllers'])}",
+    ],
+    Section.metrics: _metric_line,
 }

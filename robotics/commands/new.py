@@ -24,7 +24,7 @@ def new(
         typer.Option("--out", "-o", metavar="FILE", help="The file. Default: my-KIND.toml, mylaw.py ...; - is stdout."),
     ] = None,
     variant: Annotated[
-        str | None, typer.Option("--kind", help="Of a scenario: tracking, team or formation.", show_default=False)
+        str | None, typer.Option("--kind", help="Kind of a scenario: tracking, team or formation.", show_default=False)
     ] = None,
     minimal: Annotated[bool, typer.Option("--minimal", help="Write only what is set, without comments.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a file that is there already.")] = False,

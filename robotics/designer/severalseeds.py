@@ -26,6 +26,7 @@ from robotics.designer.tryout import (
 )
 from robotics.laws.law import Law
 from robotics.measures.contacts import can_touch, contacts
+from robotics.measures.own import installed_metrics
 from robotics.measures.registry import measure_all
 from robotics.measures.tracking import cross_track_error
 from robotics.simulation.loop import simulate
@@ -84,7 +85,7 @@ def seed_rows(law: Law[Any], trial: TryoutTrial, seeds: Sequence[int], points: i
         if len(seeds) == 1:
             return [{"seed": seeds[0], "why": str(error)}]
         return [row for seed in seeds for row in seed_rows(law, trial, [seed], points)]
-    measured = measure_all(run)
+    measured = measure_all(run, installed_metrics()[0])
     rows = []
     for place, seed in enumerate(run.seeds):
         row: dict[str, Any] = {

@@ -26,6 +26,7 @@ from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.measures.clearance import clearances, robot_gaps
 from robotics.measures.contacts import Contact, can_touch, contact_sentences, contacts, who
 from robotics.measures.outside import outside, outside_sentence
+from robotics.measures.own import installed_metrics
 from robotics.measures.registry import headlines, measure_all, tried
 from robotics.measures.tracking import Metric, cross_track_error
 from robotics.playback.player import player_data
@@ -281,8 +282,9 @@ def _played(scenario: Scenario) -> bool:
 
 
 def _shown_metrics(kind: str, others: bool) -> dict[str, Metric]:
-    """The metrics that are shown, by name: what touches what first."""
-    found = tried(kind, others) or headlines(kind, others)
+    """The metrics that are shown, by name: what touches what first, those of other packages last."""
+    own = installed_metrics()[0]
+    found = (tried(kind, others) or headlines(kind, others)) | tried(kind, others, own)
     return dict(sorted(found.items(), key=lambda item: not item[1].needs_others))
 
 
@@ -347,7 +349,7 @@ def shown(attempt: Attempt, label: str) -> dict[str, Any]:
         label: The name of the run on the page.
     """
     run = attempt.run
-    measured = measure_all(run)
+    measured = measure_all(run, installed_metrics()[0])
     data: dict[str, Any] = {
         "label": label,
         "seed": run.seeds[0],

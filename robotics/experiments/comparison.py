@@ -1,14 +1,18 @@
 """The comparison: scenarios × controllers × seeds, measured into one table with a row for each seed and robot."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fuzzy.errors import InputError
-from robotics.laws.catalogue import OwnLaws, chosen_laws, gains_of, law_title, named_laws, shown_gain
+from robotics.experiments.executors import Workers
+from robotics.laws.catalogue import OwnLaws, as_law, chosen_laws, gains_of, law_title, named_laws, shown_gain
 from robotics.laws.law import Law
 from robotics.measures.evidence import student
 from robotics.measures.own import NO_METRICS, OwnMetrics
@@ -53,6 +57,7 @@ def compare(
     seeds: Sequence[int],
     *,
     metrics: OwnMetrics = NO_METRICS,
+    workers: Workers | None = None,
     advance: Callable[[], None] | None = None,
     finished: Callable[[pd.DataFrame], None] | None = None,
 ) -> Comparison:
@@ -65,7 +70,8 @@ def compare(
         seeds: The seeds; each gives one run of each controller on each scenario.
         metrics: The user's own metrics: a list of specifications, such as "mymetric.py:comfort", and of functions of
             a run; or these by name. They are measured and shown as the others are.
-        advance: Called after every simulated period.
+        workers: Simulate in other processes, with the same numbers; by default in this one.
+        advance: Called after every simulated period; with ``workers`` after every scenario and controller.
         finished: Called with the table so far after every scenario and controller, so that an interrupted comparison
             loses nothing that is done.
 
@@ -75,14 +81,44 @@ def compare(
     laws, own = chosen_laws(controllers), own_metrics(metrics)
     runs: dict[tuple[str, str], Run] = {}
     rows: list[pd.DataFrame] = []
-    for scenario in scenarios:
-        for specification, law in laws.items():
-            run = simulate(scenario, law, seeds, name=specification, progress=advance)
-            runs[scenario.name, specification] = run
-            rows.append(rows_of(run, own))
-            if finished is not None:
-                finished(pd.concat(rows, ignore_index=True))
+    pairs = [(scenario, name) for scenario in scenarios for name in laws]
+    given = dict(named_laws(controllers))  # a specification is made anew in a process, whose modules are its own
+    for (scenario, name), run in zip(pairs, _simulated(pairs, laws, given, seeds, workers, advance), strict=True):
+        runs[scenario.name, name] = run
+        rows.append(rows_of(run, own))
+        if finished is not None:
+            finished(pd.concat(rows, ignore_index=True))
     return Comparison(tuple(scenarios), laws, tuple(seeds), pd.concat(rows, ignore_index=True), runs, own)
+
+
+def _simulated(
+    pairs: Sequence[tuple[Scenario, str]],
+    laws: Mapping[str, Law[Any]],
+    given: Mapping[str, Law[Any] | str],
+    seeds: Sequence[int],
+    workers: Workers | None,
+    advance: Callable[[], None] | None,
+) -> Iterator[Run]:
+    """The runs of the pairs of a scenario and a controller, in their order."""
+    if workers is None:
+        for scenario, name in pairs:
+            yield simulate(scenario, laws[name], seeds, name=name, progress=advance)
+        return
+    waiting = iter(pairs)
+    flying: deque[Future[Run]] = deque()
+    while True:
+        for scenario, name in islice(waiting, workers.in_flight - len(flying)):
+            flying.append(workers.executor.submit(_run_of, scenario, given[name], tuple(seeds), name))
+        if not flying:
+            return
+        yield flying.popleft().result()
+        if advance is not None:
+            advance()
+
+
+def _run_of(scenario: Scenario, law: Law[Any] | str, seeds: tuple[int, ...], name: str) -> Run:
+    """In a worker: the runs of one scenario and controller."""
+    return simulate(scenario, as_law(law), seeds, name=name)
 
 
 def check_comparison(scenarios: Sequence[Scenario], controllers: OwnLaws, metrics: OwnMetrics = NO_METRICS) -> None:

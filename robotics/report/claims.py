@@ -6,7 +6,7 @@ A claim has parts, and a part one relation: a metric of a law is ``below`` or ``
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,19 +32,23 @@ class Condition:
     """
 
     metric: str = described(
-        "What is measured: a metric or a quantity by its name, or file.py:function of your own.", ""
+        "What is measured: a metric or a quantity by its name, or file.py:function of your own.",
+        "",
+        example="rms_cross_track_m",
     )
     on: tuple[str, ...] = described(
         'The scenario on which it is measured, or several, or "all": each is a part.', (ALL,)
     )
-    of: str = described("The controller whose number it is.", "")
+    of: str = described("The controller whose number it is.", "", example="fuzzy")
     against: tuple[str, ...] = described(
-        "The controllers to which it is compared, seed by seed; of several the best in each seed counts.", ()
+        "The controllers to which it is compared, seed by seed; of several the best in each seed counts.",
+        (),
+        example=["lyapunov"],
     )
     below: float | None = described("The number must be below this, in the metric's unit.", None)
     above: float | None = described("The number must be above this, in the metric's unit.", None)
-    less: bool = described("true: it must be less than that of every controller in against.", False)
-    more: bool = described("true: it must be more than that of every controller in against.", False)
+    less: bool = described("true: it must be less than that of every controller in against.", False, example=True)
+    more: bool = described("true: it must be more than that of every controller in against.", False, example=True)
     no_worse_by: float | None = described(
         "It may be worse than that of every controller in against, but by less than this (> 0, in the metric's unit).",
         None,
@@ -59,8 +63,10 @@ class Condition:
         "With less or more: by how much at least (>= 0, in % of the rival's number in each seed).", None
     )
     robot: int | None = described("The robot, from 1, whose number counts; otherwise that of the worst.", None)
-    mean: bool = described("true: the mean of the robots counts, and not the worst.", False)
-    says: str = described("What must be true, in a sentence. By default it is made of the other keys.", "")
+    mean: bool = described("true: the mean of the robots counts, and not the worst.", False, example=True)
+    says: str = described(
+        "What must be true, in a sentence. By default it is made of the other keys.", "", example="it is small"
+    )
 
     def __post_init__(self) -> None:
         if not self.metric:
@@ -147,12 +153,13 @@ class Statement:
     """A claim before anything is measured. Raises ClaimError."""
 
     name: str = described("What the claim is called.", "")
-    says: str = described("What is claimed, in a sentence. Default: its name.", "")
-    source: str = described("Where the claim is made, such as a paper. May be left out.", "")
-    untested: str = described("What of it is not tested here. May be left out.", "")
+    says: str = described("What is claimed, in a sentence. Default: its name.", "", example="It is better.")
+    source: str = described("Where the claim is made, such as a paper. May be left out.", "", example="A paper")
+    untested: str = described("What of it is not tested here. May be left out.", "", example="A paper")
     parts: tuple[Condition, ...] = described(
         "Its parts, tables [[claims.parts]]; of a claim with one part its keys may stand in the claim itself.", ()
     )
+    direct: bool = field(default=False, compare=False)  # whether the keys of its one part stand in the claim itself
 
     def __post_init__(self) -> None:
         if not self.name:
@@ -197,13 +204,13 @@ def statements(
 
 
 def _statement(row: dict[str, Any], keys: Keys, builder: Builder, kind: type[Statement], condition: type[Any]) -> Any:
-    own = {f.name for f in fields(kind)}
+    own = {f.name for f in fields(kind)} - {"direct"}
     inner = {f.name for f in fields(condition)} - own
     direct = {key: value for key, value in row.items() if key in inner}
     if not isinstance(row.get("name", ""), str):
         raise builder.fault(f"name must be text in quotes; got {row['name']!r}").about(*keys, "name")
     rest = {key: value for key, value in row.items() if key not in direct and key != "name"}
-    given: dict[str, Any] = {"name": row.get("name", "")}
+    given: dict[str, Any] = {"name": row.get("name", ""), "direct": bool(direct)}
     if direct:
         if "parts" in row:
             first = next(iter(direct))
@@ -290,7 +297,7 @@ def _estimate(values: np.ndarray) -> Estimate:
 def _words(condition: Condition, measure: Measure, of: str, against: Sequence[str]) -> str:
     """A part's sentence, made of its keys."""
     whose = {"worst": "", "mean": ", mean of the robots"}.get(condition.robots, f", robot {condition.robots}")
-    what, rivals = f"{of}: {measure.title}{whose}", " and of ".join(against)
+    what, rivals = f"{measure.title.partition(':')[0]} of {of}{whose}", " and of ".join(against)
     relation, room = condition.relation, condition.room()
     if not condition.rivals:
         return f"{what} {relation} {limit(getattr(condition, relation), measure.unit)}"

@@ -4,9 +4,10 @@ The file is the same, byte for byte, whenever the same comparison is reported by
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from fuzzy.files.atomic import replacing
@@ -16,11 +17,10 @@ from robotics.figures.drawing import looks, seeds_as_text
 from robotics.figures.leads import plot_leads
 from robotics.laws.catalogue import law_title
 from robotics.laws.specification import Specification
-from robotics.measures.evidence import FORMS, Outcome, Verdict
-from robotics.measures.registry import headlines
+from robotics.measures.evidence import FEWEST_RUNS, FORMS, Outcome, Verdict
 from robotics.report.chapter import Chapter, Claim, Picture, Plate
 from robotics.report.plates import plate
-from robotics.report.summarytable import SummaryTable, comparison_leads, summary_table
+from robotics.report.summarytable import SummaryTable, comparison_leads, shown_metrics, summary_table
 from robotics.report.template import rendered
 from robotics.report.wording import reading
 from robotics.scenario.description import Member, Scenario
@@ -41,32 +41,50 @@ class Section(NamedTuple):
     pictures: list[Plate]
 
 
+class Heading(NamedTuple):
+    """What stands at the head of a report, and at its end."""
+
+    title: str = "Controllers compared on the same terms"
+    author: str = ""
+    text: tuple[str, ...] = ()  # paragraphs
+    program: str = ""  # Python that does the same; "": made of the comparison
+    written: Mapping[str, str] = MappingProxyType({})  # controllers, as they were named, by what they are called
+    folder: str = ""  # with its last slash: what is left out of the paths of files
+    skipped: Mapping[str, Sequence[str]] = MappingProxyType({})  # by scenario, who does not drive there and why
+
+
 def write_report(
-    comparison: Comparison,
+    comparison: Comparison | Sequence[Comparison],
     claims: Sequence[Claim],
     folder: str | Path,
     *,
     chapters: Sequence[Chapter] = (),
     command: str | None = None,
     sections: Sequence[Section] | None = None,
+    heading: Heading | None = None,
+    first: Sequence[str] = (),
 ) -> Path:
     """Write ``folder``/report.html and ``folder``/figures/*.png, each whole or not at all; return the page's path.
 
     Args:
-        comparison: The comparison.
+        comparison: The comparison, or several with the same seeds, such as those of scenarios of several kinds.
         claims: Claims that are listed with their verdicts, as those of ``chapters`` are.
         folder: The folder of the report.
         chapters: Chapters that follow the comparison.
         command: The command line that made the comparison.
         sections: The sections of :func:`draw_sections`, if they are drawn already.
+        heading: The title and what else stands at the head; with a text the claims come before the first picture.
+        first: Metrics that come before the others; the first of them says who leads.
 
     Raises OSError.
     """
-    folder = Path(folder)
+    folder, heading = Path(folder), heading or Heading()
+    comparisons = [comparison] if isinstance(comparison, Comparison) else list(comparison)
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    sections = draw_sections(comparison) if sections is None else sections
+    sections = draw_sections(comparisons, first=first) if sections is None else sections
     claims = [*claims, *(claim for chapter in chapters for claim in chapter.claims)]
-    own = [plate(_leads(comparison, chapters)), *(picture for section in sections for picture in section.pictures)]
+    head = plate(_leads(comparisons, chapters, first))
+    own = [head, *(picture for section in sections for picture in section.pictures)]
     plates = [*own, *(plate(picture) for chapter in chapters for picture in chapter.pictures)]
     for picture in plates:
         with replacing(folder / "figures" / f"{picture.name}.png") as path:
@@ -75,42 +93,55 @@ def write_report(
         "report.html.j2",
         chapters,
         plates,
-        comparison=comparison,
+        heading=heading,
+        laws=list(dict.fromkeys(name for each in comparisons for name in each.controllers)),
+        count=len(comparisons[0].seeds),
         claims=claims,
-        head=own[0],
+        head=head,
         symbols=SYMBOLS,
         outcomes=OUTCOMES,
-        forms=FORMS,
+        forms=FORMS if any(form for claim in claims for form in claim.forms) else (),
+        fewest=FEWEST_RUNS,
         reading=reading,
         counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in SYMBOLS},
-        terms=terms(comparison).to_dict(orient="records"),
-        changed={name: Specification.of(name).gains for name in comparison.controllers},
-        seeds=seeds_as_text(comparison.seeds),
-        first_seed=comparison.seeds[0],
+        terms=list({row["controller"]: row for each in comparisons for row in _terms(each, heading)}.values()),
+        seeds=seeds_as_text(comparisons[0].seeds),
+        first_seed=comparisons[0].seeds[0],
         sections=sections,
-        several=any(len(scenario.robots) > 1 for scenario in comparison.scenarios),
-        touchable=any(scenario.setting.has_others for scenario in comparison.scenarios),
+        several=any(len(section.scenario.robots) > 1 for section in sections),
+        touchable=any(section.scenario.setting.has_others for section in sections),
         command=command,
-        program=_program(comparison),
+        program=heading.program or _program(comparisons[0]),
     )
     with replacing(folder / "report.html") as path:
         path.write_text(page, encoding="utf-8")
     return folder / "report.html"
 
 
-def draw_sections(comparison: Comparison, advance: Callable[[], None] | None = None) -> list[Section]:
-    """Draw the sections on the comparison's scenarios; ``advance`` is called after every figure."""
-    return [_section(comparison, scenario, advance) for scenario in comparison.scenarios]
+def draw_sections(
+    comparison: Comparison | Sequence[Comparison],
+    advance: Callable[[], None] | None = None,
+    first: Sequence[str] = (),
+) -> list[Section]:
+    """Draw the sections on the scenarios of one or several comparisons.
+
+    ``advance`` is called after every figure; the metrics ``first`` come before the others.
+    """
+    comparisons = [comparison] if isinstance(comparison, Comparison) else list(comparison)
+    places = _places([s.name for each in comparisons for s in each.scenarios])
+    return [_section(each, s, places[s.name], advance, first) for each in comparisons for s in each.scenarios]
 
 
-def figure_count(comparison: Comparison) -> int:
+def figure_count(comparison: Comparison | Sequence[Comparison]) -> int:
     """The number of figures that :func:`draw_sections` draws."""
-    return sum(len(_pictures(comparison, scenario)) for scenario in comparison.scenarios)
+    comparisons = [comparison] if isinstance(comparison, Comparison) else comparison
+    return sum(len(_pictures(each, scenario, "")) for each in comparisons for scenario in each.scenarios)
 
 
-def _leads(comparison: Comparison, chapters: Sequence[Chapter]) -> Picture:
+def _leads(comparisons: Sequence[Comparison], chapters: Sequence[Chapter], first: Sequence[str] = ()) -> Picture:
     """The picture at the head of the report."""
-    found = [*comparison_leads(comparison), *(lead for chapter in chapters for lead in chapter.leads)]
+    ours = (lead for each in comparisons for lead in comparison_leads(each, first))
+    found = [*ours, *(lead for chapter in chapters for lead in chapter.leads)]
     said = "; ".join(
         f"{lead.scenario}: {', '.join(law_title(s.law) for s in lead.standings if s.leads) or 'nobody'}"
         for lead in found
@@ -127,39 +158,45 @@ def _leads(comparison: Comparison, chapters: Sequence[Chapter]) -> Picture:
 # What is drawn -------------------------------------------------------------------------------------------------
 
 
-def _section(comparison: Comparison, scenario: Scenario, advance: Callable[[], None] | None) -> Section:
+def _section(
+    comparison: Comparison,
+    scenario: Scenario,
+    place: str,
+    advance: Callable[[], None] | None,
+    first: Sequence[str],
+) -> Section:
     runs = [comparison.runs[scenario.name, name] for name in comparison.controllers]
     plates = []
-    for picture in _pictures(comparison, scenario):
+    for picture in _pictures(comparison, scenario, place, first):
         plates.append(plate(picture))
         if advance is not None:
             advance()
     return Section(
         scenario,
-        _slug(comparison, scenario),
+        place,
         _facts(scenario),
-        summary_table(comparison, scenario.name),
+        summary_table(comparison, scenario.name, first),
         [line for run in runs for line in run.divergences()],
         plates,
     )
 
 
-def _slug(comparison: Comparison, scenario: Scenario) -> str:
-    """A scenario's name with nothing in it that a file name or an anchor cannot have; no two are the same."""
-    slugs = [re.sub(r"[^A-Za-z0-9_-]+", "-", s.name).strip("-").lower() for s in comparison.scenarios]
-    place = [s.name for s in comparison.scenarios].index(scenario.name)
-    return slugs[place] if slugs[place] and slugs.count(slugs[place]) == 1 else f"{slugs[place]}-{place + 1}".strip("-")
+def _places(names: Sequence[str]) -> dict[str, str]:
+    """The scenarios' names with nothing in them that a file name or an anchor cannot have; no two are the same."""
+    slugs = [re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-").lower() for name in names]
+    return {
+        name: slug if slug and slugs.count(slug) == 1 else f"{slug}-{place}".strip("-")
+        for place, (name, slug) in enumerate(zip(names, slugs, strict=True), start=1)
+    }
 
 
-def _pictures(comparison: Comparison, scenario: Scenario) -> list[Picture]:
-    name, slug, seed = scenario.name, _slug(comparison, scenario), comparison.seeds[0]
+def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequence[str] = ()) -> list[Picture]:
+    name, seed = scenario.name, comparison.seeds[0]
     looked = looks(comparison.controllers)
     runs = [comparison.runs[name, specification] for specification in comparison.controllers]
-    who = ", ".join(law_title(specification) for specification in comparison.controllers)
-    several, shown = (
-        len(scenario.robots) > 1,
-        headlines(scenario.kind, scenario.setting.has_others, own=comparison.metrics),
-    )
+    who = ", ".join(law_title(controller) for controller in comparison.controllers)
+    several = len(scenario.robots) > 1
+    shown = shown_metrics(comparison, scenario, first, scenario.setting.has_others)
     larger = any(metric.larger for metric in shown.values())
     pictures = [
         Picture(
@@ -167,7 +204,7 @@ def _pictures(comparison: Comparison, scenario: Scenario) -> list[Picture]:
             f"Metrics on {name}: a dot for each of the {len(comparison.seeds)} seeds, and the mean with its 95 % "
             f"interval. {'Smaller is better, except for distances.' if larger else 'Smaller is better everywhere.'}",
             f"Strip charts of {len(shown)} metrics on {name} for {who}; the table above has the same numbers.",
-            lambda: plot_comparison(comparison, name, looks=looked),
+            lambda: plot_comparison(comparison, name, list(shown), looks=looked),
         ),
         Picture(
             f"{slug}-paths",
@@ -259,6 +296,16 @@ def _set(instance: Any) -> list[tuple[str, str]]:
         else:
             result.append((f.name, str(value)))
     return result
+
+
+def _terms(comparison: Comparison, heading: Heading) -> list[dict[str, Any]]:
+    """The terms of each controller, with the gains that were changed."""
+    rows = [{str(key): value for key, value in row.items()} for row in terms(comparison).to_dict(orient="records")]
+    for row in rows:
+        row["gains"] = row["gains"].replace(heading.folder, "") if heading.folder else row["gains"]
+        row["name"] = heading.written.get(row["controller"], row["controller"])
+        row["changed"] = Specification.of(row["name"]).gains
+    return rows
 
 
 def _program(comparison: Comparison) -> str:

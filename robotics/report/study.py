@@ -1,27 +1,40 @@
-"""A whole comparison in a folder: its tables, chapters that may be added, and the report."""
+"""A whole study in a folder: comparisons, claims, chapters that may be added, and the report."""
 
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass, replace
+from importlib import import_module, resources
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from fuzzy.files.atomic import replacing
 from fuzzy.files.table import write_frame
-from fuzzy.shell.progress import Begin
+from fuzzy.shell.progress import Advance, Begin
 from robotics.experiments.comparison import Comparison, check_comparison, compare, summarise
-from robotics.experiments.executors import uninterrupted
+from robotics.experiments.executors import Workers, processes, uninterrupted
 from robotics.experiments.versions import digest_of, versions
-from robotics.laws.catalogue import OwnLaws, chosen_laws, files_of, gains_of, named_laws, shown_gain
+from robotics.laws.catalogue import OwnLaws, chosen_laws, files_of, gains_of, make_controller, named_laws, shown_gain
+from robotics.laws.law import Law
 from robotics.laws.specification import Specification
+from robotics.measures.contacts import can_touch
+from robotics.measures.evidence import FEWEST_RUNS, Part
 from robotics.measures.own import NO_METRICS, OwnMetrics
+from robotics.measures.quantities import measured, runs_touched
 from robotics.measures.registry import own_metrics
 from robotics.report.chapter import Chapter, Claim
-from robotics.report.page import draw_sections, figure_count, write_report
+from robotics.report.claims import Condition, Measure, decided
+from robotics.report.page import Heading, draw_sections, figure_count, write_report
+from robotics.report.plan import Group, StudyError, StudyPlan
 from robotics.scenario.description import Scenario
+from robotics.scenario.reading import scenario_names
+from robotics.scenario.renamed import current_name
+from robotics.simulation.run import Run
 
 # Makes chapters beside the comparison, from a function that begins a progress bar, the folder, the first seed and
 # whether pictures are wanted. Entering it gives a function that waits for the chapters; leaving it stops the work.
@@ -32,11 +45,38 @@ MakeChapters = Callable[[Begin, Path, int, bool], AbstractContextManager[Callabl
 class Study:
     """The outcome of a study."""
 
-    comparison: Comparison
+    comparisons: tuple[Comparison, ...]  # one for the scenarios of a kind that the same controllers drive
     summary: pd.DataFrame  # of :func:`robotics.experiments.comparison.summarise`
     claims: list[Claim]
     shown: Path  # the file to open: the report, or the table of results
     files: list[str]  # all files that were written, relative to the folder
+    first: tuple[str, ...] = ()  # metrics that come before the others
+    skipped: tuple[str, ...] = ()  # a sentence for each controller and scenario that it does not drive
+
+    @property
+    def comparison(self) -> Comparison:
+        """The comparison, where there is only one; otherwise the first."""
+        return self.comparisons[0]
+
+    @property
+    def divergences(self) -> list[str]:
+        """A sentence for every robot that was stopped."""
+        return [line for comparison in self.comparisons for line in comparison.divergences]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Work:
+    """What is compared, judged and shown: the common form of a comparison and of a study."""
+
+    groups: Sequence[Group]
+    seeds: Sequence[int]
+    configuration: Mapping[str, Any]
+    metrics: OwnMetrics
+    plan: StudyPlan | None = None
+    chapters: MakeChapters | None = None
+    report: bool = True
+    command: str | None = None
+    heading: Heading | None = None
 
 
 def write_study(
@@ -72,34 +112,147 @@ def write_study(
     Raises ComparisonError, ControllerError, MetricError and OSError.
     """
     check_comparison(scenarios, controllers, metrics)
+    laws = dict(named_laws(controllers))
+    configuration = {
+        "scenarios": [scenario.name for scenario in scenarios],
+        "controllers": {name: gains_of(law) for name, law in chosen_laws(controllers).items()},
+        "metrics": [*own_metrics(metrics)],
+        "files_sha256": {name: digest_of(file) for name, file in sorted(_files_named(laws, metrics).items())},
+        "seeds": list(seeds),
+        "versions": versions(),
+    }
+    work = _Work(
+        groups=[Group(scenarios[0].kind, tuple(scenarios), laws, {})],
+        seeds=seeds,
+        configuration=configuration,
+        metrics=metrics,
+        chapters=chapters,
+        report=report,
+        command=command,
+    )
+    return _written(folder, work, begin, None, kept)
+
+
+def run_study(
+    plan: StudyPlan,
+    out: str | Path | None = None,
+    *,
+    jobs: int = 1,
+    report: bool = True,
+    begin: Begin | None = None,
+    chapters: MakeChapters | None = None,
+    command: str | None = None,
+    kept: Callable[[int], None] = lambda rows: None,
+) -> Study:
+    """Run a study: scenarios × controllers × seeds, its claims judged, all results in a folder.
+
+    The files are those of :func:`write_study`, claims.csv and evidence.csv where the study has claims; the report has
+    the study's title and text, and the claims with their verdicts before the comparison. A claim is judged by
+    :mod:`robotics.measures.evidence`, and told only where at least 20 runs stand behind it.
+
+    Args:
+        plan: The study, such as :func:`robotics.report.plan.load_study` reads it.
+        out: The folder of the results. Default: the plan's.
+        jobs: Number of processes that simulate; the numbers do not depend on it.
+        report: Whether figures and the report are made.
+        begin: Starts a bar of a progress display, by its text and total. Default: none is shown.
+        chapters: Makes chapters beside the comparison. Default: those that the plan names.
+        command: The command line that the report names.
+        kept: Called with the number of rows that are written, after every scenario and controller.
+
+    Raises StudyError, MetricError, ControllerError and OSError.
+    """
+    folder = Path(out) if out is not None else default_folder(plan)
+    chapters = chapters or (_chapters_named(plan) if plan.chapters else None)
+    work = _Work(
+        groups=plan.groups,
+        seeds=plan.row,
+        configuration=_configuration(plan),
+        metrics=plan.own_metrics,
+        plan=plan,
+        chapters=chapters,
+        report=report,
+        command=command or f"robotics study {plan.file or plan.name} --seeds {plan.seeds}",
+        heading=_heading(plan),
+    )
+    several = processes(jobs, ["robotics.experiments.comparison"]) if jobs > 1 else nullcontext()
+    with several as workers:
+        return _written(folder, work, begin or _silent, workers, kept)
+
+
+def default_folder(plan: StudyPlan) -> Path:
+    """The folder of a study's results, where none is asked for."""
+    return plan.folder / plan.out if plan.out else Path("out") / plan.name
+
+
+def _written(folder: Path, work: _Work, begin: Begin, workers: Workers | None, kept: Callable[[int], None]) -> Study:
     folder.mkdir(parents=True, exist_ok=True)
-    _write_configuration(folder, scenarios, controllers, metrics, seeds)
-
-    def keep(rows: pd.DataFrame) -> None:
-        with uninterrupted():  # what is said to be kept is what was written
-            write_frame(rows, folder / "results.csv")
-            kept(len(rows))
-
+    with replacing(folder / "configuration.json") as temporary:
+        text = json.dumps(work.configuration, indent=2, ensure_ascii=False, default=shown_gain)
+        temporary.write_text(text + "\n", encoding="utf-8")
+    plan, first = work.plan, work.plan.shown_metrics if work.plan is not None else ()
     # Matrices here are small: with more threads they wait for each other, and last digits depend on the machine.
     with (
         threadpool_limits(1, "blas"),
-        (chapters or _no_chapters)(begin, folder, seeds[0], report) as wait,
+        (work.chapters or _no_chapters)(begin, folder, work.seeds[0], work.report) as wait,
     ):
-        advance = begin("simulating", sum(s.ticks + 1 for s in scenarios) * len(controllers))
-        comparison = compare(scenarios, controllers, seeds, metrics=metrics, advance=advance, finished=keep)
-        summary = summarise(comparison.table, comparison.metrics)
+        comparisons = tuple(_compared(folder, work, begin, workers, kept))
+        parts = [summarise(c.table, c.metrics) for c in comparisons]
+        summary = pd.concat(parts, ignore_index=True)
         write_frame(summary, folder / "summary.csv")
-        sections = draw_sections(comparison, begin("drawing", figure_count(comparison))) if report else []
+        if plan is not None and plan.save_runs:
+            _save_runs(comparisons, folder / "runs")
+        claims = judged(plan, comparisons) if plan is not None else []
+        advance = begin("drawing", figure_count(comparisons)) if work.report else None
+        sections = draw_sections(comparisons, advance, first) if work.report else []
         made = wait()
-    claims = [claim for chapter in made for claim in chapter.claims]
-    if chapters is not None:
-        write_frame(pd.DataFrame([claim.row() for claim in claims]), folder / "claims.csv")
-        write_frame(pd.DataFrame([row for claim in claims for row in claim.evidence()]), folder / "evidence.csv")
+    all_claims = [*claims, *(claim for chapter in made for claim in chapter.claims)]
+    if work.chapters is not None or all_claims:
+        write_frame(pd.DataFrame([claim.row() for claim in all_claims]), folder / "claims.csv")
+        write_frame(pd.DataFrame([row for claim in all_claims for row in claim.evidence()]), folder / "evidence.csv")
     shown = folder / "results.csv"
-    if report:
-        shown = write_report(comparison, [], folder, chapters=made, command=command, sections=sections)
+    if work.report:
+        shown = write_report(
+            comparisons,
+            claims,
+            folder,
+            chapters=made,
+            command=work.command,
+            sections=sections,
+            heading=work.heading,
+            first=first,
+        )
     files = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
-    return Study(comparison, summary, claims, shown, files)
+    skipped = tuple(f"{on}: {line}" for g in work.groups for on, lines in g.skipped.items() for line in lines)
+    return Study(comparisons, summary, all_claims, shown, files, first, skipped)
+
+
+def _compared(
+    folder: Path, work: _Work, begin: Begin, workers: Workers | None, kept: Callable[[int], None]
+) -> Iterator[Comparison]:
+    """The comparisons of the groups; results.csv holds what is done so far."""
+    total = sum((1 if workers else s.ticks + 1) * len(g.laws) for g in work.groups for s in g.scenarios)
+    advance: Advance = begin("simulating", total)
+    tables: list[pd.DataFrame] = []
+
+    def keep(rows: pd.DataFrame) -> None:
+        with uninterrupted():  # what is said to be kept is what was written
+            whole = pd.concat([*tables, rows], ignore_index=True) if tables else rows
+            write_frame(whole, folder / "results.csv")
+            kept(len(whole))
+
+    for group in work.groups:
+        comparison = compare(
+            group.scenarios,
+            group.laws,
+            work.seeds,
+            metrics=work.metrics,
+            workers=workers,
+            advance=advance,
+            finished=keep,
+        )
+        tables.append(comparison.table)
+        yield comparison
 
 
 @contextmanager
@@ -107,28 +260,159 @@ def _no_chapters(begin: Begin, folder: Path, seed: int, draw: bool) -> Iterator[
     yield list
 
 
-def _write_configuration(
-    folder: Path, scenarios: Sequence[Scenario], controllers: OwnLaws, metrics: OwnMetrics, seeds: Sequence[int]
-) -> None:
-    configuration = {
-        "scenarios": [scenario.name for scenario in scenarios],
-        "controllers": {name: gains_of(law) for name, law in chosen_laws(controllers).items()},
-        "metrics": [*own_metrics(metrics)],
-        "files_sha256": {name: digest_of(file) for name, file in sorted(_files(controllers, metrics).items())},
-        "seeds": list(seeds),
+def _chapters_named(plan: StudyPlan) -> MakeChapters:
+    """The function that the plan's key ``chapters`` names."""
+    module, _, name = plan.chapters.partition(":")
+    try:
+        made: MakeChapters = getattr(import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise StudyError(
+            f"{plan.file}: chapters must be package.module:function; got {plan.chapters!r}: {error}"
+        ) from None
+    return made
+
+
+def _silent(description: str, total: int) -> Advance:
+    return lambda description=None: None
+
+
+# Judging ----------------------------------------------------------------------------------------------------------
+
+
+def judged(plan: StudyPlan, comparisons: Sequence[Comparison]) -> list[Claim]:
+    """The claims of a study, judged by the runs of its comparisons."""
+    runs = {key: run for comparison in comparisons for key, run in comparison.runs.items()}
+    return [
+        Claim(**claim.texts, parts=tuple(part for c in claim.parts for part in _parts(plan, c, runs)))
+        for claim in plan.claims
+    ]
+
+
+def _parts(plan: StudyPlan, condition: Condition, runs: Mapping[tuple[str, str], Run]) -> Iterator[Part]:
+    """A part for each scenario on which the condition is measured."""
+    about = plan.measured_by(condition.metric)
+    of, *against = (plan.law_called(name) for name in (condition.of, *condition.against))
+    for scenario in plan.scenarios_of(condition):
+
+        def values(law: str, on: str = scenario.name) -> np.ndarray:
+            return measured(runs[on, law], about, condition.robots)
+
+        yield decided(
+            condition,
+            Measure(about.title or condition.metric, about.unit, about.larger),
+            values,
+            on=scenario.name,
+            of=of,
+            against=against,
+            fewest=FEWEST_RUNS,
+            note="; ".join(filter(None, (_note(runs[scenario.name, law], law) for law in (of, *against)))),
+        )
+
+
+def _note(run: Run, law: str) -> str:
+    """What became of runs that count only in part."""
+    touched = runs_touched(run) if can_touch(run) else 0
+    stopped = int(run.diverged.any(axis=1).sum())
+    said = []
+    if touched:
+        said.append(f"had a contact in {touched} of {len(run.seeds)} runs, which count up to the first")
+    if stopped:
+        said.append(f"lost its reference in {stopped} of {len(run.seeds)} runs, which count up to then")
+    return f"✕ {law} {' and '.join(said)}" if said else ""
+
+
+# What is written --------------------------------------------------------------------------------------------------
+
+
+def _heading(plan: StudyPlan) -> Heading:
+    file = plan.file or plan.name
+    packaged = not plan.file or (plan.file == f"{plan.name}.toml" and not (plan.folder / plan.file).is_file())
+    return Heading(
+        title=plan.title or plan.name,
+        author=plan.author,
+        text=plan.paragraphs,
+        program=(
+            "import robotics\n\n"
+            f'plan = robotics.load_study("{plan.name if packaged else Path(file).as_posix()}")\n'
+            'study = robotics.run_study(plan, out="out")\n'
+        ),
+        folder=_prefix(plan),
+        written=dict(zip(plan.laws, plan.controllers, strict=True)),
+        skipped={scenario: lines for group in plan.groups for scenario, lines in group.skipped.items()},
+    )
+
+
+def _configuration(plan: StudyPlan) -> dict[str, Any]:
+    """What was run, and with which files: enough to run it again, and to see whether a file has changed."""
+    return {
+        "study": plan.name,
+        "scenarios": [scenario.name for scenario in plan.settings],
+        "controllers": {
+            name: {"specification": written, "gains": _gains(plan, law)}
+            for (name, law), written in zip(plan.laws.items(), plan.controllers, strict=True)
+        },
+        "metrics": [*plan.own_metrics],
+        "seeds": list(plan.row),
+        "file": plan.content,
+        "files_sha256": {name: digest_of(file) for name, file in sorted(_files(plan).items())},
         "versions": versions(),
     }
-    with replacing(folder / "configuration.json") as temporary:
-        text = json.dumps(configuration, indent=2, ensure_ascii=False, default=shown_gain)
-        temporary.write_text(text + "\n", encoding="utf-8")
 
 
-def _files(controllers: OwnLaws, metrics: OwnMetrics) -> dict[str, Path]:
+def _prefix(plan: StudyPlan) -> str:
+    """What is left out of the paths of the study's files; "" where there is nothing."""
+    return "" if plan.folder == Path() else f"{plan.folder}/"
+
+
+def _gains(plan: StudyPlan, law: str) -> dict[str, Any]:
+    gains, prefix = gains_of(make_controller(law)), _prefix(plan)
+    return {n: v.removeprefix(prefix) if isinstance(v, str) and prefix else v for n, v in gains.items()}
+
+
+def _files(plan: StudyPlan) -> dict[str, Path]:
+    """The files that a study reads, by their paths from its folder; packaged scenarios by their names."""
+    packaged = Path(str(resources.files("robotics") / "scenarios"))
+    found: dict[str, Path] = {}
+    for text in plan.scenarios:
+        name = current_name(text)
+        found[text] = packaged / f"{name}.toml" if name in scenario_names() else plan.folder / text
+    for law in plan.laws.values():
+        for text, path in files_of(law).items():
+            found[_from(plan.folder, path, text)] = path
+    for text in plan.metric_files.values():
+        file = Specification.of(text).file
+        found[file] = plan.folder / file
+    return found
+
+
+def _files_named(laws: Mapping[str, Law[Any] | str], metrics: OwnMetrics) -> dict[str, Path]:
     """The files that specifications name: of laws, their gains, and metrics."""
     found: dict[str, Path] = {}
-    for _, law in named_laws(controllers):
+    for law in laws.values():
         found |= files_of(law) if isinstance(law, str) else {}
     for metric in metrics.values() if isinstance(metrics, Mapping) else metrics:
         if isinstance(metric, str) and (file := Specification.of(metric).file):
             found[file] = Path(file)
     return found
+
+
+def _from(folder: Path, path: Path, text: str) -> str:
+    return path.relative_to(folder).as_posix() if path.is_relative_to(folder) else text
+
+
+def _save_runs(comparisons: Sequence[Comparison], folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for comparison in comparisons:
+        for (scenario, law), run in comparison.runs.items():
+            run.save(folder / f"{re.sub(r'[^A-Za-z0-9.=-]+', '_', f'{scenario}--{law}')}.npz")
+
+
+def with_seeds(plan: StudyPlan, seeds: int | None = None, first: int | None = None) -> StudyPlan:
+    """The same study with another number of seeds, or another first one."""
+    if seeds is None and first is None:
+        return plan
+    return replace(
+        plan,
+        seeds=plan.seeds if seeds is None else seeds,
+        first_seed=plan.first_seed if first is None else first,
+    )

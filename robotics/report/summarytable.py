@@ -1,5 +1,6 @@
 """The numbers of one scenario as a table to read: a row for each metric, a column for each controller."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,9 @@ from robotics.laws.catalogue import law_title
 from robotics.measures.evidence import student
 from robotics.measures.leading import Lead, lead
 from robotics.measures.registry import headlines, metrics_of
+from robotics.measures.tracking import Metric
 from robotics.report.wording import places_of
+from robotics.scenario.description import Scenario
 
 _PREFIXED = ("m", "rad", "m/s")  # units that may take the prefix milli
 
@@ -39,8 +42,11 @@ class SummaryTable(NamedTuple):
     contacts: list[tuple[int, int]]  # runs with a contact, and all runs; empty where there is nothing to touch
 
 
-def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
-    """Make the table of the scenario with that name, from :func:`robotics.experiments.comparison.summarise`."""
+def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = ()) -> SummaryTable:
+    """Make the table of the scenario with that name, from :func:`robotics.experiments.comparison.summarise`.
+
+    The metrics ``first`` come before the others.
+    """
     table = comparison.table[comparison.table["scenario"] == scenario]
     summary = summarise(table, comparison.metrics).set_index(["metric", "controller"])
     names = list(comparison.controllers)
@@ -48,7 +54,9 @@ def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
     setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
     contacts = [contact_runs(table, scenario, name) for name in names] if setting.has_others else []
     touched = [count > 0 for count, _ in contacts] or [False] * len(names)
-    for metric, about in metrics_of(setting.kind, setting.has_others, has_guard(table), comparison.metrics).items():
+    known = metrics_of(setting.kind, setting.has_others, has_guard(table), comparison.metrics)
+    for metric in dict.fromkeys([*(name for name in first if name in known), *known]):
+        about = known[metric]
         found = summary.loc[metric]
         numbers = found.reindex(names)[["mean", "low", "high"]].to_numpy(dtype=float)
         by_seed = {n: values_of_runs(table[table["controller"] == n], metric, about) for n in names}
@@ -67,11 +75,35 @@ def summary_table(comparison: Comparison, scenario: str) -> SummaryTable:
     return SummaryTable([law_title(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
 
 
-def comparison_leads(comparison: Comparison) -> list[Lead]:
-    """Who leads in each scenario, by the first metric that a comparison's short table shows."""
+def shown_metrics(
+    comparison: Comparison,
+    scenario: Scenario,
+    first: Sequence[str] = (),
+    others: bool | None = None,
+    guard: bool = False,
+) -> dict[str, Metric]:
+    """The few metrics that a report shows on a scenario: those of ``first`` that are measured there, then headlines.
+
+    ``others`` and ``guard`` are as of :func:`robotics.measures.registry.headlines`.
+    """
+    table = comparison.table[comparison.table["scenario"] == scenario.name]
+    known = metrics_of(scenario.kind, scenario.setting.has_others, has_guard(table), comparison.metrics)
+    head = {name: known[name] for name in first if name in known}
+    return head | headlines(scenario.kind, others, guard, comparison.metrics)
+
+
+def printed_metrics(comparison: Comparison, scenario: Scenario, first: Sequence[str] = ()) -> dict[str, Metric]:
+    """The metrics of :func:`shown_metrics` that a command line prints, that of emergency rules where there are some."""
+    table = comparison.table[comparison.table["scenario"] == scenario.name]
+    return shown_metrics(comparison, scenario, first, scenario.setting.has_others, has_guard(table))
+
+
+def comparison_leads(comparison: Comparison, first: Sequence[str] = ()) -> list[Lead]:
+    """Who leads in each scenario, by the first metric of :func:`shown_metrics` of which less is better."""
     found = []
     for scenario in comparison.scenarios:
-        metric, about = next(item for item in headlines(scenario.kind).items() if not item[1].larger)
+        shown = shown_metrics(comparison, scenario, first)
+        metric, about = next(item for item in shown.items() if not item[1].larger)
         table = comparison.table[comparison.table["scenario"] == scenario.name]
         by_law = {name: table[table["controller"] == name] for name in comparison.controllers}
         values = {name: values_of_runs(rows, metric, about) for name, rows in by_law.items()}

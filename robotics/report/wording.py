@@ -70,9 +70,10 @@ def _too_few(part: Part) -> str:
 
 
 def sentence(part: Part) -> str:
-    """What a part says, what became of it, and the numbers."""
+    """What a part says, what became of it, and the numbers; of a law without forms also where."""
     known = {"holds": "holds", "fails": "fails", "open": "cannot be told"}
-    return f"{part.says}: {known[part.outcome]} ({reading(part)})"
+    place = "" if part.form else f"{part.on}: "
+    return f"{place}{part.says}: {known[part.outcome]} ({reading(part)})"
 
 
 def _after(unit: str) -> str:

@@ -2,6 +2,8 @@
 
 import pickle
 import re
+import subprocess
+import sys
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -486,3 +488,38 @@ def test_writing_where_nothing_can_be_written(tmp_path):
     for path in (tmp_path, tmp_path / "missing" / "tip.fis"):
         with pytest.raises(FisFileError, match="cannot be written"):
             write_fis(parse_fis(TIP), path)
+
+
+def test_a_file_is_read_by_a_process_that_has_used_nothing_else(tmp_path):
+    write_fis(parse_fis(SHOULDERS), tmp_path / "own.fis")
+    code = "import fuzzy; print(fuzzy.read_fis('own.fis').name)"
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "shoulders\n"), done.stderr
+
+
+SHOULDERS = """
+[System]
+Name='shoulders'
+Type='sugeno'
+NumInputs=1
+NumOutputs=1
+NumRules=1
+AndMethod='prod'
+OrMethod='probor'
+ImpMethod='prod'
+AggMethod='sum'
+DefuzzMethod='wtaver'
+[Input1]
+Name='x'
+Range=[0 1]
+NumMFs=1
+MF1='near':'linzmf',[0.1 0.6]
+[Output1]
+Name='y'
+Range=[0 1]
+NumMFs=1
+MF1='one':'constant',[1]
+[Rules]
+1, 1 (1) : 1
+"""

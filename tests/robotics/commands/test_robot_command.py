@@ -4,12 +4,14 @@ import json
 
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection
 
 from robotics.commands.application import main
 from robotics.figures.robot import drivable, plot_robot
 from robotics.scenario.robots import load_robot, robot_names
 from robotics.vehicle.plant import saturate, velocity_limits
 from robotics.vehicle.wheel_loop import step_response, tuned
+from tests.drawn import y_of
 
 MINE = """\
 body_mass = 6.0          # weighed
@@ -95,10 +97,11 @@ def test_the_picture_is_to_scale_with_wheels_sensors_and_steps(mine, capsys):
     assert [wheel.width for wheel in wheels] == pytest.approx([0.066, 0.066])
     assert sorted(wheel.y0 + wheel.height / 2 for wheel in wheels) == pytest.approx([-0.08, 0.08])
     (beams,) = above.collections
+    assert isinstance(beams, LineCollection)
     assert len(beams.get_segments()) == len(model.sensors)
     step = step_response(model.robot, "straight")
-    np.testing.assert_allclose(speed.lines[0].get_ydata(), step.speed / step.command)
-    np.testing.assert_allclose(voltage.lines[0].get_ydata(), step.voltage)
+    np.testing.assert_allclose(y_of(speed.lines[0]), step.speed / step.command)
+    np.testing.assert_allclose(y_of(voltage.lines[0]), step.voltage)
     assert all(ax.get_ylabel() for ax in (above, speed, voltage, limits))
 
 

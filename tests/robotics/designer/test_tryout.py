@@ -262,7 +262,7 @@ def test_formation_data_for_training(monkeypatch: pytest.MonkeyPatch) -> None:
     assert made.names == direct.names
     assert made.inputs == 3
     assert np.array_equal(made.values, direct.values)
-    assert set(generators) == {"formation-literal", "formation-well-posed"}
+    assert set(generators) == {"formation-literal", "formation-well-posed", "formation-scenario"}
 
 
 # The session ----------------------------------------------------------------------------------------------------

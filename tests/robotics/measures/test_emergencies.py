@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robotics.commands.compare import _print_study
+from robotics.commands.study_printing import print_comparisons
 from robotics.experiments.comparison import Comparison, rows_of, summarise
 from robotics.laws.catalogue import make_controller
 from robotics.measures.emergencies import emergency_share
@@ -93,7 +93,7 @@ def test_a_comparison_shows_it_for_the_laws_that_have_one(scenario, run, capsys,
     (row,) = (row for row in summary_table(both, "odd").rows if "emergency" in row.title)
     assert [cell.mean for cell in row.cells] == ["–", "0.450"]
     assert [cell.mark for cell in row.cells] == ["", ""]  # there is nothing to compare with
-    _print_study(Study(both, summary, [], tmp_path, []))
+    print_comparisons(Study((both,), summary, [], tmp_path, []))
     lines = [line for line in capsys.readouterr().out.splitlines() if "never" in line]  # neither law ends in 8 s
     assert [line.split("│")[6].strip() for line in lines] == ["-", "0.4500"]
     without = Comparison((scenario,), {"cooperation": laws["cooperation"]}, (0, 1), tables[0], runs)

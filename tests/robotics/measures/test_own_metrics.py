@@ -10,6 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from robotics.commands.application import main
+from robotics.designer.tryout import TryoutTrial, rival_data
 from robotics.experiments.comparison import ComparisonError, compare, summarise
 from robotics.figures.comparison import plot_comparison
 from robotics.laws.catalogue import make_controller
@@ -127,7 +128,7 @@ def test_a_field_that_a_metric_has_not_is_refused_at_the_decorator():
         metric(unit="1", lager=True)
 
 
-def test_another_package_brings_a_metric(monkeypatch, run):
+def test_another_package_brings_a_metric(monkeypatch, run, capsys):
     entries = [
         EntryPoint(name="top", value=f"{__name__}:top", group=own.GROUP),
         EntryPoint(name="gone", value="nowhere_at_all:top", group=own.GROUP),
@@ -138,6 +139,12 @@ def test_another_package_brings_a_metric(monkeypatch, run):
         np.testing.assert_array_equal(measure_all(run, ["top"])["top"], top(run))
         with pytest.raises(MetricError, match="the metric 'gone' of nowhere_at_all:top cannot be used: ModuleNotFound"):
             own_metrics(["gone"])
+        assert main(["list", "metrics"]) == 0
+        said = capsys.readouterr()
+        assert "measured if asked for: --metric top" in " ".join(said.out.split())
+        assert "the metric 'gone' of nowhere_at_all:top cannot be used" in said.err
+        tried_out = rival_data("lyapunov", TryoutTrial(scenario="own.toml", text=SCENARIO))
+        assert [*tried_out["metrics"]][-1] == "top"
     finally:
         monkeypatch.undo()
         own.installed_metrics.cache_clear()

@@ -56,7 +56,7 @@ def test_a_robot_of_ones_own_is_what_its_file_says():
     assert (model.robot.body_mass, model.robot.torque_constant) == (6.0, 2.0 / 12.0)
     assert list(model.sensors) == [*SONAR, "rear"]
     nose = model.sensors["front-left"]  # on the outline of this robot, not of the EtsRo
-    assert (nose.x, nose.y, nose.range) == (0.2, pytest.approx(0.09), 3.0)
+    assert (nose.x, nose.y, nose.range) == pytest.approx((0.2, 0.09, 3.0))
     assert model.sensors["right"].y == -0.15
 
 
@@ -248,7 +248,7 @@ def test_numbers_are_written_into_a_file_and_comments_stay():
     assert "stall_torque = 2.5      # data sheet\n" in text
     assert text.index("kp = 0.5") < text.index("# what it sees with") < text.index("[[sensors]]")
     found = parse_robot(text, "cart")
-    assert (found.robot.kp, found.robot.torque_constant) == (0.5, pytest.approx(2.5 / 12))
+    assert (found.robot.kp, found.robot.torque_constant) == pytest.approx((0.5, 2.5 / 12))
     assert found.sensors == parse_robot(MINE, "cart").sensors
     assert with_numbers("kp = 1\n", {"kp": 2.0, "ki": 3.0}) == "kp = 2.0\nki = 3.0\n"
 

@@ -262,7 +262,7 @@ def test_compare_writes_the_chapter_into_the_report(
         yield lambda: [chapter_of(avoidance_results)]
 
     monkeypatch.setattr("robotics.thesis.chapters.judging", judging)
-    monkeypatch.setattr("robotics.report.page._pictures", lambda comparison, scenario: [])
+    monkeypatch.setattr("robotics.report.page._pictures", lambda *_: [])
     monkeypatch.setattr(avoidance, "FIGURES", {TESTS[0]: FIGURES[TESTS[0]]})
     out = tmp_path / "out"
     command = ["compare", "lyapunov-sine", "--controllers", "lyapunov", "--seeds", "1", "--claims", "--out", str(out)]

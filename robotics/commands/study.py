@@ -1,0 +1,105 @@
+"""The command ``robotics study``: scenarios × controllers × seeds with claims of one's own, from a file to a report."""
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fuzzy.shell.progress import progress_bar
+from fuzzy.shell.terminal import INTERRUPTED, print_json
+from robotics.commands.shared import Json, Quiet, print_forewarnings, print_outside
+from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts
+from robotics.experiments.versions import versions
+
+
+def study(
+    name: Annotated[str, typer.Argument(metavar="STUDY.toml", help="A study's file; or a name: thesis.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Folder of the results. Default: the file's key out, or out/NAME"),
+    ] = None,
+    seeds: Annotated[
+        int | None, typer.Option(min=1, help="Number of seeds. Default: the file's; a verdict needs 20.")
+    ] = None,
+    jobs: Annotated[
+        int, typer.Option(min=1, max=1000, help="Number of processes that simulate; the numbers do not depend on it.")
+    ] = 1,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Draw figures and write report.html.")] = True,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run a study: scenarios × controllers × seeds, claims judged, a report with your title. The file says which.
+
+    Writes results.csv, summary.csv, claims.csv, evidence.csv, configuration.json, figures/ and report.html. The exit
+    code is 0 whatever the verdicts are, and 2 for a file that cannot be used.
+    Example: robotics study study.toml --jobs 2, or robotics study thesis --out out
+
+    \b
+    A study's file; paths in it are relative to it:
+      title = "Two laws on my paths"      # author, text
+      scenarios = ["sine.toml", "lyapunov-circle"]
+      controllers = ["mylaw.py:MyLaw", "mine.fis", "lyapunov"]
+      names = ["mine", "rules", "rival"]  # optional
+      seeds = 20                          # first_seed = 0
+      metrics = ["mylaw.py:swerve"]       # optional: your own, or packaged ones to put in front
+      [[claims]]
+      name = "Mine is more precise"
+      metric = "rms_cross_track_m"        # on = "sine", robot = 1, mean = true
+      of = "mine"
+      against = "rival"
+      less = true                         # more, no_worse_by = 0.01, below = 0.05, above
+      margin_percent = 10                 # or margin = 0.002
+    """
+    from robotics.experiments.forewarnings import forewarnings
+    from robotics.laws.catalogue import as_law
+    from robotics.measures.evidence import FEWEST_RUNS
+    from robotics.report.plan import load_study
+    from robotics.report.study import default_folder, run_study, with_seeds
+
+    plan = with_seeds(load_study(name), seeds)
+    folder = out if out is not None else default_folder(plan)
+    for group in plan.groups:
+        laws = {called: as_law(law) for called, law in group.laws.items()}
+        for scenario in group.scenarios:
+            print_forewarnings(s for n, law in laws.items() for s in forewarnings(scenario.setting, law, n))
+        print_forewarnings(f"{on}: {line}" for on, lines in group.skipped.items() for line in lines)
+    if plan.claims and plan.seeds < FEWEST_RUNS:
+        print_forewarnings([f"a verdict needs {FEWEST_RUNS} seeds; with {plan.seeds} the claims cannot be told"])
+    done = 0
+    wanted = sum(len(s.robots) * len(g.laws) * plan.seeds for g in plan.groups for s in g.scenarios)
+    command = ["robotics", "study", name, f"--seeds={plan.seeds}"]
+
+    def kept(rows: int) -> None:
+        nonlocal done
+        done = rows
+
+    try:
+        with progress_bar(quiet) as begin:
+            made = run_study(
+                plan, folder, jobs=jobs, report=report, begin=begin, command=shlex.join(command), kept=kept
+            )
+    except KeyboardInterrupt:
+        print(f"robotics: interrupted; {done} of {wanted} rows are in {folder / 'results.csv'}", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
+    left = print_outside(run for each in made.comparisons for run in each.runs.values())
+    if json:
+        print_json(
+            {
+                "title": plan.title or plan.name,
+                "claims": [claim.row() for claim in made.claims],
+                "evidence": [row for claim in made.claims for row in claim.evidence()],
+                "summary": made.summary.to_dict(orient="records"),
+                "contacts": contact_rows(made),
+                "diverged": made.divergences,
+                "outside": left,
+                "skipped": list(made.skipped),
+                "files": made.files,
+                "versions": versions(),
+            }
+        )
+        return
+    print_comparisons(made)
+    print_verdicts(made)
+    print_forewarnings(made.divergences[:5])

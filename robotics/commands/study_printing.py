@@ -1,0 +1,83 @@
+"""How the outcome of a comparison or of a study is printed."""
+
+import sys
+from typing import TYPE_CHECKING, Any
+
+from robotics.commands.shared import UNTIL_CONTACT
+
+if TYPE_CHECKING:
+    from robotics.experiments.comparison import Comparison
+    from robotics.report.study import Study
+
+
+def print_comparisons(study: "Study") -> None:
+    """Print a short table for every scenario."""
+    for comparison in study.comparisons:
+        _print_tables(comparison, study)
+    print(f"mean over {len(study.comparison.seeds)} seeds ± half the 95 % confidence interval")
+    if any(row["with_contact"] for row in contact_rows(study)):
+        print(UNTIL_CONTACT)
+
+
+def print_verdicts(study: "Study") -> None:
+    """Print every claim with its verdict and what decides it, and the file to open."""
+    from robotics.report.wording import sentence
+
+    for claim in study.claims:
+        source = f" ({claim.source})" if claim.source else ""
+        print(f"\n{claim.name}{source}: {claim.verdict.upper()}")
+        for part in claim.parts:
+            form = f"{part.form}: " if part.form else ""
+            print(f"  {form}{sentence(part)}")
+    print(f"\n{study.shown}")
+
+
+def contact_rows(study: "Study") -> list[dict[str, Any]]:
+    """How many runs of each controller on each scenario had a contact, where there is something to touch."""
+    from robotics.experiments.comparison import contact_runs
+
+    rows = []
+    for comparison in study.comparisons:
+        for scenario in comparison.scenarios:
+            for law in comparison.controllers:
+                count, runs = contact_runs(comparison.table, scenario.name, law)
+                row = {"scenario": scenario.name, "controller": law, "with_contact": count, "runs": runs}
+                rows += [row] if scenario.setting.has_others else []
+    return rows
+
+
+def _print_tables(comparison: "Comparison", study: "Study") -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from robotics.experiments.comparison import contact_runs
+    from robotics.laws.catalogue import law_title
+    from robotics.report.summarytable import printed_metrics
+
+    # A pipe has no width of its own: wide enough that no number is cut.
+    console = Console() if sys.stdout.isatty() else Console(width=120)
+    for scenario in comparison.scenarios:
+        table = Table(title=f"{scenario.name}: {scenario.title}", title_justify="left", caption_justify="left")
+        table.add_column("controller")
+        shown = printed_metrics(comparison, scenario, study.first)
+        for metric in shown.values():
+            table.add_column(f"{metric.short or metric.title}\n[{metric.unit}]".replace("[", "\\["), justify="right")
+        touched: list[str] = []
+        mine = study.summary[study.summary["scenario"] == scenario.name]
+        for law in comparison.controllers:
+            rows = mine[mine["controller"] == law].set_index("metric")
+            count, runs = contact_runs(comparison.table, scenario.name, law)
+            if count:
+                touched.append(f"✕ {law_title(law)}: contact in {count} of {runs} runs")
+            table.add_row(
+                law_title(law) + " ✕" * (count > 0),
+                *(_cell(*rows.loc[name, ["mean", "high"]]) if name in rows.index else "-" for name in shown),
+            )
+        console.print(table)
+        for line in touched:
+            print(line)
+
+
+def _cell(mean: float, high: float) -> str:
+    half = high - mean
+    return "never" if mean == float("inf") else f"{mean:.4f}" + (f" ±{half:.4f}" if half > 0 else "")

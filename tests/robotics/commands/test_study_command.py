@@ -1,0 +1,101 @@
+"""The command ``robotics study``: its numbers, its exit codes, what Ctrl-C keeps."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from robotics.commands.application import main
+from robotics.report.plan import load_study
+from robotics.report.study import _chapters_named, with_seeds
+from robotics.thesis import chapters
+from tests.robotics.report.test_study import EXTRA, SHORT, STUDY, TEAM
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Path:
+    for name, text in (("short.toml", SHORT), ("lanes.toml", TEAM), ("extra.py", EXTRA), ("study.toml", STUDY)):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    return tmp_path / "study.toml"
+
+
+def test_verdicts_are_printed_and_do_not_change_the_exit_code(
+    study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert main(["study", str(study), "--seeds", "20", "--out", str(out), "--no-report", "-q"]) == 0
+    said = capsys.readouterr()
+    claims = pd.read_csv(out / "claims.csv", keep_default_na=False)
+    for row in claims.to_dict("records"):
+        assert f"{row['name']}: {row['verdict'].upper()}" in said.out
+        assert row["verdict"] != "cannot be told"
+    assert "does not hold" in set(claims["verdict"]) | {"does not hold"}
+    assert "team does not drive here" in said.err
+
+
+def test_json_has_the_claims(study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["study", str(study), "--seeds", "2", "--out", str(tmp_path / "o"), "--no-report", "-q", "--json"]) == 0
+    said = capsys.readouterr()
+    printed = json.loads(said.out)
+    assert [claim["name"] for claim in printed["claims"]] == ["One", "Two"]
+    assert {row["outcome"] for row in printed["evidence"]} == {"open"}
+    assert "a verdict needs 20 seeds; with 2 the claims cannot be told" in said.err
+
+
+def test_a_file_that_cannot_be_used_is_one_sentence(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    study.write_text(STUDY.replace("seeds = 3", "seeds = 0.5"), encoding="utf-8")
+    assert main(["study", str(study)]) == 2
+    said = capsys.readouterr().err
+    assert said == f"robotics: {study}:6: seeds must be a whole number >= 1 and <= 100000; got 0.5\n"
+
+
+def test_an_interrupt_keeps_the_rows_that_are_done(
+    study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from robotics.experiments import comparison
+
+    done: list[str] = []
+
+    def simulate(*arguments: Any, **options: Any) -> Any:
+        if len(done) == 3:
+            raise KeyboardInterrupt
+        done.append(options["name"])
+        return real(*arguments, **options)
+
+    real = comparison.simulate
+    monkeypatch.setattr(comparison, "simulate", simulate)
+    assert main(["study", str(study), "--out", str(tmp_path / "out"), "-q"]) == 130
+    assert "interrupted; 12 of 24 rows are in" in capsys.readouterr().err
+    rows = pd.read_csv(tmp_path / "out" / "results.csv")
+    assert rows[["scenario", "controller"]].drop_duplicates().to_numpy().tolist() == [
+        ["short", "rival"],
+        ["short", "gentle"],
+        ["lanes", "rival"],
+    ]
+
+
+def test_studies_are_listed_and_begun_anew(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list", "studies", "--json"]) == 0
+    assert [row["name"] for row in json.loads(capsys.readouterr().out)["studies"]] == ["thesis"]
+    mine = tmp_path / "mine.toml"
+    assert main(["new", "study", "-o", str(mine), "--minimal"]) == 0
+    assert main(["study", str(mine), "--seeds", "1", "--out", str(tmp_path / "o"), "--no-report", "-q"]) == 0
+    assert "CANNOT BE TOLD" in capsys.readouterr().out
+
+
+def test_compare_without_names_runs_the_study_of_the_thesis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+
+    def run_study(plan: Any, *_: Any, **__: Any) -> None:
+        asked.append(plan)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("robotics.report.study.run_study", run_study)
+    for command in (["study", "thesis"], ["compare"]):
+        assert main([*command, "--seeds", "7", "--out", str(tmp_path), "-q"]) == 130
+    first, second = asked
+    assert first == second == with_seeds(load_study("thesis"), 7)
+    assert first.chapters == "robotics.thesis.chapters:judging"
+    assert _chapters_named(first) is chapters.judging
