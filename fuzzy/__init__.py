@@ -74,6 +74,7 @@ if TYPE_CHECKING:
         gbellmf,
         linsmf,
         linzmf,
+        membership_function,
         pimf,
         psigmf,
         sigmf,
@@ -82,15 +83,12 @@ if TYPE_CHECKING:
         trimf,
         zmf,
     )
-    from fuzzy.membershipfunction import MembershipError, MembershipFunction, membership_function
+    from fuzzy.membershipfunction import MembershipError, MembershipFunction
     from fuzzy.rule import Clause, Rule
     from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
 
 _HOMES = {
-    "fuzzy.compiled.sugeno": (
-        "CompiledSugeno",
-        "compile_sugeno",
-    ),
+    "fuzzy.compiled.sugeno": ("CompiledSugeno", "compile_sugeno"),
     "fuzzy.designer.notebook": ("editor",),
     "fuzzy.errors": ("InputError",),
     "fuzzy.figures.plot": (
@@ -105,55 +103,18 @@ _HOMES = {
         "save_figure",
     ),
     "fuzzy.figures.search": ("plot_rules_error",),
-    "fuzzy.files.fisfile": (
-        "FisFileError",
-        "FisFileWarning",
-        "format_fis",
-        "parse_fis",
-        "read_fis",
-        "write_fis",
-    ),
-    "fuzzy.files.packaged": (
-        "find_fis",
-        "packaged_fis_files",
-    ),
+    "fuzzy.files.fisfile": ("FisFileError", "FisFileWarning", "format_fis", "parse_fis", "read_fis", "write_fis"),
+    "fuzzy.files.packaged": ("find_fis", "packaged_fis_files"),
     "fuzzy.files.table": ("DataError",),
-    "fuzzy.fitting.clustering": (
-        "ClusteringError",
-        "DataWarning",
-        "subtractive_clusters",
-    ),
-    "fuzzy.fitting.consequents": (
-        "IdentificationError",
-        "fit_consequents",
-    ),
+    "fuzzy.fitting.clustering": ("ClusteringError", "DataWarning", "subtractive_clusters"),
+    "fuzzy.fitting.consequents": ("IdentificationError", "fit_consequents"),
     "fuzzy.fitting.identification": ("identify",),
-    "fuzzy.fitting.search": (
-        "SearchResult",
-        "search_clusters",
-        "search_table",
-    ),
-    "fuzzy.inference": (
-        "Inference",
-        "InferenceWarning",
-        "infer",
-    ),
-    "fuzzy.insight.diagnosis": (
-        "Finding",
-        "check",
-    ),
-    "fuzzy.insight.explanation": (
-        "Explanation",
-        "explain",
-    ),
-    "fuzzy.insight.surfacegrid": (
-        "Surface",
-        "surface",
-    ),
-    "fuzzy.language": (
-        "RuleError",
-        "parse_rule",
-    ),
+    "fuzzy.fitting.search": ("SearchResult", "search_clusters", "search_table"),
+    "fuzzy.inference": ("Inference", "InferenceWarning", "infer"),
+    "fuzzy.insight.diagnosis": ("Finding", "check"),
+    "fuzzy.insight.explanation": ("Explanation", "explain"),
+    "fuzzy.insight.surfacegrid": ("Surface", "surface"),
+    "fuzzy.language": ("RuleError", "parse_rule"),
     "fuzzy.membership": (
         "Bell",
         "Gaussian",
@@ -174,6 +135,7 @@ _HOMES = {
         "gbellmf",
         "linsmf",
         "linzmf",
+        "membership_function",
         "pimf",
         "psigmf",
         "sigmf",
@@ -182,22 +144,9 @@ _HOMES = {
         "trimf",
         "zmf",
     ),
-    "fuzzy.membershipfunction": (
-        "MembershipError",
-        "MembershipFunction",
-        "membership_function",
-    ),
-    "fuzzy.rule": (
-        "Clause",
-        "Rule",
-    ),
-    "fuzzy.system": (
-        "Constant",
-        "FuzzySystemError",
-        "Linear",
-        "Sugeno",
-        "Variable",
-    ),
+    "fuzzy.membershipfunction": ("MembershipError", "MembershipFunction"),
+    "fuzzy.rule": ("Clause", "Rule"),
+    "fuzzy.system": ("Constant", "FuzzySystemError", "Linear", "Sugeno", "Variable"),
 }
 if not TYPE_CHECKING:  # a type checker has the names above, and sees which there are not
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)

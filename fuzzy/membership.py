@@ -20,7 +20,7 @@ Sources: [MATLAB fismf] for names, order and the degenerate cases; [Jang 1993] f
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -30,10 +30,12 @@ from fuzzy.membershipfunction import (
     MATLAB_NAMES,
     Array,
     Grid,
+    MembershipError,
     MembershipFunction,
     parameter,
     register,
 )
+from fuzzy.naming import expected
 from fuzzy.profile import HALF_WIDTH, Outline, Profile
 
 # The building blocks ------------------------------------------------------------------------------------------
@@ -479,3 +481,17 @@ trimf, trapmf, linsmf, linzmf, gaussmf, gauss2mf = (
 )
 gbellmf, sigmf, dsigmf, psigmf = Bell, Sigmoid, SigmoidDifference, SigmoidProduct
 smf, zmf, pimf = SShape, ZShape, PiShape
+
+
+def membership_function(name: str, parameters: Any) -> MembershipFunction:
+    """Make the function of a MATLAB name (``"gaussmf"``) with its parameters in MATLAB's order.
+
+    Raises MembershipError for an unknown name, a wrong number of parameters, or parameters that MATLAB refuses.
+    """
+    if name not in MATLAB_NAMES:
+        raise MembershipError(expected(name, MATLAB_NAMES, "membership function"))
+    function = MATLAB_NAMES[name]
+    letters = [f.name for f in fields(function)]
+    if len(parameters) != len(letters):
+        raise MembershipError(f"{name} takes {len(letters)} parameters [{' '.join(letters)}], got {len(parameters)}")
+    return function(*parameters)

@@ -14,7 +14,6 @@ import numpy as np
 from array_api_compat import array_namespace, device, is_array_api_obj
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
 from fuzzy.profile import Outline, Profile
 
 # What a parameter is, and so its unit: a place on the axis of x and a length there (unit of x; a length is never 0),
@@ -171,17 +170,3 @@ def register(function: Class) -> Class:
     if MATLAB_NAMES.setdefault(function.matlab, function) is not function:
         raise MembershipError(f"{function.matlab} is the name of {MATLAB_NAMES[function.matlab].__name__} already")
     return function
-
-
-def membership_function(name: str, parameters: Any) -> MembershipFunction:
-    """Make the function of a MATLAB name (``"gaussmf"``) with its parameters in MATLAB's order.
-
-    Raises MembershipError for an unknown name, a wrong number of parameters, or parameters that MATLAB refuses.
-    """
-    if name not in MATLAB_NAMES:
-        raise MembershipError(expected(name, MATLAB_NAMES, "membership function"))
-    function = MATLAB_NAMES[name]
-    letters = [f.name for f in fields(function)]
-    if len(parameters) != len(letters):
-        raise MembershipError(f"{name} takes {len(letters)} parameters [{' '.join(letters)}], got {len(parameters)}")
-    return function(*parameters)

@@ -17,9 +17,9 @@ Draw, each a matplotlib figure:
     of a run plot_run, plot_team, plot_formation, plot_avoidance, plot_trajectories, plot_distances, plot_progress,
     plot_modes, plot_sonar, plot_rules_at, plot_meetings; of several plot_comparison, plot_leads, plot_paths,
     plot_errors, plot_velocities, plot_recovery, plot_scaling; of a law plot_states, plot_certificate
-Your own laws and metrics:
+Your own laws, metrics and studies:
     Law, Setting, Observation, Command, Heard, Preset, ControllerError; metric, Metric; a file or an object is accepted
-    wherever a controller or a metric is named: docs/own-law.md
+    wherever a controller or a metric is named: docs/own-law.md; load_study, run_study, study_names
 
 Each name is imported from its module when it is first used, so that the command line starts quickly.
 """

@@ -4,7 +4,8 @@ Between the types stands a trapezoid (:mod:`fuzzy.profile`): each class says whi
 which of its functions is fitted to one.
 """
 
-from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction, membership_function
+from fuzzy.membership import membership_function
+from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction
 
 
 def converted(function: MembershipFunction, kind: str, universe: tuple[float, float]) -> MembershipFunction:

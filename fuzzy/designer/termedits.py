@@ -23,8 +23,8 @@ from fuzzy.designer.places import (
     with_terms,
     without,
 )
-from fuzzy.membership import Triangle
-from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction, membership_function
+from fuzzy.membership import Triangle, membership_function
+from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction
 from fuzzy.system import Constant, Linear, Variable
 
 MOST_TERMS = 200  # the largest number of terms of a variable

@@ -20,7 +20,8 @@ from typing import Any
 
 from fuzzy.files.atomic import replacing
 from fuzzy.files.fislines import LINE_END, SYSTEM_NOTES, Entry, FisFileError, FisFileWarning, FisLines, Section
-from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError, as_number, membership_function
+from fuzzy.membership import membership_function
+from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError, as_number
 from fuzzy.naming import expected
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Terms, Variable

@@ -15,8 +15,8 @@ import numpy as np
 
 from fuzzy.fitting.clustering import Clusters, DataWarning, Options, column_ranges, finite_table, subtractive_clusters
 from fuzzy.fitting.consequents import IdentificationError, fit_consequents, output_table
-from fuzzy.membership import Gaussian
-from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction, membership_function
+from fuzzy.membership import Gaussian, membership_function
+from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction
 from fuzzy.naming import expected
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, Linear, Sugeno, Variable

@@ -27,9 +27,9 @@ def scenario(
     """Explain the keys of a scenario's file, or of another kind of file: unit, range, default and meaning.
 
     \b
-    Examples: robotics scenario --explain
+    Example: robotics scenario --explain
       robotics scenario --explain robots.timing.speed
-      robotics scenario --schema > scenario.schema.json    # of a sweep: --schema sweep
+      robotics scenario --schema > scenario.schema.json    # of a sweep: --schema --of sweep
       and a file's first line is  #:schema ./scenario.schema.json
     """
     from robotics.tables.keys import find, walk

@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fuzzy.membership as mf
-from fuzzy.membership import FUNCTIONS
-from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError, membership_function
+from fuzzy.membership import FUNCTIONS, membership_function
+from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError
 from tests.fuzzy.random_systems import PARAMETERS, POSITION, functions
 
 E = math.e

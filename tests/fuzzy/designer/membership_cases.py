@@ -3,8 +3,7 @@
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.membership import FUNCTIONS
-from fuzzy.membershipfunction import membership_function
+from fuzzy.membership import FUNCTIONS, membership_function
 
 
 def cases(rng: np.random.Generator) -> list[tuple[str, list[float]]]:

@@ -12,8 +12,7 @@ import pytest
 import fuzzy
 from anfis.designer.panel import methods, variables
 from fuzzy.designer.views import functions_data
-from fuzzy.membership import FUNCTIONS
-from fuzzy.membershipfunction import membership_function
+from fuzzy.membership import FUNCTIONS, membership_function
 from robotics.designer.severalseeds import design_seeds, state_of, summary
 from robotics.designer.tryout import TryoutTrial, choices, course_data, design_data, place_data, rival_data
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base

@@ -26,7 +26,7 @@ def test_a_short_table_has_its_metrics_with_their_short_titles(kind):
     assert [metric.short for metric in headlines(kind, others=True).values()] == touching
 
 
-def test_try_it_shows_arrivals_first_of_a_team_and_nothing_of_a_formation():
+def test_try_it_shows_arrivals_first_of_a_team_and_the_own_places_of_a_formation():
     assert list(tried("team")) == [
         "arrival_time_s",
         "arrival_spread_s",
@@ -38,7 +38,7 @@ def test_try_it_shows_arrivals_first_of_a_team_and_nothing_of_a_formation():
         "min_clearance_m",
     ]
     assert len(tried("tracking")) == 8
-    assert tried("formation") == {}
+    assert list(tried("formation")) == ["max_place_error_m", "rms_place_error_m"]
 
 
 def test_an_entry_says_all_and_nothing_that_cannot_be():

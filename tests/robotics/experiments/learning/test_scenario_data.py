@@ -1,7 +1,6 @@
 """Formation data from a scenario, their card, and networks learnt from them that drive it."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -30,7 +29,6 @@ from robotics.measures.outside import outside
 from robotics.simulation.loop import simulate
 from tests.robotics.laws.rules.formations import RADII, circling
 
-WEDGE = Path(__file__).parents[4] / "docs" / "examples" / "wedge-on-eight" / "wedge-on-eight.toml"
 SMALL = ScenarioRecipe(samples=400, runs=1, places=6, starts=4, span=2.0)
 
 
