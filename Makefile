@@ -94,4 +94,4 @@ bench: $(VENV)/.peers ## speed, beside other packages
 
 clean: ## remove what the targets made, compiled kernels included
 	rm -rf $(VENV) node_modules out dist build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	find anfis benchmarks datasets fuzzy robotics tests -name __pycache__ -type d -prune -exec rm -rf {} +
+	find anfis benchmarks datasets docs fuzzy robotics tests -name __pycache__ -type d -prune -exec rm -rf {} +

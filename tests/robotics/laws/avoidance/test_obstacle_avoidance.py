@@ -468,7 +468,7 @@ radius = 0.3
         ('shape = "blob"', r"^bad\.toml:17: unknown obstacle shape"),
         ('shape = "disc"\nradius = -1.0', r"^bad\.toml:18: radius must be .* m"),
         ('shape = "disc"\nwidth = 1.0', r"^bad\.toml:18: "),
-        ('shape = "box"\nlength = 1.0', r"^bad\.toml:16: obstacle of shape 'box' lacks width"),
+        ('shape = "box"\nlength = 1.0', r"^bad\.toml:16: box lacks width"),
         ('shape = "box"\nlength = 1.0\nwidth = -2', r"^bad\.toml:19: width must be"),
         ('shape = "regular"\nsides = 2\nradius = 1.0', r"^bad\.toml:18: sides must be"),
         ('shape = "u"\nwidth = 1.0\ndepth = 1.0\nheading = 90', r"^bad\.toml:20: heading must be .* rad"),
