@@ -4,7 +4,6 @@ import tomllib
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
-from importlib import resources
 from math import degrees
 from pathlib import Path, PurePath
 from typing import Any
@@ -14,8 +13,8 @@ from fuzzy.naming import expected
 from robotics.designer.uses import TryoutError
 from robotics.laws.specification import Specification
 from robotics.scenario.description import Member, Scenario, ScenarioError
-from robotics.scenario.reading import load_scenario, scenario_from_table, scenario_names
-from robotics.scenario.robots import RobotModel, load_robot, parse_robot, robot_files, robot_names
+from robotics.scenario.reading import load_scenario, scenario_file, scenario_from_table, scenario_names
+from robotics.scenario.robots import RobotModel, load_robot, parse_robot, robot_file, robot_files, robot_names
 from robotics.sensing.posture import Sensing
 from robotics.sensing.sonar import RangeSensor
 from robotics.tables.text import parse_table, placed
@@ -100,7 +99,7 @@ def packaged_text(what: str, name: str) -> str:
     names = scenario_names() if what == "scenario" else robot_names()
     if name not in names:
         raise TryoutError(expected(name, names, what))
-    return (resources.files("robotics") / f"{what}s" / f"{name}.toml").read_text(encoding="utf-8")
+    return (scenario_file if what == "scenario" else robot_file)(name).text
 
 
 def conditioned(

@@ -6,7 +6,6 @@ All that is wrong with a file is a StudyError that names the file, the line, the
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,10 +22,11 @@ from robotics.measures.tracking import Metric
 from robotics.quantity import check_quantities, described, whole
 from robotics.report.claims import ALL, Condition, Statement, builder_of, statements
 from robotics.scenario.description import Scenario
-from robotics.scenario.reading import load_scenario, scenario_names
+from robotics.scenario.reading import load_scenario
 from robotics.scenario.renamed import current_name
 from robotics.tables.build import Keys
-from robotics.tables.text import parse_table, placed, read_text
+from robotics.tables.files import TomlFiles
+from robotics.tables.text import parse_table, placed
 
 
 class StudyError(InputError):
@@ -173,8 +173,7 @@ class StudyPlan:
         seen: set[str] = set()
         for i, text in enumerate(self.scenarios):
             try:
-                known = current_name(text) in scenario_names()
-                made = load_scenario(text if known or not text.endswith(".toml") else self.folder / text)
+                made = load_scenario(text, self.folder)
             except InputError as error:
                 raise StudyError(f"scenarios: {error}").about("scenarios", i) from None
             if made.name in seen:
@@ -267,21 +266,18 @@ class StudyPlan:
                     raise StudyError(f"{name} does not drive {scenario.name}: {why}").about(*keys, key)
 
 
+_FILES = TomlFiles("studies", "study", StudyError)
+
+
 def study_names() -> list[str]:
     """The names of the studies that come with the package."""
-    folder = resources.files("robotics") / "studies"
-    return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+    return _FILES.names()
 
 
 def load_study(name: str | Path) -> StudyPlan:
     """Read the study of that name, or in that ``.toml`` file. Raises StudyError."""
-    if str(name) in study_names():
-        file = resources.files("robotics") / "studies" / f"{name}.toml"
-        return parse_study(file.read_text(encoding="utf-8"), str(name), f"{name}.toml")
-    path = Path(name)
-    if path.suffix != ".toml":
-        raise StudyError(f"{expected(str(name), study_names(), 'study')}; or the path of a .toml file")
-    return parse_study(read_text(path, StudyError), path.stem, str(path), path.parent)
+    found = _FILES.find(name)
+    return parse_study(found.text, found.name, found.file, found.folder)
 
 
 def parse_study(text: str, name: str = "study", file: str = "<text>", folder: Path = Path()) -> StudyPlan:

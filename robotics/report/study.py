@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
-from importlib import import_module, resources
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -32,9 +32,10 @@ from robotics.report.claims import Condition, Measure, decided
 from robotics.report.page import Heading, draw_sections, figure_count, write_report
 from robotics.report.plan import Group, StudyError, StudyPlan
 from robotics.scenario.description import Scenario
-from robotics.scenario.reading import scenario_names
-from robotics.scenario.renamed import current_name
+from robotics.scenario.reading import scenario_file
+from robotics.scenario.robots import robot_files
 from robotics.simulation.run import Run
+from robotics.tables.text import parse_table
 
 # Makes chapters beside the comparison, from a function that begins a progress bar, the folder, the first seed and
 # whether pictures are wanted. Entering it gives a function that waits for the chapters; leaving it stops the work.
@@ -371,17 +372,18 @@ def _gains(plan: StudyPlan, law: str) -> dict[str, Any]:
 
 def _files(plan: StudyPlan) -> dict[str, Path]:
     """The files that a study reads, by their paths from its folder; packaged scenarios by their names."""
-    packaged = Path(str(resources.files("robotics") / "scenarios"))
     found: dict[str, Path] = {}
     for text in plan.scenarios:
-        name = current_name(text)
-        found[text] = packaged / f"{name}.toml" if name in scenario_names() else plan.folder / text
+        file = scenario_file(text, plan.folder)
+        found[text] = file.path
+        for robot in robot_files(parse_table(file.text, file.file, StudyError), file.folder).values():
+            found[_from(plan.folder, robot, str(robot))] = robot
     for law in plan.laws.values():
         for text, path in files_of(law).items():
             found[_from(plan.folder, path, text)] = path
     for text in plan.metric_files.values():
-        file = Specification.of(text).file
-        found[file] = plan.folder / file
+        named = Specification.of(text).file
+        found[named] = plan.folder / named
     return found
 
 

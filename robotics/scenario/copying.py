@@ -7,7 +7,6 @@ import shlex
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,9 +15,9 @@ from fuzzy.files.atomic import replacing
 from fuzzy.naming import expected
 from robotics.laws.catalogue import gains_of, make_controller, presets
 from robotics.laws.tracking.fuzzy_tracking import rule_base_files
-from robotics.scenario.reading import scenario_names
+from robotics.scenario.reading import scenario_file, scenario_names
 from robotics.scenario.renamed import NEW_NAMES, current_name
-from robotics.scenario.robots import robot_names
+from robotics.scenario.robots import robot_file, robot_names
 
 
 class CopyError(InputError):
@@ -72,9 +71,8 @@ def copy_packaged(names: Iterable[str], folder: Path = Path(), force: bool = Fal
 
 def _files() -> dict[str, Path]:
     """The files of scenarios and robots, which share no name."""
-    home = Path(str(resources.files("robotics")))
-    scenarios = {name: home / "scenarios" / f"{name}.toml" for name in scenario_names()}
-    return scenarios | {name: home / "robots" / f"{name}.toml" for name in robot_names()}
+    scenarios = {name: scenario_file(name).path for name in scenario_names()}
+    return scenarios | {name: robot_file(name).path for name in robot_names()}
 
 
 def _originals(name: str, rule_bases: dict[str, Path], tables: dict[str, Path]) -> list[Original]:

@@ -3,7 +3,6 @@
 Any fault of a file is a ScenarioError that names the file, the line, the field and what is accepted.
 """
 
-from importlib import resources
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
 
@@ -23,28 +22,33 @@ from robotics.scenario.renamed import current_name
 from robotics.scenario.robots import RobotChoice, chosen_robot
 from robotics.scenario.sensortable import sensors_from_table
 from robotics.tables.build import Builder, Keys, numbers
-from robotics.tables.text import parse_table, placed, read_text
+from robotics.tables.files import TomlFile, TomlFiles
+from robotics.tables.text import parse_table, placed
 
 ALSO = ("robot", "robots", "sensors", "virtual")  # what a file may say beside the fields of Scenario
 
 
+_FILES = TomlFiles("scenarios", "scenario", ScenarioError)
+
+
 def scenario_names(kind: str | None = None) -> list[str]:
     """The names of the scenarios that come with the package; with ``kind`` those of one kind, such as "team"."""
-    folder = resources.files("robotics") / "scenarios"
-    names = sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+    names = _FILES.names()
     return names if kind is None else [name for name in names if load_scenario(name).kind == kind]
 
 
-def load_scenario(name: str | FilePath) -> Scenario:
-    """Read the scenario of that name, or a ``.toml`` file. Raises ScenarioError; warns of an old name."""
-    name = current_name(str(name))
-    if name in scenario_names():
-        file = resources.files("robotics") / "scenarios" / f"{name}.toml"
-        return parse_scenario(file.read_text(encoding="utf-8"), name, f"{name}.toml")
-    path = FilePath(name)
-    if path.suffix != ".toml":
-        raise ScenarioError(f"{expected(name, scenario_names(), 'scenario')}; or the path of a .toml file")
-    return parse_scenario(read_text(path, ScenarioError), path.stem, str(path), path.parent)
+def load_scenario(name: str | FilePath, beside: FilePath = FilePath()) -> Scenario:
+    """Read the scenario of that name, or a ``.toml`` file, which is looked for in the folder ``beside`` first.
+
+    Raises ScenarioError; warns of an old name.
+    """
+    found = _FILES.find(current_name(str(name)), beside)
+    return parse_scenario(found.text, found.name, found.file, found.folder)
+
+
+def scenario_file(name: str | FilePath, beside: FilePath = FilePath()) -> TomlFile:
+    """The file from which :func:`load_scenario` reads. Raises ScenarioError; warns of an old name."""
+    return _FILES.find(current_name(str(name)), beside)
 
 
 def parse_scenario(text: str, name: str, file: str = "<text>", folder: FilePath | None = None) -> Scenario:

@@ -4,17 +4,16 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from fuzzy.files.atomic import replacing
-from fuzzy.naming import expected
 from robotics.quantity import described
 from robotics.scenario.sensortable import sensors_from_table
 from robotics.sensing.sonar import RangeSensor
 from robotics.tables.build import Builder, Keys
-from robotics.tables.text import parse_table, placed, read_text
+from robotics.tables.files import TomlFile, TomlFiles, placed_beside
+from robotics.tables.text import parse_table, placed
 from robotics.vehicle.robot import Robot, RobotError, merged, missing_numbers
 from robotics.vehicle.wheel_loop import Gains
 
@@ -32,10 +31,12 @@ class RobotModel:
     sensors: Mapping[str, RangeSensor] = described("The range sensors that it carries, by name.", default_factory=dict)
 
 
+_FILES = TomlFiles("robots", "robot", RobotError)
+
+
 def robot_names() -> list[str]:
     """The names of the robots that come with the package."""
-    folder = resources.files("robotics") / "robots"
-    return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+    return _FILES.names()
 
 
 def load_robot(name: str | Path, folder: Path = Path()) -> RobotModel:
@@ -47,20 +48,13 @@ def load_robot(name: str | Path, folder: Path = Path()) -> RobotModel:
     """
     if str(name) in robot_names():
         return _packaged(str(name))
-    text, path = robot_text(name, folder)
-    return parse_robot(text, path.stem, str(path))
+    found = robot_file(name, folder)
+    return parse_robot(found.text, found.name, found.file)
 
 
-def robot_text(name: str | Path, folder: Path = Path()) -> tuple[str, Path]:
-    """The text that describes a robot, and its file; the arguments are as of :func:`load_robot`. Raises RobotError."""
-    path = Path(name)
-    if str(name) in robot_names():
-        path = Path(str(resources.files("robotics") / "robots" / f"{name}.toml"))
-    elif path.suffix != ".toml":
-        raise RobotError(f"{expected(str(name), robot_names(), 'robot')}; or the path of a .toml file")
-    else:
-        path = _place(path, folder)
-    return read_text(path, RobotError), path
+def robot_file(name: str | Path, folder: Path = Path()) -> TomlFile:
+    """The file that describes a robot; the arguments are as of :func:`load_robot`. Raises RobotError."""
+    return _FILES.find(name, folder)
 
 
 def with_numbers(text: str, numbers: Mapping[str, float]) -> str:
@@ -94,27 +88,22 @@ def write_tuned(name: str | Path, gains: Gains, target: Path, force: bool = Fals
 
     Raises RobotError where there is a file already, and OSError where none can be written.
     """
-    text, file = robot_text(name)
-    packaged = str(name) in robot_names()
+    file = robot_file(name)
     if target.suffix != ".toml":
         raise RobotError(f"{target}: the file of a robot ends in .toml")
-    if target.exists() and (packaged and target.samefile(file)):
+    if str(name) in robot_names() and target.exists() and target.samefile(file.path):
         raise RobotError(f"{target} is the packaged file itself: write another one")
     if target.exists() and not force:
         raise RobotError(f"{target} exists already, nothing was written; --force overwrites")
     changed = {key: value for key, value in gains._asdict().items() if value or key != "kd"}
     with replacing(target) as temporary:
-        temporary.write_text(with_numbers(text, changed), encoding="utf-8")
-
-
-def _place(path: Path, folder: Path) -> Path:
-    there = folder / path
-    return there if there.is_file() else path
+        temporary.write_text(with_numbers(file.text, changed), encoding="utf-8")
 
 
 @cache
 def _packaged(name: str) -> RobotModel:
-    return parse_robot(robot_text(name)[0], name, f"{name}.toml")
+    found = robot_file(name)
+    return parse_robot(found.text, found.name, found.file)
 
 
 def parse_robot(text: str, name: str, file: str = "<text>") -> RobotModel:
@@ -206,7 +195,7 @@ def robot_files(table: Mapping[str, Any], folder: Path) -> dict[str, Path]:
     said = [each.get("robot") for each in places if isinstance(each, dict)]
     names = [each.get("model") if isinstance(each, dict) else each for each in said]
     files = [name for name in names if isinstance(name, str) and name.endswith(".toml")]
-    return {name: _place(Path(name), folder) for name in files}
+    return {name: placed_beside(Path(name), folder) for name in files}
 
 
 def _text(value: Any, keys: Keys, builder: Builder) -> str:

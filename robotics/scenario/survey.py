@@ -6,17 +6,16 @@ nothing is wrong. What is wrong only because something else was left out is not 
 
 import copy
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from fuzzy.errors import InputError
+from robotics.laws.catalogue import located
 from robotics.scenario.description import InfeasibleError, Scenario, ScenarioError
-from robotics.scenario.reading import scenario_from_table, scenario_names
-from robotics.scenario.renamed import current_name
+from robotics.scenario.reading import scenario_file, scenario_from_table
 from robotics.tables.build import Keys
 from robotics.tables.lines import line_of
-from robotics.tables.text import parse_table, read_text
+from robotics.tables.text import parse_table
 
 MOST = 200  # faults that are looked for
 # The keys that count the robots, without the numbers of entries: wrong as soon as one robot is left out
@@ -60,31 +59,30 @@ def survey(name: str) -> Survey:
 
     Raises ScenarioError for a file that is not there or is not TOML.
     """
-    name = current_name(name)
-    if name in scenario_names():
-        text = (resources.files("robotics") / "scenarios" / f"{name}.toml").read_text(encoding="utf-8")
-        return survey_text(text, name, f"{name}.toml")
-    return survey_text(read_text(Path(name), ScenarioError), Path(name).stem, name)
+    found = scenario_file(name)
+    return survey_text(found.text, found.name, found.file, found.folder)
 
 
-def survey_text(text: str, name: str, file: str = "<text>") -> Survey:
+def survey_text(text: str, name: str, file: str = "<text>", folder: Path = Path()) -> Survey:
     """As :func:`survey`, of a file's text.
 
     Args:
         text: The TOML text.
         name: The name of the scenario.
         file: The name of the file in messages.
+        folder: Where files of robots and controllers are looked for before the current folder.
     """
     table = parse_table(text, file, ScenarioError)
     controller = table.get("controller", "")
     if isinstance(controller, str):
         table.pop("controller", None)
+        controller = located(controller, folder)
     rest = _Rest(table)
     faults: list[Fault] = []
     scenario = None
     for _ in range(MOST):
         try:
-            scenario = scenario_from_table(rest.table, name)
+            scenario = scenario_from_table(rest.table, name, folder)
             break
         except InfeasibleError as error:
             scenario = error.scenario

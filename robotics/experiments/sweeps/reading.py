@@ -1,10 +1,8 @@
 """Reading sweeps from TOML: all that is wrong is a SweepError with file, line, field and what is accepted."""
 
 import re
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
-from importlib import resources
 from math import inf
 from pathlib import Path
 from typing import Any, Literal
@@ -17,9 +15,9 @@ from robotics.experiments.sweeps.plan import KEYS, METHODS, MOST_POINTS, Axis, M
 from robotics.laws.catalogue import located, make_controller
 from robotics.measures.registry import own_metrics
 from robotics.quantity import described, is_number, quantity, whole
-from robotics.scenario.reading import load_scenario, scenario_names
-from robotics.scenario.renamed import current_name
-from robotics.tables.text import parse_table, read_text
+from robotics.scenario.reading import parse_scenario, scenario_file
+from robotics.tables.files import TomlFiles
+from robotics.tables.text import parse_table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,21 +68,18 @@ FIELDS = tuple(f.name for f in fields(SweepFile))
 RANGE = tuple(f.name for f in fields(AxisRange))
 
 
+_FILES = TomlFiles("sweeps", "sweep", SweepError)
+
+
 def sweep_names() -> list[str]:
     """The names of the sweeps that come with the package."""
-    folder = resources.files("robotics") / "sweeps"
-    return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+    return _FILES.names()
 
 
 def load_sweep(name: str | Path) -> Sweep:
     """Read the sweep of that name, or in that ``.toml`` file. Raises SweepError."""
-    if str(name) in sweep_names():
-        file = resources.files("robotics") / "sweeps" / f"{name}.toml"
-        return parse_sweep(file.read_text(encoding="utf-8"), str(name), f"{name}.toml")
-    path = Path(name)
-    if path.suffix != ".toml":
-        raise SweepError(f"{expected(str(name), sweep_names(), 'sweep')}; or the path of a .toml file")
-    return parse_sweep(read_text(path, SweepError), path.stem, str(path), path.parent)
+    found = _FILES.find(name)
+    return parse_sweep(found.text, found.name, found.file, found.folder)
 
 
 def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Path | None = None) -> Sweep:
@@ -195,16 +190,12 @@ def _scenario(source: _Source, table: dict[str, Any], folder: Path | None) -> tu
     if not isinstance(name, str) or not name:
         raise source.refuse(f"scenario must be a scenario's name or a .toml file's path; got {name!r}", "scenario")
     try:
-        name = current_name(name)
-        if name in scenario_names():
-            text = (resources.files("robotics") / "scenarios" / f"{name}.toml").read_text(encoding="utf-8")
-            return name, tomllib.loads(text), load_scenario(name).controller, Path()
-        path = (folder or Path()) / name if name.endswith(".toml") else Path(name)
-        base = load_scenario(path)
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        found = scenario_file(name, folder or Path())
+        base = parse_scenario(found.text, found.name, found.file, found.folder)
+        content = parse_table(found.text, found.file, SweepError)
         if base.controller:
             content["controller"] = base.controller  # with its files as seen from here
-        return base.name, content, base.controller, path.parent
+        return base.name, content, base.controller, found.folder
     except InputError as error:
         raise source.refuse(f"scenario: {error}", "scenario") from None
 

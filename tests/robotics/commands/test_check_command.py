@@ -70,3 +70,22 @@ def test_what_is_no_toml_is_an_error_of_usage(tmp_path: Path, capsys, text):
         file.write_text(text, encoding="utf-8")
     assert main(["check", str(file)]) == 2
     assert str(file) in capsys.readouterr().err
+
+
+def test_what_a_file_names_is_looked_for_beside_it(tmp_path, monkeypatch, capsys):
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    assert main(["new", "robot", "-o", str(folder / "cart.toml")]) == 0
+    assert main(["new", "rule-base", "-o", str(folder / "mine.fis")]) == 0
+    assert main(["new", "scenario", "-o", str(folder / "course.toml")]) == 0
+    text = (folder / "course.toml").read_text(encoding="utf-8").replace('"fuzzy"', '"mine.fis"')
+    (folder / "course.toml").write_text(f'robot = "cart.toml"\n{text}', encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    capsys.readouterr()
+    for command in (["check"], ["run", "-q"]):
+        assert main([command[0], "mine/course.toml", *command[1:]]) in (0, 1)
+        said = capsys.readouterr()
+        assert "cannot be read" not in said.out + said.err
+        assert "Traceback" not in said.err
+    assert main(["check", "corse"]) == 2
+    assert "or the path of a .toml file" in capsys.readouterr().err

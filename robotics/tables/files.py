@@ -1,0 +1,60 @@
+"""Files of one kind: those that come with the package, by name, and a user's own, by path."""
+
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import NamedTuple
+
+from fuzzy.errors import InputError
+from fuzzy.naming import expected
+from robotics.tables.text import read_text
+
+
+class TomlFile(NamedTuple):
+    """The text of a file, and where it comes from."""
+
+    text: str
+    name: str  # of what it describes
+    file: str  # what messages call the file
+    folder: Path  # to which paths in it are relative
+    path: Path
+
+
+def placed_beside(path: Path, folder: Path) -> Path:
+    """``path`` as seen from ``folder`` if there is a file, else as it is, from the current folder."""
+    with suppress(OSError):  # a name that is too long
+        return folder / path if (folder / path).is_file() else path
+    return path
+
+
+@dataclass(frozen=True)
+class TomlFiles:
+    """The files of one kind; its errors are ``fault``."""
+
+    folder: str  # of those that come with the package
+    kind: str  # what messages call one
+    fault: type[InputError]
+
+    def names(self) -> list[str]:
+        """The names of those that come with the package."""
+        found = (resources.files("robotics") / self.folder).iterdir()
+        return sorted(f.name.removesuffix(".toml") for f in found if f.name.endswith(".toml"))
+
+    def find(self, name: str | Path, beside: Path = Path()) -> TomlFile:
+        """Read the packaged file of that name, or the ``.toml`` file of that path.
+
+        Args:
+            name: The name, or the path.
+            beside: The folder where a relative path is looked for first; then in the current one.
+
+        Raises ``fault`` for an unknown name and a file that cannot be read.
+        """
+        if str(name) in self.names():
+            path = Path(str(resources.files("robotics") / self.folder / f"{name}.toml"))
+            return TomlFile(read_text(path, self.fault), str(name), path.name, Path(), path)
+        path = Path(name)
+        if path.suffix != ".toml":
+            raise self.fault(f"{expected(str(name), self.names(), self.kind)}; or the path of a .toml file")
+        path = placed_beside(path, beside)
+        return TomlFile(read_text(path, self.fault), path.stem, str(path), path.parent, path)
