@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
@@ -47,21 +48,27 @@ class Arrow(NamedTuple):
 
 def arrows(root: Path, package: str) -> list[Arrow]:
     """Every import of our modules in ``package`` (a dotted name below ``root``), also those for type checkers."""
-    found = []
-    for file in sorted((root / package.replace(".", "/")).rglob("*.py")):
-        source = ".".join(file.relative_to(root).with_suffix("").parts)
-        tree = ast.parse(file.read_text(encoding="utf-8"))
-        inside = {id(n) for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) for n in ast.walk(f)}
-        for node in ast.walk(tree):
-            if not isinstance(node, (ast.Import, ast.ImportFrom)):
-                continue
-            names = [alias.name for alias in node.names]
-            if isinstance(node, ast.ImportFrom):
-                assert node.level == 0, f"{file}: relative import"
-                module = node.module or ""
-                whole = [f"{module}.{alias.name}" for alias in node.names]
-                names = [n if (root / n.replace(".", "/")).with_suffix(".py").is_file() else module for n in whole]
-            found += [Arrow(source, n, node.lineno, id(node) in inside) for n in names if n.partition(".")[0] in OURS]
+    files = sorted((root / package.replace(".", "/")).rglob("*.py"))
+    return [arrow for file in files for arrow in _arrows_in(root, file, file.read_text(encoding="utf-8"))]
+
+
+@cache
+def _arrows_in(root: Path, file: Path, text: str) -> list[Arrow]:
+    """The imports of one file; the same file is asked for by several tests."""
+    found: list[Arrow] = []
+    source = ".".join(file.relative_to(root).with_suffix("").parts)
+    tree = ast.parse(text)
+    inside = {id(n) for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) for n in ast.walk(f)}
+    for node in ast.walk(tree):
+        if not isinstance(node, (ast.Import, ast.ImportFrom)):
+            continue
+        names = [alias.name for alias in node.names]
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file}: relative import"
+            module = node.module or ""
+            whole = [f"{module}.{alias.name}" for alias in node.names]
+            names = [n if (root / n.replace(".", "/")).with_suffix(".py").is_file() else module for n in whole]
+        found += [Arrow(source, n, node.lineno, id(node) in inside) for n in names if n.partition(".")[0] in OURS]
     return found
 
 
