@@ -38,6 +38,7 @@ from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
+MOST_COLUMNS = 16  # of the data that are listed unfolded
 OPEN = 6  # networks that are shown unfolded, at most
 STAGES = ("after clustering", "after learning")
 _NO_DRIVE = "How the networks drive is not shown: no scenario was named (--drive)."
@@ -362,7 +363,7 @@ def _data(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -
             units[name] = variable.unit
         units[network.output] = network.after.outputs[0].unit
     card = _card(samples)
-    rows = []
+    rows, meanings = [], set()
     for name in samples.names:
         role = "output" if name in outputs else f"input of {', '.join(inputs[name])}" if name in inputs else "not used"
         known = card.columns.get(name, {})
@@ -371,7 +372,10 @@ def _data(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -
             if table is not None:
                 column = table.values[:, table.names.index(name)] if name in table.names else np.array([np.nan])
                 row += [_plain(float(v)) for v in (column.min(), column.max(), column.std())]
-        rows.append((*row, known.get("meaning", "")) if card.columns else tuple(row))
+        meaning = known.get("meaning", "")
+        told_before = meaning in meanings
+        meanings.add(meaning)
+        rows.append((*row, "the same" if told_before else meaning) if card.columns else tuple(row))
     head: tuple[str, ...] = ("column", "unit", "role", "least", "greatest", "standard deviation")
     if check is not None:
         head += ("checking: least", "greatest", "standard deviation")
@@ -379,8 +383,12 @@ def _data(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -
         head += ("meaning",)
     told = f"{samples.file}: {len(samples.values)} samples"
     told += "" if check is None else f"; {check.file}: {len(check.values)} checking samples"
+    columns = Grid(f"{told}.", head, rows)
     made = Grid(f"How {samples.file} was made, by its card.", ("fact", "value"), list(card.facts.items()))
-    return Chapter("data", "The data", (), [Grid(f"{told}.", head, rows), *([made] if card.facts else [])], (), (), ())
+    shown = [made] if card.facts else []
+    if len(rows) > MOST_COLUMNS:
+        return Chapter("data", "The data", (), shown, [columns], (), (), folded=f"Its {len(rows)} columns")
+    return Chapter("data", "The data", (), [columns, *shown], (), (), ())
 
 
 def _card(samples: Samples) -> Card:
