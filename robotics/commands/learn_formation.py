@@ -129,9 +129,10 @@ def formation(
         print_json({"method": method, "networks": rows} | ({} if report is None else {"report": str(report)}))
         return
     for row in rows:
+        checked = "" if check is None else f", {row['check_rmse']:.2e} checking"
         print(
             f"{row['file']}: {row['rules']} rules; RMSE {row['clustering_rmse']:.2e} by clustering, then "
-            f"{row['train_rmse']:.2e} training, {row['check_rmse']:.2e} checking (epoch {row['best_epoch']})"
+            f"{row['train_rmse']:.2e} training{checked} (epoch {row['best_epoch']})"
         )
     if report is not None:
         print(report)

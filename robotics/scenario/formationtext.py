@@ -8,11 +8,12 @@ from math import ceil, pi
 from pathlib import Path as FilePath
 from typing import Any, Literal
 
+from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.paths.path import SHAPES
 from robotics.quantity import check_quantities, quantity
 from robotics.scenario.description import ScenarioError
-from robotics.scenario.reading import parse_scenario
+from robotics.scenario.reading import scenario_from_table
 from robotics.tables.text import parse_table, read_text
 
 _SPARE = 1.25  # the scenario's duration over that of its timing: the leader waits for followers at times
@@ -101,7 +102,15 @@ def formation_text(plan: FormationPlan) -> str:
     for i, (ahead, left) in enumerate(plan.offsets):
         lines += ["", "[[robots]]" + (" # the leader" if i == 0 else ""), f"offset = [{ahead!r}, {left!r}]"]
     text = "\n".join(lines) + "\n"
-    needed = parse_scenario(text.replace("DURATION", "1.0"), "formation").setting.references.ends.max()
+    try:
+        short = parse_table(text.replace("DURATION", "1.0"), "formation", ScenarioError)
+        needed = scenario_from_table(short, "formation").setting.references.ends.max()
+    except InputError as error:
+        places = ", ".join(f"[{ahead:g}, {left:g}]" for ahead, left in plan.offsets)
+        raise ScenarioError(
+            f"this formation, with robots at {places} m, cannot be driven: {error}; a smaller spacing, fewer followers, "
+            "a wider path or a lower speed may do"
+        ) from None
     return text.replace("DURATION", f"{ceil(_SPARE * float(needed) + 5.0):.1f}")
 
 
