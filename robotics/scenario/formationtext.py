@@ -108,8 +108,8 @@ def formation_text(plan: FormationPlan) -> str:
     except InputError as error:
         places = ", ".join(f"[{ahead:g}, {left:g}]" for ahead, left in plan.offsets)
         raise ScenarioError(
-            f"this formation, with robots at {places} m, cannot be driven: {error}; a smaller spacing, fewer followers, "
-            "a wider path or a lower speed may do"
+            f"this formation, with robots at {places} m, cannot be driven: {error}; a smaller spacing, fewer "
+            "followers, a wider path or a lower speed may do"
         ) from None
     return text.replace("DURATION", f"{ceil(_SPARE * float(needed) + 5.0):.1f}")
 
