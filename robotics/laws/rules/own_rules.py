@@ -94,6 +94,10 @@ class OwnRules(FuzzyTracking):
         """The rule base, or those of tracking."""
         return super().fuzzy_systems if self.own is None else {"own": self.own.fis}
 
+    def misgivings(self, setting: Setting) -> tuple[str, ...]:
+        """Those of fuzzy tracking, where it alone drives."""
+        return super().misgivings(setting) if self.own is None else ()
+
     def init(self, setting: Setting, runs: int) -> Any:
         """Look at the paths. Raises ControllerError where a rule base names a robot that does not exist."""
         if self.own is None:

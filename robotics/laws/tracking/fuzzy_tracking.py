@@ -46,8 +46,10 @@ from fuzzy.system import Sugeno
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.paths.posture import wrapped_compiled
+from robotics.paths.references import sampled
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
+from robotics.vehicle.plant import velocity_limits
 
 INPUTS = ("distance", "alpha", "x_err", "heading_err")  # the names of the inputs that a tracking rule base may have
 RULE_BASES = Path(__file__).parents[2] / "rulebases"
@@ -109,6 +111,29 @@ class FuzzyTracking(Law[Any]):
         """The tracking rule base, and λ(y_err) where it acts."""
         systems = {"tracking": self.tracking.fis}
         return systems if self.lateral == "none" else systems | {"lateral": self.turn.fis}
+
+    def misgivings(self, setting: Setting) -> tuple[str, ...]:
+        """Say which robots cannot turn towards a point as near as the steering distance D, and weave about their paths.
+
+        A robot that drives v and turns by at most ω_max reaches no point within the two circles of radius v/ω_max
+        beside it: D must not be less than their diameter.
+        """
+        if setting.ensemble or self.steering != "bearing" or self.steering_distance == 0:
+            return ()
+        fastest = np.abs(sampled(setting.references, setting.times).v).max(axis=0)
+        turns = velocity_limits(setting.robots)[1]
+        needed = 2 * fastest / turns
+        slow = np.flatnonzero(needed > self.steering_distance)
+        if not len(slow):
+            return ()
+        i = int(slow[np.argmax(needed[slow])])
+        circle = f"a circle {needed[i]:.2f} m across at {fastest[i]:.3g} m/s"
+        enough = np.ceil(10 * needed[i] - 1e-9) / 10
+        return (
+            f"{setting.name}: robot {i + 1} turns by at most {turns[i]:.3g} rad/s, {circle}, and steers towards a "
+            f"point {self.steering_distance:g} m away: off its path it may weave; with steering_distance={enough:.1f} it "
+            "comes back",
+        )
 
     def init(self, setting: Setting, runs: int) -> Any:
         """Remember nothing."""

@@ -15,7 +15,7 @@ from robotics.measures.tracking import cross_track_error, measure, settling_time
 from robotics.paths.path import Circle, Line
 from robotics.paths.trajectory import Timing
 from robotics.scenario.description import Member, Scenario
-from robotics.scenario.reading import load_scenario
+from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
 
@@ -374,3 +374,27 @@ def test_a_rule_base_of_ones_own_is_used_and_a_wrong_one_refused(tmp_path):
         FuzzyTracking(rule_base=str(tmp_path / "none.fis"))
     with pytest.raises(ControllerError, match="look_ahead must be a finite number in s, >= 0"):
         FuzzyTracking(look_ahead=-1.0)
+
+
+def test_a_heavy_robot_is_warned_of_a_near_steering_point_and_comes_back_with_a_far_one():
+    """The MiR100 turns by 1.5 rad/s, which takes a circle 0.8 m across at 0.6 m/s; 5 seeds, 3 mm and 3 mrad."""
+    scenario = parse_scenario(
+        """
+robot = "mir100"
+duration = 30.0
+sensing = { posture = "pose", position_noise = 0.003, heading_noise = 0.003 }
+[[robots]]
+start = [0.0, 0.05, 0.0]
+path = { shape = "sine", amplitude = 1.5, wavenumber = 0.5236, x_end = 10.8 }
+timing = { speed = 0.6 }
+""",
+        "heavy",
+    )
+    near, far = make_controller("fuzzy"), make_controller("fuzzy:steering_distance=0.8")
+    (said,) = near.misgivings(scenario.setting)
+    assert "0.80 m across at 0.6 m/s" in said
+    assert "steering_distance=0.8" in said
+    assert far.misgivings(scenario.setting) == ()
+    off = {law: measure(simulate(scenario, law, range(5)))["rms_cross_track_m"].max() for law in (near, far)}
+    assert off[near] > 0.25
+    assert off[far] < 0.06
