@@ -131,8 +131,8 @@ class FuzzyTracking(Law[Any]):
         enough = np.ceil(10 * needed[i] - 1e-9) / 10
         return (
             f"{setting.name}: robot {i + 1} turns by at most {turns[i]:.3g} rad/s, {circle}, and steers towards a "
-            f"point {self.steering_distance:g} m away: off its path it may weave; with steering_distance={enough:.1f} it "
-            "comes back",
+            f"point {self.steering_distance:g} m away: off its path it may weave; with steering_distance={enough:.1f} "
+            "it comes back",
         )
 
     def init(self, setting: Setting, runs: int) -> Any:
