@@ -42,7 +42,7 @@ def test_robots_abreast_learn_from_a_law_of_tracking(tmp_path, monkeypatch, caps
     """A circle, two followers, another teacher, from options to the drive; small, so that it is quick."""
     monkeypatch.chdir(tmp_path)
     options = "--path circle:radius=2 --followers 2 --arrangement abreast --spacing 0.5 --speed 0.2 --teacher lyapunov"
-    made = f"dataset formation {options} --samples 300 --save-scenario ring.toml -o ring.csv"
+    made = f"dataset formation {options} --samples 150 --save-scenario ring.toml -o ring.csv"
     assert main(made.split()) == 0
     header = Path("ring.csv").read_text(encoding="utf-8").partition("\n")[0].split(",")
     assert [name for name in header if name[-1] == "3"] == [
