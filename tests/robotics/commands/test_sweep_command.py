@@ -250,7 +250,7 @@ def test_a_killed_worker_is_said_and_costs_the_chunks_in_flight(place, tmp_path,
     assert (tmp_path / "out" / "results.parquet").read_bytes() == expected(place)
 
 
-@pytest.mark.parametrize("options", [[], ["--workers", "2"]])
+@pytest.mark.parametrize("options", [[], pytest.param(["--workers", "2"], marks=pytest.mark.long)])
 def test_ctrl_c_keeps_what_is_done_and_says_so(place, tmp_path, warm, options):
     child = warm.start(command(place, tmp_path, *options))
     wait_until(lambda: len(landed(tmp_path)) >= 3, child.is_running)

@@ -537,6 +537,7 @@ def test_less_motion_if_one_asks_for_it(page: Browser) -> None:
     assert "two pictures a second" in page.js("$('.note').textContent")
 
 
+@pytest.mark.long
 def test_two_hundred_robots_and_several_players_on_a_page(run: Run, browser: Browser, tmp_path: Path) -> None:
     many = player_fragment(large(200, 60)) + player_fragment(run, 4)
     head = '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>x</title></head>'

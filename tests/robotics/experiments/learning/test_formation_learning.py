@@ -226,6 +226,7 @@ def test_formation_pictures_draw_the_data():
     assert fits.axes[0].get_title(loc="right") == "RMSE 5.0e-01, 1.0e-01"
 
 
+@pytest.mark.long
 def test_the_packaged_networks_are_what_the_recipe_makes(tmp_path):
     """``robotics learn`` on the files in ``datasets``; the last digits are the machine's."""
     from pathlib import Path

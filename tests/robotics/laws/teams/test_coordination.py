@@ -170,7 +170,7 @@ def curve():
         "virtual-structure-measured": (10.0, 15.0, 20.0),
         "virtual-structure": (5.0, 25.0),
     }
-    found = [r for law, outages in wanted.items() for r in recovery_curve([law], outages, range(40))]
+    found = [r for law, outages in wanted.items() for r in recovery_curve([law], outages, range(20))]
     return {(r.controller, r.outage): r for r in found}
 
 
