@@ -133,7 +133,10 @@ def _server(opened: OpenDocuments, name: str, port: int) -> Any:
     config = uvicorn.Config(
         Guard(app, port), log_level="warning", server_header=False, timeout_graceful_shutdown=2, ws_max_size=4_000_000
     )
-    return uvicorn.Server(config)
+    server = uvicorn.Server(config)
+    # A request that is cut off because the designer is ended is no error.
+    logging.getLogger("uvicorn.error").addFilter(lambda record: not server.should_exit)
+    return server
 
 
 def _report(error: Exception) -> None:

@@ -4,8 +4,10 @@ import http.client
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -400,3 +402,14 @@ def test_after_a_kill_the_design_is_back(tab, server, folder):
     assert (folder / "tipper.fis").read_bytes() == before
     page.get_by_role("button", name="Undo").click()
     page.wait_for_selector(".state:not(.unsaved)")
+
+
+def test_a_request_that_is_cut_off_by_ctrl_c_is_no_error(tmp_path):
+    write_fis(tipper(), tmp_path / "tipper.fis")
+    server = Server(tmp_path)
+    with socket.create_connection(("127.0.0.1", server.port)) as half:
+        head = "POST /upload?file=tipper.fis&name=a.fis HTTP/1.1"
+        lines = [head, f"Host: 127.0.0.1:{server.port}", f"Origin: {server.url.rstrip('/')}", "Content-Length: 100"]
+        half.sendall("\r\n".join([*lines, "", "[System]"]).encode())  # and no more
+        time.sleep(0.5)
+        assert server.end() == (0, "")
