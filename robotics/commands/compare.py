@@ -1,7 +1,6 @@
 """The command ``robotics compare``: every controller on every scenario, into tables, pictures and a report."""
 
 import shlex
-import sys
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -11,9 +10,9 @@ import typer
 
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
-from fuzzy.shell.terminal import INTERRUPTED, print_json
+from fuzzy.shell.terminal import print_json
 from robotics.commands.shared import Json, Metric, Quiet, print_forewarnings, print_outside, report_divergences
-from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts
+from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts, rows_kept
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
@@ -80,11 +79,15 @@ def compare(
     from robotics.scenario.reading import load_scenario, scenario_names
 
     own = bool(scenarios) or controllers is not None or bool(law) or bool(metric)
-    kind = "tracking" if suite is Suite.thesis else suite.value
-    settings = [load_scenario(name) for name in scenarios or scenario_names(kind)]
-    laws = split_controllers(controllers) if controllers is not None else list(DEFAULT_CONTROLLERS[settings[0].kind])
-    laws += law or []
-    judged = claims if claims is not None else not own and suite is Suite.thesis
+    thesis = with_seeds(load_study("thesis"), seeds, seed) if not own and suite is Suite.thesis else None
+    if thesis is not None:
+        settings, laws = list(thesis.settings), list(thesis.controllers)
+    else:
+        kind = "tracking" if suite is Suite.thesis else suite.value
+        settings = [load_scenario(name) for name in scenarios or scenario_names(kind)]
+        default = DEFAULT_CONTROLLERS[settings[0].kind]
+        laws = [*(split_controllers(controllers) if controllers is not None else default), *(law or [])]
+    judged = claims if claims is not None else thesis is not None
     command = ["robotics", "compare", *(scenarios or []), f"--seeds={seeds}", f"--seed={seed}"]
     if suite is not Suite.thesis:
         command.append(f"--suite={suite.value}")
@@ -94,24 +97,15 @@ def compare(
     check_comparison(settings, laws, metric or ())
     made = {name: make_controller(name) for name in laws}
     print_forewarnings(s for x in settings for name in laws for s in forewarnings(x.setting, made[name], name))
-    wanted, done = sum(len(s.robots) for s in settings) * len(laws) * seeds, 0
-
-    def kept(rows: int) -> None:
-        nonlocal done
-        done = rows
-
-    try:
-        with progress_bar(quiet) as begin:
-            chapters = _thesis_chapters(thorough, save_runs) if judged else None
-            told: Any = {"begin": begin, "report": report, "command": shlex.join(command), "kept": kept}
-            if judged and not own and suite is Suite.thesis:
-                study = run_study(with_seeds(load_study("thesis"), seeds, seed), out, chapters=chapters, **told)
-            else:
-                every = range(seed, seed + seeds)
-                study = write_study(out, settings, laws, every, metrics=metric or (), chapters=chapters, **told)
-    except KeyboardInterrupt:
-        print(f"robotics: interrupted; {done} of {wanted} rows are in {out / 'results.csv'}", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED) from None
+    wanted = sum(len(s.robots) for s in settings) * len(laws) * seeds
+    with rows_kept(wanted, out / "results.csv") as kept, progress_bar(quiet) as begin:
+        chapters = _thesis_chapters(thorough, save_runs) if judged else None
+        told: Any = {"begin": begin, "report": report, "command": shlex.join(command), "kept": kept}
+        if judged and thesis is not None:
+            study = run_study(thesis, out, chapters=chapters, **told)
+        else:
+            every = range(seed, seed + seeds)
+            study = write_study(out, settings, laws, every, metrics=metric or (), chapters=chapters, **told)
     left = print_outside(run for each in study.comparisons for run in each.runs.values())
     if json:
         print_json(

@@ -66,8 +66,6 @@ def formation(
         steps,
         write_networks,
     )
-    from robotics.laws.formation.leader_follower import OUTPUTS
-    from robotics.report.learning import Samples, drive_networks, write_learning_report
     from robotics.scenario.reading import load_scenario
 
     options = Options(method=method, epochs=epochs)
@@ -91,6 +89,9 @@ def formation(
         networks = learn_networks(names, values, held, rules=rules, options=options, advance=advance, jobs=count)
         write_networks(networks, out, data.name)
         if report is not None:
+            from robotics.laws.formation.leader_follower import OUTPUTS
+            from robotics.report.learning import Samples, drive_networks, write_learning_report
+
             if drive is None and {network.output for network in networks} == set(OUTPUTS):
                 scenarios = [load_scenario(name) for name in DRIVES]
             write_learning_report(

@@ -1,16 +1,15 @@
 """The command ``robotics study``: scenarios × controllers × seeds with claims of one's own, from a file to a report."""
 
 import shlex
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fuzzy.shell.progress import progress_bar
-from fuzzy.shell.terminal import INTERRUPTED, print_json
+from fuzzy.shell.terminal import print_json
 from robotics.commands.shared import Json, Quiet, print_forewarnings, print_outside
-from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts
+from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts, rows_kept
 from robotics.experiments.versions import versions
 
 
@@ -67,22 +66,11 @@ def study(
         print_forewarnings(f"{on}: {line}" for on, lines in group.skipped.items() for line in lines)
     if plan.claims and plan.seeds < FEWEST_RUNS:
         print_forewarnings([f"a verdict needs {FEWEST_RUNS} seeds; with {plan.seeds} the claims cannot be told"])
-    done = 0
     wanted = sum(len(s.robots) * len(g.laws) * plan.seeds for g in plan.groups for s in g.scenarios)
     command = ["robotics", "study", name, f"--seeds={plan.seeds}"]
 
-    def kept(rows: int) -> None:
-        nonlocal done
-        done = rows
-
-    try:
-        with progress_bar(quiet) as begin:
-            made = run_study(
-                plan, folder, jobs=jobs, report=report, begin=begin, command=shlex.join(command), kept=kept
-            )
-    except KeyboardInterrupt:
-        print(f"robotics: interrupted; {done} of {wanted} rows are in {folder / 'results.csv'}", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED) from None
+    with rows_kept(wanted, folder / "results.csv") as kept, progress_bar(quiet) as begin:
+        made = run_study(plan, folder, jobs=jobs, report=report, begin=begin, command=shlex.join(command), kept=kept)
     left = print_outside(run for each in made.comparisons for run in each.runs.values())
     if json:
         print_json(

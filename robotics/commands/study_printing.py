@@ -1,8 +1,14 @@
 """How the outcome of a comparison or of a study is printed."""
 
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import typer
+
+from fuzzy.shell.terminal import INTERRUPTED
 from robotics.commands.shared import UNTIL_CONTACT
 
 if TYPE_CHECKING:
@@ -17,6 +23,27 @@ def print_comparisons(study: "Study") -> None:
     print(f"mean over {len(study.comparison.seeds)} seeds ± half the 95 % confidence interval")
     if any(row["with_contact"] for row in contact_rows(study)):
         print(UNTIL_CONTACT)
+
+
+@contextmanager
+def rows_kept(wanted: int, file: Path) -> Iterator[Callable[[int], None]]:
+    """Give what is told how many rows are written, and say on Ctrl-C how many of those that were ``wanted`` are kept.
+
+    Args:
+        wanted: The number of rows of the whole.
+        file: The file that holds them.
+    """
+    done = 0
+
+    def kept(rows: int) -> None:
+        nonlocal done
+        done = rows
+
+    try:
+        yield kept
+    except KeyboardInterrupt:
+        print(f"robotics: interrupted; {done} of {wanted} rows are in {file}", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def print_verdicts(study: "Study") -> None:

@@ -5,6 +5,7 @@ A claim has parts, and a part one relation: a metric of a law is ``below`` or ``
 :mod:`robotics.measures.evidence`.
 """
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
@@ -18,6 +19,11 @@ from robotics.report.wording import limit
 from robotics.tables.build import Builder, Keys, Special
 
 ALL = "all"  # as the only scenario: every one of the study
+
+
+def run_name(scenario: str, law: str) -> str:
+    """The name, without an ending, of the file of a law's runs on a scenario by which claims are judged."""
+    return re.sub(r"[^A-Za-z0-9.=-]+", "_", f"{scenario}--{law}")
 
 
 class ClaimError(InputError):

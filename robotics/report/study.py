@@ -1,7 +1,6 @@
 """A whole study in a folder: comparisons, claims, chapters that may be added, and the report."""
 
 import json
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
@@ -28,7 +27,7 @@ from robotics.measures.own import NO_METRICS, OwnMetrics
 from robotics.measures.quantities import measured, runs_touched
 from robotics.measures.registry import own_metrics
 from robotics.report.chapter import Chapter, Claim
-from robotics.report.claims import Condition, Measure, decided
+from robotics.report.claims import Condition, Measure, decided, run_name
 from robotics.report.page import Heading, draw_sections, figure_count, write_report
 from robotics.report.plan import Group, StudyError, StudyPlan
 from robotics.scenario.description import Scenario
@@ -406,7 +405,7 @@ def _save_runs(comparisons: Sequence[Comparison], folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for comparison in comparisons:
         for (scenario, law), run in comparison.runs.items():
-            run.save(folder / f"{re.sub(r'[^A-Za-z0-9.=-]+', '_', f'{scenario}--{law}')}.npz")
+            run.save(folder / f"{run_name(scenario, law)}.npz")
 
 
 def with_seeds(plan: StudyPlan, seeds: int | None = None, first: int | None = None) -> StudyPlan:

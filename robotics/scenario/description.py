@@ -22,7 +22,7 @@ from robotics.quantity import check_quantities, described, quantity
 from robotics.radio.description import Radio, RadioError
 from robotics.radio.faults import Fault
 from robotics.scenario.feasibility import demands
-from robotics.scenario.robots import STANDARD, RobotModel, load_robot
+from robotics.scenario.robots import RobotModel, standard_robot
 from robotics.sensing.posture import Sensing
 from robotics.sensing.sonar import RangeSensor
 from robotics.vehicle.plant import STEP
@@ -51,7 +51,7 @@ class Member:
     path: Shape = described("The path that the robot shall follow.")
     timing: Timing = described("When the robot shall be where on its path.")
     robot: Robot = described(
-        "Which robot this one is, instead of the one of all.", default_factory=lambda: load_robot(STANDARD).robot
+        "Which robot this one is, instead of the one of all.", default_factory=lambda: standard_robot().robot
     )
     model: RobotModel | None = None  # what the robot was made of; None: only its numbers are known
     sensing: Sensing | None = described("How this robot knows its posture, instead of [sensing].", None)
@@ -60,8 +60,8 @@ class Member:
     )
 
     def __post_init__(self) -> None:
-        if self.model is None and self.robot is load_robot(STANDARD).robot:  # nothing was said of it
-            object.__setattr__(self, "model", load_robot(STANDARD))
+        if self.model is None and self.robot is standard_robot().robot:  # nothing was said of it
+            object.__setattr__(self, "model", standard_robot())
         if not all(isfinite(v) for v in self.start):
             raise ScenarioError(f"start must be finite, got {self.start!r}")
         if abs(self.start[2]) > 2 * pi:

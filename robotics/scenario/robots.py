@@ -52,6 +52,11 @@ def load_robot(name: str | Path, folder: Path = Path()) -> RobotModel:
     return parse_robot(found.text, found.name, found.file)
 
 
+def standard_robot() -> RobotModel:
+    """The robot of a scenario that names none; no folder is listed for it, since every member of a team asks."""
+    return _packaged(STANDARD)
+
+
 def robot_file(name: str | Path, folder: Path = Path()) -> TomlFile:
     """The file that describes a robot; the arguments are as of :func:`load_robot`. Raises RobotError."""
     return _FILES.find(name, folder)
@@ -135,7 +140,7 @@ class RobotChoice:
     @classmethod
     def standard(cls) -> "RobotChoice":
         """The robot of a scenario that says nothing of it."""
-        model = load_robot(STANDARD)
+        model = standard_robot()
         return cls(model, {}, model.robot)
 
 

@@ -4,7 +4,6 @@ The file's tables are those of :mod:`robotics.report.claims`, with a chapter for
 in the forms ``printed``, ``corrected`` and ``ideal`` in place of ``of`` and ``against``.
 """
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -17,7 +16,7 @@ from robotics.measures.evidence import Form, Part
 from robotics.measures.quantities import QUANTITIES
 from robotics.quantity import described
 from robotics.report.chapter import Claim
-from robotics.report.claims import ClaimError, Condition, Measure, Statement, builder_of, decided, statements
+from robotics.report.claims import ClaimError, Condition, Measure, Statement, builder_of, decided, run_name, statements
 from robotics.tables.text import parse_table, placed
 
 _FORMS: dict[str, Form] = {
@@ -79,8 +78,7 @@ def needed(chapter: str) -> list[Needed]:
 
 def run_file(need: Needed) -> str:
     """The name of the file of a law's runs on a scenario."""
-    plain = re.sub(r"[^A-Za-z0-9.=-]+", "_", f"{need.on}--{need.of}")
-    return f"{plain}{'--ideal' if need.ideal else ''}.npz"
+    return f"{run_name(need.on, need.of)}{'--ideal' if need.ideal else ''}.npz"
 
 
 def judged(chapter: str, values: Measured) -> list[Claim]:
