@@ -2,6 +2,8 @@
 
 from typing import Self
 
+_LONGEST = 120  # characters of what was read that a message quotes
+
 
 class InputError(ValueError):
     """Something given cannot be used. The message says where, what, and what is accepted.
@@ -19,3 +21,13 @@ class InputError(ValueError):
         """
         self.at = (*keys, *self.at)
         return self
+
+
+def quoted(text: object, longest: int = _LONGEST) -> str:
+    """``text`` in quotation marks, as messages repeat what was read: its beginning only where it is long.
+
+    >>> quoted("a" * 10, longest=4)
+    "'aaaa'... (10 characters)"
+    """
+    text = str(text)
+    return repr(text) if len(text) <= longest else f"{text[:longest]!r}... ({len(text)} characters)"

@@ -14,6 +14,7 @@ from matplotlib.textpath import text_to_path
 
 from fuzzy.figures.palette import COLORS
 from fuzzy.files.atomic import replacing
+from fuzzy.shown import shown, typeset
 from fuzzy.system import FuzzySystemError, Variable
 
 STYLE = Path(__file__).parent / "style" / "fuzzyfleet.mplstyle"
@@ -94,7 +95,7 @@ def shortened(text: str, width: float, size: float) -> str:
 
 def number(value: float) -> str:
     """A number as labels show it: four significant digits, with a true minus sign."""
-    return f"{value + 0.0:.4g}".replace("-", "−")
+    return typeset(shown(value))
 
 
 def quantity(value: float, variable: Variable) -> str:
