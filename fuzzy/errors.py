@@ -23,11 +23,12 @@ class InputError(ValueError):
         return self
 
 
-def quoted(text: object, longest: int = _LONGEST) -> str:
-    """``text`` in quotation marks, as messages repeat what was read: its beginning only where it is long.
+def quoted(text: object, longest: int = _LONGEST, *, quotes: bool = True) -> str:
+    """``text`` as messages repeat what was read, in quotation marks or without: its beginning only where it is long.
 
     >>> quoted("a" * 10, longest=4)
     "'aaaa'... (10 characters)"
     """
     text = str(text)
-    return repr(text) if len(text) <= longest else f"{text[:longest]!r}... ({len(text)} characters)"
+    beginning = repr(text[:longest]) if quotes else text[:longest]
+    return beginning if len(text) <= longest else f"{beginning}... ({len(text)} characters)"
