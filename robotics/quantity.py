@@ -11,6 +11,7 @@ from typing import Any
 from fuzzy.errors import InputError, quoted
 
 LARGEST = 1e15  # numbers of a robot's world are smaller by far; squares and cubes of these are numbers as well
+SMALLEST = 1 / LARGEST  # and what must be greater than 0 can be divided by
 
 
 def quantity(
@@ -113,4 +114,6 @@ def check_quantities(instance: Any, error: type[InputError]) -> None:
             continue
         if not (is_number(value) and value > m["above"] and value >= m["least"] and value <= m["most"]):
             raise error(f"{f.name} must be {accepted(m)}; {got(value)}").about(f.name)
+        if m["above"] == 0 and value < SMALLEST:
+            raise error(f"{f.name} must be {accepted(m)}, and {SMALLEST:g} at least; {got(value)}").about(f.name)
         object.__setattr__(instance, f.name, float(value))
