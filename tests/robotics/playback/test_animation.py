@@ -376,7 +376,7 @@ def test_without_ffmpeg_one_sentence_names_what_works(
     assert main(["animate", file, "-o", str(tmp_path / "x.mp4")]) == 2
     message = capsys.readouterr().err
     assert message.count("\n") == 1
-    for word in ("ffmpeg", ".gif", ".html", "fuzzyfleet[video]"):
+    for word in ("ffmpeg", ".gif", ".html", "pip install 'imageio-ffmpeg>="):
         assert word in message
 
 
