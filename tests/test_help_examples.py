@@ -13,7 +13,8 @@ from tests.snippets import PROGRAMS, run_commands
 HELPS = {" ".join(each.words): each for each in helps()}
 # Seconds each: `make check-all` runs them. What is not named here runs in a fraction of one.
 LONG = {
-    "fuzzy plot", "fuzzy surface", "fuzzy search", "fuzzy design", "anfis", "anfis train", "anfis predict", "anfis evaluate",
+    "fuzzy plot", "fuzzy surface", "fuzzy search", "fuzzy design",
+    "anfis", "anfis train", "anfis predict", "anfis evaluate",
     "robotics", "robotics copy", "robotics run", "robotics repeat", "robotics compare", "robotics plot",
     "robotics explain", "robotics animate", "robotics certify", "robotics robot", "robotics sweep", "robotics study",
     "robotics team", "robotics check", "robotics new", "robotics scenario", "robotics list",

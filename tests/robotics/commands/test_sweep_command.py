@@ -365,7 +365,6 @@ def test_a_bad_file_is_named_with_its_line(place, capsys):
 def test_help_has_an_example_of_a_file(capsys):
     assert main(["sweep", "--help"]) == 0
     printed = capsys.readouterr().out
-    assert "Example: robotics sweep" in printed
     assert "[scenario_fields]" in printed
 
 
