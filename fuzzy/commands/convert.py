@@ -16,7 +16,11 @@ def convert(
 
     .fis is a normalised MATLAB file, .txt the rules as sentences, .json a description of everything.
 
-    Example: fuzzy convert tipper.fis tipper.json, or fuzzy convert tracking tracking.txt
+    \b
+    Example:
+      fuzzy example tipper
+      fuzzy convert tipper.fis tipper.json
+      fuzzy convert tracking tracking.txt
     """
     writers = {".fis": "a MATLAB file", ".txt": "the rules as sentences", ".json": "a description"}
     suffix = target.suffix.lower()
