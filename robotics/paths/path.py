@@ -332,7 +332,7 @@ def compile_path(shape: Shape, spacing: float = 0.005) -> Path:
         raise PathError(f"{name} path: its length is {length:g} m; a path needs a length > 0 and <= {LONGEST:g} m")
     count = max(257, int(np.ceil(length / spacing)) + 1)
     s = np.linspace(0.0, length, count)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a cusp is refused below
+    with np.errstate(all="ignore"):  # a cusp is refused below
         parameter = _parameter_at(shape, edges, measured, s)
     position, slope, bend = shape.curve(parameter)
     speed = np.hypot(slope[0], slope[1])
