@@ -23,12 +23,20 @@ class InputError(ValueError):
         return self
 
 
-def quoted(text: object, longest: int = _LONGEST, *, quotes: bool = True) -> str:
-    """``text`` as messages repeat what was read, in quotation marks or without: its beginning only where it is long.
+def quoted(text: object, longest: int = _LONGEST) -> str:
+    """``text`` in quotation marks, as messages repeat what was read: its beginning only where it is long.
 
     >>> quoted("a" * 10, longest=4)
     "'aaaa'... (10 characters)"
     """
     text = str(text)
-    beginning = repr(text[:longest]) if quotes else text[:longest]
-    return beginning if len(text) <= longest else f"{beginning}... ({len(text)} characters)"
+    return repr(text) if len(text) <= longest else f"{text[:longest]!r}... ({len(text)} characters)"
+
+
+def shortened(text: str, longest: int = _LONGEST) -> str:
+    """``text`` without quotation marks, such as a line of a file: its beginning only where it is long.
+
+    >>> shortened("a" * 10, longest=4)
+    'aaaa... (10 characters)'
+    """
+    return text if len(text) <= longest else f"{text[:longest]}... ({len(text)} characters)"

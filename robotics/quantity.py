@@ -8,7 +8,7 @@ from dataclasses import MISSING, field, fields
 from math import inf
 from typing import Any
 
-from fuzzy.errors import InputError, quoted
+from fuzzy.errors import InputError, quoted, shortened
 
 LARGEST = 1e15  # numbers of a robot's world are smaller by far; squares and cubes of these are numbers as well
 SMALLEST = 1 / LARGEST  # and what must be greater than 0 can be divided by
@@ -92,7 +92,7 @@ def got(value: Any) -> str:
     """
     numbers = value if isinstance(value, (list, tuple)) else (value,)
     large = any(isinstance(v, (int, float)) and LARGEST < abs(v) < inf for v in numbers)
-    text = quoted(value) if isinstance(value, str) else quoted(repr(value), quotes=False)
+    text = quoted(value) if isinstance(value, str) else shortened(repr(value))
     return f"got {text}" + (f" (numbers may be {LARGEST:g} in size at most)" if large else "")
 
 
