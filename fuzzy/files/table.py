@@ -228,7 +228,7 @@ class TableText:
             what, why = "other columns", f"{fields} where the {of} has {len(self.columns)}"
         else:
             lacking = np.flatnonzero(np.isnan(values[[r for r in bad.tolist() if r not in found.ragged]]).any(axis=0))
-            called = [self._called(places[k]) for k in lacking]
+            called = [self._called(places[k]) for k in lacking.tolist()]
             what = "no number in " + ", ".join(called[:_LISTED]) + (" and others" if len(called) > _LISTED else "")
             why = why_no_number(found.texts[int(np.flatnonzero(np.isnan(values[first]))[0])][first])
         begin = ":" if len(bad) == 1 else "; the first:"
@@ -280,9 +280,9 @@ def parse_table(text: str | bytes, file: str) -> TableText:
     first = next(_rows(text, separator, file, begin), None)
     if first is None:
         raise DataError(f"{file}: the file is empty, expected rows of numbers")
-    line, row = first
+    place, row = first
     if len(row) > MOST_COLUMNS:
-        raise DataError(f"{file}, line {line}: {len(row)} columns; a table has at most {MOST_COLUMNS}")
+        raise DataError(f"{file}, line {place}: {len(row)} columns; a table has at most {MOST_COLUMNS}")
     titles = [field.strip() for field in row]
     headed = not any(is_number(title) or any(sure_marks(title)) for title in titles)
     return TableText(file, columns_of(titles) if headed else numbered(len(row)), headed, separator, text, begin)

@@ -141,11 +141,13 @@ def formation(
             | ({} if report is None else {"report": str(report)})
         )
         return
-    for row in rows:
-        checked = "" if check is None else f", {shown(row['check_rmse'], digits=3)} checking"
+    for network, row in zip(networks, rows, strict=True):
+        history, best = network.training.history, network.training.history[network.training.best]
+        first, last, held_error = (shown(error, digits=3) for error in (history[0].train, best.train, best.check))
+        checked = "" if check is None else f", {held_error} checking"
         print(
-            f"{row['file']}: {row['rules']} rules; RMSE {shown(row['clustering_rmse'], digits=3)} by clustering, then "
-            f"{shown(row['train_rmse'], digits=3)} training{checked} (epoch {row['best_epoch']})"
+            f"{row['file']}: {row['rules']} rules; RMSE {first} by clustering, then {last} training{checked} "
+            f"(epoch {row['best_epoch']})"
         )
     if report is not None:
         print(report)
