@@ -11,7 +11,11 @@ def evaluate(fis: Fis, data: Data, skip_bad: SkipBad = False, json: Json = False
 
     What other columns hold does not matter.
 
-    Example: anfis evaluate net.fis check.csv --json, or anfis evaluate formation/v_l data.csv
+    \b
+    Example:
+      fuzzy example samples check
+      anfis train samples.csv --rules 8 -o net.fis
+      anfis evaluate net.fis check.csv --json
     """
     from anfis.accuracy import accuracy
     from fuzzy.files.fisfile import read_fis

@@ -24,7 +24,11 @@ def predict(
 
     The outputs get a header "name [unit]". What other columns hold does not matter.
 
-    Example: anfis predict net.fis data.csv -o predicted.csv, or anfis predict formation/v_l data.csv
+    \b
+    Example:
+      fuzzy example samples check
+      anfis train samples.csv --rules 8 -o net.fis
+      anfis predict net.fis check.csv -o predicted.csv
     """
     from fuzzy.files.fisfile import read_fis
     from fuzzy.files.packaged import find_fis

@@ -10,6 +10,7 @@ import typer
 
 from anfis.commands.shared import CommandError, Data, Json
 from anfis.methods.catalogue import METHODS
+from fuzzy.commands.completion import completed, rule_bases
 from fuzzy.commands.datafile import SkipBad, chosen_columns, columns_of, numbers, opened
 from fuzzy.commands.samples import Inputs, Outputs
 from fuzzy.shell.terminal import INTERRUPTED, print_json
@@ -40,6 +41,10 @@ class _Start(NamedTuple):
     mf: str | None
 
 
+def _methods(incomplete: str) -> list[str]:
+    return completed(incomplete, METHODS)
+
+
 def train(
     data: Data,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="NET.fis", help="Where the trained system goes.")],
@@ -49,7 +54,10 @@ def train(
         Path | None, typer.Option(metavar="CHECK.csv", help="Checking data, not learnt from; same columns.")
     ] = None,
     start: Annotated[
-        Path | None, typer.Option(metavar="START", help="Start from this .fis file, or a packaged one's name.")
+        Path | None,
+        typer.Option(
+            metavar="START", help="Start from this .fis file, or a packaged one's name.", autocompletion=rule_bases
+        ),
     ] = None,
     rules: Annotated[
         int | None, typer.Option(min=1, help="Start from that many clusters; their settings are searched.")
@@ -61,7 +69,9 @@ def train(
     mf: Annotated[
         str | None, typer.Option(metavar="NAME", help="Membership function of --grid's terms. [default: gbellmf]")
     ] = None,
-    method: Annotated[str, typer.Option(help=f"How to learn: {', '.join(METHODS)}.")] = "hybrid",
+    method: Annotated[
+        str, typer.Option(help=f"How to learn: {', '.join(METHODS)}.", autocompletion=_methods)
+    ] = "hybrid",
     epochs: Annotated[int, typer.Option(min=0, help="The most epochs to learn for.")] = 60,
     step: Annotated[float, typer.Option(help="Length of the first step (hybrid), in units of the universes.")] = 0.01,
     patience: Annotated[
@@ -96,7 +106,10 @@ def train(
 
     Columns that are not used may hold anything. Numbers have a decimal point or a decimal comma.
 
-    Example: anfis train data.csv --outputs y --check check.csv --rules 8 -o net.fis --plot error.png
+    \b
+    Example:
+      fuzzy example samples check
+      anfis train samples.csv --outputs v --check check.csv --rules 8 -o net.fis --plot error.png
     """
     import anfis
 

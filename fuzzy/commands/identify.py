@@ -74,7 +74,10 @@ def identify(
     as `fuzzy search` does. A header "speed [m/s]" names the column speed. The table's columns are separated by commas,
     semicolons or tabs; numbers have a decimal point or a decimal comma. Columns that are not used may hold anything.
 
-    Example: fuzzy identify samples.csv --inputs x,y --outputs v --method subtractive --radius 0.5 -o net.fis
+    \b
+    Example:
+      fuzzy example samples
+      fuzzy identify samples.csv --inputs x,y --outputs v --method subtractive --radius 0.5 -o net.fis
     """
     import numpy as np
 

@@ -14,6 +14,7 @@ from fuzzy.commands.datafile import SkipBad
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
+from robotics.commands.completion import scenarios
 from robotics.commands.shared import Jobs, Json, Quiet
 
 PAYS = 4  # networks: more of them are learnt in several processes, which take seconds to start
@@ -47,6 +48,7 @@ def formation(
             metavar="SCENARIO",
             help="Scenario, or .toml file, that the networks drive for the page; can be given several times. Default: "
             f"{', '.join(DRIVES)}.",
+            autocompletion=scenarios,
             show_default=False,
         ),
     ] = None,
@@ -58,8 +60,12 @@ def formation(
 ) -> None:
     """Cluster and train the networks that drive a formation: the thesis's four, or two for each robot of a scenario.
 
-    Example: robotics learn formation formation.csv --check check.csv -o networks --report report.html, then
-    robotics run formation-behind --controller formation:networks=networks
+    \b
+    Example:
+      robotics dataset formation -o formation.csv
+      robotics dataset formation --check -o check.csv
+      robotics learn formation formation.csv --check check.csv -o networks --report report.html
+      robotics run formation-behind --controller formation:networks=networks
     """
     from threadpoolctl import threadpool_limits
 
