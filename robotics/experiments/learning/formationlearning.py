@@ -106,11 +106,10 @@ def formation_table(path: str | Path, columns: Sequence[str] | None = None, *, s
         raise FormationLearningError(f"{path}: a header line with the columns' names is needed")
     if columns is None:
         names = [column.name for column in text.columns]
-        outputs = outputs_of(names)
-        robots = {robot_of(output) for output in outputs}
-        columns = [
-            n for n in names if n in (*INPUTS, *outputs) or int((_OF_ROBOT.search(n) or [0, 0])[1]) in robots - {0}
-        ]
+        robots = {robot_of(output) for output in outputs_of(names)}
+        numbers = {name: _OF_ROBOT.search(name) for name in names}
+        own = {name for name, found in numbers.items() if found is not None and int(found[1]) in robots}
+        columns = [name for name in names if name in own or name in INPUTS or name in OUTPUTS]
     return text.numbers(columns, skip_bad)
 
 
