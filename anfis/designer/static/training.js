@@ -334,7 +334,7 @@ export async function render({ model, el }) {
     if (p.epoch.length) words.push(`epoch ${last}`);
     if (p.best)
       words.push(
-        `smallest ${p.best.checked ? "checking" : "training"} error ${quantity(p.best.error, p.unit)} at epoch ${p.best.epoch}${p.first ? ` (${quantity(p.first, p.unit)} at the start)` : ""}`,
+        `smallest ${p.best.checked ? "checking" : "training"} error ${quantity(p.best.error, p)} at epoch ${p.best.epoch}${p.first ? ` (${quantity(p.first, p)} at the start)` : ""}`,
       );
     if (p.stopped !== null) words.push(STOPPED[p.stopped] ?? p.stopped);
     say(state, words.join(" · "));
