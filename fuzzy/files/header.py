@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fuzzy.errors import InputError, quoted
 from fuzzy.naming import expected
 
-_LISTED = 30  # names that a message lists
+_LISTED, _SAME = 30, 5  # names that a message lists, and titles that have one name
 _BRACKETS = {"]": "[", ")": "("}
 
 
@@ -92,7 +92,9 @@ def place_of(columns: Sequence[Column], wanted: str, unit: str = "") -> int:
     if len(found) == 1:
         return found[0]
     if found:
-        same = ", ".join(quoted(columns[place].title) for place in found[:_LISTED])
+        same = ", ".join(quoted(columns[place].title) for place in found[:_SAME]) + (
+            " ..." if len(found) > _SAME else ""
+        )
         raise DataError(f"{len(found)} columns are called {quoted(wanted)}: {same}; say which by its whole title")
     if wanted.isascii() and wanted.isdecimal() and len(wanted) < 10 and 1 <= int(wanted) <= len(columns):
         return int(wanted) - 1
