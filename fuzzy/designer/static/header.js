@@ -318,8 +318,15 @@ function render({ model, el }) {
         make("span", { class: "menu" }, menuButton, menu),
         make(
           "button",
-          { type: "button", title: "all keys (?)", "aria-haspopup": "dialog", onclick: showKeys },
-          "Keys ?",
+          {
+            type: "button",
+            "aria-label": "Keys ?",
+            title: "all keys (?)",
+            "aria-haspopup": "dialog",
+            onclick: showKeys,
+          },
+          make("span", { class: "word" }, "Keys "),
+          "?",
         ),
       ),
     ),
