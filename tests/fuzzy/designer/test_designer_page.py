@@ -249,6 +249,7 @@ def test_a_removal_is_told_and_undone_and_findings_lead_to_their_places(tab):
     page.keyboard.press("Enter")
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.innerText") == "Viewer"
+    page.get_by_role("tab", name="Memberships").click()
 
 
 def test_a_second_tab_follows_on_a_narrow_screen(tab, context, server):
