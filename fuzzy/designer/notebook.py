@@ -12,6 +12,7 @@ from fuzzy.designer.edits import edited
 from fuzzy.designer.esmodule import ModuleError, composed
 from fuzzy.designer.views import design_data, functions_data, refusal_data, surface_data, viewer_data
 from fuzzy.errors import InputError
+from fuzzy.extras import install_command
 from fuzzy.figures.palette import stylesheet
 from fuzzy.system import Sugeno
 
@@ -163,5 +164,5 @@ def widget_library() -> tuple[Any, Any]:
         import anywidget
         import traitlets
     except ImportError:
-        raise ModuleError("a notebook's widgets need anywidget: pip install 'fuzzyfleet[notebook]'") from None
+        raise ModuleError(f"a notebook's widgets need anywidget: {install_command('notebook')}") from None
     return anywidget, traitlets
