@@ -182,6 +182,7 @@ function render({ model, el }) {
     const close = box.querySelector(".buttons button");
     close.textContent = "Close";
     close.focus();
+    box.scrollTop = 0;
   }
 
   const chooser = make("input", {
