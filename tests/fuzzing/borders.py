@@ -158,8 +158,8 @@ def _evaluate(fis: Any) -> None:
 def _same_table(table: Any) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "again.csv")
-        write_table(path, table[0], table[1])
-        if not np.array_equal(read_table(path)[1], table[1]):
+        write_table(path, table.names if table.headed else None, table.values)
+        if not np.array_equal(read_table(path).values, table.values):
             raise WrongError("written and read again the numbers differ")
 
 
