@@ -34,17 +34,18 @@ class FileContent(NamedTuple):
     text: FisText | None
 
 
-def read_content(path: Path, mamdani: bool = False) -> FileContent:
+def read_content(path: Path, mamdani: bool = False, name: str | None = None) -> FileContent:
     """Read a .fis file that need not exist. Raises DocumentError or FisFileError.
 
     Args:
         path: The file.
         mamdani: Whether a Mamdani system is read as a Sugeno system, see :func:`fuzzy.read_mamdani`.
+        name: What messages call the file, by default its path.
     """
     data = bytes_of(path)
     if data is None:
         return FileContent(None, None)
-    return FileContent(hashlib.sha256(data).hexdigest(), parse_bytes(data, str(path), mamdani))
+    return FileContent(hashlib.sha256(data).hexdigest(), parse_bytes(data, name or str(path), mamdani))
 
 
 def confined(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> Path:

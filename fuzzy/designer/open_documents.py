@@ -36,7 +36,7 @@ class MamdaniFileError(FolderError):
 
 
 def _content(path: Path, name: str) -> FileContent:
-    content = read_content(path, mamdani=True)
+    content = read_content(path, mamdani=True, name=name)
     if content.text is not None:
         check_shown(content.text.system, name)
     return content
