@@ -90,7 +90,7 @@ class OpenDocuments:
             return found
         document = Document(path, self.folder.path, begin and begin.system, content)
         if begin is not None and begin.changes:
-            document.notes += (f"{mamdani} was a Mamdani system: {'; '.join(begin.changes)}",)
+            document.notes += (f"{mamdani} was a Mamdani system; this Sugeno system comes near it",)
         return self._added(name, document)
 
     async def content(self, path: Path, name: str) -> FileContent:

@@ -19,7 +19,7 @@ from fuzzy.designer.guard import Guard
 from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import PATIENCE, OpenDocuments
 from fuzzy.designer.workers import WorkError
-from fuzzy.errors import InputError
+from fuzzy.errors import InputError, shortened
 from fuzzy.files.fisfile import MamdaniError
 from fuzzy.system import Sugeno
 
@@ -230,5 +230,5 @@ async def _uploaded(request: "Request", opened: OpenDocuments, file: str, name: 
     read = await opened.read_upload(data, name)
     document.replace(read.system, f"upload {name}")
     said = [f"{name} is on the page; undo brings the old design back", *read.warnings]
-    said += [f"it was a Mamdani system: {'; '.join(read.changes)}"] if read.changes else []
+    said += [f"it was a Mamdani system: {shortened('; '.join(read.changes), 400)}"] if read.changes else []
     return {"said": "".join(f"{sentence}. " for sentence in said).rstrip()}
