@@ -212,11 +212,20 @@ class Sugeno:
         object.__setattr__(self, "rules", rules)
         object.__setattr__(self, "structure", _resolve(rules, self.inputs, antecedents, consequents))
 
-    def __call__(self, x: Any) -> Array:
-        """Evaluate the outputs (..., outputs) at ``x`` (..., inputs); see :func:`fuzzy.inference.infer`."""
+    def __call__(self, *x: Any) -> Array:
+        """Evaluate the outputs (..., outputs) at one array ``x`` (..., inputs); see :func:`fuzzy.inference.infer`.
+
+        Raises FuzzySystemError for several arguments in place of one array.
+        """
         from fuzzy.inference import infer
 
-        return infer(self, x).output
+        if len(x) != 1:
+            names = ", ".join(v.name for v in self.inputs)
+            raise FuzzySystemError(
+                f"{self.name or 'a system'} is called with one array of all inputs, fis([{names}]), or of many rows of "
+                f"them (..., {len(self.inputs)}); got {len(x)} arguments"
+            )
+        return infer(self, x[0]).output
 
     def __getitem__(self, name: str) -> Variable:
         """Return the input or output of this name."""

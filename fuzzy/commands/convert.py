@@ -17,7 +17,11 @@ def convert(
     .fis is a normalised MATLAB file, .txt the rules as sentences, .json a description of everything. A Mamdani system
     becomes a Sugeno system: each output set is a constant at its centroid. What was changed is printed.
 
-    Example: fuzzy convert tipper.fis tipper.json, or fuzzy convert mamdani.fis sugeno.fis
+    \b
+    Example:
+      fuzzy example tipper
+      fuzzy convert tipper.fis tipper.json
+      fuzzy convert tracking tracking.txt
     """
     writers = {".fis": "a MATLAB file", ".txt": "the rules as sentences", ".json": "a description"}
     suffix = target.suffix.lower()

@@ -287,14 +287,6 @@ def test_expected_errors_are_one_message_and_exit_2(fis, capsys, arguments: list
     assert folder() == before
 
 
-@pytest.mark.parametrize("command", ["", "show", "rules", "plot", "surface", "explain", "check", "evaluate", "convert"])
-def test_help(command: str, capsys) -> None:
-    assert main([*command.split(), "--help"]) == 0
-    said = capsys.readouterr().out
-    assert "Usage: fuzzy" in said
-    assert f"Example: fuzzy {command}" in said or not command
-
-
 def test_a_bug_is_no_expected_error(fis, monkeypatch) -> None:
     def broken(_: Path) -> Sugeno:
         raise ValueError("a bug")
