@@ -10,6 +10,7 @@ import numpy as np
 from fuzzy.detached import detached
 from fuzzy.inference import InferenceWarning, infer
 from fuzzy.rule import Clause, Rule
+from fuzzy.shown import shown
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
 
 
@@ -81,7 +82,7 @@ class Explanation:
             if variable.name in self.outside:
                 low, high = variable.universe
                 clipped = " and was moved to its edge" if self.system.out_of_range == "clip" else ""
-                line += f"; it lies outside [{low:.4g} {high:.4g}]{clipped}"
+                line += f"; it lies outside [{shown(low)} {shown(high)}]{clipped}"
             lines.append(line)
         return lines
 
@@ -104,7 +105,7 @@ class Explanation:
             ):
                 if not np.isnan(z):
                     lines.append(
-                        f"    proposes {variable.name} = {_quantity(z, variable)} with a share of {share:.1%}, "
+                        f"    proposes {variable.name} = {_quantity(z, variable)} with a share of {100 * share:.1f} %, "
                         f"which contributes {_quantity(part, variable)}"
                     )
         if len(fires) > len(told):
@@ -214,5 +215,5 @@ def _strength(firing: float) -> str:
 
 
 def _quantity(value: float, variable: Variable) -> str:
-    number = ("∞" if value > 0 else "−∞") if np.isinf(value) else f"{value:.4g}"
-    return f"{number} {variable.unit}".rstrip()
+    low, high = variable.universe
+    return f"{shown(value, high - low)} {variable.unit}".rstrip()
