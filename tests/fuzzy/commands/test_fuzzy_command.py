@@ -17,6 +17,7 @@ from fuzzy.language import parse_rule
 from fuzzy.membership import Trapezoid
 from fuzzy.system import Linear, Sugeno, Variable
 
+CORPUS = Path(__file__).parents[2] / "data" / "fis-corpus"
 FIS = Sugeno(
     [
         Variable("distance", (0, 4), {"near": Trapezoid(-1, -1, 1, 3), "far": Trapezoid(1, 3, 5, 5)}, "m"),
@@ -224,6 +225,21 @@ def test_convert(fis, capsys) -> None:
     assert "'out.xml'" in said
     for form in (".fis", ".txt", ".json"):
         assert form in said
+
+
+def test_convert_a_mamdani_system(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (CORPUS / "m02_auvsl_rgator.fis").read_text()
+    Path("old.fis").write_text(text)
+    assert "fuzzy convert" in fails(capsys, "show", "old.fis")
+    said = succeeds(capsys, "convert", "old.fis", "new.fis")
+    assert "- v is low: the set trimf [7.5 22.5 30] became the constant 20, its centroid" in said.splitlines()
+    assert [term.value for term in read_fis("new.fis")["v"].terms.values()] == [20, 7.5]
+    # Neither under its own name nor by a link is the Mamdani system replaced.
+    Path("link.fis").symlink_to("old.fis")
+    for target in ("old.fis", "link.fis", "./old.fis"):
+        assert "would be lost" in fails(capsys, "convert", "old.fis", target)
+    assert Path("old.fis").read_text() == text
 
 
 @pytest.mark.parametrize(
