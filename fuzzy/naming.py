@@ -18,6 +18,6 @@ def expected(name: str, known: Iterable[str], what: str) -> str:
     names = list(known)
     folded = {n.casefold(): n for n in names}
     near = list(folded)[:_COMPARED] if len(name) <= _COMPARED else []
-    close = get_close_matches(name.casefold(), near, n=1, cutoff=0.6)
+    close = get_close_matches(name.casefold(), near, n=1, cutoff=0.5)
     hint = f"; did you mean {folded[close[0]]!r}?" if close else "."
     return f"unknown {what} {quoted(name)}{hint} Known: {shortened(', '.join(names), _LISTED) if names else '(none)'}"

@@ -17,7 +17,9 @@ class Strict(HTMLParser):
 
     def __init__(self, html):
         super().__init__()
-        self.open, self.text, self.outside = [], "", []
+        self.open: list[str] = []
+        self.text = ""
+        self.outside: list[str] = []
         self.feed(html)
         assert self.open == []
 

@@ -25,7 +25,7 @@ from robotics.commands.application import main as robotics
             "run lyapunov-sine --save nowhere/r.npz",
             "nowhere/r.npz: there is no folder 'nowhere' to write into",
         ),
-        (robotics, "robot foo", "unknown robot 'foo'. Known: etsro,"),
+        (robotics, "robot etsroo", "unknown robot 'etsroo'; did you mean 'etsro'?"),
     ],
 )
 def test_a_refusal_is_in_our_words(main, line, said, capsys):
