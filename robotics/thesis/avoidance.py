@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from functools import partial
 
+from fuzzy.figures.drawing import PAGE
 from robotics.experiments.stress.outcome import StressOutcome
-from robotics.figures.avoidance import plot_avoidance
+from robotics.figures.avoidance import CRASH_ROWS, HOW, OBSTACLE_ROWS, WHERE, plot_avoidance
 from robotics.figures.laws import plot_crash_turn, plot_obstacle_turn
 from robotics.figures.meetings import plot_meetings
 from robotics.figures.states import plot_states
@@ -258,13 +259,24 @@ def _pictures(runs: Runs) -> list[Picture]:
             if crash
             else "Obstacle: what the sonars of robot 1 read, and how far its rectangle truly was from the nearest one."
         )
-        pictures.append(
-            Picture(
+        columns = [runs[scenario, law] for law in laws]
+        usual = CRASH_ROWS if crash else OBSTACLE_ROWS
+        for name, rows, what, said in (
+            (
                 f"avoidance-{scenario}",
-                f"{load_scenario(scenario).title}. Robots in true size at equal times. {about}",
-                f"Trajectories, errors, speeds and distances over time in {scenario}, a column for each of "
-                + ", ".join(map(label, laws)),
-                partial(plot_avoidance, [runs[scenario, law] for law in laws], figures=figures),
+                WHERE,
+                "Trajectories and distances",
+                f"Robots in true size at equal times. {about}",
+            ),
+            (f"avoidance-{scenario}-speeds", HOW, "Errors and speeds", "Errors and speeds of the same runs."),
+        ):
+            chosen = [row for row in usual if row in rows]
+            pictures.append(
+                Picture(
+                    name,
+                    f"{load_scenario(scenario).title}. {said}",
+                    f"{what} over time in {scenario}, a column for each of {', '.join(map(label, laws))}",
+                    partial(plot_avoidance, columns, figures=figures, rows=chosen, width=PAGE),
+                )
             )
-        )
     return pictures
