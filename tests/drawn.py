@@ -42,7 +42,7 @@ UNITLESS = (
     "samples",
     "$s_i − s_j$",
     "$s_i$ − median",
-    "robots, logarithmic; one team a point",
+    "robots, logarithmic",
     "times the leader's mean, with the 95 % interval over the seeds",
 )
 _TOLERANCE = 0.02  # inches: the side bearings of letters

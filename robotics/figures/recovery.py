@@ -139,9 +139,9 @@ def plot_scaling(scaling: Sequence[Scaling], width: float = DOUBLE) -> Figure:
             ax.set_xscale("log")
             ax.set_xticks(sizes, [str(n) for n in sizes])
             ax.minorticks_off()
-            ax.set_xlabel("robots, logarithmic; one team a point")
+            ax.set_xlabel("robots, logarithmic")
         left.set_ylim(0.0, 1.15 * max(2 * step, *(s.spread for s in scaling)))
         left.set_ylabel("spread of the arrivals [s]")
         right.set_ylabel("arrival of the last\nafter the reference's end [s]")
-        figure.legend(loc="outside upper center", ncol=len(losses))
+        figure.legend(loc="outside upper center", ncol=len(losses), title="one team a point", title_fontsize=7)
         return figure

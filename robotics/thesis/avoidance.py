@@ -217,13 +217,13 @@ def _pictures(runs: Runs) -> list[Picture]:
             "The rule base eta (thesis Figs 6.4, 6.5): the sets of d_ij, and the turn η of (6.4). The thesis's figures "
             "are missing; the numbers are choices.",
             "Three triangles over the distance; η falls from 2.4 rad at 0 m to 0 at 0.6 m in a straight line.",
-            plot_crash_turn,
+            partial(plot_crash_turn, width=PAGE),
         ),
         Picture(
             "avoidance-theta",
             "The rule base theta (thesis Figs 6.20, 6.21): the sets of ro, and the turn Θ of (6.7); choices, too.",
             "Three triangles over the distance; Θ falls from 1.6 rad at 0.15 m to 0 at 0.8 m in a straight line.",
-            plot_obstacle_turn,
+            partial(plot_obstacle_turn, width=PAGE),
         ),
         Picture(
             "avoidance-states-crash",
