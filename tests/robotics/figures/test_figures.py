@@ -360,7 +360,7 @@ def test_figures_of_the_report_have_no_faults(comparison: Comparison, runs: list
         plot_velocities(runs, machine=machine, width=PAGE),
         plot_comparison(comparison, width=PAGE),
         plot_run(runs[0], width=PAGE),
-        plot_crash_turn(),
+        plot_switching(width=PAGE),
     ):
         assert not faults_of(figure)
 

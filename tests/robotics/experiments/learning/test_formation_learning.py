@@ -13,6 +13,8 @@ import fuzzy
 from anfis.state import Epoch
 from fuzzy.figures.drawing import PAGE
 from fuzzy.files.packaged import fis_title
+from fuzzy.fitting.clustering import Options
+from fuzzy.fitting.search import SearchResult, Trial
 from robotics.commands.application import main
 from robotics.experiments.learning.formationdata import Recipe, checking, formation_data, formation_run
 from robotics.experiments.learning.formationlearning import (
@@ -208,7 +210,14 @@ def test_the_chapter_draws_all_four_networks_over_the_formations():
 
 
 def test_formation_pictures_draw_the_data():
-    from robotics.figures.formations import Fit, plot_epochs, plot_fits, plot_formation_paths, plot_formation_signals
+    from robotics.figures.formations import (
+        Fit,
+        plot_epochs,
+        plot_fits,
+        plot_formation_paths,
+        plot_formation_signals,
+        plot_searches,
+    )
 
     recipe = Recipe(starts=(-1.0, 1.0), samples=50)
     runs = {str(start): formation_run(recipe, start, 50) for start in recipe.starts}
@@ -234,7 +243,13 @@ def test_formation_pictures_draw_the_data():
     errors = plot_epochs(dict.fromkeys(units, epochs), units, PAGE)
     assert [ax.get_ylabel() for ax in errors.axes] == ["RMSE [m/s]", "", "RMSE [rad/s]", ""]
     assert [len(ax.lines) for ax in errors.axes] == [2, 2, 1, 1]
-    for figure in (fits, errors, plot_formation_paths(runs, PAGE), plot_formation_signals(runs, turns, PAGE)):
+    trials = tuple(Trial(0.5, Options(), k, (0.1 / k,), 0.1 / k, k, k) for k in (1, 3, 8))
+    searches = {name: SearchResult(trials, 8, 20, 3, ((name, unit),)) for name, unit in units.items()}
+    found = plot_searches(searches, PAGE)
+    assert [ax.get_ylabel() for ax in found.axes] == ["training RMSE [m/s]", "training RMSE [rad/s]"]
+    rings = [line for line in found.axes[0].lines if line.get_markersize() == 8]
+    assert len({str(ring.get_markeredgecolor()) for ring in rings}) == 2  # each as its line
+    for figure in (fits, errors, found, plot_formation_paths(runs, PAGE), plot_formation_signals(runs, turns, PAGE)):
         assert not faults_of(figure)
     assert fits.axes[0].get_title(loc="right") == "RMSE 5.0e−01, 1.0e−01"
 
