@@ -129,6 +129,12 @@ def _variation(run: Run, channel: str) -> np.ndarray:
     return _rate(run, np.nansum(np.abs(np.diff(run[channel], axis=-1)), axis=-1))
 
 
+def _rms_under_way(run: Run) -> np.ndarray:
+    """Infinite for a robot that was stopped before it got under way."""
+    found = np.sqrt(_mean(np.where(under_way(run), cross_track_error(run), np.nan) ** 2))
+    return np.where(np.isnan(found), np.inf, found)
+
+
 def _error_norm(run: Run) -> np.ndarray:
     e = tracking_error(run)
     return np.sqrt(e.x**2 + e.y**2 + e.heading**2)
@@ -166,7 +172,7 @@ METRICS: dict[str, Metric] = {
         tried=("tracking", "team"),
     ),
     "rms_cross_track_under_way_m": Metric(
-        lambda r: np.sqrt(_mean(np.where(under_way(r), cross_track_error(r), np.nan) ** 2)),
+        _rms_under_way,
         "m",
         "RMS cross-track error under way: from 6 s until the reference stands",
         headline=("tracking",),

@@ -209,7 +209,7 @@ def test_a_formation_of_a_run(data: Path) -> None:
     assert all("[" in label for label in labels)
     assert lead.get_xlim()[0] == 0.0
     assert not faults_of(figure)
-    first, *others = [line for line in v.get_lines() if line.get_linewidth() >= 1.0]
+    first, *others = [line for line in v.get_lines() if line.get_linewidth() >= 1.0 and len(x_of(line)) > 2]
     assert all(first.get_linewidth() > line.get_linewidth() for line in others)  # none is wholly covered
     with pytest.raises(PlotError, match='short is no formation but of the kind "team"'):
         plot_formation(replace(run, about=replace(run.about, kind="team", controller="cooperation")))
