@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from fuzzy.shown import shown
@@ -71,6 +72,9 @@ def plot_team(run: Run, seed: int | None = None, width: float = DOUBLE) -> Figur
     with style():
         heights = [top_view_height(run.paths, 0.9 * width), 1.15, 1.15, 1.15, *([1.45] if apart >= LEAST else [])]
         figure = new_figure(width, sum(heights) + (2.0 if apart >= LEAST else 1.6))
+        engine = figure.get_layout_engine()
+        assert isinstance(engine, ConstrainedLayoutEngine)
+        engine.set(w_pad=0.08)  # inches: labels that are aligned below may move a little outwards
         grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
         _draw_top_view(figure.add_subplot(grid[0, :]), run, order, faults)
         axes: list[Axes] = []
