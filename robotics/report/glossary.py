@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from markupsafe import Markup, escape
 
 from fuzzy.errors import InputError
+from fuzzy.shown import typeset
 from robotics.laws.specification import Specification
 from robotics.tables.text import parse_table
 
@@ -96,8 +97,8 @@ class Linker:
     used: set[str] = field(default_factory=set)
 
     def __call__(self, text: str) -> Markup:
-        """The text as markup."""
-        parts, end = [], 0
+        """The text as markup, with true minus signs."""
+        text, parts, end = typeset(text), [], 0
         for match in _any_term().finditer(text):
             term = terms()[int((match.lastgroup or "t0")[1:])]
             if term.name in self.used:

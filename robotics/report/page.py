@@ -110,6 +110,7 @@ def write_report(
         heading=heading,
         count=len(comparisons[0].seeds),
         claims=claims,
+        homes={claim.name: chapter for chapter in chapters for claim in chapter.claims},
         head=head,
         symbols=SYMBOLS,
         outcomes=OUTCOMES,

@@ -9,6 +9,7 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
 from fuzzy.figures.palette import stylesheet
+from fuzzy.shown import typeset
 from robotics.experiments.versions import versions
 from robotics.laws.catalogue import law_title
 from robotics.playback.player import player_script
@@ -45,6 +46,7 @@ def rendered(
         lstrip_blocks=True,
         loader=FunctionLoader(lambda file: (here / file).read_text(encoding="utf-8")),
     )
+    environment.filters["typeset"] = typeset
     linked = Linker()
     page = environment.get_template(name).render(
         sheet=stylesheet() + (here / "static" / "report.css").read_text(encoding="utf-8"),

@@ -1,5 +1,6 @@
 """The report in a browser: on a telephone, in the dark, on paper, with figures that open and players that unpack."""
 
+import re
 from collections.abc import Iterator
 
 import pytest
@@ -21,7 +22,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     folder = tmp_path_factory.mktemp("page")
     comparison = compare([parse_scenario(SCENARIO.replace("5.0\ndiv", "1.0\ndiv"), "there")], ["fuzzy", "esm"], [1, 2])
     run = comparison.runs["there", "fuzzy"]
-    wide = Grid("Wide", ("one", *["long heading of a column"] * 9), [("a", *["12.345 ± 0.678"] * 9)])
+    wide = Grid("Wide", ("one", *["long heading of a column"] * 9), [("a", *["-12.345 ± 0.678"] * 9)])
     film = Film("To play: there.", lambda: player_fragment(run))
     chapter = Chapter("own", "Mine", ("The ESM.",), [wide], [wide], [], [], films=[film])
     with pytest.MonkeyPatch.context() as patch:
@@ -60,6 +61,12 @@ def test_a_link_opens_what_is_folded(browser: Browser) -> None:
     browser.js("document.querySelector('a.term').click()")
     browser.until("document.querySelector('#glossary details').open")
     assert browser.js("location.hash").startswith("#term-")
+
+
+def test_numbers_have_true_minus_signs(browser: Browser) -> None:
+    cells = browser.js("[...document.querySelectorAll('td, dd, li')].map((cell) => cell.textContent)")
+    assert cells.count("−12.345 ± 0.678") == 18
+    assert not [cell for cell in cells if re.search(r"(?<![\w.-])-[\d.]", cell)]
 
 
 def test_a_player_unpacks_when_it_is_opened(browser: Browser) -> None:
