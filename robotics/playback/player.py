@@ -8,6 +8,7 @@ readings of the sonars are those that the run recorded.
 import base64
 import html
 import json
+import zlib
 from importlib import resources
 from math import ceil
 from pathlib import Path
@@ -36,6 +37,9 @@ _STEPS = 65_000  # of a channel's range
 _RULES = 3  # rules of each rule base that are kept, the strongest; of more than _ANSWERS answers one, without inputs
 _ANSWERS = 100_000  # rule bases × poses
 _NO_ANSWER = 65535  # in place of a rule's number
+# The keys of what a player shows that hold arrays as base64, and whether those are of 16-bit numbers
+_ARRAYS = {"data": True, "numbers": True, "time": False, "hears": False, "stale": False, "codes": False,
+           "strengths": False}  # fmt: skip
 
 
 def player_data(
@@ -96,9 +100,12 @@ def player_data(
 def player_fragment(run: Run, seed: int | None = None, **options: Any) -> str:
     """A part of an HTML page that plays ``seed`` of ``run``; ``options`` are those of :func:`player_data`.
 
-    The page needs :func:`player_script` once, at its end. Raises ReplayError.
+    The page needs :func:`player_script` once, at its end. The data are packed; in a ``details`` element that is closed
+    they stay so until it is opened. Raises ReplayError.
     """
-    return _fragment(player_data(run, seed, **options), "")
+    data = player_data(run, seed, **options)
+    script = f'<script type="application/octet-stream">{_compressed({"run": data})}</script>'
+    return _fragment(data["title"], "", script)
 
 
 def player_script() -> str:
@@ -107,9 +114,21 @@ def player_script() -> str:
     looks = stylesheet() + (folder / "player.css").read_text(encoding="utf-8")
     start = f"""
 document.head.append(Object.assign(document.createElement("style"), {{ textContent: {_script_json(looks)} }}));
+const begin = (el, given) => entry.default.render({{ model: {{ get: (name) => given[name] }}, el }});
+async function open(el) {{
+  const waiting = el.querySelector(".fp-waiting");
+  try {{
+    begin(el, await entry.unpacked(el.querySelector("script").textContent));
+  }} catch (error) {{
+    waiting.textContent = `This browser cannot unpack the player's data: ${{error.message}}`;
+  }}
+}}
 for (const el of document.querySelectorAll("[data-fleet-player]")) {{
-  const given = JSON.parse(el.querySelector('script[type="application/json"]').textContent);
-  entry.default.render({{ model: {{ get: (name) => given[name] }}, el }});
+  const plain = el.querySelector('script[type="application/json"]');
+  const folded = el.closest("details:not([open])");
+  if (plain) begin(el, JSON.parse(plain.textContent));
+  else if (folded) folded.addEventListener("toggle", () => open(el), {{ once: true }});
+  else open(el);
 }}"""
     return f'<script type="module">\n{composed(folder / "player.js", start)}</script>'
 
@@ -141,26 +160,55 @@ def write_player(
     from markupsafe import Markup
 
     data = player_data(run, seed, start=start, end=end, stale=stale)
+    model = _script_json({"run": data, "page": True, "speed": speed})
+    script = f'<script type="application/json">{model}</script>'
     here = resources.files("robotics") / "playback"
     template = (here / "player.html.j2").read_text(encoding="utf-8")
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     page = environment.from_string(template).render(
         title=data["title"],
         sheet=Markup(stylesheet() + (here / "static" / "page.css").read_text(encoding="utf-8")),
-        fragment=Markup(_fragment(data, "page", page=True, speed=speed)),
+        fragment=Markup(_fragment(data["title"], "page", script)),
         script=Markup(player_script()),
     )
     with replacing(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
 
 
-def _fragment(data: dict[str, Any], mark: str, **model: Any) -> str:
-    name = html.escape(f"Player: {data['title']}")
+def _fragment(title: str, mark: str, script: str) -> str:
+    name = html.escape(f"Player: {title}")
     return (
         f'<div class="fleet-player" data-fleet-player="{mark}" role="group" aria-label="{name}">\n'
         f'<p class="fp-waiting">{name}. It needs a browser that runs JavaScript.</p>\n'
-        f'<script type="application/json">{_script_json({"run": data, **model})}</script>\n</div>'
+        f"{script}\n</div>"
     )
+
+
+def _compressed(model: dict[str, Any]) -> str:
+    """The model as ``packed.js`` reads it: its JSON and, after it, its arrays, deflated together, as base64."""
+    arrays: list[bytes] = []
+
+    def without_arrays(key: str, value: Any) -> Any:
+        if isinstance(value, dict):
+            return {name: without_arrays(name, inner) for name, inner in value.items()}
+        if isinstance(value, list):
+            return [without_arrays("", inner) for inner in value]
+        if key not in _ARRAYS or not isinstance(value, str):
+            return value
+        raw = base64.b64decode(value)
+        place = [sum(map(len, arrays)), len(raw), _ARRAYS[key]]
+        arrays.append(_differences(raw) if _ARRAYS[key] else raw)
+        return {"packed": place}
+
+    text = json.dumps(without_arrays("", model), ensure_ascii=False, separators=(",", ":")).encode()
+    whole = b"".join([len(text).to_bytes(4, "little"), text, *arrays])
+    return base64.b64encode(zlib.compress(whole, 9)).decode("ascii")
+
+
+def _differences(raw: bytes) -> bytes:
+    """16-bit numbers as differences, all low bytes before all high ones: what hardly changes then deflates well."""
+    steps = np.diff(np.frombuffer(raw, "<u2"), prepend=np.uint16(0))
+    return np.ascontiguousarray(steps.astype("<u2").view(np.uint8).reshape(-1, 2).T).tobytes()
 
 
 def _script_json(value: Any) -> str:

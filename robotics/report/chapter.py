@@ -27,6 +27,9 @@ class Plate(NamedTuple):
     caption: str
     alt: str
     png: bytes
+    webp: bytes  # the same picture, for the page
+    width: int  # pixels
+    height: int
 
 
 class Film(NamedTuple):

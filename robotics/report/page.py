@@ -19,6 +19,8 @@ from robotics.figures.leads import plot_leads
 from robotics.laws.catalogue import law_title
 from robotics.laws.specification import Specification
 from robotics.measures.evidence import FEWEST_RUNS, FORMS, Outcome, Verdict
+from robotics.measures.leading import Lead
+from robotics.report.answer import answer
 from robotics.report.chapter import Chapter, Claim, Picture, Plate
 from robotics.report.plates import plate
 from robotics.report.summarytable import SummaryTable, comparison_leads, shown_metrics, summary_table
@@ -84,27 +86,38 @@ def write_report(
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     sections = draw_sections(comparisons, first=first) if sections is None else sections
     claims = [*claims, *(claim for chapter in chapters for claim in chapter.claims)]
-    head = plate(_leads(comparisons, chapters, first))
+    leads = [lead for each in comparisons for lead in comparison_leads(each, first)]
+    leads += [lead for chapter in chapters for lead in chapter.leads]
+    head = plate(_leads(leads))
     own = [head, *(picture for section in sections for picture in section.pictures)]
     plates = [*own, *(plate(picture) for chapter in chapters for picture in chapter.pictures)]
     for picture in plates:
         with replacing(folder / "figures" / f"{picture.name}.png") as path:
             path.write_bytes(picture.png)
+    laws = list(dict.fromkeys(name for each in comparisons for name in each.controllers))
+    entries = [
+        *([("verdict", "Verdict in brief")] if claims else []),
+        ("terms", "What was compared, on what terms"),
+        *((f"scenario-{s.place}", s.scenario.name) for s in sections),
+    ]
     page = rendered(
         "report.html.j2",
         chapters,
         plates,
+        entries,
+        laws=list(dict.fromkeys([*laws, *(s.law for lead in leads for s in lead.standings)])),
+        controllers=laws,
+        answer=answer(comparisons, {s.scenario.name: s.table for s in sections}, leads, claims, first),
         heading=heading,
-        laws=list(dict.fromkeys(name for each in comparisons for name in each.controllers)),
         count=len(comparisons[0].seeds),
         claims=claims,
+        homes={claim.name: chapter for chapter in chapters for claim in chapter.claims},
         head=head,
         symbols=SYMBOLS,
         outcomes=OUTCOMES,
         forms=FORMS if any(form for claim in claims for form in claim.forms) else (),
         fewest=FEWEST_RUNS,
         reading=reading,
-        counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in SYMBOLS},
         terms=list({row["controller"]: row for each in comparisons for row in _terms(each, heading)}.values()),
         seeds=seeds_as_text(comparisons[0].seeds),
         first_seed=comparisons[0].seeds[0],
@@ -139,10 +152,8 @@ def figure_count(comparison: Comparison | Sequence[Comparison]) -> int:
     return sum(len(_pictures(each, scenario, "")) for each in comparisons for scenario in each.scenarios)
 
 
-def _leads(comparisons: Sequence[Comparison], chapters: Sequence[Chapter], first: Sequence[str] = ()) -> Picture:
+def _leads(found: Sequence[Lead]) -> Picture:
     """The picture at the head of the report."""
-    ours = (lead for each in comparisons for lead in comparison_leads(each, first))
-    found = [*ours, *(lead for chapter in chapters for lead in chapter.leads)]
     said = "; ".join(
         f"{lead.scenario}: {', '.join(law_title(s.law) for s in lead.standings if s.leads) or 'nobody'}"
         for lead in found

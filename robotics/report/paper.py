@@ -40,7 +40,7 @@ def write_paper(
         for picture in chapter.pictures:
             plates.append(plate(picture))
             advance()
-    page = rendered("paper.html.j2", chapters, plates, title=title, lead=lead, command=command, program=program)
+    page = rendered("paper.html.j2", chapters, plates, (), title=title, lead=lead, command=command, program=program)
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as temporary:
         temporary.write_text(page, encoding="utf-8")

@@ -6,20 +6,35 @@ from importlib import resources
 from typing import Any
 
 from jinja2 import Environment, FunctionLoader, StrictUndefined
+from markupsafe import Markup
 
 from fuzzy.figures.palette import stylesheet
+from fuzzy.shown import typeset
 from robotics.experiments.versions import versions
+from robotics.laws.catalogue import law_title
 from robotics.playback.player import player_script
 from robotics.report.chapter import Chapter, Plate
+from robotics.report.glossary import SIDES, Linker, law_term, terms, terms_in, words_of
+
+_GLOSSARY = "<!-- glossary -->"  # stands in the page until it is known which words it has
 
 
-def rendered(name: str, chapters: Iterable[Chapter], plates: Iterable[Plate], **values: Any) -> str:
+def rendered(
+    name: str,
+    chapters: Iterable[Chapter],
+    plates: Iterable[Plate],
+    entries: Iterable[tuple[str, str]],
+    laws: Iterable[str] = (),
+    **values: Any,
+) -> str:
     """The page that the template of that ``name`` makes.
 
     Args:
         name: A file of robotics/report.
         chapters: The chapters; their films are made.
         plates: Every picture of the page, drawn.
+        entries: Anchors and titles of the sections before the chapters, for the list of contents.
+        laws: The controllers that the glossary explains.
         values: What else the template names.
     """
     here = resources.files("robotics") / "report"
@@ -31,15 +46,35 @@ def rendered(name: str, chapters: Iterable[Chapter], plates: Iterable[Plate], **
         lstrip_blocks=True,
         loader=FunctionLoader(lambda file: (here / file).read_text(encoding="utf-8")),
     )
-    return environment.get_template(name).render(
+    environment.filters["typeset"] = typeset
+    linked = Linker()
+    page = environment.get_template(name).render(
         sheet=stylesheet() + (here / "static" / "report.css").read_text(encoding="utf-8"),
+        behaviour=(here / "static" / "report.js").read_text(encoding="utf-8"),
         chapters=chapters,
-        images={each.name: base64.b64encode(each.png).decode("ascii") for each in plates},
+        images={each.name: _image(each) for each in plates},
         films={film.caption: film.make() for chapter in chapters for film in chapter.films},
+        entries=[
+            *entries,
+            *((f"chapter-{chapter.name}", chapter.title) for chapter in chapters),
+            ("reproduce", "How to reproduce this"),
+        ],
+        linked=linked,
+        glossary=Markup(_GLOSSARY),
         script=player_script(),
         versions=_versions(),
         **values,
     )
+    words = words_of(part for part in page.split('"') if not part.startswith("data:image"))
+    parts = environment.get_template("parts.html.j2").module
+    explained = [(law_title(law), SIDES[known.side], known.says) for law in laws if (known := law_term(law))]
+    found = [term for term in terms() if term in terms_in(words) or term.name in linked.used]
+    shown = parts.glossary(found, explained) if found or explained else ""  # type: ignore[attr-defined]
+    return page.replace(_GLOSSARY, shown, 1)
+
+
+def _image(plate: Plate) -> dict[str, Any]:
+    return {"data": base64.b64encode(plate.webp).decode("ascii"), "width": plate.width, "height": plate.height}
 
 
 def _versions() -> list[tuple[str, str]]:

@@ -1,6 +1,7 @@
 // The player of a run: scene, controls, chart and readout, from what robotics/playback/player.py packed.
 // The form is anywidget's: render({ model, el }), the data in model.get("run"); it returns what cleans up after it.
 
+import { unpacked } from "./packed.js";
 import { axes, begin, fixed, hatch, line, sized, ticks } from "./pen.js";
 import { rulesPanel } from "./rules.js";
 import { series, unpack } from "./rundata.js";
@@ -926,4 +927,5 @@ function mount(model, el, time) {
   return { remove, time: () => state.t };
 }
 
+export { unpacked };
 export default { render };

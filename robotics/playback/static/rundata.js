@@ -1,6 +1,7 @@
 // A run as robotics/playback/player.py packed it: numbers, places between samples, and what the chart can show.
 
 function bytes(text) {
+  if (text instanceof ArrayBuffer) return text;
   const raw = atob(text),
     out = new Uint8Array(raw.length);
   for (let i = 0; i < raw.length; i++) out[i] = raw.charCodeAt(i);

@@ -99,7 +99,7 @@ def test_the_command_writes_one_page_that_needs_nothing_else(
     assert not read.all("link")
     images = [base64.b64decode((i["src"] or "").partition(",")[2]) for i in read.all("img")]
     assert len(images) == 1 + 3 * len(OUTPUTS) + 1  # shares; search, fit, memberships of each; the drive
-    assert all(image.startswith(b"\x89PNG") for image in images)
+    assert all(image.startswith(b"RIFF") and image[8:16] == b"WEBPVP8L" for image in images)
     assert all(i["alt"] for i in read.all("img"))
     assert len([t for t in read.tags if "data-fleet-player" in t[1]]) == 1
     for word in ("thesis", "mehrjerdi", "(5.9)"):

@@ -1,4 +1,5 @@
 import base64
+import io
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -8,15 +9,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 from scipy.stats import ttest_rel
 
+from fuzzy.figures.drawing import style
 from robotics.commands.application import main
 from robotics.experiments.comparison import DEFAULT_CONTROLLERS, Comparison, compare, summarise
+from robotics.figures.controllers import plot_errors
 from robotics.measures.evidence import Part, mean_of
 from robotics.measures.registry import headlines
 from robotics.measures.tracking import METRICS
-from robotics.report.chapter import Claim
+from robotics.report.chapter import Claim, Picture
 from robotics.report.page import draw_sections, figure_count, write_report
+from robotics.report.plates import DPI, plate
 from robotics.report.summarytable import scale, summary_table
 from robotics.report.wording import reading
 from robotics.scenario.reading import parse_scenario
@@ -77,7 +82,7 @@ class Page(HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data: str) -> None:
-        if "style" not in self.open:
+        if not {"style", "script"} & set(self.open):
             self.text.append(data)
 
     def all(self, tag: str) -> list[dict[str, str | None]]:
@@ -126,22 +131,24 @@ def page(html: str) -> Page:
 
 
 def test_page_needs_nothing_else(html: str, page: Page) -> None:
-    text = re.sub(r"data:image/png;base64,[A-Za-z0-9+/=]+", "data:", html)
-    assert not re.search(r"https?:|//", text)
+    """The browser is told to ask for nothing, and there is nothing to ask for."""
+    (policy,) = [m["content"] for m in page.all("meta") if m.get("http-equiv") == "Content-Security-Policy"]
+    assert policy == ("default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:")
+    text = re.sub(r"data:image/webp;base64,[A-Za-z0-9+/=]+", "data:", html)
+    assert not re.search(r"https?:|@import|url\(|\bfetch\(|XMLHttpRequest", text)
     assert not page.all("link")
-    assert not page.all("script")
-    assert "@import" not in text
-    assert "url(" not in text
-    assert all(image["src"].startswith("data:image/png;base64,") for image in page.all("img"))
+    assert not any("src" in script for script in page.all("script"))
+    assert all((image["src"] or "").startswith("data:image/webp;base64,") for image in page.all("img"))
 
 
 def test_page_is_accessible_and_fits_narrow_screens(html: str, page: Page) -> None:
     assert page.all("html") == [{"lang": "en"}]
     assert len(page.all("h1")) == 1
     assert all(len(image["alt"] or "") > 20 for image in page.all("img"))
-    assert len(page.all("caption")) == len(page.all("table")) == 4
+    assert len(page.all("caption")) == len(page.all("table")) == 4 + len(CLAIMS)
     assert {"name": "viewport", "content": "width=device-width, initial-scale=1"} in page.all("meta")
-    assert html.count("<table") == len(re.findall(r'<div class="scroll"[^>]*>\s*<table', html))
+    wide = [table for table in page.all("table") if table["class"] != "parts"]  # those are stacked
+    assert len(wide) == len(re.findall(r'<div class="scroll"[^>]*>\s*<table', html))
     ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
     assert len(ids) == len(set(ids))
     assert {link["href"] for link in page.all("a")} <= {f"#{i}" for i in ids}
@@ -150,8 +157,10 @@ def test_page_is_accessible_and_fits_narrow_screens(html: str, page: Page) -> No
 def test_parts_come_in_their_order(page: Page) -> None:
     sections = [attributes.get("id") for attributes in page.all("section")]
     assert sections == [
+        "answer",
         "head",
         "what",
+        "glossary",
         "verdict",
         "terms",
         "reading",
@@ -249,13 +258,43 @@ def test_lost_robots_are_told(page: Page, comparison: Comparison) -> None:
     assert "0 of 4" in page.words
 
 
+def _decoded(data: bytes) -> tuple[tuple[int, int], bytes]:
+    image = Image.open(io.BytesIO(data)).convert("RGB")
+    return image.size, image.tobytes()
+
+
 def test_pictures_in_the_page_are_the_files(folder: Path, page: Page, comparison: Comparison) -> None:
-    files = sorted(path.read_bytes() for path in (folder / "figures").iterdir())
-    inlined = sorted(base64.b64decode((image["src"] or "").partition(",")[2]) for image in page.all("img"))
-    assert inlined == files
+    files = [path.read_bytes() for path in (folder / "figures").iterdir()]
+    inlined = [base64.b64decode((image["src"] or "").partition(",")[2]) for image in page.all("img")]
+    assert sorted(map(_decoded, inlined)) == sorted(map(_decoded, files))
     assert len(files) == 1 + figure_count(comparison)  # and who leads
     assert all(data.startswith(b"\x89PNG") and b"tEXt" not in data[:200] for data in files)
     assert sorted(p.suffix for p in folder.iterdir()) == ["", ".html"]  # no temporary files are left
+    sizes = [_decoded(data)[0] for data in inlined]
+    assert [(int(i["width"] or 0), int(i["height"] or 0)) for i in page.all("img")] == sizes
+    assert all(image["loading"] == "lazy" for image in page.all("img"))
+
+
+def test_pictures_are_small_and_keep_their_colours(comparison: Comparison, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In full size: much smaller than what matplotlib writes, and lines and grid keep their colours."""
+    monkeypatch.setattr("robotics.report.plates.DPI", DPI)
+    figure = plot_errors([comparison.runs["there", law] for law in LAWS])
+    whole = io.BytesIO()
+    with style():
+        figure.savefig(whole, format="png", dpi=DPI)
+    drawn = plate(Picture("errors", "", "", lambda: figure))
+    assert len(drawn.webp) < 0.4 * len(whole.getvalue())
+    assert len(drawn.webp) < 80_000
+    assert drawn.webp[8:16] == b"WEBPVP8L"  # without loss
+    before, after = (
+        np.asarray(Image.open(io.BytesIO(data)).convert("RGB"), int) for data in (whole.getvalue(), drawn.png)
+    )
+    assert np.abs(before - after).max() < 64  # antialiased edges
+    assert (after[(before == 255).all(axis=2)] == 255).all()  # the paper
+    for color in ("#0072b2", "#d55e00", "#009e73"):
+        there = (before == [int(color[k : k + 2], 16) for k in (1, 3, 5)]).all(axis=2)
+        assert there.any()
+        assert np.abs(before - after)[there].max() < 24
 
 
 def test_same_comparison_gives_the_same_bytes(comparison: Comparison, folder: Path, tmp_path: Path) -> None:
@@ -309,7 +348,7 @@ def test_an_own_study_never_speaks_of_the_thesis(text: str, kind: str, tmp_path:
     assert main(arguments) == 0
     page = (out / "report.html").read_text(encoding="utf-8")
     assert len(Page(page).all("img")) >= 4
-    said = [re.sub(r"data:image/png;base64,[A-Za-z0-9+/=]+", "", page)]
+    said = [re.sub(r"data:image/webp;base64,[A-Za-z0-9+/=]+", "", page)]
     said += [path.read_text(encoding="utf-8") for path in out.glob("*.csv")]
     said += [str(path.relative_to(out)) for path in out.rglob("*")]
     for word in ("thesis", "mehrjerdi", "chapter", "(5.9)"):

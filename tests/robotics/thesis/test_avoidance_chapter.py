@@ -1,6 +1,9 @@
 """The report's chapter on avoidance: its runs, metrics, pictures, verdicts, and its place in the report."""
 
+import base64
 import json
+import re
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -279,5 +282,6 @@ def test_compare_writes_the_chapter_into_the_report(
     assert 'id="chapter-avoidance"' in page
     assert "Fig 6.13" not in page  # it is in the picture
     assert page.count("data-fleet-player=") >= 2
-    assert page.count('"obstacles":{"bodies":') >= 1
+    packed = re.findall(r'<script type="application/octet-stream">(.*?)</script>', page)
+    assert any(b'"obstacles":{"bodies":' in zlib.decompress(base64.b64decode(text)) for text in packed)
     assert "A stuck robot is left behind" in (out / "claims.csv").read_text(encoding="utf-8")
