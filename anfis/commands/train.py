@@ -1,6 +1,5 @@
 """The command ``anfis train``: learn a system from a table."""
 
-import sys
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -9,7 +8,8 @@ import typer
 
 from anfis.commands.shared import CommandError, Data, Json, listed, read
 from anfis.methods.catalogue import METHODS
-from fuzzy.shell.terminal import INTERRUPTED, print_json
+from fuzzy.shell.interrupts import interrupted
+from fuzzy.shell.terminal import print_json
 
 if TYPE_CHECKING:
     import numpy as np
@@ -116,8 +116,7 @@ def train(
     _write(result, out, history, plot)
     _say(result, out, json)
     if result.stopped == "interrupted":
-        print(f"anfis: interrupted; the best so far is in {out}", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED)
+        interrupted(f"the best so far is in {out}")
 
 
 def _check_files(out: Path, history: Path | None, plot: Path | None, checkpoint: Path | None) -> None:

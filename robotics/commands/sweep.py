@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 
 from fuzzy.errors import InputError
+from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.progress import progress_bar
-from fuzzy.shell.terminal import INTERRUPTED, print_json
+from fuzzy.shell.terminal import print_json
 from robotics.commands.shared import Json, Metric, Quiet, print_forewarnings
 
 
@@ -82,12 +83,8 @@ def sweep(
             begin = stack.enter_context(progress_bar(quiet))
             done = run_sweep(plan, folder, crew, fresh=fresh, begin=begin, resumed=resumed)
     except KeyboardInterrupt:
-        print(
-            f"robotics: interrupted; {landed_chunks(plan, folder)} of {plan.chunks} chunks are in {folder}; "
-            "the same command goes on from there",
-            file=sys.stderr,
-        )
-        raise typer.Exit(INTERRUPTED) from None
+        landed = f"{landed_chunks(plan, folder)} of {plan.chunks} chunks are in {folder}"
+        interrupted(f"{landed}; the same command goes on from there")
     if json:
         print_json(
             {
