@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from anfis.commands.shared import Data, Fis, Json, read
+from fuzzy.files.atomic import check_target
 from fuzzy.shell.terminal import print_json
 
 
@@ -27,6 +28,8 @@ def predict(
     from fuzzy.files.table import table_text, write_table
 
     system = read_fis(find_fis(fis))
+    if out is not None:
+        check_target(out)
     x = read(data).columns([v.name for v in system.inputs])
     found, headers = system(x), [v.name for v in system.outputs]
     if out is not None:

@@ -8,6 +8,7 @@ import typer
 
 from anfis.commands.shared import CommandError, Data, Json, listed, read
 from anfis.methods.catalogue import METHODS
+from fuzzy.files.atomic import check_target
 from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.terminal import print_json
 
@@ -125,11 +126,10 @@ def _check_files(out: Path, history: Path | None, plot: Path | None, checkpoint:
         from fuzzy.figures.drawing import check_picture
 
         check_picture(plot)
-    if out.suffix != ".fis":
-        raise CommandError(f"{out}: the file's name must end in .fis")
-    for path in (out, history, plot, checkpoint):
-        if path is not None and (path.is_dir() or not path.resolve().parent.is_dir()):
-            raise CommandError(f"{path}: cannot be written: it is a folder, or its folder does not exist")
+    check_target(out, ".fis")
+    for path in (history, checkpoint):
+        if path is not None:
+            check_target(path)
 
 
 def _say_unread(options: "Options") -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fuzzy.commands.shared import FisFile, Json, read_system
+from fuzzy.files.atomic import check_target
 from fuzzy.shell.terminal import plain, print_json
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ def evaluate(
     """
     from fuzzy.files.table import read_table, table_text, write_table
 
+    if output_file is not None:
+        check_target(output_file)
     fis = read_system(file)
     names, table = read_table(inputs)
     outputs = _evaluated(fis, _columns(fis, inputs, names, table))

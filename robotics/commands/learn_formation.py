@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from anfis.methods.catalogue import METHODS
+from fuzzy.files.atomic import check_folder, check_target
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.shared import Jobs, Json, Quiet
@@ -71,8 +72,9 @@ def formation(
     options = Options(method=method, epochs=epochs)
     if report is None and (title is not None or drive):
         raise FormationLearningError(f"--{'drive' if drive else 'title'} belongs to --report PAGE.html")
-    if report is not None and report.suffix != ".html":
-        raise FormationLearningError(f"{report}: the page's name must end in .html")
+    check_folder(out)
+    if report is not None:
+        check_target(report, ".html")
     scenarios = [load_scenario(name) for name in drive or []]
     names, values = read_table(data)
     if names is None:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fuzzy.errors import InputError
+from fuzzy.files.atomic import check_folder
 from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
@@ -66,6 +67,7 @@ def sweep(
         laws = {c: make_controller(controller_at(plan.sweep, c, plan.points[0])) for c in plan.sweep.controllers}
         print_forewarnings(sentence for name, law in laws.items() for sentence in forewarnings(first, law, name))
     folder = out if out is not None else Path("out") / plan.sweep.name
+    check_folder(folder)
 
     def resumed(done: int, chunks: int) -> None:
         if not quiet:
