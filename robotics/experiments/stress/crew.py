@@ -1,7 +1,7 @@
 """Thousands of random runs, in chunks that several processes may share."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import as_completed
 from itertools import pairwise
 from typing import Generic, NamedTuple, TypeVar
@@ -24,7 +24,7 @@ class Stressed(NamedTuple, Generic[Outcome]):
     """The outcome of all runs that were done, and what kept the others from it."""
 
     outcome: Outcome | None  # None: not one chunk was done
-    missing: tuple[tuple[int, int], ...] = ()  # the first and the last seed of each chunk that was not done
+    missing: tuple[tuple[int, int], ...] = ()  # the first and the last seed of each stretch that was not done
     interrupted: bool = False
     reason: str = ""  # why chunks are missing that were not interrupted
 
@@ -56,7 +56,7 @@ def in_chunks(
             reason = _shared(stress, chunks, workers, begin("chunks of runs", len(chunks)), done)
     except KeyboardInterrupt:
         interrupted = True
-    missing = tuple((chunk[0], chunk[-1]) for k, chunk in enumerate(chunks) if k not in done)
+    missing = _stretches(chunk for k, chunk in enumerate(chunks) if k not in done)
     parts = [done[k] for k in sorted(done)]
     return Stressed(joined(parts) if parts else None, missing, interrupted, reason)
 
@@ -79,6 +79,15 @@ def _shared(
                 reason = str(error)
             advance()
     return reason
+
+
+def _stretches(chunks: Iterable[Sequence[int]]) -> tuple[tuple[int, int], ...]:
+    """The first and the last seed of every stretch of chunks that follow each other."""
+    found: list[tuple[int, int]] = []
+    for chunk in chunks:
+        first = found.pop()[0] if found and found[-1][1] + 1 == chunk[0] else chunk[0]
+        found.append((first, chunk[-1]))
+    return tuple(found)
 
 
 def _chunks(seeds: Sequence[int], robots: int, workers: int) -> list[Sequence[int]]:
