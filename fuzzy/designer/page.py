@@ -37,6 +37,7 @@ from fuzzy.figures.palette import stylesheet
 
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
 REST = 0.4  # s after the last edit before the rules are checked
+AT_ONCE = 50  # rules up to which that is done here and not in a worker
 _STATIC = Path(str(resources.files("fuzzy") / "designer" / "static"))
 
 
@@ -248,7 +249,9 @@ class _Page:
             return
         self._checked, self._looking = of, True
         try:
-            findings = await self.bench.background(findings_data, design)
+            # A small system is checked within some hundredths of a second.
+            small = len(design.lines) <= AT_ONCE
+            findings = findings_data(design) if small else await self.bench.background(findings_data, design)
         except (InputError, WorkError) as error:
             findings = [{"severity": "error", "sentence": f"The rules could not be checked: {error}", "places": []}]
         finally:
@@ -326,6 +329,7 @@ class _Page:
         if content.get("show") is True:  # and the focus goes to its name
             self.selected["show"] = next(self._numbers)
             self.editors.show("Memberships")
+        self._shown = self._shown | {"selected": self.selected}  # what hidden tabs are told when they are shown
         for bridge in self._everywhere:
             bridge.update(selected=self.selected)
 

@@ -182,6 +182,7 @@ function render({ model, el }) {
     const close = box.querySelector(".buttons button");
     close.textContent = "Close";
     close.focus();
+    box.scrollTop = 0;
   }
 
   const chooser = make("input", {
@@ -318,8 +319,15 @@ function render({ model, el }) {
         make("span", { class: "menu" }, menuButton, menu),
         make(
           "button",
-          { type: "button", title: "all keys (?)", "aria-haspopup": "dialog", onclick: showKeys },
-          "Keys ?",
+          {
+            type: "button",
+            "aria-label": "Keys ?",
+            title: "all keys (?)",
+            "aria-haspopup": "dialog",
+            onclick: showKeys,
+          },
+          make("span", { class: "word" }, "Keys "),
+          "?",
         ),
       ),
     ),

@@ -215,6 +215,43 @@ def test_keyboard_moves_a_vertex_and_reaches_the_tabs_and_the_menu(tab):
     page.wait_for_selector(".state:not(.unsaved)")
 
 
+def test_a_removal_is_told_and_undone_and_findings_lead_to_their_places(tab):
+    page = tab.page
+    check = page.get_by_role("tab", name="Check")
+    page.get_by_role("treeitem", name="food").first.focus()
+    page.keyboard.press("Delete")
+    told = page.locator(".shell-header .said").filter(has_text="food removed; 2 rules changed.")
+    told.wait_for()
+    page.wait_for_selector(".state.unsaved")
+    told.get_by_role("button", name="Undo").click()
+    page.wait_for_selector(".state:not(.unsaved)")
+    told.wait_for(state="detached")  # there is nothing left to undo
+    # Another input is to be named at once, whatever tab is shown; no rule asks for it, which is found by itself.
+    page.get_by_role("tab", name="Rules").click()
+    page.get_by_role("button", name="Add input").click()
+    page.wait_for_function("document.activeElement.value === 'input3'")
+    page.keyboard.type("noise")
+    page.keyboard.press("Enter")
+    page.get_by_role("treeitem", name="noise").first.wait_for()
+    page.get_by_role("tab", name=re.compile(r"^Check \d+$")).click()
+    finding = page.get_by_role("listitem").filter(has_text="no rule asks for the input noise")
+    finding.get_by_role("button", name="noise").click()
+    page.wait_for_function("document.activeElement.value === 'noise'")
+    check.click()
+    # The keys of the page, by a key; not where one types.
+    check.press("?")
+    dialog = page.get_by_role("dialog", name="Keys")
+    assert "removes it, in the rules too" in dialog.inner_text()
+    dialog.get_by_role("button", name="Close").click()
+    assert page.locator("dialog").count() == 0
+    skip = page.get_by_role("link", name="Skip to the views")
+    skip.focus()
+    page.keyboard.press("Enter")
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.innerText") == "Viewer"
+    page.get_by_role("tab", name="Memberships").click()
+
+
 def test_a_second_tab_follows_on_a_narrow_screen(tab, context, server):
     other = Watched(context, server)
     second = other.page
