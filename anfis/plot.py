@@ -9,16 +9,20 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatterSciNotation, MaxNLocator
 
 from anfis.data import samples
 from anfis.state import Epoch
 from fuzzy.detached import detached
 from fuzzy.errors import InputError
-from fuzzy.figures.drawing import COLUMN, DOUBLE, new_figure, style
+from fuzzy.figures.drawing import COLUMN, DOUBLE, LINES, new_figure, style
 from fuzzy.figures.palette import COLORS
 from fuzzy.insight.universe import universe_grid
 from fuzzy.system import Sugeno, Variable
+
+_BEFORE, _AFTER = 0.5, 1.4  # widths [pt] of the lines of terms
+_NAMED = 12  # terms of an input that a legend names, at most
 
 
 class TrainingPlotError(InputError):
@@ -58,9 +62,10 @@ def plot_training(history: Sequence[Epoch]) -> Figure:
         return figure
 
 
-def plot_premises(before: Sugeno, after: Sugeno) -> Figure:
-    """Each input's membership functions before learning (dashed grey) and after (solid)   [thesis, Fig 5.10].
+def plot_premises(before: Sugeno, after: Sugeno, width: float = DOUBLE) -> Figure:
+    """Each input's membership functions before learning (thin) and after (wide)   [thesis, Fig 5.10].
 
+    A term has the same colour and dashes in both; ``width`` is that of the figure of several inputs, in inches.
     Raises TrainingPlotError unless both systems have the same inputs and terms.
     """
     before, after = detached(before), detached(after)
@@ -70,22 +75,43 @@ def plot_premises(before: Sugeno, after: Sugeno) -> Figure:
     with style():
         rows = (len(before.inputs) + 1) // 2
         columns = min(2, len(before.inputs))
-        figure = new_figure(DOUBLE if columns == 2 else COLUMN, 0.25 + 1.75 * rows)
+        most = max(len(variable.terms) for variable in after.inputs)
+        named, across = most if 1 < most <= _NAMED else 0, 5 if width > 5 and columns == 2 else 3
+        legend_rows = -(-(2 + named) // across)
+        figure = new_figure(width if columns == 2 else COLUMN, 0.1 + 0.15 * legend_rows + 1.75 * rows)
         axes = np.atleast_1d(figure.subplots(rows, columns)).ravel()
         for ax, old, new in zip(axes, before.inputs, after.inputs, strict=False):
             _draw_terms(ax, old, new)
         for ax in axes[len(before.inputs) :]:
             ax.set_visible(False)
-        lines = axes[0].get_lines()[:2]
-        figure.legend(lines, ["before", "after"], loc="outside upper left", ncols=2)
+        thin = Line2D([], [], color="0.4", linewidth=_BEFORE, linestyle="-")
+        wide = Line2D([], [], color="0.4", linewidth=_AFTER, linestyle="-")
+        handles, titles = [thin, wide], ["before learning", "after"]
+        if named:
+            handles += [Line2D([], [], linewidth=_AFTER, **_look(k)) for k in range(named)]
+            titles += _term_names(after, named)
+        legend = figure.legend(handles, titles, loc="outside upper left", ncols=across, handlelength=2.8)
+        for text in legend.get_texts():
+            text.set_parse_math(False)
         return figure
+
+
+def _look(term: int) -> dict[str, Any]:
+    """The colour and the dashes of a term: no two of the first 42 have both."""
+    return {"color": COLORS[term % len(COLORS)], "linestyle": LINES[(term + term // len(COLORS)) % 6]}
+
+
+def _term_names(fis: Sugeno, count: int) -> list[str]:
+    """What the terms are called, where all inputs call them the same; otherwise their numbers."""
+    called = {tuple(variable.terms) for variable in fis.inputs}
+    return list(*called) if len(called) == 1 else [f"term {k}" for k in range(1, count + 1)]
 
 
 def _draw_terms(ax: Any, old: Variable, new: Variable) -> None:
     x = np.union1d(universe_grid(old), universe_grid(new))
     for k, (name, function) in enumerate(new.terms.items()):
-        ax.plot(x, old.terms[name](x), color="0.6", linestyle="--", linewidth=0.8, zorder=2)
-        ax.plot(x, function(x), color=COLORS[k % len(COLORS)], linestyle="-", zorder=3)
+        ax.plot(x, old.terms[name](x), **_look(k), linewidth=_BEFORE, zorder=2)
+        ax.plot(x, function(x), **_look(k), linewidth=_AFTER, zorder=3)
     ax.set_xlabel(old.label, parse_math=False)
     ax.set_ylabel("degree")
     ax.set_ylim(0, 1.05)
@@ -111,14 +137,15 @@ def plot_fit(fis: Sugeno, x: Any, y: Any) -> Figure:
             over.plot(found, color=COLORS[1], linestyle="--", linewidth=0.9, label="system")
             over.set_xlabel("sample")
             over.set_ylabel(output.label, parse_math=False)
+            unit = f" [{output.unit}]" if output.unit else ""
             ends = [np.nanmin([target, found]), np.nanmax([target, found])]
             against.plot(ends, ends, color="0.6", linewidth=0.8)
             against.plot(target, found, ".", markersize=2, color=COLORS[0])
-            against.set_xlabel(f"target {output.label}", parse_math=False)
-            against.set_ylabel("system")
+            against.set_xlabel(f"data{unit}", parse_math=False)
+            against.set_ylabel(f"system{unit}", parse_math=False)
             residual = found - target
             residuals.hist(residual[np.isfinite(residual)], bins="auto", color=COLORS[0])
-            residuals.set_xlabel(f"system − data, {output.label}", parse_math=False)
+            residuals.set_xlabel(f"system − data{unit}", parse_math=False)
             residuals.set_ylabel("samples")
             residuals.xaxis.set_major_locator(MaxNLocator(4))
         figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)

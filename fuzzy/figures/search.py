@@ -5,9 +5,9 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from fuzzy.figures.drawing import COLUMN, LINES, figure_of, new_figure, style
+from fuzzy.figures.drawing import COLUMN, LINES, figure_of, new_figure, number, style
 from fuzzy.figures.palette import COLORS, HIGHLIGHT
 from fuzzy.fitting.consequents import IdentificationError
 from fuzzy.fitting.search import SearchResult
@@ -35,7 +35,9 @@ def plot_rules_error(results: SearchResult | Mapping[str, SearchResult], ax: Axe
         errors = [trial.error for result in results.values() for trial in result.by_rules.values()]
         if min(errors) > 0:  # otherwise there is no logarithm: a system that fits to the last bit
             ax.set_yscale("log")
-        ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+            for of in (ax.yaxis.set_major_formatter, ax.yaxis.set_minor_formatter):
+                of(FuncFormatter(lambda value, _: number(value) if f"{value:.0e}"[0] in "125" else ""))
+        ax.xaxis.set_major_locator(MaxNLocator(6, integer=True, min_n_ticks=1))
         ax.set_xlabel("number of rules")
         ax.set_ylabel(labels.pop(), parse_math=False)
         # Below the axes: the curves are not monotone and leave no corner free.
@@ -45,9 +47,9 @@ def plot_rules_error(results: SearchResult | Mapping[str, SearchResult], ax: Axe
 
 def _error_label(result: SearchResult) -> str:
     if len(result.outputs) > 1:
-        return "training error, RMSE / range [1]"
+        return "training RMSE / range [1]"
     unit = result.outputs[0][1]
-    return f"training error, RMSE [{unit}]" if unit else "training error, RMSE"
+    return f"training RMSE [{unit}]" if unit else "training RMSE"
 
 
 def _draw(ax: Axes, name: str, result: SearchResult, color: str, line: Any) -> None:
@@ -82,7 +84,7 @@ def _draw(ax: Axes, name: str, result: SearchResult, color: str, line: Any) -> N
             marker="o",
             markersize=8,
             markerfacecolor="none",
-            markeredgecolor=HIGHLIGHT,
+            markeredgecolor=color if name else HIGHLIGHT,  # of several each ring is its line's
             markeredgewidth=1.2,
             label=f"{name} {chosen.rules} rules: {chosen.error:.3g} {unit}".strip(),
         )

@@ -16,7 +16,7 @@ _SIZE = 7.0  # the size of the names, in points
 _ROW = 0.24  # the height of a row, in inches
 _BOX = 0.17  # the height of a box
 _WIDEST = 1.3  # the width of the widest box, in inches; longer names are shortened
-_FEW = 12  # up to this number of rules each has its own node of the third layer, as in the paper
+_FEW = 4  # up to this number of rules each has its own node of the third layer, as in the paper; of more they hide all
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ def plot_structure(fis: Sugeno) -> Figure:
     """Draw the system as a network of six layers, from the inputs on the left to the outputs on the right.
 
     A term is joined to the rules that name it; a dashed line is a "not". A rule is marked by its operation (Π for
-    the product, min, or) and its number, and by its weight if that is not 1. Up to 12 rules have a
+    the product, min, or) and its number, and by its weight if that is not 1. Up to four rules have a
     normalising node each; more share one box.
     """
     s = fis.structure

@@ -23,9 +23,11 @@ class Kind(NamedTuple):
 
 KINDS = {
     "run": Kind("plot_run", "paths, errors, speeds and commands"),
-    "paths": Kind("plot_paths", "paths from above, magnified where they lie furthest apart", several=True),
+    "paths": Kind("plot_paths", "paths from above, and errors across them with bands over the seeds", several=True),
     "errors": Kind("plot_errors", "errors of one robot in x, y and heading", ("robot",), several=True),
-    "velocities": Kind("plot_velocities", "linear and angular speed of one robot", ("robot",), several=True),
+    "velocities": Kind(
+        "plot_velocities", "speed, turn rate and demanded turn rate of one robot", ("robot",), several=True
+    ),
     "team": Kind("plot_team", "a team: paths, errors, speeds, progress"),
     "formation": Kind("plot_formation", "a formation: paths, lead, speeds, wheels"),
     "progress": Kind("plot_progress", "progress of a team and its differences"),

@@ -12,3 +12,4 @@ class Scaling:
     spread: float  # s
     late: float  # s: the arrival of the last after the time of the reference
     gap: float  # largest s_i − s_j
+    step: float  # s between two samples: arrivals are known no better

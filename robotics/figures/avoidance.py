@@ -5,14 +5,16 @@ errors and speeds. Runs among obstacles have Figs 6.28-6.43: trajectories, error
 robot 1 saw, with its true clearance and each robot's mode.
 """
 
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, figure_of, new_figure, style, text_width
 from robotics.figures.distances import draw_distances
 from robotics.figures.drawing import (
     TARGET,
@@ -24,6 +26,7 @@ from robotics.figures.drawing import (
     mark_stop,
     shown_until,
     strided,
+    unjumped,
 )
 from robotics.figures.faults import FEW
 from robotics.figures.modes import draw_modes
@@ -38,7 +41,10 @@ from robotics.simulation.spans import seed_place
 CRASH_ROWS = ("trajectories", "distances", "cross-track", "heading", "v", "w", "progress")
 OBSTACLE_ROWS = ("trajectories", "cross-track", "sonar", "v", "w", "distances", "modes")
 _FAR = 2.05  # m: what the panel of sonars shows
-_LEFT, _RIGHT, _GAP, _ROW, _TOP, _BETWEEN = 0.7, 0.1, 0.24, 0.82, 0.6, 0.2  # inches
+_LEFT, _RIGHT, _GAP, _ROW, _TOP, _BETWEEN = 0.62, 0.1, 0.24, 0.82, 0.62, 0.2  # inches
+# Rows of the report's two figures of a scenario: where robots were and who met whom; errors and speeds
+WHERE = ("trajectories", "distances", "sonar", "modes", "progress")
+HOW = ("cross-track", "heading", "v", "w")
 
 
 class _View(NamedTuple):
@@ -54,6 +60,7 @@ def plot_avoidance(
     seed: int | None = None,
     figures: Mapping[str, str] | None = None,
     rows: Sequence[str] | None = None,
+    width: float = DOUBLE,
 ) -> Figure:
     """Draw one to three laws on one scenario, side by side.
 
@@ -66,6 +73,7 @@ def plot_avoidance(
         figures: The thesis's figure of a row, such as {"distances": "Fig 6.11"}.
         rows: The rows that are drawn, by default CRASH_ROWS, among obstacles OBSTACLE_ROWS; rows that no run has are
             left out.
+        width: The width of the figure in inches.
 
     Raises ReplayError for a seed that was not run, PlotError for no run, or runs of several scenarios.
     """
@@ -77,17 +85,21 @@ def plot_avoidance(
     usual = CRASH_ROWS if runs[0].obstacles is None else OBSTACLE_ROWS
     chosen = [row for row in rows or usual if any(_has(run, row) for run in runs)]
     with style():
-        width = (DOUBLE - _LEFT - _RIGHT - _BETWEEN * (len(runs) - 1)) / len(runs)
-        heights = [_height(views, width) if row == "trajectories" else _ROW for row in chosen]
-        breaks = [_GAP + (0.26 if row == "trajectories" else 0.0) for row in chosen]
-        total = _TOP + sum(heights) + sum(breaks) + 0.17
-        figure = new_figure(DOUBLE, total, constrained=False)
-        top = total - _TOP
+        panel = (width - _LEFT - _RIGHT - _BETWEEN * (len(runs) - 1)) / len(runs)
+        heights = [_height(views, panel) if row == "trajectories" else _ROW for row in chosen]
+        breaks = [_GAP + (0.38 if row == "trajectories" else 0.0) for row in chosen]
+        titles = [
+            textwrap.fill(law_title(view.run.controller), max(8, int(panel / text_width("n", 8)))) for view in views
+        ]
+        above = _TOP + 0.14 * max(title.count("\n") for title in titles)
+        total = above + sum(heights) + sum(breaks) + 0.17
+        figure = new_figure(width, total, constrained=False)
+        top = total - above
         for row, height, gap in zip(chosen, heights, breaks, strict=True):
             axes: list[Axes] = []
             for column, view in enumerate(views):
-                box = (_LEFT + column * (width + _BETWEEN), top - height, width, height)
-                place = (box[0] / DOUBLE, box[1] / total, box[2] / DOUBLE, box[3] / total)
+                box = (_LEFT + column * (panel + _BETWEEN), top - height, panel, height)
+                place = (box[0] / width, box[1] / total, box[2] / width, box[3] / total)
                 ax = figure.add_axes(place, sharey=axes[0] if axes else None)
                 axes.append(ax)
                 _DRAW[row](ax, view)
@@ -101,13 +113,15 @@ def plot_avoidance(
                     ax.set_ylabel("")
                 if column == 0 and figures and row in figures:
                     ax.set_title(f"thesis {figures[row]}", loc="left", fontsize=7, pad=2.5, color="0.3")
-            _legend(axes)
+            if row != "trajectories":
+                _legend(axes, top / total)
             top -= height + gap
-        for column, view in enumerate(views):
-            x = (_LEFT + column * (width + _BETWEEN) + width / 2) / DOUBLE
-            figure.text(x, 1 - 0.42 / total, law_title(view.run.controller), ha="center", fontsize=9, parse_math=False)
+        for column, title in enumerate(titles):
+            x = (_LEFT + column * (panel + _BETWEEN) + panel / 2) / width
+            figure.text(x, 1 - (above - 0.18) / total, title, ha="center", fontsize=8, parse_math=False)
         title = f"{runs[0].scenario}, seed {runs[0].seeds[views[0].place]}"
-        figure.text(_LEFT / DOUBLE, 1 - 0.2 / total, title, fontsize=9, parse_math=False)
+        figure.text(0.1 / width, 1 - 0.2 / total, title, fontsize=9, parse_math=False)
+        _robots_legend(figure, views, chosen)
         return figure
 
 
@@ -168,15 +182,42 @@ def _look(robot: int) -> dict[str, Any]:
     return {"color": COLORS[robot % len(COLORS)], "linestyle": LINES[robot % 7]}
 
 
-def _legend(axes: Sequence[Axes]) -> None:
-    """One legend for a row, over its last panel."""
+def _robots_legend(figure: Figure, views: Sequence[_View], rows: Sequence[str]) -> None:
+    """At the top, what holds of all panels: the robots' lines, and of the trajectories what else is in them."""
+    robots = len(views[0].run.paths)
+    entries: dict[str, Any] = {}
+    if robots <= FEW:
+        entries |= {f"robot {i + 1}": Line2D([], [], **_look(i), linewidth=1.1) for i in range(robots)}
+    if "trajectories" in rows:
+        for ax in figure.axes[: len(views)]:
+            handles, names = ax.get_legend_handles_labels()
+            found = dict(zip(names, handles, strict=True))
+            entries |= {name: found[name] for name in ("path", "contact") if name in found}
+    if entries:
+        options: dict[str, Any] = {
+            "loc": "upper right",
+            "borderaxespad": 0.1,
+            "handlelength": 2.0,
+            "columnspacing": 1.0,
+        }
+        figure.legend(list(entries.values()), list(entries), ncol=3, fontsize=6.5, **options)
+
+
+def _legend(axes: Sequence[Axes], top: float) -> None:
+    """One legend for a row, over its panels; ``top`` is their upper edge, as a share of the figure."""
     ax = axes[-1]
     unique: dict[str, Any] = {}
     for each in axes:
         handles, names = each.get_legend_handles_labels()
         unique |= dict(zip(names, handles, strict=True))
     if unique:
-        place: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.98), "borderaxespad": 0.1}
+        figure = figure_of(ax)
+        place: dict[str, Any] = {
+            "loc": "lower right",
+            "bbox_to_anchor": (ax.get_position().x1, top),
+            "borderaxespad": 0.1,
+        }
+        place |= {"bbox_transform": figure.transFigure}
         ax.legend(unique.values(), unique.keys(), ncol=6, fontsize=6.5, handlelength=2.0, columnspacing=1.0, **place)
 
 
@@ -221,7 +262,8 @@ def _per_robot(values: Callable[[_View], np.ndarray], name: str) -> Callable[[Ax
             ax.set_ylabel(name)
             return
         for i, row in enumerate(rows):
-            draw_line(ax, view.run.time[: view.end], row[: view.end], **_look(i), linewidth=0.9)
+            look = _look(i) | {"linewidth": 0.8 + 0.4 * (len(rows) - 1 - i) / max(len(rows) - 1, 1)}
+            draw_line(ax, view.run.time[: view.end], row[: view.end], **look)
         ax.set_ylabel(name)
 
     return draw
@@ -232,11 +274,11 @@ def _sonar(ax: Axes, view: _View) -> None:
     time = run.time[:end]
     if run.ranges is not None:
         read = run.ranges[:end, place, 0].astype(float)
-        pairs = {"front sonars": (FRONT_LEFT, FRONT_RIGHT), "side sonars": (LEFT, RIGHT)}
+        pairs = {"robot 1: front sonars": (FRONT_LEFT, FRONT_RIGHT), "side sonars": (LEFT, RIGHT)}
         for n, (name, sensors) in enumerate(pairs.items()):
             nearest = read[:, sensors].min(axis=1)
             look = {"color": COLORS[n + 4], "linestyle": "-", "linewidth": 0.8}
-            draw_line(ax, time, np.where(np.isfinite(nearest), nearest, np.nan), label=f"robot 1, {name}", **look)
+            draw_line(ax, time, np.where(np.isfinite(nearest), nearest, np.nan), label=name, **look)
     free = np.minimum(clearances(run, place)[0, :end], 10.0)
     draw_line(ax, time, free, color="black", linestyle="--", linewidth=0.9, label="true clearance")
     ax.set_ylim(0.0, _FAR)
@@ -247,7 +289,7 @@ _DRAW: dict[str, Callable[[Axes, _View], None]] = {
     "trajectories": _trajectories,
     "distances": lambda ax, view: draw_distances(ax, *view),
     "cross-track": _per_robot(lambda view: cross_track_error(view.run)[view.place], "$y_{err}$ [m]"),
-    "heading": _per_robot(lambda view: tracking_error(view.run).heading[view.place], "$ψ_{err}$ [rad]"),
+    "heading": _per_robot(lambda view: unjumped(tracking_error(view.run).heading[view.place]), "$ψ_{err}$ [rad]"),
     "sonar": _sonar,
     "v": _per_robot(lambda view: view.run["v"][view.place], "v [m/s]"),
     "w": _per_robot(lambda view: view.run["w"][view.place], "ω [rad/s]"),

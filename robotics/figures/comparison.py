@@ -8,14 +8,16 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter
 
-from fuzzy.figures.drawing import DOUBLE, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, PAGE, new_figure, style
 from robotics.experiments.comparison import Comparison, contact_runs, summarise, values_of_runs
-from robotics.figures.drawing import Look, PlotError, looks_of
+from robotics.figures.drawing import Look, PlotError, few_ticks, looks_of
 from robotics.laws.catalogue import law_title
 from robotics.measures.registry import ALL_METRICS, headlines
 from robotics.measures.tracking import Metric
+
+_PREFIXED = ("m", "rad", "m/s")  # units that may take the prefix milli
 
 
 def plot_comparison(
@@ -23,35 +25,46 @@ def plot_comparison(
     scenario: str | None = None,
     metrics: Sequence[str] | None = None,
     looks: Mapping[str, Look] | None = None,
+    width: float = DOUBLE,
 ) -> Figure:
     """Draw a panel for each metric, in it a row for each controller: seeds as dots, mean and 95 % interval as a bar.
 
-    An axis is logarithmic where its values span more than a decade. The number of runs that never settled or arrived is
-    written at the right edge, that of runs with a contact below the controller's name.
+    An axis begins at 0; where its values span more than a decade it is logarithmic, and says so. Metrics that are 0 in
+    all runs, or known in none, have no panel. Where all seeds give the same numbers each controller has one dot, and no
+    interval. The number of runs that never settled or arrived is written at the right edge, that of runs with a contact
+    below the controller's name.
 
     Args:
         comparison: The comparison.
         scenario: The name of the scenario that is drawn, by default the first.
         metrics: The names of the metrics, by default those of :func:`robotics.measures.registry.headlines`.
         looks: How each controller is drawn, by its specification.
+        width: The width of the figure in inches.
+
+    Raises PlotError for a scenario that was not compared, and where no metric has anything to show.
     """
     scenario = comparison.scenarios[0].name if scenario is None else scenario
     table = comparison.table[comparison.table["scenario"] == scenario]
     if table.empty:
         raise PlotError(f"scenario {scenario!r} was not compared")
     setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
+    names = list(comparison.controllers)
     metrics = list(headlines(setting.kind, setting.has_others, own=comparison.metrics)) if metrics is None else metrics
     known = {**ALL_METRICS, **comparison.metrics}
     summary = summarise(table, comparison.metrics)
-    names = list(comparison.controllers)
     chosen = looks_of(names, looks)
-    columns = min(3, len(metrics))
+    runs = {n: table[table["controller"] == n] for n in names}
+    metrics = [m for m in metrics if any(_has_something(values_of_runs(runs[n], m, known[m])) for n in names)]
+    if not metrics:
+        raise PlotError(f"the metrics of {scenario!r} are 0 or unknown in all runs: there is nothing to draw")
+    alike = all(_same(values_of_runs(runs[n], m, known[m])) for n in names for m in metrics)
+    columns = min(3 if width > PAGE else 2, len(metrics))
     rows = -(-len(metrics) // columns)
     with style():
-        figure = new_figure(DOUBLE, rows * (0.62 + 0.17 * len(names)) + 0.25)
+        figure = new_figure(width, rows * (0.74 + 0.17 * len(names)) + 0.25)
         grid = figure.subplots(rows, columns, squeeze=False, sharey=True)
         for ax, metric in zip(grid.flat, metrics, strict=False):
-            _draw_metric(ax, table, summary[summary["metric"] == metric], metric, known[metric], names, chosen)
+            _draw_metric(ax, table, summary[summary["metric"] == metric], metric, known[metric], names, chosen, alike)
         for ax in grid.flat[len(metrics) :]:
             ax.remove()
         touched = [contact_runs(table, scenario, name) for name in names]
@@ -66,14 +79,22 @@ def plot_comparison(
             tick.set_parse_math(False)
         mean = Line2D([], [], color="black", marker="|", markersize=8, linewidth=1.0, linestyle="-")
         dot = Line2D([], [], color="0.5", marker="o", markersize=2.5, linestyle="none")
-        figure.legend(
-            [dot, mean],
-            ["one seed", "mean with its 95 % interval"],
-            loc="outside upper right",
-            ncol=2,
-            borderaxespad=0.2,
-        )
+        several = [(dot, "one seed"), (mean, "mean with its 95 % interval")]
+        one = "every seed gives this" if table["seed"].nunique() > 1 else "the one seed"
+        shown = [(dot, one)] if alike else several
+        figure.legend(*zip(*shown, strict=True), loc="outside upper right", ncol=2, borderaxespad=0.2)
         return figure
+
+
+def _has_something(values: np.ndarray) -> bool:
+    """Whether some run has a number other than 0; never is one, too."""
+    return bool((~np.isnan(values) & (values != 0)).any())
+
+
+def _same(values: np.ndarray) -> bool:
+    """Whether all runs of a controller have the same number, up to rounding."""
+    known = values[np.isfinite(values)]
+    return len(known) in (0, len(values)) and (len(known) < 2 or bool(np.ptp(known) <= 1e-9 * np.abs(known).max()))
 
 
 def _draw_metric(
@@ -84,19 +105,26 @@ def _draw_metric(
     about: Metric,
     names: Sequence[str],
     chosen: Mapping[str, Look],
+    alike: bool,
 ) -> None:
     values = {name: values_of_runs(table[table["controller"] == name], metric, about) for name in names}
     known = np.concatenate([v[np.isfinite(v)] for v in values.values()])
     logarithmic = known.size > 0 and known.min() > 0 and known.max() > 10 * known.min()
+    small = known.size > 0 and known.max() < 0.1 and about.unit in _PREFIXED
     if logarithmic:
         ax.set_xscale("log")
-        ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        ax.xaxis.set_minor_formatter(NullFormatter())
+        ax.set_xticks(few_ticks(known.min(), known.max()))
+        ax.minorticks_off()
     else:
-        ax.locator_params(axis="x", nbins=5)
+        ax.locator_params(axis="x", nbins=4)
+    factor = 1000.0 if small else 1.0
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{factor * value:.6g}".replace("-", "−")))
     for row, name in enumerate(names):
         look, finite = chosen[name], values[name][np.isfinite(values[name])]
+        if alike:
+            ax.plot(finite[:1], [row][: len(finite)], color=look.color, marker=look.marker, markersize=4.5)
+            _write_never(ax, row, values[name])
+            continue
         # Spread over the row's height, the same way every time, so that equal values stay countable.
         offset = 0.5 * ((np.arange(len(finite)) * 0.618034 + 0.5) % 1.0 - 0.5)
         ax.plot(finite, row + offset, color=look.color, marker=look.marker, markersize=2.2, linestyle="none", alpha=0.7)
@@ -108,23 +136,30 @@ def _draw_metric(
             if np.isfinite(low) and np.isfinite(high):
                 left = max(low, known.min() / 2) if logarithmic else low
                 ax.plot([left, high], [row, row], color="black", linestyle="-", linewidth=1.0, zorder=4)
-        never = int(np.isposinf(values[name]).sum())
-        if never:
-            ax.text(
-                0.99,
-                row,
-                f"never: {never} of {len(values[name])} ×",
-                transform=ax.get_yaxis_transform(),
-                ha="right",
-                va="center",
-                fontsize=6.5,
-                zorder=5,
-                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
-            )
-    if known.size and known.max() == known.min():
-        ax.set_xlim(0.5 * known.min() - 0.02, 1.5 * known.max() or 1.0)
-    name = f"{about.title.partition(':')[0]} [{about.unit}]" + (", logarithmic" if logarithmic else "")
+        _write_never(ax, row, values[name])
+    if known.size and not logarithmic and known.min() >= 0:
+        ax.set_xlim(0.0, 1.12 * known.max() or 1.0)  # lengths from 0 can be compared
+    name = f"{about.title.partition(':')[0]} [{'m' if small else ''}{about.unit}]"
+    better = "better →" if about.larger else "← better"
     ax.set_xlabel(
-        textwrap.fill(name, 32, break_long_words=False).replace(" [", "\N{NO-BREAK SPACE}["), parse_math=False
+        textwrap.fill(name.replace(" [", "\N{NO-BREAK SPACE}["), 26, break_long_words=False)
+        + f"\n{better}{'; logarithmic' if logarithmic else ''}",
+        parse_math=False,
     )
     ax.yaxis.grid(False)
+
+
+def _write_never(ax: Axes, row: int, values: np.ndarray) -> None:
+    never = int(np.isposinf(values).sum())
+    if never:
+        ax.text(
+            0.99,
+            row,
+            f"never: {never} of {len(values)} ×",
+            transform=ax.get_yaxis_transform(),
+            ha="right",
+            va="center",
+            fontsize=6.5,
+            zorder=5,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
+        )

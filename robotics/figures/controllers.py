@@ -10,13 +10,17 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
-from fuzzy.figures.drawing import DOUBLE, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, PAGE, figure_of, new_figure, style
 from robotics.figures.comparison import plot_comparison
 from robotics.figures.drawing import (
     TARGET,
     Look,
     PlotError,
+    cut_axis,
+    draw_band,
     draw_line,
     last_known,
     looks,
@@ -24,55 +28,99 @@ from robotics.figures.drawing import (
     mark_contacts,
     mark_stop,
     only,
+    room_for,
     strided,
+    unjumped,
 )
 from robotics.figures.faults import FEW
 from robotics.figures.run import plot_run
 from robotics.laws.catalogue import law_title
-from robotics.measures.tracking import cross_track_error, tracking_error
+from robotics.measures.tracking import cross_track_error, tracking_error, under_way
 from robotics.simulation.run import Run
 from robotics.vehicle.robot import Robot
 
 __all__ = ["looks", "plot_comparison", "plot_errors", "plot_paths", "plot_run", "plot_velocities"]
 
 
-def plot_paths(runs: Run | Sequence[Run], seed: int | None = None, looks: Mapping[str, Look] | None = None) -> Figure:
-    """Draw the reference and the driven paths from above, and magnified where they lie furthest apart.
+def plot_paths(
+    runs: Run | Sequence[Run],
+    seed: int | None = None,
+    looks: Mapping[str, Look] | None = None,
+    width: float = DOUBLE,
+) -> Figure:
+    """Draw the reference and the driven paths from above, below them each controller's cross-track error over time.
 
-    That place is searched for in the second half of the run, while the reference moves: it shows how accurately the
-    controllers track once they have reached the path.
+    From above one seed is drawn. The errors are those of all seeds and robots: their median, and the band from the 5th
+    to the 95th percentile, while the reference moves. All have one axis, set by the errors under way, as
+    :func:`robotics.measures.tracking.under_way` says; where a start lies beyond it, a mark says how far.
 
     Args:
         runs: A run, or those of several controllers on one scenario.
-        seed: The seed that is drawn, by default the first.
+        seed: The seed that is drawn from above, by default the first.
         looks: How each controller is drawn, by its specification.
+        width: The width of the figure in inches.
 
     Raises PlotError for no run, runs of several scenarios, or a seed or robot that was not run.
     """
     runs = _some(runs)
     chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
     with style():
-        everything = np.concatenate([_points(run) for run in drawn])
-        low, high = np.nanmin(everything, axis=0), np.nanmax(everything, axis=0)
-        width, height = np.maximum(high - low, 0.05 * float(np.max(high - low)) + 1e-6)
-        figure = new_figure(DOUBLE, float(np.clip(4.2 * height / width, 1.9, 3.4)) + 0.85)
-        overview, detail = figure.subplots(1, 2, width_ratios=(2.2, 1))
+        top = _overview_height(drawn, width)
+        columns = min(len(runs), 2 if width <= PAGE else 3)
+        rows = -(-len(runs) // columns)
+        legend = -(-(len(runs) + 3) // (2 if width <= PAGE else 4)) * 0.15
+        figure = new_figure(width, top + 0.5 + legend + rows * 0.95 + 0.3)
+        grid = figure.add_gridspec(rows + 1, columns, height_ratios=[top + 0.3, *[0.95] * rows])
+        overview = figure.add_subplot(grid[0, :])
         overview.set_aspect("equal", adjustable="datalim")
-        for run in drawn:
-            _draw_paths(overview, run, chosen[run.controller], 1.0)
-        _draw_references(overview, drawn[0], 1.0)
+        for depth, run in enumerate(drawn):
+            _draw_paths(overview, run, chosen[run.controller], len(drawn) - depth)
+        _draw_references(overview, drawn[0])
         _mark_starts(overview, drawn[0])
         overview.set_xlabel("x [m]")
         overview.set_ylabel("y [m]")
-        place = _furthest(drawn)
-        if place is None:
-            detail.remove()
-        else:
-            _draw_detail(overview, detail, drawn, chosen, *place)
+        _draw_cross_tracks([figure.add_subplot(grid[1 + k // columns, k % columns]) for k in range(len(runs))],
+                           runs, chosen, columns)  # fmt: skip
         handles, names = overview.get_legend_handles_labels()
         unique = dict(zip(names, handles, strict=True))
-        figure.legend(unique.values(), unique.keys(), loc="outside upper center", ncol=4, handlelength=2.8)
+        figure.legend(
+            unique.values(), unique.keys(), loc="outside upper center", ncol=2 if width <= PAGE else 4, handlelength=2.8
+        )
         return figure
+
+
+def _overview_height(runs: Sequence[Run], width: float) -> float:
+    """The height of the top view [in]: the paths' own proportions, within what a page has."""
+    everything = np.concatenate([_points(run) for run in runs])
+    across, up = np.maximum(np.nanmax(everything, axis=0) - np.nanmin(everything, axis=0), 1e-6)
+    return float(np.clip(width * 0.85 * (up + 0.1 * across) / across, 0.25 * width, 0.6 * width))
+
+
+def _draw_cross_tracks(axes: Sequence[Axes], runs: Sequence[Run], chosen: Mapping[str, Look], columns: int) -> None:
+    """A panel for each controller: the cross-track errors of its seeds and robots as median and band."""
+    time = runs[0].time
+    errors = [cross_track_error(run).reshape(-1, len(time)) for run in runs]
+    way = under_way(runs[0])
+    seeds = max(len(run.seeds) for run in runs)
+    end = int(np.flatnonzero(way.any(axis=0)).max(initial=1)) + 1  # beyond a path's end there is no cross-track error
+    low, high = room_for(np.concatenate([np.where(way, cross_track_error(run), np.nan).ravel() for run in runs]))
+    scale, prefix = _milli(np.array([low, high]))
+    several = len(runs[0].paths) > 1
+    for k, (ax, run, rows) in enumerate(zip(axes, runs, errors, strict=True)):
+        ax.axhline(0.0, **TARGET)  # type: ignore[arg-type]
+        draw_band(ax, time[:end], scale * rows[:, :end], chosen[run.controller])
+        cut_axis(ax, time[:end], scale * rows[:, :end], scale * low, scale * high)
+        ax.margins(x=0)
+        ax.set_title(law_title(run.controller), loc="left", pad=2.0, fontsize=7.5, parse_math=False)
+        ax.tick_params(labelbottom=k >= len(runs) - columns, labelleft=k % columns == 0)
+        if k >= len(runs) - columns:
+            ax.set_xlabel("time [s]")
+        if k % columns == 0:
+            ax.set_ylabel(f"off path [{prefix}m]")
+    if any(ax.collections for ax in axes):
+        of = f"{seeds} seeds" + (f" and {len(runs[0].paths)} robots" if several else "")
+        handles = [Line2D([], [], color="0.3", linestyle="-"), Patch(facecolor="0.3", alpha=0.3)]
+        figure_of(axes[0]).legend(handles, ["median", f"5–95 % of {of}"], loc="outside lower right", ncol=2)
 
 
 def _some(runs: Run | Sequence[Run], robot: int = 0) -> Sequence[Run]:
@@ -98,19 +146,20 @@ def _points(run: Run) -> np.ndarray:
     return np.concatenate([driven, np.stack([run.target("x").ravel(), run.target("y").ravel()], axis=1)])
 
 
-def _draw_paths(ax: Axes, run: Run, look: Look, scale: float, center: tuple[float, float] = (0.0, 0.0)) -> None:
+def _draw_paths(ax: Axes, run: Run, look: Look, above: int) -> None:
+    """The paths of one controller; those with more ``above`` them are wider, and are seen beside what covers them."""
     for i in range(len(run.paths)):
-        x, y = (scale * (run[axis][0, i] - c) for axis, c in zip("xy", center, strict=True))
-        ax.plot(*strided(x, y), color=look.color, linestyle=look.line, label=law_title(run.controller))
+        x, y = run["x"][0, i], run["y"][0, i]
+        style_ = {"color": look.color, "linestyle": look.line, "linewidth": 0.9 + 0.35 * (above - 1)}
+        ax.plot(*strided(x, y), **style_, label=law_title(run.controller))
         if run.diverged[0, i] and (k := last_known(x)) >= 0:
             mark_stop(ax, x[k], y[k], look.color)
-    mark_contacts(ax, run, 0, scale=scale, center=center)
+    mark_contacts(ax, run, 0)
 
 
-def _draw_references(ax: Axes, run: Run, scale: float, center: tuple[float, float] = (0.0, 0.0)) -> None:
+def _draw_references(ax: Axes, run: Run) -> None:
     for nodes in run.paths:
-        x, y = (scale * (row - c) for row, c in zip(nodes, center, strict=True))
-        ax.plot(*strided(x, y), **TARGET, label="reference", zorder=2.1)  # type: ignore[arg-type]
+        ax.plot(*strided(*nodes), **TARGET, label="reference", zorder=2.1)  # type: ignore[arg-type]
 
 
 def _mark_starts(ax: Axes, run: Run) -> None:
@@ -132,50 +181,12 @@ def _mark_starts(ax: Axes, run: Run) -> None:
         ax.annotate("", (x, y), xytext=tip, textcoords="offset points", arrowprops=arrow, zorder=6)
 
 
-def _furthest(runs: Sequence[Run]) -> tuple[float, float, float, float] | None:
-    """The place where paths lie furthest from their reference in the second half: x, y, distance [m], time [s]."""
-    best: tuple[float, float, float, float] | None = None
-    for run in runs:
-        moving = run.target("v") > 1e-6
-        moving[:, : len(run.time) // 2] = False
-        distance = np.where(moving, np.abs(cross_track_error(run)[0]), np.nan)
-        if not np.isfinite(distance).any():
-            continue
-        i, k = np.unravel_index(np.nanargmax(distance), distance.shape)
-        if best is None or distance[i, k] > best[2]:
-            x, y = (float(run.target(axis)[i, k]) for axis in "xy")
-            best = (x, y, float(distance[i, k]), float(run.time[k]))
-    return best
-
-
-def _draw_detail(
-    overview: Axes,
-    ax: Axes,
-    runs: Sequence[Run],
-    chosen: Mapping[str, Look],
-    x: float,
-    y: float,
-    distance: float,
-    time: float,
-) -> None:
-    half = max(1.4 * distance, 1e-6)
-    scale, unit = (1000.0, "mm") if half < 0.1 else (1.0, "m")
-    for run in runs:
-        _draw_paths(ax, run, chosen[run.controller], scale, (x, y))
-    _draw_references(ax, runs[0], scale, (x, y))
-    ax.set_aspect("equal")
-    ax.set_xlim(-scale * half, scale * half)
-    ax.set_ylim(-scale * half, scale * half)
-    ax.locator_params(nbins=5)
-    ax.set_xlabel(f"Δx [{unit}]")
-    ax.set_ylabel(f"Δy [{unit}]")
-    where = f"□ magnified: round ({x:.2f}, {y:.2f}) m,\nwhere the reference is at {time:.1f} s"
-    ax.set_title(where.replace("-", "−"), fontsize=7)
-    overview.plot([x], [y], marker="s", markersize=8, markerfacecolor="none", color="black", markeredgewidth=0.8)
-
-
 def plot_errors(
-    runs: Run | Sequence[Run], seed: int | None = None, robot: int = 0, looks: Mapping[str, Look] | None = None
+    runs: Run | Sequence[Run],
+    seed: int | None = None,
+    robot: int = 0,
+    looks: Mapping[str, Look] | None = None,
+    width: float = DOUBLE,
 ) -> Figure:
     """Draw the errors of (5.9) in x, y and heading over time, those of the true posture.
 
@@ -186,18 +197,19 @@ def plot_errors(
         seed: The seed that is drawn, by default the first.
         robot: The robot that is drawn, from 0.
         looks: How each controller is drawn, by its specification.
+        width: The width of the figure in inches.
 
     Raises PlotError for no run, runs of several scenarios, or a seed or robot that was not run.
     """
     runs = _some(runs, robot)
     chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
     time = drawn[0].time
-    errors = np.array([[field[0, robot] for field in tracking_error(run)] for run in drawn])  # (runs, 3, samples)
+    errors = np.array([[field[0, robot] for field in _errors(run)] for run in drawn])  # (runs, 3, samples)
     late = time >= time[-1] / 2
     peaks = [max((float(np.max(part, initial=0.0))) for part in _finite(np.abs(errors[..., s]))) for s in (~late, late)]
     magnify = peaks[0] > 4 * peaks[1] > 0
     with style():
-        figure = new_figure(DOUBLE, 4.6)
+        figure = new_figure(width, 4.6)
         grid = figure.subplots(3, 2 if magnify else 1, sharex="col", squeeze=False)
         for row, (name, unit) in enumerate((("x error", "m"), ("y error", "m"), ("heading error", "rad"))):
             for column, ax in enumerate(grid[row]):
@@ -228,8 +240,14 @@ def plot_errors(
             if magnify:
                 grid[0, column].set_title("second half, magnified" if column else "whole run")
         handles, names = grid[0, 0].get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside upper center", ncol=3, handlelength=2.8)
+        figure.legend(handles, names, loc="outside upper center", ncol=3 if width > PAGE else 2, handlelength=2.8)
         return figure
+
+
+def _errors(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The errors in x, y [m] and heading [rad], each (runs, robots, samples)."""
+    error = tracking_error(run)
+    return error.x, error.y, unjumped(error.heading)
 
 
 def _finite(values: np.ndarray) -> list[np.ndarray]:
@@ -249,8 +267,12 @@ def plot_velocities(
     robot: int = 0,
     machine: Robot | None = None,
     looks: Mapping[str, Look] | None = None,
+    width: float = DOUBLE,
 ) -> Figure:
-    """Draw the linear and the angular speed over time, one row for each controller.
+    """Draw linear speed, turn rate and demanded turn rate over time, one row for each controller.
+
+    The axes of turn rates are set by those under way, as :func:`robotics.measures.tracking.under_way` says; where a
+    start lies beyond, a mark says how far. Over a demanded turn rate stands its total variation a second under way.
 
     Args:
         runs: A run, or those of several controllers on one scenario.
@@ -258,6 +280,7 @@ def plot_velocities(
         robot: The robot that is drawn, from 0.
         machine: A robot whose limits are drawn where a speed comes within a fifth of them.
         looks: How each controller is drawn, by its specification.
+        width: The width of the figure in inches.
 
     Raises PlotError for no run, runs of several scenarios, or a seed or robot that was not run.
     """
@@ -265,23 +288,25 @@ def plot_velocities(
     chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
     v_limit, w_limit = _limits(machine)
     with style():
-        figure = new_figure(DOUBLE, 0.62 + max(0.78 * len(drawn), 1.7), constrained=False)  # the labels are that long
-        grid = figure.subplots(len(drawn), 2, sharex=True, sharey="col", squeeze=False)
+        figure = new_figure(width, 0.84 + 0.78 * len(drawn), constrained=False)
+        limits = {"v": v_limit, "w": w_limit, "w_demand": w_limit}
+        spans = {channel: _span(drawn, channel, robot, limit) for channel, limit in limits.items()}
+        grid = figure.subplots(len(drawn), len(limits), sharex=True, squeeze=False)
         for axes, run in zip(grid, drawn, strict=True):
-            for ax, channel, limit in zip(axes, "vw", (v_limit, w_limit), strict=True):
+            for ax, channel in zip(axes, limits, strict=True):
                 _draw_speed(ax, run, robot, channel, chosen[run.controller])
-                speeds = np.concatenate([r[channel][0, robot] for r in drawn])
-                for side in (-1, 1):
-                    if limit is not None and np.nanmax(side * speeds) > 0.8 * limit:
-                        ax.axhline(side * limit, color="0.2", linewidth=0.7, linestyle=(0, (1, 1.5)), label="limit")
+                low, high, near = spans[channel]
+                for at in near:
+                    ax.axhline(at, color="0.2", linewidth=0.7, linestyle=(0, (1, 1.5)), label="limit")
+                cut_axis(ax, run.time, run[channel][0, robot][None], low, high)
             axes[0].set_title(_named(run, robot), loc="left", pad=2.0, parse_math=False)
+            axes[2].set_title(f"changes {_change(run, robot):.2g} rad/s²", loc="right", pad=2.0, fontsize=7)
         for ax in grid[-1]:
             ax.set_xlabel("time [s]")
         _place_rows(figure, len(drawn))
-        for ax, name in zip(grid[0], ("linear speed v [m/s]", "angular speed ω [rad/s]"), strict=True):
-            box, top = ax.get_position(), grid[-1, 0].get_position()
-            place = (box.x0 - 0.41 / DOUBLE, (box.y1 + top.y0) / 2)
-            figure.text(*place, name, rotation=90, ha="right", va="center")
+        for ax, name in zip(grid[0], ("speed v [m/s]", "turn rate ω [rad/s]", "demanded ω [rad/s]"), strict=True):
+            box = ax.get_position()
+            figure.text((box.x0 + box.x1) / 2, box.y1 + 0.2 / figure.get_figheight(), name, ha="center", va="bottom")
         pairs: dict[str, Any] = {}
         for ax in grid[0]:
             handles, names = ax.get_legend_handles_labels()
@@ -298,10 +323,30 @@ def _limits(machine: Robot | None) -> tuple[float | None, float | None]:
     return min(machine.v_max, wheels), min(machine.w_max, wheels / machine.half_axle)
 
 
+def _span(runs: Sequence[Run], channel: str, robot: int, limit: float | None) -> tuple[float, float, list[float]]:
+    """The least and greatest speed that are shown, and where the limit is drawn, on one side, both or none."""
+    shown = under_way(runs[0])[robot] | (channel == "v")
+    speeds = np.stack([run[channel][0, robot][shown] for run in runs])
+    reach = limit if limit is not None else np.inf
+    near = [side * reach for side in (-1.0, 1.0) if np.nanmax(side * speeds, initial=0.0) > 0.8 * reach]
+    known = [speeds.ravel(), runs[0].target(_REFERENCE[channel])[robot], np.array(near)]
+    return (*room_for(np.concatenate(known)), near)
+
+
+_REFERENCE = {"v": "v", "w": "w", "w_demand": "w"}  # the channel of the reference that is drawn beside a speed
+
+
+def _change(run: Run, robot: int) -> float:
+    """The total variation a second [rad/s²] of the demanded turn rate, without the start."""
+    demanded = run["w_demand"][0, robot][under_way(run)[robot]]
+    known = demanded[np.isfinite(demanded)]
+    return float(np.abs(np.diff(known)).sum() / (max(len(known) - 1, 1) * (run.time[1] - run.time[0])))
+
+
 def _draw_speed(ax: Axes, run: Run, robot: int, channel: str, look: Look) -> None:
     speed = run[channel][0, robot]
     draw_line(ax, run.time, speed, color=look.color, linestyle="-", linewidth=0.8)
-    draw_line(ax, run.time, run.target(channel)[robot], **TARGET, label="reference")
+    draw_line(ax, run.time, run.target(_REFERENCE[channel])[robot], **TARGET, label="reference")
     if run.diverged[0, robot] and (k := last_known(speed)) >= 0:
         mark_stop(ax, run.time[k], speed[k], look.color)
     ax.margins(x=0)
@@ -310,12 +355,12 @@ def _draw_speed(ax: Axes, run: Run, robot: int, channel: str, look: Look) -> Non
 def _place_rows(figure: Figure, rows: int) -> None:
     """Set fixed margins: the layout engine would take long over that many panels, which all look alike."""
     width, height = figure.get_size_inches()
-    panel = (height - 0.62) / rows
+    panel = (height - 0.84) / rows
     figure.subplots_adjust(
-        left=0.58 / width,
+        left=0.5 / width,
         right=1 - 0.08 / width,
         bottom=0.4 / height,
-        top=1 - 0.22 / height - 0.08 / height,
-        wspace=0.25,
+        top=1 - 0.52 / height,
+        wspace=0.42 * 3 / (width - 0.58 - 2 * 0.42),
         hspace=0.36 * 0.78 / max(panel - 0.2, 0.1) * 0.8,
     )

@@ -1,5 +1,6 @@
 """Shared parts of the pictures of runs: a look for each controller, thinned lines, seeds as text."""
 
+import textwrap
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -7,17 +8,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fuzzy.errors import InputError
-from fuzzy.figures.drawing import COLORS, LINES
+from fuzzy.figures.drawing import COLORS, LINES, figure_of, text_width
+from fuzzy.shown import shown, typeset
 from robotics.laws.catalogue import law_title
 from robotics.measures.contacts import MOST_DRAWN, contacts, first_contact
 from robotics.measures.standing import last_move
 from robotics.simulation.run import Run
 
 TARGET = {"color": "0.45", "linestyle": (0, (4, 2)), "linewidth": 1.0}  # how every reference is drawn
-POINTS = 2000  # points of a line, at most about: a double column printed at 300 dpi is that wide
+POINTS = 1000  # points of a line, at most: as a drawing of vectors it stays small, and keeps every extreme
 OBSTACLE: dict[str, Any] = {"facecolor": "0.82", "edgecolor": "0.3", "linewidth": 0.8}
 CONTACT: dict[str, Any] = {  # told by its form, whatever the colours
     "marker": r"$\otimes$",
@@ -62,7 +65,7 @@ def looks(specifications: Iterable[str]) -> dict[str, Look]:
 def _look(n: int) -> Look:
     """The n-th look: the style's own pairs of colour and line; then the colours again with other lines, 21 in all."""
     count = len(COLORS)
-    line = LINES[n] if n < count else LINES[:6][(n + n // count) % 6]  # the seventh line is the first again
+    line = LINES[n] if n < count else LINES[:6][(n + n // count) % 6]
     return Look(COLORS[n % count], line, _MARKERS[n % len(_MARKERS)])
 
 
@@ -101,7 +104,7 @@ def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     n = len(time)
     if n <= POINTS:
         return time, values
-    step = -(-2 * n // POINTS)
+    step = -(-3 * n // (POINTS - 4))  # of each stretch its first, its least and its greatest value
     starts = np.arange(0, n, step)
     padded = np.full(len(starts) * step, np.nan)
     padded[:n] = values
@@ -115,8 +118,8 @@ def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 def strided(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A curve in the plane, ``x`` and ``y`` (n,) each, with fewer points; both ends are kept."""
-    step = max(1, len(x) // POINTS)
-    if step == 1:
+    step = -(-len(x) // (POINTS - 1))
+    if step <= 1:
         return x, y
     chosen = np.append(np.arange(0, len(x) - 1, step), len(x) - 1)
     return x[chosen], y[chosen]
@@ -134,6 +137,99 @@ def draw_line(ax: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -> L
     return ax.plot(*thinned(time, values), **style)[0]
 
 
+def unjumped(angle: np.ndarray) -> np.ndarray:
+    """Angles (..., samples) [rad] with a gap where they jump between π and −π, which no robot turned through."""
+    jump = np.abs(np.diff(angle, axis=-1)) > np.pi
+    if not jump.any():
+        return angle
+    broken = np.array(angle, dtype=float)
+    broken[..., 1:][jump] = np.nan
+    return broken
+
+
+def draw_band(ax: Axes, time: np.ndarray, rows: np.ndarray, look: Look) -> None:
+    """Draw the median of lines, and the band from the 5th to the 95th percentile where they differ.
+
+    Args:
+        ax: The axes.
+        time: The times (samples,) [s].
+        rows: The lines (n, samples).
+        look: The colour of both, and the line style of the median.
+    """
+    low, middle, high = _percentiles(rows)
+    if not np.allclose(low, high, equal_nan=True, rtol=0.0, atol=1e-12):
+        at, edges = _thinned_together(time, np.stack([low, high]))
+        ax.fill_between(at, *edges, facecolor=look.color, alpha=0.3, linewidth=0, zorder=1.8)
+    draw_line(ax, time, middle, color=look.color, linestyle=look.line, linewidth=1.0, zorder=2.2)
+
+
+def _percentiles(rows: np.ndarray) -> np.ndarray:
+    """The 5th, 50th and 95th percentile (3, samples) of the rows that are known."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # once all are stopped: not-a-number
+        return np.asarray(np.nanpercentile(rows, (5, 50, 95), axis=0))
+
+
+def _thinned_together(time: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The rows (n, samples) at the samples that keep the extremes of each."""
+    if len(time) <= POINTS:
+        return time, rows
+    chosen = np.unique(np.concatenate([np.searchsorted(time, thinned(time, row)[0]) for row in rows]))
+    return time[chosen], rows[:, chosen]
+
+
+def cut_axis(ax: Axes, time: np.ndarray, rows: np.ndarray, low: float, high: float) -> None:
+    """Show the y axis from ``low`` to ``high``; where a line goes beyond, a mark at the edge says how far.
+
+    Args:
+        ax: The axes, with time along x.
+        time: The times (samples,) [s].
+        rows: The lines (n, samples), in the unit of the axis.
+        low: The least value that is shown.
+        high: The greatest.
+    """
+    ax.set_ylim(low, high)
+    known = np.isfinite(rows)
+    if not known.any():
+        return
+    for sign, edge, y, va in ((1.0, high, 0.98, "top"), (-1.0, -low, 0.02, "bottom")):
+        reached = np.where(known, sign * rows, -np.inf)
+        row, k = np.unravel_index(reached.argmax(), reached.shape)
+        if reached[row, k] <= edge:
+            continue
+        left = time[k] <= (time[0] + time[-1]) / 2
+        arrow, most = "▲" if sign > 0 else "▼", typeset(shown(float(sign * reached[row, k]), digits=2))
+        ax.text(
+            time[k],
+            y,
+            f" {arrow} to {most}" if left else f"to {most} {arrow} ",
+            transform=ax.get_xaxis_transform(),
+            ha="left" if left else "right",
+            va=va,
+            fontsize=6.5,
+            zorder=6,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.3},
+        )
+
+
+def few_ticks(low: float, high: float) -> list[float]:
+    """At most five round numbers from ``low`` to ``high`` > 0, as far apart as they can be on a logarithmic axis."""
+    decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
+    for steps in ((1, 2, 5), (1, 3), (1,)):
+        ticks = [t for t in (s * 10.0**d for d in decades for s in steps) if 0.8 * low <= t <= 1.25 * high]
+        if len(ticks) <= 4:
+            return ticks
+    return ticks[:: -(-len(ticks) // 5)]
+
+
+def room_for(rows: np.ndarray, around: float = 0.0, margin: float = 0.08) -> tuple[float, float]:
+    """The least and greatest known value of the rows and of ``around``, with a margin as a share of their distance."""
+    known = rows[np.isfinite(rows)]
+    low, high = min(around, known.min(initial=np.inf)), max(around, known.max(initial=-np.inf))
+    room = margin * (high - low) or 1e-6
+    return float(low - room), float(high + room)
+
+
 def draw_many(ax: Axes, time: np.ndarray, rows: np.ndarray, of: str = "") -> None:
     """Draw thin lines, the band in which most of them are, and their median.
 
@@ -146,13 +242,45 @@ def draw_many(ax: Axes, time: np.ndarray, rows: np.ndarray, of: str = "") -> Non
     for i, row in enumerate(rows):
         faint = max(0.15, min(0.5, 20 / len(rows)))
         draw_line(ax, time, row, color=COLORS[i % len(COLORS)], linestyle="-", linewidth=0.3, alpha=faint, zorder=1.5)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # once all are stopped: not-a-number
-        low, middle, high = np.nanpercentile(rows, (5, 50, 95), axis=0)
-    ax.fill_between(time, low, high, color="0.35", alpha=0.3, linewidth=0, zorder=2, label=f"{of}5–95 % of the robots")
+    low, middle, high = _percentiles(rows)
+    at, edges = _thinned_together(time, np.stack([low, high]))
+    ax.fill_between(at, *edges, color="0.35", alpha=0.3, linewidth=0, zorder=2, label=f"{of}5–95 % of the robots")
     for edge in (low, high):
         draw_line(ax, time, edge, color="black", linestyle="-", linewidth=0.4, alpha=0.6, zorder=2.5)
     draw_line(ax, time, middle, color="black", linestyle="-", linewidth=1.0, zorder=3, label=f"{of}median")
+
+
+def draw_top_view(ax: Axes) -> None:
+    """End a top view: both axes in metres, to one scale, without empty space beside what is drawn."""
+    ax.autoscale_view()
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    flat = (high - low) < 0.25 * (right - left)  # as a box it would be a slit
+    ax.set_aspect("equal", adjustable="datalim" if flat else "box")
+    ax.set(xlabel="x [m]", ylabel="y [m]")
+
+
+def top_view_height(paths: Iterable[np.ndarray], width: float) -> float:
+    """The height of a top view in inches: the proportions of the paths (2, nodes) each, within what a page has.
+
+    Args:
+        paths: What is seen from above, each (2, nodes) [m].
+        width: The width in inches that it has.
+    """
+    points = np.concatenate(list(paths), axis=1)
+    across, up = np.nanmax(points, axis=1) - np.nanmin(points, axis=1)
+    return float(np.clip(width * (up + 0.1 * across) / max(across, 1e-9), 0.25 * width, min(4.0, 0.8 * width)))
+
+
+def cut_to_what_robots_can(ax: Axes, run: Run, place: int, channel: str) -> None:
+    """Cut the axis of commands of the seed at ``place`` where one asks for more than twice what its robot can do.
+
+    ``channel`` is command_1, v [m/s], or command_2, ω [rad/s], of a law that does not command torques.
+    """
+    robots = run.about.robots
+    most = 2.0 * max(robot.v_max if channel == "command_1" else robot.w_max for robot in robots)
+    rows = run[channel][place]
+    if np.nanmax(np.abs(rows), initial=0.0) > most:
+        cut_axis(ax, run.time, rows, *room_for(np.clip(rows, -most, most)))
 
 
 def mark_stop(ax: Axes, x: float, y: float, color: Any) -> None:
@@ -251,6 +379,29 @@ def placed(shape: np.ndarray, x: np.ndarray, y: np.ndarray, heading: np.ndarray)
         np.einsum("rij,rpj->rpi", turn, np.broadcast_to(shape, (len(x), *np.shape(shape)[-2:])))
         + np.stack([x, y], axis=-1)[:, None]
     )
+
+
+def draw_legend(ax: Axes, last: Sequence[str] = (), **options: Any) -> None:
+    """A legend above the axes, without repeated names: first the robots, in their order, the names ``last`` at the end.
+
+    Args:
+        ax: The axes.
+        last: The names that come last, in this order; those that are not drawn are left out.
+        options: Options of ``ax.legend``.
+    """
+    found = {name: handle for handle, name in zip(*ax.get_legend_handles_labels(), strict=True)}
+    names = [*(name for name in found if name not in last), *(name for name in last if name in found)]
+    if names:
+        inches = ax.get_window_extent().width / figure_of(ax).dpi
+        widest = max(text_width(name, 7.0) for name in names) + 0.5  # with its line and the space to the next
+        look: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "columnspacing": 1.2} | options
+        ax.legend([found[n] for n in names], names, ncol=max(1, min(len(names), int(inches / widest))), **look)
+
+
+def draw_title(figure: Figure, run: Run, order: Sequence[int]) -> None:
+    """The title of a page, :func:`page_title`, in as many lines as the figure's width needs."""
+    letters = max(20, int(figure.get_figwidth() / text_width("n", 9.0)))
+    figure.suptitle(textwrap.fill(page_title(run, order), letters), parse_math=False, fontsize=9)
 
 
 def page_title(run: Run, order: Sequence[int]) -> str:

@@ -13,13 +13,17 @@ from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.figures.drawing import (
     TARGET,
     PlotError,
+    cut_to_what_robots_can,
+    draw_legend,
     draw_line,
+    draw_title,
+    draw_top_view,
     last_known,
     mark_contacts,
     mark_stop,
-    page_title,
     shown_until,
     strided,
+    top_view_height,
 )
 from robotics.figures.faults import FEW
 from robotics.figures.world import draw_bodies, draw_world, moments
@@ -32,7 +36,7 @@ from robotics.simulation.spans import seed_place
 _AFTER = 1.0  # s shown after the last robot came to rest
 
 
-def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
+def plot_formation(run: Run, *, seed: int | None = None, width: float = DOUBLE) -> Figure:
     """Draw a formation: paths, robot 1's lead over the others, distances from path and place, speeds, wheels.
 
     The lead is that in x where x grows along all paths, else that along robot 1's path; a robot's place is the point of
@@ -43,6 +47,7 @@ def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
     Args:
         run: A run of a scenario of the kind "formation", or of several robots under a law for formations.
         seed: The seed that is drawn, by default the first.
+        width: The width of the figure in inches.
 
     Raises PlotError for another run, ReplayError for a seed that was not run.
     """
@@ -69,14 +74,18 @@ def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
         (f"left wheel {unit}", wheels[1], None),
     ]
     with style():
-        figure = new_figure(DOUBLE, 8.6)
-        grid = figure.add_gridspec(5, 2, height_ratios=(2.3, 1, 1, 1, 1))
+        seen = [np.stack([run[axis][place, :, : last + 1].ravel() for axis in "xy"])]
+        top = top_view_height([*run.paths, *seen], 0.9 * width)
+        figure = new_figure(width, top + 6.2)
+        grid = figure.add_gridspec(5, 2, height_ratios=(top + 0.4, *(4 * [1.35])))
         _draw_top_view(figure.add_subplot(grid[0, :]), run, place, last)
         lead = figure.add_subplot(grid[1, :])
         _draw_lead(lead, run, place, last)
         for k, (label, values, commanded) in enumerate(panels):
             ax = figure.add_subplot(grid[2 + k // 2, k % 2], sharex=lead)
             _draw_channel(ax, run, place, values[:, : last + 1], commanded)
+            if commanded is not None:
+                cut_to_what_robots_can(ax, run, place, "command_1" if label.startswith("v ") else "command_2")
             ax.set_ylabel(label)
             if k < len(panels) - 2:
                 ax.tick_params(labelbottom=False)
@@ -85,7 +94,7 @@ def plot_formation(run: Run, *, seed: int | None = None) -> Figure:
         lead.tick_params(labelbottom=False)
         lead.set_xlim(0.0, run.time[last])
         figure.align_ylabels()
-        figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)
+        draw_title(figure, run, [place])
         return figure
 
 
@@ -102,9 +111,9 @@ def _look(robot: int, robots: int) -> dict[str, Any]:
     return {
         "color": COLORS[robot % len(COLORS)],
         "linestyle": LINES[robot % 7] if few else "-",
-        "linewidth": (1.3 if robot == 0 else 1.0) if few else 0.6,
+        "linewidth": 1.0 + 0.5 * (robots - 1 - robot) if few else 0.6,  # lines below others are wider
         "alpha": 1.0 if few or robot == 0 else 0.6,
-        "zorder": 3 if robot == 0 else 2,
+        "zorder": 2 if few or robot else 3,
     }
 
 
@@ -123,9 +132,8 @@ def _draw_top_view(ax: Axes, run: Run, place: int, last: int) -> None:
             mark_stop(ax, x[i, k], y[i, k], COLORS[i % len(COLORS)])
     draw_bodies(ax, run, place, last)
     mark_contacts(ax, run, place)
-    ax.set_aspect("equal", adjustable="datalim")
-    ax.set(xlabel="x [m]", ylabel="y [m]")
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=6)
+    draw_top_view(ax)
+    draw_legend(ax, ("path", "contact"))
 
 
 def _draw_lead(ax: Axes, run: Run, place: int, last: int) -> None:

@@ -11,10 +11,11 @@ from matplotlib.path import Path as Outline
 from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, MaxNLocator
 
 from anfis.state import Epoch
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE, new_figure, number, style
 from fuzzy.figures.search import plot_rules_error
 from fuzzy.fitting.search import SearchResult
 from robotics.experiments.learning.formationdata import FormationRun
+from robotics.figures.drawing import thinned
 
 _NARROWEST = 2e-3  # m/s or rad/s: an axis shows at least so much, or rounding would fill it
 _ARROW = Outline([(1.0, 0.0), (-0.8, 0.6), (-0.35, 0.0), (-0.8, -0.6), (1.0, 0.0)], closed=True)
@@ -29,17 +30,20 @@ class Fit(NamedTuple):
     label: str  # of the output, with its unit
     target: np.ndarray
     found: Mapping[str, np.ndarray]
+    time: np.ndarray | None = None  # s; without, samples are drawn over their number
 
 
-def plot_formation_paths(runs: Mapping[str, FormationRun]) -> Figure:
+def plot_formation_paths(runs: Mapping[str, FormationRun], width: float = DOUBLE) -> Figure:
     """Draw where leader and followers drive, a panel for each formation   [thesis, Fig 5.3].
 
-    Arrow heads show the poses at seven equal times; a grey line joins the robots of one time.
+    Arrow heads show the poses at seven equal times; a grey line joins the robots of one time. ``width`` is that of the
+    figure in inches.
     """
     with style():
-        rows = (len(runs) + 1) // 2
-        figure = new_figure(DOUBLE, 0.3 + 1.45 * rows)
-        axes = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False).ravel()
+        columns = 2 if width > PAGE else 1
+        rows = -(-len(runs) // columns)
+        figure = new_figure(width, 0.3 + 1.45 * rows)
+        axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
         for ax, (title, run) in zip(axes, runs.items(), strict=False):
             at = np.linspace(0, len(run.time) - 1, _MARKS).round().astype(int)
             order = np.argsort(run.y[:, at[0]])  # joined from side to side
@@ -57,17 +61,20 @@ def plot_formation_paths(runs: Mapping[str, FormationRun]) -> Figure:
             ax.set_visible(False)
         for ax in axes[: len(runs)]:
             ax.set_ylabel("y [m]")
-        for ax in axes[max(len(runs) - 2, 0) : len(runs)]:
+        for ax in axes[max(len(runs) - columns, 0) : len(runs)]:
             ax.set_xlabel("x [m]")
             ax.tick_params(labelbottom=True)
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
         return figure
 
 
-def plot_formation_signals(runs: Mapping[str, FormationRun], turns: Mapping[str, np.ndarray]) -> Figure:
+def plot_formation_signals(
+    runs: Mapping[str, FormationRun], turns: Mapping[str, np.ndarray], width: float = DOUBLE
+) -> Figure:
     """Draw the leader's posture and all velocities over time, a line for each formation   [thesis, Figs 5.4, 5.5].
 
-    ``turns`` holds w_l and w_f (2, samples) [rad/s] of each formation of ``runs``.
+    ``turns`` holds w_l and w_f (2, samples) [rad/s] of each formation of ``runs``; ``width`` is that of the figure in
+    inches.
     """
     panels = (
         ("x_l [m]", lambda name: runs[name].x[0]),
@@ -80,46 +87,68 @@ def plot_formation_signals(runs: Mapping[str, FormationRun], turns: Mapping[str,
         ("w_f [rad/s]", lambda name: turns[name][1]),
     )
     with style():
-        figure = new_figure(DOUBLE, 6.2)
+        figure = new_figure(width, 6.2)
         axes = figure.subplots(4, 2, sharex=True)
         for ax, (label, values) in zip(axes.ravel(), panels, strict=True):
-            for name in runs:
-                ax.plot(runs[name].time, values(name), linewidth=0.9, label=name)
+            for below, name in zip(range(len(runs), 0, -1), runs, strict=True):  # lines below others are wider
+                ax.plot(*thinned(runs[name].time, values(name)), linewidth=0.6 + 0.3 * below, label=name)
             ax.set_ylabel(label, parse_math=False)
             _widen(ax)
             ax.locator_params(nbins=4)
         for ax in axes[-1]:
             ax.set_xlabel("time [s]")
         figure.align_ylabels()
-        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=len(runs))
+        figure.legend(
+            *axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=len(runs) if width > PAGE else 2
+        )
         return figure
 
 
-def plot_fits(columns: Mapping[str, Sequence[Fit]]) -> Figure:
+def plot_fits(columns: Mapping[str, Sequence[Fit]], width: float = DOUBLE) -> Figure:
     """Draw networks' outputs over data, a row for each output, a column for each set   [thesis, Figs 5.8, 5.9, 5.12].
 
-    The root mean square of each difference from the data stands over its panel, in the order of the legend.
+    The root mean square of each difference from the data stands over its panel, in the order of the legend. ``width``
+    is that of the figure in inches.
     """
     with style():
         rows = max(len(fits) for fits in columns.values())
-        figure = new_figure(DOUBLE, 0.4 + 1.3 * rows)
+        figure = new_figure(width, 0.4 + 1.35 * rows)
         axes = figure.subplots(rows, len(columns), sharex="col", squeeze=False)
         for (title, fits), column in zip(columns.items(), axes.T, strict=True):
             for ax, fit in zip(column, fits, strict=True):
-                ax.plot(fit.target, color="0.6", linestyle="-", linewidth=2.0, label="data")
+                time = np.arange(len(fit.target)) if fit.time is None else fit.time
+                ax.plot(*thinned(time, fit.target), color="0.6", linestyle="-", linewidth=2.5, label="data")
                 errors = []
                 for k, (stage, found) in enumerate(fit.found.items()):
-                    ax.plot(found, color=COLORS[k], linestyle=LINES[1 - k % 2], linewidth=0.9, label=stage)
+                    look = {"color": COLORS[k], "linestyle": LINES[1 - k % 2], "linewidth": 0.9}
+                    ax.plot(*thinned(time, found), **look, label=stage)
                     errors.append(f"{np.sqrt(np.mean((found - fit.target) ** 2)):.1e}")
                 ax.set_ylabel(fit.label, parse_math=False)
                 _widen(ax)
                 ax.locator_params(nbins=4)
-                ax.set_title(f"RMSE {', '.join(errors)}", fontsize=7, loc="right", pad=2)
-            column[0].set_title(title, fontsize=8, loc="left", pad=2)
-            column[-1].set_xlabel("sample")
+                ax.set_title(f"RMSE {', '.join(errors)}".replace("-", "−"), fontsize=7, loc="right", pad=2)
+            column[0].annotate(
+                title, (0.0, 1.0), (0, 11), xycoords="axes fraction", textcoords="offset points", fontsize=8
+            )
+            column[-1].set_xlabel("sample" if fits[0].time is None else "time [s]")
         figure.align_ylabels()
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper left", ncols=len(labels))
+        return figure
+
+
+def plot_searches(searches: Mapping[str, SearchResult], width: float = DOUBLE) -> Figure:
+    """Draw the searches for clusters of several networks, a panel for each unit of their outputs   [thesis, Fig 5.6].
+
+    Args:
+        searches: The searches, one output each, by name; the ring marks the number of rules that is wanted.
+        width: The width of the figure in inches.
+    """
+    units = list(dict.fromkeys(search.outputs[0][1] for search in searches.values()))
+    with style():
+        figure = new_figure(width, 3.0)
+        for ax, unit in zip(figure.subplots(1, len(units), squeeze=False)[0], units, strict=True):
+            plot_rules_error({n: s for n, s in searches.items() if s.outputs[0][1] == unit}, ax)
         return figure
 
 
@@ -260,19 +289,40 @@ def plot_shares(shares: Sequence[ShareOfRange]) -> Figure:
         return figure
 
 
-def plot_epochs(histories: Mapping[str, Sequence[Epoch]]) -> Figure:
-    """Draw training and checking error of several networks over the epochs, logarithmic   [thesis, Fig 5.13]."""
+def plot_epochs(histories: Mapping[str, Sequence[Epoch]], units: Mapping[str, str], width: float = DOUBLE) -> Figure:
+    """Draw training and checking error of several networks over the epochs, logarithmic   [thesis, Fig 5.13].
+
+    Args:
+        histories: The epochs of learning, by the name of the output.
+        units: The unit of each output; those of one unit share a row.
+        width: The width of the figure in inches.
+    """
+    rows = {unit: [name for name in histories if units[name] == unit] for unit in dict.fromkeys(units.values())}
     with style():
-        figure = new_figure(DOUBLE, 2.9)
-        axes = figure.subplots(1, 2, sharex=True, sharey=True)
-        for ax, what in zip(axes, ("train", "check"), strict=True):
-            for name, history in histories.items():
-                ax.plot([row.epoch for row in history], [getattr(row, what) for row in history], label=name)
-            ax.set_yscale("log")
-            ax.set_title({"train": "training error", "check": "checking error"}[what], fontsize=8)
+        figure = new_figure(width, 0.7 + 1.6 * len(rows))
+        axes = figure.subplots(len(rows), 2, sharex=True, sharey="row", squeeze=False)
+        for pair, (unit, names) in zip(axes, rows.items(), strict=True):
+            for ax, what in zip(pair, ("train", "check"), strict=True):
+                for k, name in enumerate(histories):
+                    if name in names:
+                        look = {"color": COLORS[k % len(COLORS)], "linestyle": LINES[k % 7], "label": name}
+                        history = histories[name]
+                        ax.plot([row.epoch for row in history], [getattr(row, what) for row in history], **look)
+                ax.set_yscale("log")
+                for of in (ax.yaxis.set_major_formatter, ax.yaxis.set_minor_formatter):
+                    of(FuncFormatter(lambda value, _: number(value) if f"{value:.0e}"[0] in "1235" else ""))
+            pair[0].set_ylabel(f"RMSE [{unit}]", parse_math=False)
+        for ax, title in zip(axes[0], ("training error", "checking error"), strict=True):
+            ax.set_title(title, fontsize=8)
+        for ax in axes[-1]:
             ax.set_xlabel("epoch")
-        axes[0].set_ylabel("RMSE [m/s, rad/s]")
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=len(histories))
+        pairs = [pair[0].get_legend_handles_labels() for pair in axes]
+        figure.legend(
+            [h for handles, _ in pairs for h in handles],
+            [name for _, names in pairs for name in names],
+            loc="outside upper left",
+            ncols=len(histories),
+        )
         return figure
 
 

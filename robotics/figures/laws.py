@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, number, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE, new_figure, number, style
 from fuzzy.figures.plot import plot_memberships, plot_surface
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.laws.tracking.sliding_mode import Exponential
@@ -18,7 +18,10 @@ SETTINGS = (((0.2, 1.0), (0.2, 0.5), (0.2, 0.2), (0.2, 0.1)), ((0.4, 0.1), (0.2,
 
 
 def plot_switching(
-    settings: Sequence[Sequence[tuple[float, float]]] = SETTINGS, alpha: float = 3.0, reach: float = 2.0
+    settings: Sequence[Sequence[tuple[float, float]]] = SETTINGS,
+    alpha: float = 3.0,
+    reach: float = 2.0,
+    width: float = DOUBLE,
 ) -> Figure:
     """Draw the push K/Q(S) sign S of (2.22) over S, thesis Fig 2.3.
 
@@ -26,6 +29,7 @@ def plot_switching(
         settings: The pairs (K [m/s²], μ0) of each panel; μ0 = 1 is the conventional law.
         alpha: The factor α [s/m] in the exponent of Q(S).
         reach: The largest |S| [m/s].
+        width: The width of the figure in inches; narrow ones have the panels below each other.
     """
     # Both sides of 0 are on the grid, so that the jump is drawn upright.
     half = np.concatenate([[1e-9], np.linspace(0, reach, 201)[1:]])
@@ -33,13 +37,14 @@ def plot_switching(
     zero = np.zeros_like(s)
     steep = list(dict.fromkeys(pair for group in settings for pair in group if pair[1] < 1))
     with style():
-        figure = new_figure(DOUBLE, 2.6)
+        rows, columns = (1, len(settings)) if width > PAGE else (len(settings), 1)
+        figure = new_figure(width, 2.6 * rows)
         for n, group in enumerate(settings):
-            ax = figure.add_subplot(1, len(settings), n + 1)
+            ax = figure.add_subplot(rows, columns, n + 1)
             for k, mu0 in sorted(group, key=lambda pair: -pair[0] / pair[1]):  # as the curves end, from above
                 push = Exponential(k=k, mu0=mu0, alpha=alpha).push(s, zero, zero, 0.0)
                 i = steep.index((k, mu0)) if mu0 < 1 else -1
-                color, line = (COLORS[i % 6], LINES[i % 6]) if mu0 < 1 else ("black", "-")
+                color, line = (COLORS[i % 6], LINES[1 + i % 6]) if mu0 < 1 else ("black", "-")
                 name = f"K = {number(k)}, μ₀ = {number(mu0)}" + ("" if mu0 < 1 else ": conventional")
                 ax.plot(s, push, color=color, linestyle=line, label=name)
             ax.set_xlabel("S [m/s]")
@@ -49,12 +54,13 @@ def plot_switching(
         return figure
 
 
-def plot_tracking_memberships(rule_base: str = "tracking") -> Figure:
-    """Draw the membership functions of distance and α, thesis Fig 2.19."""
+def plot_tracking_memberships(rule_base: str = "tracking", width: float = DOUBLE) -> Figure:
+    """Draw the membership functions of distance and α, thesis Fig 2.19; ``width`` is that of the figure in inches."""
     fis = load_rule_base(rule_base)
     with style():
-        figure = new_figure(DOUBLE, 2.0)
-        axes = figure.subplots(1, 2)
+        rows, columns = (1, 2) if width > PAGE else (2, 1)
+        figure = new_figure(width, 2.0 * rows)
+        axes = figure.subplots(rows, columns)
         figure.draw_without_rendering()
         for ax, name in zip(axes, ("distance", "alpha"), strict=True):
             plot_memberships(fis, name, ax=ax)
@@ -62,13 +68,16 @@ def plot_tracking_memberships(rule_base: str = "tracking") -> Figure:
         return figure
 
 
-def plot_tracking_velocities(rule_base: str = "tracking") -> Figure:
-    """Draw v over the distance and ω over α with the target ahead; below, both over x_err. Thesis Fig 2.20."""
+def plot_tracking_velocities(rule_base: str = "tracking", width: float = DOUBLE) -> Figure:
+    """Draw v over the distance and ω over α with the target ahead; below, both over x_err. Thesis Fig 2.20.
+
+    ``width`` is that of the figure in inches.
+    """
     fis = load_rule_base(rule_base)
     ahead = {"x_err": 0.1, "alpha": 0.0, "distance": 0.15, "heading_err": 0.0}
     ahead = {name: value for name, value in ahead.items() if name in {v.name for v in fis.inputs}}
     with style():
-        figure = new_figure(DOUBLE, 4.6)
+        figure = new_figure(width, 4.6)
         axes = figure.subplots(2, 2)
         pictures = (
             ("distance", "v"),
@@ -93,30 +102,31 @@ def _held(fixed: dict[str, float]) -> str:
     return "at " + ", ".join(f"{names[name]} = {number(value)} {units[name]}" for name, value in fixed.items())
 
 
-def plot_lateral(rule_base: str = "lateral") -> Figure:
+def plot_lateral(rule_base: str = "lateral", width: float = DOUBLE) -> Figure:
     """Draw the membership functions of y_err, and the turn λ over y_err, thesis Figs 2.23 and 2.24."""
-    return _plot_turn(rule_base, "λ", "y_err")
+    return _plot_turn(rule_base, "λ", "y_err", width)
 
 
-def plot_crash_turn(rule_base: str = "eta") -> Figure:
+def plot_crash_turn(rule_base: str = "eta", width: float = DOUBLE) -> Figure:
     """Draw the membership functions of d_ij, and the turn η of (6.4) over d_ij, thesis Figs 6.4 and 6.5."""
-    return _plot_turn(rule_base, "η", "d_ij")
+    return _plot_turn(rule_base, "η", "d_ij", width)
 
 
-def plot_obstacle_turn(rule_base: str = "theta") -> Figure:
+def plot_obstacle_turn(rule_base: str = "theta", width: float = DOUBLE) -> Figure:
     """Draw the membership functions of ro, and the turn Θ of (6.7) over ro, thesis Figs 6.20 and 6.21.
 
     The thesis uses these two numbers twice; meant are those of ro and Θ.
     """
-    return _plot_turn(rule_base, "Θ", "ro")
+    return _plot_turn(rule_base, "Θ", "ro", width)
 
 
-def _plot_turn(rule_base: str, symbol: str, argument: str) -> Figure:
+def _plot_turn(rule_base: str, symbol: str, argument: str, width: float) -> Figure:
     """Draw a rule base with one input, the ``argument`` [m]: its membership functions and its turn [rad]."""
     fis = load_rule_base(rule_base)
     with style():
-        figure = new_figure(DOUBLE, 2.0)
-        left, right = figure.subplots(1, 2)
+        rows, columns = (1, 2) if width > PAGE else (2, 1)
+        figure = new_figure(width, 2.0 * rows)
+        left, right = figure.subplots(rows, columns)
         figure.draw_without_rendering()
         plot_memberships(fis, 0, ax=left)
         plot_surface(fis, 0, 0, ax=right)

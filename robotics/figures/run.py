@@ -1,11 +1,27 @@
 """One page about one run: where the robots went, how far off they were, how fast, and what was commanded."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, style
-from robotics.figures.drawing import TARGET, draw_line, last_known, mark_contacts, mark_stop, page_title, strided
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from robotics.figures.drawing import (
+    TARGET,
+    cut_to_what_robots_can,
+    draw_legend,
+    draw_line,
+    draw_title,
+    draw_top_view,
+    last_known,
+    mark_contacts,
+    mark_stop,
+    strided,
+    top_view_height,
+    unjumped,
+)
+from robotics.figures.faults import FEW
 from robotics.figures.team import plot_team
 from robotics.figures.world import draw_bodies, draw_world
 from robotics.measures.standing import last_move
@@ -17,17 +33,18 @@ _FAINT = 0.25  # opacity of the seeds after the first
 _MOST = 40  # seeds drawn
 
 
-def plot_run(run: Run, *, seed: int | None = None) -> Figure:
+def plot_run(run: Run, *, seed: int | None = None, width: float = DOUBLE) -> Figure:
     """Draw the page of ``robotics run --plot``: path, errors, speeds, commands.
 
     One seed, by default the first, is drawn boldly, up to 39 more faintly behind it; each robot has its colour. A cross
     marks where a robot was stopped; a cross in a ring where in that seed one touched another, or an obstacle. Among
     obstacles robots are drawn in true size too. A team has a page of its own: :func:`robotics.figures.team.plot_team`.
+    ``width`` is that of the figure in inches.
 
     Raises ReplayError for a seed that was not run.
     """
     if run.team is not None:
-        return plot_team(run, seed)
+        return plot_team(run, seed, width)
     place = seed_place(run, seed)
     order = [place, *(r for r in range(len(run.seeds)) if r != place)][:_MOST]
     error, cross = tracking_error(run), cross_track_error(run)
@@ -36,7 +53,7 @@ def plot_run(run: Run, *, seed: int | None = None) -> Figure:
         [("x error [m]", error.x, None), ("v [m/s]", run["v"], run.target("v"))],
         [("y error [m]", error.y, None), ("ω [rad/s]", run["w"], run.target("w"))],
         [
-            ("heading error [rad]", error.heading, None),
+            ("heading error [rad]", unjumped(error.heading), None),
             ("right wheel [N m]" if torque else "commanded v [m/s]", run["command_1"], None),
         ],
         [
@@ -45,8 +62,10 @@ def plot_run(run: Run, *, seed: int | None = None) -> Figure:
         ],
     ]
     with style():
-        figure = new_figure(DOUBLE, 9.0)
-        grid = figure.add_gridspec(5, 2, height_ratios=(2.1, 1, 1, 1, 1))
+        seen = [np.stack([run[axis][r].ravel() for axis in "xy"]) for r in order]
+        top = top_view_height([*run.paths, *seen], 0.9 * width)
+        figure = new_figure(width, top + 6.2)
+        grid = figure.add_gridspec(5, 2, height_ratios=(top + 0.4, *(4 * [1.35])))
         _draw_top_view(figure.add_subplot(grid[0, :]), run, order)
         first: Axes | None = None
         for row, pair in enumerate(panels, start=1):
@@ -54,18 +73,31 @@ def plot_run(run: Run, *, seed: int | None = None) -> Figure:
                 ax = figure.add_subplot(grid[row, column], sharex=first)
                 first = first or ax
                 _draw_channel(ax, run, values, target, order)
+                if not torque and name.startswith("commanded"):
+                    cut_to_what_robots_can(ax, run, place, f"command_{row - 2}")
                 ax.set_ylabel(name)
                 if row == len(panels):
                     ax.set_xlabel("time [s]")
                 else:
                     ax.tick_params(labelbottom=False)
         figure.align_ylabels()
-        figure.suptitle(page_title(run, order), parse_math=False, fontsize=9)
+        draw_title(figure, run, order)
         return figure
 
 
 def _color(robot: int) -> str:
     return COLORS[robot % len(COLORS)]
+
+
+def _look(robot: int, robots: int, bold: bool) -> dict[str, Any]:
+    """How the line of a robot looks: of several each has its dashes, and those drawn first are wider."""
+    under = 0.5 * (robots - 1 - robot) if bold and 1 < robots <= FEW else 0.0
+    return {
+        "color": _color(robot),
+        "linestyle": LINES[robot % 7] if robots <= FEW else "-",
+        "alpha": 1.0 if bold else _FAINT,
+        "linewidth": (1.0 if bold else 0.5) + under,
+    }
 
 
 def _draw_top_view(ax: Axes, run: Run, order: list[int]) -> None:
@@ -80,10 +112,7 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int]) -> None:
             x, y = run["x"][r, i], run["y"][r, i]
             ax.plot(
                 *strided(x, y),
-                color=_color(i),
-                linestyle="-",
-                alpha=_FAINT if r != first else 1.0,
-                linewidth=0.7 if r != first else 1.2,
+                **_look(i, len(run.paths), r == first),
                 label=None if r != first else f"robot {i + 1}" if several else "robot",
             )
             if run.diverged[r, i] and (k := last_known(x)) >= 0:
@@ -100,10 +129,8 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int]) -> None:
             label=None if i else "start",
         )
     mark_contacts(ax, run, first)
-    ax.set_aspect("equal", adjustable="datalim")
-    ax.set_xlabel("x [m]")
-    ax.set_ylabel("y [m]")
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=6)
+    draw_top_view(ax)
+    draw_legend(ax, ("reference", "start"))
 
 
 def _draw_channel(ax: Axes, run: Run, values: np.ndarray, target: np.ndarray | None, order: list[int]) -> None:
@@ -115,10 +142,7 @@ def _draw_channel(ax: Axes, run: Run, values: np.ndarray, target: np.ndarray | N
                 ax,
                 run.time,
                 line,
-                color=_color(i),
-                linestyle="-",
-                alpha=_FAINT if r != order[0] else 1.0,
-                linewidth=0.5 if r != order[0] else 1.0,
+                **_look(i, values.shape[1], r == order[0]),
             )
             if run.diverged[r, i] and (k := last_known(line)) >= 0:
                 mark_stop(ax, run.time[k], line[k], _color(i))

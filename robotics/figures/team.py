@@ -12,17 +12,23 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from fuzzy.shown import shown
 from robotics.figures.drawing import (
     TARGET,
+    draw_legend,
     draw_line,
     draw_many,
+    draw_title,
+    draw_top_view,
     last_known,
     mark_contacts,
     mark_stop,
-    page_title,
     strided,
+    top_view_height,
+    unjumped,
 )
 from robotics.figures.faults import FEW, WORDS, shade_faults
 from robotics.figures.world import draw_bodies, draw_world
@@ -39,13 +45,15 @@ _NAMED = 6  # faults that are named in the picture
 LEAST = 1e-3  # the axis of the differences of progress reaches at least as far to either side
 
 
-def plot_team(run: Run, seed: int | None = None) -> Figure:
+def plot_team(run: Run, seed: int | None = None, width: float = DOUBLE) -> Figure:
     """Draw the page of a team: trajectories, errors against the law's own target, speeds, progress, its differences.
 
     ``seed`` (the first by default) is drawn boldly, up to 39 others faintly behind it. More than 8 robots are thin
     lines over a band from the 5th to the 95th percentile with their median, of that seed alone. Faults are shaded,
     hatched by kind, and named. Among obstacles few robots are drawn in true size too, all at the same times, as are
-    obstacles that move. Raises ReplayError for a seed that was not run.
+    obstacles that move. Where all robots are within 0.001 of each other at any time, the panel of the differences of
+    progress is left out, and that of progress says so. ``width`` is that of the figure in inches. Raises ReplayError
+    for a seed that was not run.
     """
     place = seed_place(run, seed)
     order = [place, *(r for r in range(len(run.seeds)) if r != place)]
@@ -58,11 +66,15 @@ def plot_team(run: Run, seed: int | None = None) -> Figure:
     panels = [
         [("x error [m]", error.x), ("v [m/s]", run["v"])],
         [("y error [m]", error.y), ("ω [rad/s]", run["w"])],
-        [("heading error [rad]", error.heading), last],
+        [("heading error [rad]", unjumped(error.heading)), last],
     ]
+    apart = _most_apart(progress[order]) if known else 0.0
     with style():
-        heights = [_height(run), 1.15, 1.15, 1.15, 1.45] if known else [_height(run), 1.15, 1.15, 1.15]
-        figure = new_figure(DOUBLE, sum(heights) + (2.0 if known else 1.6))
+        heights = [top_view_height(run.paths, 0.9 * width), 1.15, 1.15, 1.15, *([1.45] if apart >= LEAST else [])]
+        figure = new_figure(width, sum(heights) + (2.0 if apart >= LEAST else 1.6))
+        engine = figure.get_layout_engine()
+        assert isinstance(engine, ConstrainedLayoutEngine)
+        engine.set(w_pad=0.08)  # inches: labels that are aligned below may move a little outwards
         grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
         _draw_top_view(figure.add_subplot(grid[0, :]), run, order, faults)
         axes: list[Axes] = []
@@ -75,7 +87,10 @@ def plot_team(run: Run, seed: int | None = None) -> Figure:
                 ax.tick_params(labelbottom=row == len(panels))
         for ax in axes[-2:]:
             ax.set_xlabel("time [s]")
-        if known:
+        if known and apart < LEAST:
+            said = f"all within {shown(apart, digits=1)} of each other"
+            axes[-1].text(0.98, 0.06, said, transform=axes[-1].transAxes, ha="right", fontsize=6.5)
+        if apart >= LEAST:
             bottom = figure.add_subplot(grid[4, :], sharex=axes[0])
             axes.append(bottom)
             draw_differences(bottom, run, progress, order)
@@ -83,7 +98,7 @@ def plot_team(run: Run, seed: int | None = None) -> Figure:
         start, end = float(run.time[0]), float(run.time[-1])
         axes[0].set_xlim(start, end)
         figure.align_ylabels()
-        figure.suptitle(page_title(run, order), parse_math=False, fontsize=9)
+        draw_title(figure, run, order)
         figure.draw_without_rendering()  # the names of faults need the widths of the panels
         figure.set_layout_engine("none")  # which then stay
         for ax in axes:
@@ -91,15 +106,21 @@ def plot_team(run: Run, seed: int | None = None) -> Figure:
         return figure
 
 
-def _height(run: Run) -> float:
-    """The height of the top view in inches: the paths' own proportions, within what a page has."""
-    points = np.concatenate(run.paths, axis=1)
-    width, height = points.max(axis=1) - points.min(axis=1)
-    return float(np.clip(6.3 * height / max(width, 1e-9), 1.8, 4.0))
+def _most_apart(progress: np.ndarray) -> float:
+    """The largest difference of progress (runs, robots, samples) between two robots of a run, at any time."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # once all are stopped: not-a-number
+        apart = np.nanmax(progress, axis=1) - np.nanmin(progress, axis=1)
+    return float(np.nanmax(apart, initial=0.0))
 
 
 def _color(robot: int) -> str:
     return COLORS[robot % len(COLORS)]
+
+
+def _width(robot: int, robots: int) -> float:
+    """The width of a robot's line in points: those that are drawn first, below the others, are wider."""
+    return 1.0 + min(0.5, 1.2 / robots) * (robots - 1 - robot)
 
 
 def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Iterable[FaultSpan]) -> None:
@@ -115,7 +136,7 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Iterable[FaultS
                 color=_color(i),
                 linestyle=LINES[i % 7] if few else "-",
                 alpha=1.0 if bold else _FAINT,
-                linewidth=1.3 if bold and few else 0.6,
+                linewidth=_width(i, len(run.paths)) if bold and few else 0.6,
                 label=f"robot {i + 1}" if bold and few else None,
             )
             if run.diverged[r, i] and (k := last_known(x)) >= 0:
@@ -127,8 +148,8 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Iterable[FaultS
     ends = [last_known(row) for row in x]
     pairs = [(x[i, k], y[i, k]) for i, k in enumerate(ends) if k >= 0 and not run.diverged[first, i]]
     ax.plot(*np.reshape(pairs, (-1, 2)).T, marker="s", label="end", **size)
-    shown = [f for f in faults if np.isfinite(run["x"][first, f.robot, np.searchsorted(run.time, f.start)])]
-    for f in shown[:_NAMED]:
+    drawn = [f for f in faults if np.isfinite(run["x"][first, f.robot, np.searchsorted(run.time, f.start)])]
+    for f in drawn[:_NAMED]:
         k = int(np.searchsorted(run.time, f.start))
         ax.plot(x[f.robot, k], y[f.robot, k], marker="v", markersize=5, color="black", zorder=6)
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.8}
@@ -147,10 +168,8 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Iterable[FaultS
         if few:
             draw_bodies(ax, run, first, last)
     mark_contacts(ax, run, first)
-    ax.set_aspect("equal", adjustable="datalim")
-    ax.set_xlabel("x [m]")
-    ax.set_ylabel("y [m]")
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=6)
+    draw_top_view(ax)
+    draw_legend(ax, ("path", "start", "end", "contact"))
 
 
 def draw_team_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int]) -> None:
@@ -168,7 +187,7 @@ def draw_team_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int]) 
         return
     for i in range(rows.shape[0]):
         for r in reversed(order):
-            alpha, width = (1.0, 1.0) if r == first else (_FAINT, 0.5)
+            alpha, width = (1.0, _width(i, rows.shape[0])) if r == first else (_FAINT, 0.5)
             look = {"color": _color(i), "linestyle": LINES[i % 7], "alpha": alpha, "linewidth": width}
             draw_line(ax, run.time, values[r, i], **look)
             if run.diverged[r, i] and (k := last_known(values[r, i])) >= 0:
@@ -190,7 +209,8 @@ def draw_differences(ax: Axes, run: Run, progress: np.ndarray, order: list[int])
         for n, (i, j) in enumerate(combinations(range(robots), 2), start=3):  # other looks than those of robots 1 to 3
             for r in reversed(order):
                 bold = r == first
-                look = {"alpha": 1.0 if bold else _FAINT, "linewidth": 1.1 if bold else 0.5}
+                over = robots * (robots - 1) // 2 + 2 - n  # lines that are drawn over this one
+                look = {"alpha": 1.0 if bold else _FAINT, "linewidth": 1.0 + 0.3 * over if bold else 0.5}
                 name = f"$s_{{{i + 1}}} − s_{{{j + 1}}}$" if bold else None
                 row = progress[r, i] - progress[r, j]
                 draw_line(ax, run.time, row, color=_color(n), linestyle=LINES[n % 7], label=name, **look)

@@ -16,6 +16,7 @@ from robotics.paths.trajectory import Reference
 from robotics.simulation.run import Run
 
 SETTLED = 0.05  # m: a robot that stays nearer has settled
+UNDER_WAY = 6.0  # s: from then on what is measured is the tracking, not how a robot came to its path
 KINDS = ("tracking", "formation", "team")  # of scenarios
 
 
@@ -78,6 +79,17 @@ def cross_track_error(run: Run) -> np.ndarray:
     return result
 
 
+def under_way(run: Run) -> np.ndarray:
+    """When the reference of each robot (robots, samples) moves, without the first 6 s, in which a robot may come to it.
+
+    Of a run, or a path, of less than 12 s it is the second half: there is always something to measure.
+    """
+    moving = run.target("v") > 1e-6
+    last = np.where(moving.any(-1), moving.shape[-1] - 1 - np.argmax(moving[..., ::-1], axis=-1), 0)
+    begin = np.minimum(UNDER_WAY, run.time[last] / 2)
+    return np.asarray(moving & (run.time >= begin[:, None]))
+
+
 def _mean(values: np.ndarray) -> np.ndarray:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # a robot stopped at once has no sample: not-a-number
@@ -117,6 +129,12 @@ def _variation(run: Run, channel: str) -> np.ndarray:
     return _rate(run, np.nansum(np.abs(np.diff(run[channel], axis=-1)), axis=-1))
 
 
+def _rms_under_way(run: Run) -> np.ndarray:
+    """Infinite for a robot that was stopped before it got under way."""
+    found = np.sqrt(_mean(np.where(under_way(run), cross_track_error(run), np.nan) ** 2))
+    return np.where(np.isnan(found), np.inf, found)
+
+
 def _error_norm(run: Run) -> np.ndarray:
     e = tracking_error(run)
     return np.sqrt(e.x**2 + e.y**2 + e.heading**2)
@@ -152,6 +170,13 @@ METRICS: dict[str, Metric] = {
         headline=("tracking", "team"),
         short="RMS cross-track",
         tried=("tracking", "team"),
+    ),
+    "rms_cross_track_under_way_m": Metric(
+        _rms_under_way,
+        "m",
+        "RMS cross-track error under way: from 6 s until the reference stands",
+        headline=("tracking",),
+        short="RMS under way",
     ),
     "max_cross_track_m": Metric(
         lambda r: np.nanmax(np.abs(cross_track_error(r)), axis=-1),

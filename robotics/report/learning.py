@@ -445,7 +445,7 @@ def _network(k: int, errors: Errors, samples: Samples, check: Samples | None, cl
             ),
             Picture(
                 f"{name}-memberships",
-                "Membership functions before learning (dashed grey) and after, a panel for each input.",
+                "Membership functions before learning (thin) and after (wide), a panel for each input.",
                 f"Gaussian membership functions of {_listed(inputs)}.",
                 partial(plot_premises, network.before, network.after),
             ),

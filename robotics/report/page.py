@@ -10,6 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from fuzzy.figures.drawing import PAGE
 from fuzzy.files.atomic import replacing
 from robotics.experiments.comparison import Comparison, terms
 from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_velocities
@@ -204,13 +205,14 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
             f"Metrics on {name}: a dot for each of the {len(comparison.seeds)} seeds, and the mean with its 95 % "
             f"interval. {'Smaller is better, except for distances.' if larger else 'Smaller is better everywhere.'}",
             f"Strip charts of {len(shown)} metrics on {name} for {who}; the table above has the same numbers.",
-            lambda: plot_comparison(comparison, name, list(shown), looks=looked),
+            lambda: plot_comparison(comparison, name, list(shown), looks=looked, width=PAGE),
         ),
         Picture(
             f"{slug}-paths",
-            f"Driven paths on {name}, seed {seed}, and where they lie furthest apart in the second half, magnified.",
-            f"Top view of the reference and of the paths that {who} drove on {name}, with a magnified detail.",
-            lambda: plot_paths(runs, looks=looked),
+            f"Driven paths on {name}, seed {seed}; below, how far each controller was off the path over time: median "
+            "and band of all seeds. ▲, ▼: so far beyond the axis.",
+            f"Top view of the reference and of the paths that {who} drove on {name}, and cross-track errors over time.",
+            lambda: plot_paths(runs, looks=looked, width=PAGE),
         ),
     ]
     for i, member in enumerate(scenario.robots[:_PER_ROBOT]):
@@ -221,13 +223,16 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
                 f"Tracking errors on {name}{of}, seed {seed}: the true posture against the reference at the same time, "
                 "in the robot's frame.",
                 f"Errors in x, y and heading over time of {who} on {name}{of}.",
-                lambda i=i: plot_errors(runs, robot=i, looks=looked),  # type: ignore[misc]
+                lambda i=i: plot_errors(runs, robot=i, looks=looked, width=PAGE),  # type: ignore[misc]
             ),
             Picture(
                 f"{slug}-speeds{suffix}",
-                f"Speeds on {name}{of}, seed {seed}, with the reference's.",
-                f"Linear and angular speed over time of {who} on {name}{of}, one row a controller.",
-                lambda i=i, m=member: plot_velocities(runs, robot=i, machine=m.robot, looks=looked),  # type: ignore[misc]
+                f"Speeds on {name}{of}, seed {seed}, with the reference's. Changes: total variation of the demanded "
+                "turn rate a second, without the start. ▲, ▼: so far beyond the axis.",
+                f"Speed, turn rate and demanded turn rate over time of {who} on {name}{of}, one row a controller.",
+                lambda i=i, m=member: plot_velocities(  # type: ignore[misc]
+                    runs, robot=i, machine=m.robot, looks=looked, width=PAGE
+                ),
             ),
         ]
     return pictures

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from functools import partial
 
+from fuzzy.figures.drawing import PAGE
 from robotics.experiments.stress.outcome import StressOutcome
-from robotics.figures.avoidance import plot_avoidance
+from robotics.figures.avoidance import CRASH_ROWS, HOW, OBSTACLE_ROWS, WHERE, plot_avoidance
 from robotics.figures.laws import plot_crash_turn, plot_obstacle_turn
 from robotics.figures.meetings import plot_meetings
 from robotics.figures.states import plot_states
@@ -216,13 +217,13 @@ def _pictures(runs: Runs) -> list[Picture]:
             "The rule base eta (thesis Figs 6.4, 6.5): the sets of d_ij, and the turn η of (6.4). The thesis's figures "
             "are missing; the numbers are choices.",
             "Three triangles over the distance; η falls from 2.4 rad at 0 m to 0 at 0.6 m in a straight line.",
-            plot_crash_turn,
+            partial(plot_crash_turn, width=PAGE),
         ),
         Picture(
             "avoidance-theta",
             "The rule base theta (thesis Figs 6.20, 6.21): the sets of ro, and the turn Θ of (6.7); choices, too.",
             "Three triangles over the distance; Θ falls from 1.6 rad at 0.15 m to 0 at 0.8 m in a straight line.",
-            plot_obstacle_turn,
+            partial(plot_obstacle_turn, width=PAGE),
         ),
         Picture(
             "avoidance-states-crash",
@@ -258,13 +259,24 @@ def _pictures(runs: Runs) -> list[Picture]:
             if crash
             else "Obstacle: what the sonars of robot 1 read, and how far its rectangle truly was from the nearest one."
         )
-        pictures.append(
-            Picture(
+        columns = [runs[scenario, law] for law in laws]
+        usual = CRASH_ROWS if crash else OBSTACLE_ROWS
+        for name, rows, what, said in (
+            (
                 f"avoidance-{scenario}",
-                f"{load_scenario(scenario).title}. Robots in true size at equal times. {about}",
-                f"Trajectories, errors, speeds and distances over time in {scenario}, a column for each of "
-                + ", ".join(map(label, laws)),
-                partial(plot_avoidance, [runs[scenario, law] for law in laws], figures=figures),
+                WHERE,
+                "Trajectories and distances",
+                f"Robots in true size at equal times. {about}",
+            ),
+            (f"avoidance-{scenario}-speeds", HOW, "Errors and speeds", "Errors and speeds of the same runs."),
+        ):
+            chosen = [row for row in usual if row in rows]
+            pictures.append(
+                Picture(
+                    name,
+                    f"{load_scenario(scenario).title}. {said}",
+                    f"{what} over time in {scenario}, a column for each of {', '.join(map(label, laws))}",
+                    partial(plot_avoidance, columns, figures=figures, rows=chosen, width=PAGE),
+                )
             )
-        )
     return pictures

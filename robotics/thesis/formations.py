@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 import anfis
 from anfis.plot import plot_premises
-from fuzzy.figures.search import plot_rules_error
+from fuzzy.figures.drawing import PAGE
 from fuzzy.figures.structure import plot_structure
 from robotics.experiments.learning.formationdata import (
     FormationRun,
@@ -29,8 +29,14 @@ from robotics.experiments.learning.formationdata import (
 from robotics.experiments.learning.formationlearning import Learnt, learn_network, write_networks
 from robotics.experiments.learning.fresh import FRESH, FreshErrors, fresh_errors
 from robotics.experiments.learning.scatter import DRAWS, Scatter, scatter
-from robotics.figures.formations import plot_epochs, plot_fits, plot_formation_paths, plot_formation_signals
-from robotics.figures.run import plot_run
+from robotics.figures.formation_run import plot_formation
+from robotics.figures.formations import (
+    plot_epochs,
+    plot_fits,
+    plot_formation_paths,
+    plot_formation_signals,
+    plot_searches,
+)
 from robotics.laws.formation.leader_follower import OUTPUTS, load_networks
 from robotics.measures.evidence import mean_of
 from robotics.measures.formations import measure_formation
@@ -69,6 +75,8 @@ class _Data(NamedTuple):
     along: Table  # the runs of the set's formations along the path, in the order of time, for the pictures
     check_along: Table  # the checking formation's run along the path
     runs: dict[str, FormationRun]  # of the set's formations, by title
+    time: np.ndarray  # s, of the samples of ``along``: one run after another
+    check_time: np.ndarray  # likewise of ``check_along``
 
 
 def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
@@ -108,7 +116,15 @@ def _data(kind: Kind, seed: int) -> _Data:
         f"leader from {start:g} m".replace("-", "−"): formation_run(recipe, start, recipe.samples)
         for start in recipe.starts
     }
-    return _Data(table, check, along, check_along, runs if literal else {})
+    held_runs = [formation_run(held, start, held.samples) for start in held.starts]
+    times = _one_after_another(list(runs.values())), _one_after_another(held_runs)
+    return _Data(table, check, along, check_along, runs if literal else {}, *times)
+
+
+def _one_after_another(runs: Sequence[FormationRun]) -> np.ndarray:
+    """The times [s] of all samples of the runs, of which each begins a sample after the one before it."""
+    begins = np.cumsum([0.0, *(run.time[-1] + run.time[1] for run in runs[:-1])])
+    return np.concatenate([run.time + begin for run, begin in zip(runs, begins, strict=True)])
 
 
 @lru_cache(maxsize=8)
@@ -272,20 +288,21 @@ def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _D
             "formation-paths",
             "The formations of the literal set (thesis Fig 5.3): paths, and poses at seven equal times.",
             "Five panels with the paths of a leader and two followers.",
-            partial(plot_formation_paths, literal.runs),
+            partial(plot_formation_paths, literal.runs, PAGE),
         ),
         Picture(
             "formation-signals",
             "The leader's posture (left, thesis Fig 5.4) and the velocities of all robots (right, Fig 5.5) in the "
             "literal set. The lead dx decides, and is no input of it.",
             "x, y, heading and lead over time on the left, four velocities on the right, five formations each.",
-            partial(plot_formation_signals, literal.runs, turns),
+            partial(plot_formation_signals, literal.runs, turns, PAGE),
         ),
         Picture(
             "formation-rules",
-            "Training error over the number of rules (thesis Fig 5.6), well-posed set; the best of 108 settings each.",
-            "Error against number of rules for the four networks.",
-            partial(plot_rules_error, {network.output: network.search for network in posed}),
+            "Training error over the number of rules (thesis Fig 5.6), well-posed set: a dot for each setting, a "
+            "line through the best; ring: the one taken.",
+            "Error against number of rules for the four networks, those of speeds left, of turn rates right.",
+            partial(plot_searches, {n.output: replace(n.search, wanted=n.trial.rules) for n in posed}, PAGE),
         ),
         Picture(
             "formation-structure",
@@ -296,36 +313,48 @@ def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _D
         Picture(
             "formation-premises",
             f"Membership functions of the network {first.output} before and after learning (thesis Fig 5.10).",
-            "Gaussian membership functions of each input, before dashed, after solid.",
-            lambda: plot_premises(first.before, first.after),
+            "Gaussian membership functions of each input, before learning thin, after it wide.",
+            lambda: plot_premises(first.before, first.after, PAGE),
         ),
         Picture(
             "formation-training",
             "Training and checking error of the four networks over the epochs (thesis Fig 5.13), well-posed set.",
             "Error curves of hybrid learning, training on the left and checking on the right.",
-            partial(plot_epochs, {network.output: network.training.history for network in posed}),
+            partial(
+                plot_epochs,
+                {network.output: network.training.history for network in posed},
+                {network.output: network.after.outputs[0].unit for network in posed},
+                PAGE,
+            ),
         ),
     ]
-    for name, figures, which, where in (
-        ("formation-fit", "Figs 5.8, 5.12", "along", "the five formations' runs"),
-        ("formation-fit-check", "Fig 5.9", "check_along", "the checking formation, 1 m behind"),
+    for name, figures, which, time, where in (
+        ("formation-fit", "Figs 5.8, 5.12", "along", "time", "the five formations' runs"),
+        ("formation-fit-check", "Fig 5.9", "check_along", "check_time", "the checking formation, 1 m behind"),
     ):
         pictures.append(
             Picture(
                 name,
-                f"The four networks after clustering and after learning, over {where} (thesis {figures}). The networks "
-                "of the well-posed set were not learnt from these samples.",
+                f"The four networks after clustering and after learning, over {where} (thesis {figures}), one "
+                "after another. The networks of the well-posed set were not learnt from these samples.",
                 "Data and networks' outputs: four outputs, literal set left, well-posed set right.",
-                partial(_fits, learnt, {kind: getattr(data[kind], which) for kind in SETS}),
+                partial(
+                    _fits,
+                    learnt,
+                    {kind: getattr(data[kind], which) for kind in SETS},
+                    {kind: getattr(data[kind], time) for kind in SETS},
+                ),
             )
         )
     return pictures
 
 
-def _fits(learnt: Mapping[Any, list[Learnt]], tables: dict[Kind, Table]) -> Figure:
-    return plot_fits(
-        {f"{kind} set": [fit_of(network, tables[kind]) for network in networks] for kind, networks in learnt.items()}
-    )
+def _fits(learnt: Mapping[Any, list[Learnt]], tables: dict[Kind, Table], times: dict[Kind, np.ndarray]) -> Figure:
+    columns = {
+        f"{kind} set": [fit_of(network, tables[kind])._replace(time=times[kind]) for network in networks]
+        for kind, networks in learnt.items()
+    }
+    return plot_fits(columns, PAGE)
 
 
 def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
@@ -337,9 +366,10 @@ def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
         pictures.append(
             Picture(
                 f"{experiment}-1",
-                f"{experiment}: {title} (thesis {figures[experiment]}). Robot 1 leads.",
-                f"Paths, errors and speeds of three robots in {experiment}.",
-                partial(plot_run, run.only(run.seeds[0])),
+                f"{experiment}: {title} (thesis {figures[experiment]}). Robot 1 leads; its lead is drawn first. Thin "
+                "lines: commands.",
+                f"Paths, lead, distances from path and place, and speeds of three robots in {experiment}.",
+                partial(plot_formation, run.only(run.seeds[0]), width=PAGE),
             )
         )
     return pictures

@@ -120,7 +120,7 @@ def _scaled(robots: int, loss: float, seed: int) -> Scaling:
     run = simulate(setting, make_controller(team.controller), [seed])
     arrivals, gap = arrival_time(run), float(np.nanmax(progress_gap(run)))
     late = float(arrivals.max() - setting.trajectory.ends.max())
-    return Scaling(robots, loss, float(spread(arrivals)[0]), late, gap)
+    return Scaling(robots, loss, float(spread(arrivals)[0]), late, gap, float(run.time[1] - run.time[0]))
 
 
 def separation(run: Run, since: float) -> np.ndarray:

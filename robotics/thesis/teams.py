@@ -3,14 +3,15 @@
 from functools import partial
 from itertools import zip_longest
 
+from fuzzy.figures.drawing import PAGE
 from robotics.experiments.recovery import Recovery
 from robotics.experiments.scaling import Scaling
-from robotics.figures.recovery import plot_recovery, plot_scaling
+from robotics.figures.recovery import plot_recovery, plot_robot_errors, plot_scaling
 from robotics.figures.run import plot_run
 from robotics.figures.states import plot_states
 from robotics.laws.catalogue import label
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from robotics.measures.evidence import mean_of, rate_of
+from robotics.measures.evidence import Estimate, mean_of, rate_of
 from robotics.measures.leading import Lead, lead
 from robotics.measures.quantities import QUANTITIES, measured, runs_touched
 from robotics.playback.player import player_fragment
@@ -76,13 +77,13 @@ def chapter_of(results: Results) -> Chapter:
             "Progress is measured by where the robots truly are on their paths, not by what their laws believe. "
             "“As printed” laws are run as the thesis prints them; the others correct what its errata name.",
         ),
-        [_experiments(results), *(_duel(results, test) for test in TESTS)],
-        [_table_5_6(), _recovery(results), _scaling(results)],
+        [_experiments(results)],
+        [*(_duel(results, test) for test in TESTS), _table_5_6(), _recovery(results), _scaling(results)],
         _pictures(results),
         judged("teams", partial(values, results)),
         [_film(results, *item) for item in FILMS],
         [_lead(results, test) for test in TESTS],
-        "Rules, recovery and scaling in numbers",
+        "Tables 5.7 and 5.8, rules, recovery and scaling in numbers",
     )
 
 
@@ -137,8 +138,19 @@ def _cell(run: Run, quantity: str) -> str:
     return shown(mean_of(measured(run, quantity)), QUANTITIES[quantity].unit)
 
 
+_TABLES = {"unequal-lengths": "5.7", "start-off-paths": "5.8"}
+
+
+def _errors_of(results: Results, test: str) -> tuple[dict[str, list[list[Estimate]]], tuple[str, ...]]:
+    """For each law and kind of error the means of the robots, and the kinds' titles, for the picture."""
+    found = {}
+    for law, title in DUELS.items():
+        means = mean_errors(results[Needed(test, law, False)])
+        found[title] = [[mean_of(means[:, i, k]) for i in range(means.shape[1])] for k in range(means.shape[2])]
+    return found, (*COLUMNS[:3], "mean error norm [m, rad]")
+
+
 def _duel(results: Results, test: str) -> Grid:
-    table = {"unequal-lengths": "5.7", "start-off-paths": "5.8"}[test]
     rows = [
         (f"thesis, {kind} (printed)", *(", ".join(column) for column in PRINTED[test][kind]), "")
         for kind in ("nonlinear", "fuzzy")
@@ -151,9 +163,10 @@ def _duel(results: Results, test: str) -> Grid:
         rows.append((title, *numbers, ", ".join(shown(mean_of(reached[:, i]), "s") for i in range(3))))
     runs = len(run.seeds)
     return Grid(
-        f"Table {table} beside ours: means over time (5.17) for robots 1, 2, 3, with 95 % intervals over {runs} "
-        "seeds. All laws are measured against the same timetable, that of the scenario, with the same noise. What the "
-        "thesis calls MSE is the mean error norm, with 1 rad counted as 1 m. Its misprints are left as they are.",
+        f"Table {_TABLES[test]} beside ours: means over time (5.17) for robots 1, 2, 3, with 95 % intervals over "
+        f"{runs} seeds. All laws are measured against the same timetable, that of the scenario, with the same noise. "
+        "What the thesis calls MSE is the mean error norm, with 1 rad counted as 1 m. Its misprints are left as they "
+        "are.",
         ("controller", *COLUMNS, "on the path for good"),
         rows,
     )
@@ -216,9 +229,19 @@ def _pictures(results: Results) -> list[Picture]:
                 f"team-{scenario}",
                 f"{load_scenario(scenario).title}: {label(law)} (thesis {figures}).",
                 f"Paths, errors, speeds and differences of progress in {scenario}.",
-                partial(plot_run, _first(results[Needed(scenario, law, False)])),
+                partial(plot_run, _first(results[Needed(scenario, law, False)]), width=PAGE),
             )
         )
+    pictures += [
+        Picture(
+            f"team-errors-{test}",
+            f"{load_scenario(test).title}: mean errors (5.17) of robots 1 to 3, with 95 % intervals (thesis Table "
+            f"{_TABLES[test]}; the printed numbers stand beside ours below).",
+            f"Dots with bars for five laws in {test}: mean x, y and heading error and their norm, three robots each.",
+            partial(plot_robot_errors, *_errors_of(results, test), PAGE),
+        )
+        for test in TESTS
+    ]
     pictures.append(
         Picture(
             "team-states",
@@ -234,15 +257,16 @@ def _pictures(results: Results) -> list[Picture]:
             "Recovery from a failure and a delay at random times, with Wilson's 95 % intervals, under the thesis's "
             "gains, under K 1, 10, 5, and with a watchdog and a waiting clock.",
             "Share of teams that recover, and distances from the path, over the length of the outage.",
-            partial(plot_recovery, _recoveries(results)),
+            partial(plot_recovery, _recoveries(results), PAGE),
         )
     )
     pictures.append(
         Picture(
             "team-scaling",
-            "Random teams of 10, 20 and 40 robots: spread and delay of the arrivals on a radio that loses messages.",
-            "Spread and delay of arrivals over the number of robots for three shares of lost messages.",
-            partial(plot_scaling, _scalings(results)),
+            "Random teams, one a point: spread and delay of the arrivals on a radio that loses messages. Arrivals are "
+            "known to a sample.",
+            "Spread and delay of arrivals over the number of robots for each share of lost messages.",
+            partial(plot_scaling, _scalings(results), PAGE),
         )
     )
     return pictures

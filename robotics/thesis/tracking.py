@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fuzzy.figures.drawing import PAGE
 from robotics.experiments.together import run_together
 from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
 from robotics.laws.catalogue import CATALOGUE, label, make_controller
@@ -138,32 +139,32 @@ def _pictures() -> list[Picture]:
     return [
         Picture(
             "law-switching",
-            "The push K/Q(S) sign S of the sliding modes over S, with α = 3 s/m (thesis Fig 2.3). Left: the same K; "
-            "right: other K beside the conventional law with the thesis's K = 1. At equal K the exponential law "
+            "The push K/Q(S) sign S of the sliding modes over S, with α = 3 s/m (thesis Fig 2.3). Above: the same K; "
+            "below: other K beside the conventional law with the thesis's K = 1. At equal K the exponential law "
             "never pushes less than the conventional one.",
             "Curves of the exponential reaching law for several K and μ₀, with steps for the conventional law.",
-            plot_switching,
+            partial(plot_switching, width=PAGE),
         ),
         Picture(
             "law-memberships",
             "Membership functions of the distance to the target and of its bearing α (thesis Fig 2.19). The thesis's "
             "figure is missing: the shapes are choices.",
             "Five overlapping membership functions each of distance and of α.",
-            plot_tracking_memberships,
+            partial(plot_tracking_memberships, width=PAGE),
         ),
         Picture(
             "law-velocities",
             "Above: v over the distance and ω over α (thesis Fig 2.20). Below: what x_err does to them; where the "
             "target lies behind (x_err < 0) rule 11 stops a robot that faces along its path.",
             "Two curves of the fuzzy controller's speeds, and two contour pictures over x_err.",
-            plot_tracking_velocities,
+            partial(plot_tracking_velocities, width=PAGE),
         ),
         Picture(
             "law-lateral",
             "Membership functions of y_err and the turn λ over y_err (thesis Figs 2.23 and 2.24). Of the tracking "
             "presets only fuzzy-lateral uses λ; the others steer by the bearing, which sees y_err itself.",
             "Five membership functions of y_err, and λ as a rising curve over y_err.",
-            plot_lateral,
+            partial(plot_lateral, width=PAGE),
         ),
     ]
 

@@ -10,7 +10,7 @@ from matplotlib.patches import Rectangle
 import anfis
 import fuzzy
 from anfis.plot import TrainingPlotError
-from tests.drawn import x_of, y_of
+from tests.drawn import faults_of, x_of, y_of
 
 torch.set_num_threads(1)
 X = np.random.default_rng(4).uniform(-1, 1, (60, 3))
@@ -51,9 +51,15 @@ def test_premises_before_and_after(tmp_path):
         assert len(lines) == 4
         for k, name in enumerate(old.terms):
             before, after = lines[2 * k : 2 * k + 2]
-            assert before.get_linestyle() == "--"
+            assert before.get_linewidth() < after.get_linewidth()
+            assert before.get_color() == after.get_color()
             np.testing.assert_allclose(y_of(before), old.terms[name](x_of(before)))
             np.testing.assert_allclose(y_of(after), new.terms[name](x_of(after)))
+        looks = {(line.get_color(), str(line.get_linestyle())) for line in lines}
+        assert len(looks) == len(old.terms)
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert names == ["before learning", "after", "term 1", "term 2"]  # each input calls them otherwise
+    assert not [fault for fault in faults_of(figure) if "has no unit" not in fault]  # these inputs have none
     fuzzy.save_figure(figure, tmp_path / "a.png")
     other = replace(START, inputs=[replace(START.inputs[0], name="else"), *START.inputs[1:]], rules=())
     with pytest.raises(TrainingPlotError, match="same inputs and terms"):

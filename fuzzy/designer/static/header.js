@@ -1,6 +1,6 @@
 // The designer's header: the file and its state, undo and redo, saving, the menu of the file with its dialogs, what is
 // said to the designer, and the keys that work everywhere. Model: "design" and "shell" ({ file, files, compared,
-// largest, restored }) and "keys"
+// largest, restored, unkept }) and "keys"
 // ([key, where, what]); Python's messages: { say, problem }, { say, undo }, { ask, then }, { moved }.
 
 function make(tag, attributes = {}, ...children) {
@@ -304,6 +304,7 @@ function render({ model, el }) {
     "System",
   );
   const restored = make("div", { class: "restored", role: "status" });
+  const unkept = make("div", { class: "restored unkept", role: "alert" });
   el.append(
     make(
       "div",
@@ -332,6 +333,7 @@ function render({ model, el }) {
       ),
     ),
     restored,
+    unkept,
     chooser,
     status,
     alert,
@@ -402,11 +404,21 @@ function render({ model, el }) {
     show();
     if (shell().restored !== shown) showRestored();
     shown = shell().restored;
+    const problem = shell().unkept;
+    const loss = "Until that works again, what is not saved in the file is lost when the designer ends.";
+    if (problem) unkept.replaceChildren(make("span", {}, `${problem[0].toUpperCase()}${problem.slice(1)}. ${loss}`));
+    else unkept.replaceChildren();
   };
   model.on("change:design", show);
   model.on("change:shell", onShell);
   model.on("msg:custom", onMessage);
   onShell();
+  // The cookie does what the token in the address did; it need not stand in the history.
+  const here = new URLSearchParams(location.search);
+  if (here.has("token")) {
+    here.delete("token");
+    history.replaceState(null, "", location.pathname + (here.size ? `?${here}` : ""));
+  }
 
   return () => {
     clearTimeout(timer);

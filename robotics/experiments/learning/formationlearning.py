@@ -205,7 +205,14 @@ def learn_network(
     x, y = values[:, [columns[name] for name in inputs]], values[:, columns[output]]
     ridge = options.ridge  # the same throughout, so that the history begins where the clusters end
     search = search_clusters(
-        x, y, rules, ridge=ridge, input_names=called, output_names=[output], progress=lambda *_: step()
+        x,
+        y,
+        rules,
+        ridge=ridge,
+        input_names=called,
+        output_names=[output],
+        output_units=[output_unit],
+        progress=lambda *_: step(),
     )
     # Of one or two inputs wide clusters are few and narrow ones many: there may be nothing about the wanted number
     trial = nearest_trial(search, rules, around=inf if robot else _AROUND)

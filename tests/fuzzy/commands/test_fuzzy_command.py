@@ -272,7 +272,7 @@ def test_convert_a_mamdani_system(tmp_path, monkeypatch, capsys) -> None:
         (["evaluate", "drive.fis", "good.csv", "-o", "no/y.csv"], ["no/y.csv", "there is no folder"]),
         (["convert", "drive.fis", "no/y.txt"], ["no/y.txt", "there is no folder"]),
         (["convert", "drive.fis"], ["Missing argument 'OUT'"]),
-        (["check", "drive.fis", "--seed", "x"], ["--seed", "integer"]),
+        (["check", "drive.fis", "--seed", "x"], ["--seed", "must be a whole number"]),
         (["paint", "drive.fis"], ["No such command 'paint'"]),
         (["show", "drive.fis", "--loud"], ["--loud"]),
     ],

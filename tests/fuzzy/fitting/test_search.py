@@ -172,7 +172,7 @@ def test_the_figure_shows_every_setting_the_best_and_the_wanted(result, tmp_path
     figure = plot_rules_error(result)
     (ax,) = figure.axes
     assert ax.get_xlabel() == "number of rules"
-    assert ax.get_ylabel() == "training error, RMSE [m/s]"
+    assert ax.get_ylabel() == "training RMSE [m/s]"
     assert ax.get_yscale() == "log"
     dots, line, ring = ax.get_lines()
     fitted = [t for t in result.trials if t.rules <= result.limit]

@@ -1,3 +1,4 @@
+import warnings
 from dataclasses import replace
 
 import matplotlib as mpl
@@ -6,11 +7,12 @@ import pytest
 from matplotlib.colors import same_color
 from matplotlib.figure import Figure
 
+from fuzzy.figures.drawing import PAGE
 from fuzzy.inference import infer
 from robotics.environment.world import Disc, World, compile_world
 from robotics.experiments.comparison import Comparison, compare, summarise
 from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_run, plot_velocities
-from robotics.figures.drawing import POINTS, looks, only, seeds_as_text, thinned
+from robotics.figures.drawing import POINTS, cut_axis, looks, only, room_for, seeds_as_text, thinned, unjumped
 from robotics.figures.laws import (
     plot_crash_turn,
     plot_lateral,
@@ -21,10 +23,11 @@ from robotics.figures.laws import (
 )
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.measures.registry import headlines
-from robotics.measures.tracking import tracking_error
+from robotics.measures.tracking import cross_track_error, tracking_error, under_way
 from robotics.scenario.reading import parse_scenario
+from robotics.simulation.channels import CHANNELS
 from robotics.simulation.run import Run
-from tests.drawn import vertices, x_of, y_of
+from tests.drawn import faults_of, vertices, x_of, y_of
 from tests.robotics.vehicle.etsro import ETSRO
 
 TWO_ROBOTS = """
@@ -79,28 +82,66 @@ def labels(figure: Figure) -> set[str]:
 
 def test_paths_are_those_of_the_runs(runs: list[Run]) -> None:
     figure = plot_paths(runs, seed=4)
-    overview, detail = figure.axes
+    overview, *tracks = figure.axes
     for run in runs:
         for robot in range(2):
             (line,) = drawn(overview, run["x"][1, robot], run["y"][1, robot])
             assert same_color(line.get_color(), looks(LAWS)[run.controller].color)
     for nodes in runs[0].paths:
-        stride = nodes[:, :: max(1, nodes.shape[1] // POINTS)]
-        found = [line for line in overview.lines if np.array_equal(x_of(line)[:100], stride[0, :100])]
+        found = [line for line in overview.lines if x_of(line)[-1] == nodes[0, -1] and y_of(line)[-1] == nodes[1, -1]]
         assert [line.get_linestyle() for line in found] == ["--"]
-        assert x_of(found[0])[-1] == nodes[0, -1]
+        assert set(x_of(found[0])) <= set(nodes[0])
     assert overview.get_xlabel() == "x [m]"
     assert overview.get_ylabel() == "y [m]"
     assert overview.get_aspect() == 1
     starts = {(x_of(line)[0], y_of(line)[0]) for line in overview.lines if line.get_marker() == "o"}
     assert starts == {(-0.5, 0.0), (0.0, -2.0)}
-    # The detail is drawn about the place that a square marks, a place of a reference.
-    (square,) = [line for line in overview.lines if line.get_marker() == "s"]
-    (x,), (y,) = x_of(square), y_of(square)
-    scale = {"Δx [m]": 1.0, "Δx [mm]": 1000.0}[detail.get_xlabel()]
-    assert (x, y) in set(zip(runs[0].target("x").ravel(), runs[0].target("y").ravel(), strict=True))
-    assert drawn(detail, scale * (runs[2]["x"][1, 0] - x), scale * (runs[2]["y"][1, 0] - y))
     assert {"Lyapunov", "Lyapunov (signs=literal)", "Exponential SM", "reference", "start"} <= labels(figure)
+    assert len(tracks) == len(LAWS)
+
+
+def test_cross_track_errors_are_the_median_and_the_band_of_all_seeds(runs: list[Run]) -> None:
+    _, *tracks = plot_paths(runs, seed=4).axes
+    assert tracks[0].get_ylabel() in ("off path [m]", "off path [mm]")
+    scale = 1000 if "mm" in tracks[0].get_ylabel() else 1
+    for ax, run in zip(tracks, runs, strict=True):
+        rows = scale * cross_track_error(run).reshape(6, -1)
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            low, middle, high = np.nanpercentile(rows, (5, 50, 95), axis=0)
+        (line,) = [line for line in ax.lines if len(x_of(line)) > 2]
+        np.testing.assert_array_equal(y_of(line), middle[: len(x_of(line))])
+        (band,) = ax.collections
+        corners = vertices(band.get_paths()[0])
+        assert corners[:, 1].max() == pytest.approx(np.nanmax(high[: len(x_of(line))]))
+        assert corners[:, 1].min() == pytest.approx(np.nanmin(low[: len(x_of(line))]))
+    assert len({ax.get_ylim() for ax in tracks}) == 1  # can be compared
+
+
+def test_what_lies_beyond_an_axis_is_marked() -> None:
+    time, figure = np.linspace(0.0, 10.0, 101), Figure()
+    ax = figure.add_subplot()
+    cut_axis(ax, time, np.stack([np.where(time < 1, -250.0, 0.1 * time), 0.0 * time]), -1.0, 2.0)
+    assert ax.get_ylim() == (-1.0, 2.0)
+    (said,) = ax.texts
+    assert said.get_text() == " ▼ to −250"
+    assert said.get_position()[0] == 0.0
+    assert room_for(np.array([[1.0, np.nan], [3.0, 2.0]])) == pytest.approx((-0.24, 3.24))
+
+
+def test_a_heading_that_jumps_is_interrupted() -> None:
+    found = unjumped(np.array([3.0, 3.1, -3.1, -3.0, 0.0]))
+    np.testing.assert_array_equal(found, [3.0, 3.1, np.nan, -3.0, 0.0])
+
+
+def test_commands_that_no_robot_can_follow_do_not_set_the_axis(runs: list[Run]) -> None:
+    samples = runs[0].samples.copy()
+    place = list(CHANNELS).index("command_1")
+    samples[5:9, place, 0, 0] = -250.0
+    figure = plot_run(runs[0].with_recorded(samples=samples))
+    (ax,) = [ax for ax in figure.axes if ax.get_ylabel() == "commanded v [m/s]"]
+    assert ax.get_ylim()[0] > -5 * ETSRO.v_max
+    assert any("▼ to −250" in text.get_text() for text in ax.texts)
 
 
 def test_a_cross_marks_where_a_robot_was_stopped(runs: list[Run]) -> None:
@@ -110,7 +151,7 @@ def test_a_cross_marks_where_a_robot_was_stopped(runs: list[Run]) -> None:
     ends = [(lost["x"][0, r, k], lost["y"][0, r, k]) for r, k in enumerate(lost.stopped[0])]
     assert crosses(plot_paths(runs).axes[0]) == ends
     k = lost.stopped[0, 1]
-    v_axes = plot_velocities(runs, robot=1).axes[2]
+    v_axes = plot_velocities(runs, robot=1).axes[3]
     assert crosses(v_axes) == [(lost.time[k], lost["v"][0, 1, k])]
     assert len(crosses(plot_run(lost).axes[0])) == lost.diverged.size
     assert crosses(plot_run(runs[0]).axes[0]) == []
@@ -141,18 +182,23 @@ def test_second_half_is_magnified_where_it_is_dwarfed(runs: list[Run]) -> None:
 def test_velocities_have_one_row_a_controller(comparison: Comparison, runs: list[Run]) -> None:
     robot = comparison.scenarios[0].robots[0].robot
     figure = plot_velocities(runs, machine=robot)
-    assert len(figure.axes) == 2 * len(LAWS)
+    assert len(figure.axes) == 3 * len(LAWS)
     for row, run in enumerate(runs):
-        for column, channel in enumerate("vw"):
-            ax = figure.axes[2 * row + column]
+        for column, channel in enumerate(("v", "w", "w_demand")):
+            ax = figure.axes[3 * row + column]
             assert drawn(ax, run.time, run[channel][0, 0])
-            assert drawn(ax, run.time, run.target(channel)[0])
-    assert {"linear speed v [m/s]", "angular speed ω [rad/s]", "time [s]"} <= labels(figure)
+            assert drawn(ax, run.time, run.target(channel[0])[0])
+    assert {"speed v [m/s]", "turn rate ω [rad/s]", "demanded ω [rad/s]", "time [s]"} <= labels(figure)
+    late = runs[0]["w_demand"][0, 0][under_way(runs[0])[0]]
+    change = np.abs(np.diff(late)).sum() / (0.05 * (len(late) - 1))
+    assert figure.axes[2].get_title(loc="right") == f"changes {change:.2g} rad/s²"
     # The wheels end at 0.825 m/s, before the 1.12 m/s that the robot's field says; one run comes near it.
     limits = [y_of(line)[0] for line in figure.axes[0].lines if line.get_label() == "limit"]
     assert limits == [pytest.approx(robot.wheel_speed_limit)]
-    # The diverging law turns right at nearly the 5.74 rad/s that the command may have.
-    assert [y_of(line)[0] for line in figure.axes[1].lines if line.get_label() == "limit"] == [-5.74]
+    # The diverging law turns right at nearly the 5.74 rad/s that the command may have; it does not set the axis.
+    assert figure.axes[1].get_ylim()[0] > -3.0
+    least = np.nanmin(runs[1]["w"][0, 0])
+    assert f" ▼ to −{-least:.2g}" in {text.get_text() for text in figure.axes[4].texts}
     assert not [line for line in lines(plot_velocities(runs)) if line.get_label() == "limit"]
 
 
@@ -184,11 +230,15 @@ def test_run_page_shows_every_seed_and_channel(runs: list[Run]) -> None:
 
 def test_comparison_shows_every_seed_mean_and_interval(comparison: Comparison) -> None:
     figure = plot_comparison(comparison)
-    shown = list(headlines("tracking", others=True))
+    shown = [name for name in headlines("tracking", others=True) if comparison.table[name].any()]
+    assert "contacts" not in shown  # 0 in all runs
     assert len(figure.axes) == len(shown)
     summary = summarise(comparison.table).set_index(["metric", "controller"])
     for ax, metric in zip(figure.axes, shown, strict=True):
         assert ax.get_xlabel().replace("\n", " ").count("[") == 1
+        assert ("better →" if metric == "min_clearance_m" else "← better") in ax.get_xlabel()
+        if ax.get_xscale() == "linear" and comparison.table[metric].min() >= 0:
+            assert ax.get_xlim()[0] == 0.0
         for row, name in enumerate(LAWS):
             group = comparison.table[comparison.table["controller"] == name].groupby("seed")[metric].mean()
             mean, low, high = summary.loc[(metric, name), ["mean", "low", "high"]].to_numpy(dtype=float)
@@ -202,6 +252,15 @@ def test_comparison_shows_every_seed_mean_and_interval(comparison: Comparison) -
     norm = figure.axes[shown.index("mean_error_norm")]
     assert norm.get_xscale() == "log"  # the diverging law is more than ten times worse
     assert "logarithmic" in norm.get_xlabel()
+
+
+def test_equal_seeds_are_one_dot_without_an_interval(comparison: Comparison) -> None:
+    table = comparison.table.copy()
+    for metric in headlines("tracking", others=True):
+        table[metric] = table.groupby(["controller", "robot"])[metric].transform("first")
+    figure = plot_comparison(replace(comparison, table=table))
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["every seed gives this"]
+    assert all(len(x_of(line)) <= 1 for ax in figure.axes for line in ax.lines)
 
 
 def test_switching_law_is_the_controllers() -> None:
@@ -255,7 +314,7 @@ def test_long_lines_keep_their_extremes() -> None:
     values = np.sin(40 * time)
     values[12_345], values[77_777] = 9.0, -9.0
     few, shown = thinned(time, values)
-    assert len(few) <= 2 * POINTS
+    assert len(few) <= POINTS
     assert (shown.max(), shown.min()) == (9.0, -9.0)
     assert (few[0], few[-1]) == (0.0, 1.0)
     assert np.all(np.diff(few) > 0)
@@ -290,3 +349,39 @@ def test_obstacles_and_robots_are_drawn_in_true_size(runs: list[Run]) -> None:
     assert len(body) == 8 * runs[0].samples.shape[3]
     for corners, sides in zip(body, [[0.23, 0.20, 0.23]] * 8 + [[0.5, 0.3, 0.5]] * 8, strict=True):
         np.testing.assert_allclose(np.linalg.norm(np.diff(corners[:4], axis=0), axis=1), sides)
+
+
+def test_figures_of_the_report_have_no_faults(comparison: Comparison, runs: list[Run]) -> None:
+    """Units, nothing beyond the canvas, lines told apart by more than colour, legends over nothing."""
+    machine = comparison.scenarios[0].robots[0].robot
+    for figure in (
+        plot_paths(runs, width=PAGE),
+        plot_errors(runs, width=PAGE),
+        plot_velocities(runs, machine=machine, width=PAGE),
+        plot_comparison(comparison, width=PAGE),
+        plot_run(runs[0], width=PAGE),
+        plot_switching(width=PAGE),
+    ):
+        assert not faults_of(figure)
+
+
+def test_every_fault_of_a_figure_is_found() -> None:
+    figure = Figure(figsize=(3, 2))
+    ax = figure.add_axes((0.0, 0.0, 0.9, 0.9))
+    time = np.linspace(0.0, 1.0, 50)
+    ax.plot(time, time, color="tab:blue", label="one")
+    ax.plot(time, 1 - time, color="tab:red", label="two")
+    ax.set_xlabel("time")
+    ax.legend(loc="center")
+    figure.legend(loc="upper right")
+    found = faults_of(figure)
+    assert [fault.partition(":")[0] for fault in found[:2]] == [
+        "something is " + found[0].split()[2] + " in beyond the left",
+        "something is " + found[1].split()[2] + " in beyond the bottom",
+    ]
+    assert found[2:] == [
+        "axes 0: 'time' has no unit",
+        "axes 0: #1f77b4 and #d62728 look alike but for the colour",
+        "axes 0: the legend lies over a line",
+        "the legend of the figure lies over a panel",
+    ]

@@ -31,7 +31,7 @@ from robotics.report.learning import (
     write_learning_report,
 )
 from robotics.simulation.run import Run
-from tests.drawn import x_of, y_of
+from tests.drawn import faults_of, x_of, y_of
 from tests.robotics.report.test_report import Page
 
 OUTPUTS = ("v_l", "w_l", "v_f", "w_f")
@@ -208,6 +208,9 @@ def test_a_formation_of_a_run(data: Path) -> None:
     labels = [ax.get_ylabel() for ax in (top, lead, off, away, v, w, right, left)]
     assert all("[" in label for label in labels)
     assert lead.get_xlim()[0] == 0.0
+    assert not faults_of(figure)
+    first, *others = [line for line in v.get_lines() if line.get_linewidth() >= 1.0 and len(x_of(line)) > 2]
+    assert all(first.get_linewidth() > line.get_linewidth() for line in others)  # none is wholly covered
     with pytest.raises(PlotError, match='short is no formation but of the kind "team"'):
         plot_formation(replace(run, about=replace(run.about, kind="team", controller="cooperation")))
     plot_formation(replace(run, about=replace(run.about, kind="team")))

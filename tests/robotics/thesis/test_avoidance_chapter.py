@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
 
-from fuzzy.figures.drawing import COLORS
+from fuzzy.figures.drawing import COLORS, PAGE
 from fuzzy.shell.progress import Begin
 from robotics.commands.application import main
 from robotics.experiments.together import run_together
-from robotics.figures.avoidance import plot_avoidance, plot_trajectories
+from robotics.figures.avoidance import CRASH_ROWS, HOW, WHERE, plot_avoidance, plot_trajectories
 from robotics.figures.drawing import CONTACT
 from robotics.laws.catalogue import kept_distance, label, make_controller
 from robotics.laws.modes import AVOID, LEFT_BEHIND
@@ -44,7 +44,7 @@ from robotics.thesis.avoidance_runs import (
     runs_of,
 )
 from robotics.thesis.side_by_side import side_by_side_picture, side_by_side_table
-from tests.drawn import vertices, y_of
+from tests.drawn import faults_of, vertices, y_of
 from tests.robotics.thesis.recomputed import check_recomputed
 from tests.robotics.vehicle.etsro import ETSRO
 
@@ -192,8 +192,13 @@ def test_a_page_has_a_column_a_law_and_names_the_thesis_figures(runs: dict[tuple
         drawn = [y_of(line) for line in ax.lines]
         assert any(np.all(np.asarray(y) == kept) for y in drawn)
         gap = robot_gaps(run, 0)[0, 1]
-        assert any(len(y) > 2 and np.array_equal(y, gap[: len(y)]) for y in drawn)
+        assert any(len(y) > 2 and np.isin(y, gap).all() for y in drawn)
     assert {ax.get_xlim() for ax in page.axes[3:]} == {distances[0].get_xlim()}
+    assert [text.get_text() for text in page.legends[0].get_texts()][:3] == ["robot 1", "robot 2", "robot 3"]
+    for rows in (WHERE, HOW):
+        part = plot_avoidance(shown, figures=figures, rows=[row for row in CRASH_ROWS if row in rows], width=PAGE)
+        assert not faults_of(part)
+        assert part.get_figheight() < 6.0
     # Filled in the top view: the two robots that came nearest, where they did.
     (k, i, j) = (lambda g: (int(min(g.values(), key=np.min).argmin()), *min(g, key=lambda pair: g[pair].min())))(
         robot_gaps(shown[0], 0)
@@ -213,7 +218,7 @@ def test_a_page_among_obstacles_shows_sonars_clearance_and_modes(runs: dict[tupl
     solid = [c for c in top.collections if isinstance(c, PolyCollection) and c.get_zorder() == 1.5]
     assert len(solid[0].get_paths()) == 1  # the trap
     names = [line.get_label() for line in sonar.lines]
-    assert names == ["robot 1, front sonars", "robot 1, side sonars", "true clearance"]
+    assert names == ["robot 1: front sonars", "side sonars", "true clearance"]
     front = np.asarray(sonar.lines[0].get_ydata())
     read = run.ranges[: len(front), 0, 0, :2].min(axis=1)
     np.testing.assert_array_equal(front, np.where(np.isfinite(read), read, np.nan))

@@ -18,6 +18,7 @@ from robotics.thesis import team_runs
 from robotics.thesis.claims import Needed
 from robotics.thesis.team_runs import DUELS, TESTS, mean_errors
 from robotics.thesis.teams import PRINTED, chapter_of
+from tests.drawn import faults_of, x_of, y_of
 from tests.robotics.thesis.recomputed import check_recomputed
 
 
@@ -28,10 +29,22 @@ def test_the_chapter_judges_the_claims_from_its_runs(team_results):
     assert verdicts["Sliding mode with a graph keeps the formation"]["as printed"] == "does not hold"
     assert verdicts["Fuzzy cooperation: all arrive at the same time"]["corrected"] == "holds"
     assert verdicts["In test 1 the fuzzy controller's error is smaller"]["corrected"] == "does not hold"
-    assert len(chapter.tables) == 3
+    assert len(chapter.tables) == 1
+    assert len(chapter.details) == 5
     for grid in (*chapter.tables, *chapter.details):
         assert {len(row) for row in grid.rows} == {len(grid.head)}
-    assert all(isinstance(picture, Picture) and picture.draw().axes for picture in chapter.pictures)
+    drawn = {picture.name: picture.draw() for picture in chapter.pictures if isinstance(picture, Picture)}
+    assert len(drawn) == len(chapter.pictures)
+    assert all(figure.axes for figure in drawn.values())
+    for name in ("team-outage-10s", "team-start-off-paths", "team-recovery", "team-scaling"):
+        assert not faults_of(drawn[name]), name
+    errors = drawn["team-errors-start-off-paths"]
+    assert not faults_of(errors)
+    run = team_results[Needed("start-off-paths", "cooperation", False)]
+    place = [text.get_text().replace("\n", " ") for text in errors.axes[0].get_yticklabels()].index("fuzzy, corrected")
+    for k, ax in enumerate(errors.axes):
+        dots = [line for line in ax.lines if line.get_marker() == "s" and round(float(y_of(line)[0])) == place]
+        assert [float(x_of(dot)[0]) for dot in dots] == [pytest.approx(mean_errors(run)[:, 1, k].mean())]
     assert [lead.scenario for lead in chapter.leads] == list(TESTS)
 
 

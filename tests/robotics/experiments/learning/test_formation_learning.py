@@ -10,7 +10,11 @@ import pytest
 
 import anfis
 import fuzzy
+from anfis.state import Epoch
+from fuzzy.figures.drawing import PAGE
 from fuzzy.files.packaged import fis_title
+from fuzzy.fitting.clustering import Options
+from fuzzy.fitting.search import SearchResult, Trial
 from robotics.commands.application import main
 from robotics.experiments.learning.formationdata import Recipe, checking, formation_data, formation_run
 from robotics.experiments.learning.formationlearning import (
@@ -26,6 +30,7 @@ from robotics.laws.tracking.fuzzy_tracking import RULE_BASES
 from robotics.measures.formations import measure_formation
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
+from tests.drawn import faults_of
 
 SEEDS = range(2)
 # Chapters 5-6, I: after clustering and after 60 epochs, RMSE in m/s and rad/s
@@ -205,7 +210,14 @@ def test_the_chapter_draws_all_four_networks_over_the_formations():
 
 
 def test_formation_pictures_draw_the_data():
-    from robotics.figures.formations import Fit, plot_fits, plot_formation_paths, plot_formation_signals
+    from robotics.figures.formations import (
+        Fit,
+        plot_epochs,
+        plot_fits,
+        plot_formation_paths,
+        plot_formation_signals,
+        plot_searches,
+    )
 
     recipe = Recipe(starts=(-1.0, 1.0), samples=50)
     runs = {str(start): formation_run(recipe, start, 50) for start in recipe.starts}
@@ -222,8 +234,24 @@ def test_formation_pictures_draw_the_data():
             np.testing.assert_allclose(np.asarray(line.get_ydata()), rows[:, k], atol=1e-6)
             assert (np.diff(line.get_xdata()) > 0).all()
     assert np.ptp(signals["v_f [m/s]"].get_ylim()) >= 1e-3  # constant: rounding does not fill the axis
-    fits = plot_fits({"one": [Fit("v [m/s]", np.zeros(4), {"before": np.full(4, 0.5), "after": np.full(4, 0.1)})]})
-    assert fits.axes[0].get_title(loc="right") == "RMSE 5.0e-01, 1.0e-01"
+    data = Fit("v [m/s]", np.zeros(4), {"before": np.full(4, 0.5), "after": np.full(4, 0.1)}, np.arange(4.0))
+    fits = plot_fits({"one": [data]}, PAGE)
+    assert fits.axes[0].get_xlabel() == "time [s]"
+    assert plot_fits({"one": [data._replace(time=None)]}).axes[0].get_xlabel() == "sample"
+    epochs = [Epoch(k, 0.1 / (k + 1), 0.2 / (k + 1), 0.1, 3) for k in range(3)]
+    units = {"v_l": "m/s", "w_l": "rad/s", "v_f": "m/s"}
+    errors = plot_epochs(dict.fromkeys(units, epochs), units, PAGE)
+    assert [ax.get_ylabel() for ax in errors.axes] == ["RMSE [m/s]", "", "RMSE [rad/s]", ""]
+    assert [len(ax.lines) for ax in errors.axes] == [2, 2, 1, 1]
+    trials = tuple(Trial(0.5, Options(), k, (0.1 / k,), 0.1 / k, k, k) for k in (1, 3, 8))
+    searches = {name: SearchResult(trials, 8, 20, 3, ((name, unit),)) for name, unit in units.items()}
+    found = plot_searches(searches, PAGE)
+    assert [ax.get_ylabel() for ax in found.axes] == ["training RMSE [m/s]", "training RMSE [rad/s]"]
+    rings = [line for line in found.axes[0].lines if line.get_markersize() == 8]
+    assert len({str(ring.get_markeredgecolor()) for ring in rings}) == 2  # each as its line
+    for figure in (fits, errors, found, plot_formation_paths(runs, PAGE), plot_formation_signals(runs, turns, PAGE)):
+        assert not faults_of(figure)
+    assert fits.axes[0].get_title(loc="right") == "RMSE 5.0e−01, 1.0e−01"
 
 
 @pytest.mark.long
