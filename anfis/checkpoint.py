@@ -1,11 +1,12 @@
 """Checkpoints of a training: its state as plain values and tensors, kept to the last bit."""
 
-import pickle
+import io
 from copy import deepcopy
 from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import torch
 
@@ -14,7 +15,9 @@ from anfis.methods.options import Options, TrainingError
 from anfis.network import Network, Point
 from anfis.state import Epoch, State
 from fuzzy.files.atomic import replacing
+from fuzzy.files.sealed import intact, is_sealed, sealed_archive
 
+_FORMAT = 2  # 1, of versions before, has no checksum
 _POINTS = ("point", "best_train", "best_check")
 
 
@@ -25,7 +28,7 @@ def dump(state: State, options: Options, fingerprint: str) -> dict[str, Any]:
     }
     return deepcopy(
         {
-            "format": 1,
+            "format": _FORMAT,
             "options": asdict(options),
             "fingerprint": fingerprint,
             "epoch": state.epoch,
@@ -38,8 +41,18 @@ def dump(state: State, options: Options, fingerprint: str) -> dict[str, Any]:
     )
 
 
-def restore(source: str | Path | dict[str, Any], options: Options, fingerprint: str) -> State:
-    """The state that :func:`dump` made. Raises TrainingError if it belongs to another problem."""
+def restore(
+    source: str | Path | dict[str, Any], options: Options, fingerprint: str, like: Point | None = None
+) -> State:
+    """The state that :func:`dump` made. Raises TrainingError if it is damaged, or belongs to another problem.
+
+    Args:
+        source: The state, or the file that :func:`save` wrote; one of a version that wrote no checksums is accepted
+            where the checksums of the archive itself are right.
+        options: The options of the training that goes on.
+        fingerprint: That of its problem, as :func:`fingerprint_of` makes it.
+        like: A point of its network, with whose shapes and types the saved ones are compared.
+    """
     saved = deepcopy(source) if isinstance(source, dict) else _load(source)
     where = "" if isinstance(source, dict) else f"{source}: "
     try:
@@ -52,6 +65,8 @@ def restore(source: str | Path | dict[str, Any], options: Options, fingerprint: 
                 )
         history = tuple(Epoch(*row) for row in saved["history"])
         points = {name: Point(tuple(saved[name]["free"]), list(saved[name]["values"])) for name in _POINTS}
+        if not _is_history(history, saved) or not all(_alike(point, like) for point in points.values()):
+            raise TrainingError(f"{where}this checkpoint is damaged: its numbers do not fit the network")
         return State(
             epoch=saved["epoch"],
             step=saved["step"],
@@ -62,8 +77,36 @@ def restore(source: str | Path | dict[str, Any], options: Options, fingerprint: 
             least_check=min((row.check for row in history if row.check == row.check), default=float("inf")),
             **points,
         )
-    except (KeyError, TypeError, AttributeError):
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        if isinstance(error, TrainingError):
+            raise
         raise TrainingError(f"{where}this is no checkpoint of a training") from None
+
+
+def _is_history(history: tuple[Epoch, ...], saved: dict[str, Any]) -> bool:
+    """Whether the epochs are whole and in a row, and the counters beside them fit."""
+    counters = (saved["epoch"], saved["since"])
+    whole = all(type(value) is int and value >= 0 for value in counters) and isinstance(saved["memory"], dict)
+    rows = all(type(row.epoch) is int and all(isinstance(v, (int, float)) for v in row) for row in history)
+    return (
+        whole
+        and rows
+        and isinstance(saved["step"], float)
+        and [row.epoch for row in history] == list(range(len(history)))
+        and saved["epoch"] in (len(history) - 1, len(history))
+        and saved["since"] <= len(history)
+    )
+
+
+def _alike(point: Point, like: Point | None) -> bool:
+    """Whether ``point`` is of finite numbers, of the shapes and types of ``like``."""
+    tensors = (*point.free, *point.values)
+    if not all(isinstance(tensor, torch.Tensor) and bool(torch.isfinite(tensor).all()) for tensor in tensors):
+        return False
+    if like is None:
+        return True
+    parts = ((point.free, like.free), (point.values, like.values))
+    return all([(t.shape, t.dtype) for t in a] == [(t.shape, t.dtype) for t in b] for a, b in parts)
 
 
 def fingerprint_of(network: Network, data: Samples, checking: Samples | None) -> str:
@@ -84,18 +127,28 @@ def fingerprint_of(network: Network, data: Samples, checking: Samples | None) ->
 
 
 def save(state: dict[str, Any], path: str | Path) -> None:
-    """Write what :func:`dump` made; the file appears whole or not at all."""
-    with replacing(path) as temporary, temporary.open("wb") as file:
-        torch.save(state, file)
+    """Write what :func:`dump` made, with a checksum; the file appears whole or not at all. Raises OSError."""
+    content = io.BytesIO()
+    torch.save(state, content)
+    with replacing(path) as temporary:
+        temporary.write_bytes(sealed_archive(content.getvalue()))
 
 
 def _load(path: str | Path) -> dict[str, Any]:
     try:
-        saved = torch.load(path, weights_only=True)
+        content = Path(path).read_bytes()
     except OSError as error:
         raise TrainingError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except (RuntimeError, pickle.UnpicklingError, EOFError, ValueError, KeyError):
-        raise TrainingError(f"{path}: this is no checkpoint of a training") from None
-    if not isinstance(saved, dict):
-        raise TrainingError(f"{path}: this is no checkpoint of a training")
+    if is_sealed(content) and not intact(content):
+        raise TrainingError(f"{path}: this checkpoint is damaged: its checksum is not that of its contents")
+    try:
+        with ZipFile(io.BytesIO(content)) as archive:
+            whole = archive.testzip() is None  # torch does not look
+        saved = torch.load(io.BytesIO(content), weights_only=True) if whole else None
+    except Exception:  # what pickle and torch raise for bytes that are none of theirs has no end
+        raise TrainingError(f"{path}: this is no checkpoint of a training, or a damaged one") from None
+    if not whole:
+        raise TrainingError(f"{path}: this checkpoint is damaged: the checksum of a part is not that of its contents")
+    if not isinstance(saved, dict) or (saved.get("format") != 1 and not is_sealed(content)):
+        raise TrainingError(f"{path}: this is no checkpoint of a training, or a damaged one")
     return saved

@@ -97,7 +97,7 @@ def train(
         state = run.begin()
         _say_silent(run, state.point)
     else:
-        state = restore(resume, options, run.fingerprint)
+        state = run.resumed(resume)
     with _few_threads(network, data.count):
         state, stopped = _learn(run, state, callback, checkpoint)
     system = network.system(state.best_check if checking is not None else state.best_train)
@@ -122,7 +122,7 @@ def _learn(
     run: "_Run", state: State, callback: Callable[[Epoch], bool | None] | None, checkpoint: str | Path | None
 ) -> tuple[State, str]:
     """Measure and step until there is a reason to stop: the last state, and the reason."""
-    options = run.problem.options
+    options, told = run.problem.options, False
     try:
         while True:
             measured = run.measure(state)
@@ -130,7 +130,7 @@ def _learn(
                 return state, "diverged"
             state, row = measured
             if checkpoint is not None:
-                save(dump(state, options, run.fingerprint), checkpoint)
+                told = _saved(dump(state, options, run.fingerprint), checkpoint, told)
             if callback is not None and callback(row) is False:
                 return state, "callback"
             if row.train <= options.goal:
@@ -147,6 +147,18 @@ def _learn(
         if not state.history:
             raise
         return state, "interrupted"
+
+
+def _saved(state: dict[str, Any], checkpoint: str | Path, told: bool) -> bool:
+    """Write a checkpoint, and return whether it was ``told`` that this fails: what is learnt is worth more."""
+    try:
+        save(state, checkpoint)
+    except OSError as error:
+        if not told:
+            reason = error.strerror or error
+            warnings.warn(f"{checkpoint}: {reason}; learning goes on without this checkpoint", stacklevel=5)
+        return True
+    return told
 
 
 @contextmanager
@@ -186,6 +198,19 @@ class _Run:
         """The state before the first epoch."""
         point = self.method.start(self.problem.network)
         return State(point, 0, self.method.first_step(self.problem.options), (), point, point, 0, {})
+
+    def resumed(self, source: str | Path | dict[str, Any]) -> State:
+        """The state that a checkpoint holds. Raises TrainingError for one of another problem, and a damaged one."""
+        problem = self.problem
+        state = restore(source, problem.options, self.fingerprint, problem.network.start())
+        try:
+            known = self.method.remembers(problem, state.point, state.memory)
+        except (KeyError, TypeError, AttributeError):
+            known = False
+        if state.history and not known:
+            where = "" if isinstance(source, dict) else f"{source}: "
+            raise TrainingError(f"{where}this checkpoint is damaged: the method's memory does not fit the network")
+        return state
 
     def measure(self, state: State) -> tuple[State, Epoch] | None:
         """Measure the errors at the present point, recorded once; the consequents are solved if the method wants that.

@@ -7,6 +7,7 @@ import typer
 
 from anfis.commands.shared import Data, Fis, Json
 from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
+from fuzzy.files.atomic import check_target
 from fuzzy.shell.terminal import print_json
 
 
@@ -34,6 +35,8 @@ def predict(
     from fuzzy.files.packaged import find_fis
     from fuzzy.files.table import table_text, write_table
 
+    if out is not None:
+        check_target(out)
     system, text = read_fis(find_fis(fis)), opened(data)
     table = numbers(text, columns_of(text, system.inputs), skip_bad)
     found = system(table.values)

@@ -1,6 +1,5 @@
 """The command ``anfis train``: learn a system from a table."""
 
-import sys
 import warnings
 from contextlib import suppress
 from pathlib import Path
@@ -13,7 +12,9 @@ from anfis.methods.catalogue import METHODS
 from fuzzy.commands.completion import completed, rule_bases
 from fuzzy.commands.datafile import SkipBad, chosen_columns, columns_of, numbers, opened
 from fuzzy.commands.samples import Inputs, Outputs
-from fuzzy.shell.terminal import INTERRUPTED, print_json
+from fuzzy.files.atomic import check_target
+from fuzzy.shell.interrupts import interrupted
+from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
 if TYPE_CHECKING:
@@ -136,8 +137,7 @@ def train(
     _write(result, out, history, plot)
     _say(result, out, samples.skipped, json)
     if result.stopped == "interrupted":
-        print(f"anfis: interrupted; the best so far is in {out}", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED)
+        interrupted(f"the best so far is in {out}")
 
 
 def _check_files(out: Path, history: Path | None, plot: Path | None, checkpoint: Path | None) -> None:
@@ -146,11 +146,10 @@ def _check_files(out: Path, history: Path | None, plot: Path | None, checkpoint:
         from fuzzy.figures.drawing import check_picture
 
         check_picture(plot)
-    if out.suffix != ".fis":
-        raise CommandError(f"{out}: the file's name must end in .fis")
-    for path in (out, history, plot, checkpoint):
-        if path is not None and (path.is_dir() or not path.resolve().parent.is_dir()):
-            raise CommandError(f"{path}: cannot be written: it is a folder, or its folder does not exist")
+    check_target(out, ".fis")
+    for path in (history, checkpoint):
+        if path is not None:
+            check_target(path)
 
 
 def _say_unread(options: "Options") -> None:

@@ -1,6 +1,7 @@
 """Back-propagation: an optimiser of torch moves premises and consequents together, by mini-batches if asked."""
 
 from copy import deepcopy
+from typing import Any
 
 import numpy as np
 import torch
@@ -15,6 +16,22 @@ class Backprop(Method):
 
     reads = ("optimiser", "rate", "batch", "seed")
     solves = False
+
+    def remembers(self, problem: Problem, point: Point, memory: dict[str, Any]) -> bool:
+        """Whether the optimiser's state is that of such an optimiser, of the shapes of what it moves; or none yet."""
+        if "optimiser" not in memory:
+            return True
+        leaves = [*point.free, *point.values]
+        options = problem.options
+        fresh = getattr(torch.optim, options.optimiser)([p.clone() for p in leaves], lr=options.rate).state_dict()
+        saved = memory["optimiser"]
+        if saved["param_groups"] != fresh["param_groups"] or not set(saved["state"]) <= set(range(len(leaves))):
+            return False
+        return all(
+            isinstance(value, torch.Tensor) and value.shape in ((), leaves[place].shape)
+            for place, row in saved["state"].items()
+            for value in row.values()
+        )
 
     def advance(self, problem: Problem, state: State) -> State:
         """One pass over all samples, in an order drawn from the seed and the epoch if there are mini-batches."""

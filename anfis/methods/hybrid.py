@@ -2,11 +2,13 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import torch
 
 from anfis.methods.method import Method, Problem
 from anfis.methods.options import Options
+from anfis.network import Point
 from anfis.state import State
 
 
@@ -19,6 +21,11 @@ class Hybrid(Method):
     def first_step(self, options: Options) -> float:
         """The length of the first step, in units of the universes."""
         return options.step
+
+    def remembers(self, problem: Problem, point: Point, memory: dict[str, Any]) -> bool:
+        """Whether a gradient is there, of the shapes of the premises."""
+        gradient = memory.get("gradient")
+        return isinstance(gradient, list) and [g.shape for g in gradient] == [p.shape for p in point.free]
 
     def advance(self, problem: Problem, state: State) -> State | None:
         """One step of Jang's length; None where the gradient is 0."""

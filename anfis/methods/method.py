@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from importlib import import_module
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
 from anfis.data import Samples
 from anfis.methods.catalogue import METHODS
@@ -40,6 +40,10 @@ class Method(Protocol):
     def first_step(self, options: Options) -> float:
         """The step size of the first epoch, which the history shows: a length, a damping or a learning rate."""
         return options.rate
+
+    def remembers(self, problem: Problem, point: Point, memory: dict[str, Any]) -> bool:
+        """Whether ``memory``, which comes from a checkpoint, is what this method can go on with from ``point``."""
+        return True
 
     def advance(self, problem: Problem, state: State) -> State | None:
         """The state of the next epoch: ``point``, ``epoch + 1`` and what else changed; None where no step helps."""

@@ -8,6 +8,7 @@ import typer
 
 from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
 from fuzzy.commands.shared import FisFile, Json, read_system
+from fuzzy.files.atomic import check_target
 from fuzzy.shell.terminal import plain, print_json
 
 if TYPE_CHECKING:
@@ -41,6 +42,8 @@ def evaluate(
     """
     from fuzzy.files.table import table_text, write_table
 
+    if output_file is not None:
+        check_target(output_file)
     fis = read_system(file)
     text = opened(inputs)
     table = numbers(text, _columns(fis, text), skip_bad)

@@ -21,6 +21,7 @@ from fuzzy.commands.samples import (
     setting_of,
 )
 from fuzzy.commands.shared import Json, usage
+from fuzzy.files.atomic import check_target
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
@@ -98,6 +99,7 @@ def identify(
         usage("--rules compares fitted systems: leave --no-fit out")
     check_search_picture(plot)
     target = Path(f"{file.stem}.fis") if output_file is None else output_file
+    check_target(target)
     samples = sample_table(file, inputs, outputs, skip_bad)
     if mfs is not None:
         counts = [_whole(text) for text in mfs.split(",")]

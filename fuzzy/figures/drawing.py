@@ -13,7 +13,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 
 from fuzzy.figures.palette import COLORS
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import check_target, replacing
 from fuzzy.shown import shown, typeset
 from fuzzy.system import FuzzySystemError, Variable
 
@@ -55,14 +55,22 @@ def save_figure(figure: Figure, path: str | Path) -> None:
     Raises FuzzySystemError for another suffix, OSError where the file cannot be written.
     """
     path = Path(path)
-    check_picture(path)
+    _check_format(path)
     metadata: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(path.suffix[1:].lower(), {})
     with style(), replacing(path) as target:
         figure.savefig(target, format=path.suffix[1:].lower(), metadata=metadata)
 
 
 def check_picture(path: str | Path) -> None:
-    """Raise FuzzySystemError unless ``path`` ends like a picture that can be written."""
+    """See, before long work, that a picture can be written to ``path``.
+
+    Raises FuzzySystemError for a name that does not end like a picture, TargetError for a place for no file.
+    """
+    _check_format(path)
+    check_target(path)
+
+
+def _check_format(path: str | Path) -> None:
     if Path(path).suffix[1:].lower() not in FORMATS:
         raise FuzzySystemError(f"cannot tell the kind of picture from {str(path)!r}; end it in .png, .pdf or .svg")
 

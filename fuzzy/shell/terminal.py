@@ -1,6 +1,7 @@
 """Running a command line: one message for an expected error, never a traceback, and the right exit code."""
 
 import contextlib
+import errno
 import json
 import math
 import os
@@ -12,7 +13,9 @@ from typing import Any
 
 import typer
 
-OK, FAILED, USAGE, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
+from fuzzy.shell.interrupts import INTERRUPTED, answered, exit_code, interrupted, is_told, of_interrupt
+
+OK, FAILED, USAGE, BROKEN_PIPE = 0, 1, 2, 141
 # typer brings its own copy of click or uses the installed one, by version: this finds the class in either.
 _ClickError: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
 
@@ -44,7 +47,8 @@ def run(
     """Run a command line and return the exit code.
 
     The code is 0 for success, 1 for what a command says with ``raise typer.Exit(1)``, 2 for an error of usage, one of
-    the expected ``errors`` or an OSError (one message on stderr), 130 for an interrupt, 141 for a reader that left.
+    the expected ``errors`` or an OSError (one message on stderr), 130 for Ctrl-C, 143 for SIGTERM, 141 for a reader
+    that left.
     A UserWarning becomes one line on stderr, once. Any other exception is a bug and passes through.
 
     Args:
@@ -57,22 +61,33 @@ def run(
         # A terminal that cannot show a character gets an escape, not an exception.
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    with answered(prog_name):
+        try:
+            with _warnings_as_lines():
+                code = _ended(app, errors, prog_name, arguments)
+        except BrokenPipeError:
+            return _pipe_broken()
+    return code
+
+
+def _ended(
+    app: typer.Typer, errors: tuple[type[Exception], ...], prog_name: str, arguments: Sequence[str] | None
+) -> int:
+    """How a command line ended: its exit code, and the one message where there is one to say."""
     try:
-        with _warnings_as_lines():
-            result = typer.main.get_command(app).main(
-                args=None if arguments is None else list(arguments), prog_name=prog_name, standalone_mode=False
-            )
+        result = typer.main.get_command(app).main(
+            args=None if arguments is None else list(arguments), prog_name=prog_name, standalone_mode=False
+        )
         sys.stdout.flush()
+        if result == INTERRUPTED and not is_told():  # typer's own answer to an interrupt
+            return _interrupted()
         return result if isinstance(result, int) else OK
     except (typer.Abort, KeyboardInterrupt):
-        _say(prog_name, "interrupted")
-        return INTERRUPTED
-    except BrokenPipeError:
-        return _pipe_broken()
+        return _interrupted()
     except SystemExit as stop:
         # Commands leave by typer.Exit: this is typer's own answer to a broken pipe.
         if isinstance(stop.__context__, BrokenPipeError):
-            return _pipe_broken()
+            raise stop.__context__ from None
         return stop.code if isinstance(stop.code, int) else USAGE
     except _ClickError as error:
         if type(error).__name__ == "NoArgsIsHelpError":  # a program alone, or a group: its message is the help
@@ -81,11 +96,27 @@ def run(
         path = context.command_path if context is not None else prog_name
         said = _in_our_words(error.format_message())  # type: ignore[attr-defined]
         return _say(path, f"{said}\n(try '{path} --help')")
+    except BrokenPipeError:
+        raise
     except OSError as error:
-        place = f"{error.filename}: " if error.filename is not None else ""
+        # Files that cannot be written say their names: what is left is what was printed.
+        printed = error.filename is None and error.errno in (errno.ENOSPC, errno.EFBIG, errno.EIO)
+        place = "standard output: " if printed else f"{error.filename}: " if error.filename is not None else ""
+        if printed:
+            _drop_output()
         return _say(prog_name, place + (error.strerror or str(error)))
     except errors as error:
         return _say(prog_name, str(error))
+    except Exception as error:
+        if of_interrupt(error):
+            return _interrupted()
+        raise
+
+
+def _interrupted() -> int:
+    with contextlib.suppress(typer.Exit):
+        interrupted()
+    return exit_code()
 
 
 def print_json(value: Any) -> None:
@@ -133,10 +164,14 @@ def _say(name: str, message: str) -> int:
 
 
 def _pipe_broken() -> int:
+    _drop_output()
+    return BROKEN_PIPE
+
+
+def _drop_output() -> None:
     # What is still buffered goes nowhere, instead of failing once more when Python closes the stream.
     with contextlib.suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())  # type: ignore[union-attr]
-    return BROKEN_PIPE
 
 
 @contextlib.contextmanager

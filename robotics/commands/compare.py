@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fuzzy.errors import InputError
+from fuzzy.files.atomic import check_folder
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controller_list, scenarios
@@ -103,6 +104,7 @@ def compare(
     if controllers is not None or law:
         command.append(f"--controllers={','.join(laws)}")
     command += [f"--metric={name}" for name in metric or []]
+    check_folder(out)
     check_comparison(settings, laws, metric or ())
     made = {name: make_controller(name) for name in laws}
     print_forewarnings(s for x in settings for name in laws for s in forewarnings(x.setting, made[name], name))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fuzzy.errors import InputError
+from fuzzy.files.atomic import check_target, replacing
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controllers, scenarios
@@ -107,7 +108,7 @@ def formation(
       robotics dataset formation --path eight:width=10 --followers 4 --save-scenario mine.toml -o mine.csv
     """
     given = {name: value for name, value in locals().items() if value is not None}
-    _expect_csv(out)
+    check_target(out, ".csv")
     own = [n for n in (*_OF_SCENARIO, *_OF_PLAN, "scenario", "save_scenario") if n in given]
     thesis = [n for n in _OF_THESIS if n in given]
     if own and thesis:
@@ -209,7 +210,6 @@ def _scenario_set(given: dict[str, Any]) -> None:
 
 def _scenario(given: dict[str, Any]) -> "Scenario":
     """The scenario that is named, or made of the other options and saved if wished."""
-    from fuzzy.files.atomic import replacing
     from robotics.scenario.formationtext import FormationPlan, formation_text
     from robotics.scenario.reading import load_scenario, parse_scenario
 
@@ -218,8 +218,7 @@ def _scenario(given: dict[str, Any]) -> "Scenario":
     plan = FormationPlan(**{n: given[n] for n in (*_OF_PLAN, "speed") if n in given})
     text, file = formation_text(plan), given.get("save_scenario")
     if file is not None:
-        if file.suffix != ".toml":
-            raise InputError(f"{file}: the file's name must end in .toml")
+        check_target(file, ".toml")
         with replacing(file) as temporary:
             temporary.write_text(text, encoding="utf-8", newline="\n")
     return parse_scenario(text, file.stem if file is not None else "formation")
@@ -238,11 +237,6 @@ def _command(given: dict[str, Any]) -> str:
 
 def _option(name: str) -> str:
     return "seeds" if name == "runs" else name.replace("_", "-")
-
-
-def _expect_csv(path: Path) -> None:
-    if path.suffix != ".csv":
-        raise InputError(f"{path}: the file's name must end in .csv")
 
 
 def _numbers(text: str) -> tuple[float, ...]:

@@ -11,6 +11,7 @@ import typer
 
 from anfis.methods.catalogue import METHODS
 from fuzzy.commands.datafile import SkipBad
+from fuzzy.files.atomic import check_folder, check_target
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
@@ -84,8 +85,9 @@ def formation(
     options = Options(method=method, epochs=epochs)
     if report is None and (title is not None or drive):
         raise FormationLearningError(f"--{'drive' if drive else 'title'} belongs to --report PAGE.html")
-    if report is not None and report.suffix != ".html":
-        raise FormationLearningError(f"{report}: the page's name must end in .html")
+    check_folder(out)
+    if report is not None:
+        check_target(report, ".html")
     scenarios = [load_scenario(name) for name in drive or []]
     try:
         table = formation_table(data, skip_bad=skip_bad)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fuzzy.files.atomic import check_target
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controllers, scenarios
@@ -83,6 +84,9 @@ def rules_(
     from robotics.experiments.learning.imitation import flights, imitate, steps, write_rule_base
     from robotics.experiments.learning.lesson import RIDGE, Lesson
 
+    check_target(out)
+    if data is not None:
+        check_target(data)
     lesson = Lesson(
         teacher=teacher,
         courses=_courses(scenario or [], stress or [], robots),

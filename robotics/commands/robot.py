@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from fuzzy.files.atomic import check_target
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 from robotics.commands.completion import robots
@@ -53,6 +54,8 @@ def robot(
         check_picture(out)
     if write is not None and not tune:
         raise RobotError("--write writes what --tune finds: give both")
+    if write is not None:
+        check_target(write, ".toml")
     model = load_robot(name)
     gains = tuned(model.robot) if tune else None
     if write is not None and gains is not None:

@@ -4,7 +4,7 @@ import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
-from fuzzy.errors import InputError
+from fuzzy.files.atomic import check_folder, check_target
 from fuzzy.files.table import write_frame
 from robotics.playback.player import write_player
 from robotics.simulation.mode_changes import mode_change_table
@@ -13,13 +13,10 @@ from robotics.simulation.run import Run
 MOST_AGES = 100_000_000  # of messages that a run holds: 400 MB
 
 
-class RunFileError(InputError):
-    """A file name from which the kind of file cannot be told. The message says what it must end in."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class RunFiles:
-    """The files into which a run goes; None: not written. Raises an InputError for a name with a wrong ending."""
+    """The files into which a run goes; None: not written. Raises an InputError for a name with a wrong
+    ending and a place where no file can be written."""
 
     save: Path | None = None  # .npz, without loss
     table: Path | None = None  # .csv, every sample
@@ -33,11 +30,10 @@ class RunFiles:
 
             check_picture(self.plot)
         for path, suffix in ((self.save, ".npz"), (self.table, ".csv"), (self.events, ".csv")):
-            if path is not None and path.suffix != suffix:
-                raise RunFileError(f"{path}: the file's name must end in {suffix}")
-        for path in (self.save, self.table, self.events, self.plot):  # before the run, not after it
-            if path is not None and not path.parent.is_dir():
-                raise RunFileError(f"{path}: there is no folder {str(path.parent)!r} to write into")
+            if path is not None:
+                check_target(path, suffix)
+        if self.player:
+            check_folder(Path())
 
     def need_ages(self, runs: int, robots: int, ticks: int) -> bool:
         """Whether such a run shall keep the age of each message, as a saved run and a page show it.

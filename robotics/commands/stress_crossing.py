@@ -8,7 +8,7 @@ import typer
 
 from fuzzy.shell.progress import progress_bar
 from robotics.commands.completion import controllers
-from robotics.commands.shared import Jobs, Json, Law, Quiet, chosen_controller, print_forewarnings, print_outcome
+from robotics.commands.shared import Jobs, Json, Law, Quiet, chosen_controller, print_forewarnings, print_stressed
 
 
 class Ends(StrEnum):
@@ -64,6 +64,6 @@ def crossing(
     wrong = Disturbance(loss=loss, latency=latency, freeze=freeze)
     with progress_bar(quiet) as begin:
         stress = partial(stress_crossing, name, robots, kind=ends.value, disturbance=wrong)
-        outcome = in_chunks(stress, robots, range(seed, seed + runs), jobs=jobs, begin=begin)
+        stressed = in_chunks(stress, robots, range(seed, seed + runs), jobs=jobs, begin=begin)
     about = {"controller": controller, "class": ends.value, "robots": robots, "first_seed": seed}
-    print_outcome(about | outcome.summary(), json)
+    print_stressed(about, stressed, json)

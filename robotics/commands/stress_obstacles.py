@@ -8,7 +8,7 @@ import typer
 
 from fuzzy.shell.progress import progress_bar
 from robotics.commands.completion import controllers
-from robotics.commands.shared import Jobs, Json, Law, Quiet, chosen_controller, print_forewarnings, print_outcome
+from robotics.commands.shared import Jobs, Json, Law, Quiet, chosen_controller, print_forewarnings, print_stressed
 
 
 class Field(StrEnum):
@@ -87,7 +87,7 @@ def obstacles(
         stress = partial(
             stress_obstacles, name, kind=field.value, robots=count, disturbance=wrong, moving=moving, lanes=lanes.value
         )
-        outcome = in_chunks(stress, count, range(seed, seed + runs), jobs=jobs, begin=begin)
+        stressed = in_chunks(stress, count, range(seed, seed + runs), jobs=jobs, begin=begin)
     about: dict[str, Any] = {"controller": controller, "class": field.value, "robots": count, "lanes": lanes.value}
     about |= {"first_seed": seed, "loss": loss, "latency_s": latency, "freeze_s": freeze, "moving": moving}
-    print_outcome(about | outcome.summary(), json)
+    print_stressed(about, stressed, json)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from fuzzy.files.atomic import check_folder
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import studies
@@ -66,6 +67,7 @@ def study(
 
     plan = with_seeds(load_study(name), seeds)
     folder = out if out is not None else default_folder(plan)
+    check_folder(folder)
     for group in plan.groups:
         laws = {called: as_law(law) for called, law in group.laws.items()}
         for scenario in group.scenarios:

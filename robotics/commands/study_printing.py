@@ -6,10 +6,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
-from fuzzy.shell.terminal import INTERRUPTED
+from fuzzy.shell.interrupts import interrupted
 from robotics.commands.shared import UNTIL_CONTACT
+from robotics.experiments.executors import WorkerError
 
 if TYPE_CHECKING:
     from robotics.experiments.comparison import Comparison
@@ -28,7 +27,8 @@ def print_comparisons(study: "Study") -> None:
 
 @contextmanager
 def rows_kept(wanted: int, file: Path) -> Iterator[Callable[[int], None]]:
-    """Give what is told how many rows are written, and say on Ctrl-C how many of those that were ``wanted`` are kept.
+    """Give what is told how many rows are written, and say on Ctrl-C, and where processes die, how many of
+    those that were ``wanted`` are kept.
 
     Args:
         wanted: The number of rows of the whole.
@@ -43,8 +43,9 @@ def rows_kept(wanted: int, file: Path) -> Iterator[Callable[[int], None]]:
     try:
         yield kept
     except KeyboardInterrupt:
-        print(f"robotics: interrupted; {done} of {wanted} rows are in {file}", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED) from None
+        interrupted(f"{done} of {wanted} rows are in {file}")
+    except WorkerError as error:
+        raise WorkerError(f"{error}; {done} of {wanted} rows are in {file}") from None
 
 
 def print_verdicts(study: "Study") -> None:

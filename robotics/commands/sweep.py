@@ -8,8 +8,10 @@ from typing import Annotated
 import typer
 
 from fuzzy.errors import InputError
+from fuzzy.files.atomic import check_folder
+from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.progress import progress_bar
-from fuzzy.shell.terminal import INTERRUPTED, print_json
+from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import sweeps
 from robotics.commands.shared import Json, Metric, Quiet, print_forewarnings
 
@@ -74,6 +76,7 @@ def sweep(
         laws = {c: make_controller(controller_at(plan.sweep, c, plan.points[0])) for c in plan.sweep.controllers}
         print_forewarnings(sentence for name, law in laws.items() for sentence in forewarnings(first, law, name))
     folder = out if out is not None else Path("out") / plan.sweep.name
+    check_folder(folder)
 
     def resumed(done: int, chunks: int) -> None:
         if not quiet:
@@ -91,12 +94,8 @@ def sweep(
             begin = stack.enter_context(progress_bar(quiet))
             done = run_sweep(plan, folder, crew, fresh=fresh, begin=begin, resumed=resumed)
     except KeyboardInterrupt:
-        print(
-            f"robotics: interrupted; {landed_chunks(plan, folder)} of {plan.chunks} chunks are in {folder}; "
-            "the same command goes on from there",
-            file=sys.stderr,
-        )
-        raise typer.Exit(INTERRUPTED) from None
+        landed = f"{landed_chunks(plan, folder)} of {plan.chunks} chunks are in {folder}"
+        interrupted(f"{landed}; the same command goes on from there")
     if json:
         print_json(
             {

@@ -26,12 +26,11 @@ def team(
       robotics team --robots 20 --seed 3 -o team.toml
       robotics run team.toml --plot team.png
     """
-    from fuzzy.files.atomic import replacing
+    from fuzzy.files.atomic import check_target, replacing
     from robotics.scenario.random_team import team_toml
     from robotics.scenario.reading import parse_scenario
 
-    if out.suffix != ".toml":
-        raise InputError(f"{out}: the file's name must end in .toml")
+    check_target(out, ".toml")
     text = team_toml(robots, seed, speed=speed, controller=controller, radio=graph)
     scenario = parse_scenario(text, out.stem, str(out))
     try:

@@ -14,7 +14,7 @@ import pandas as pd
 from fuzzy.errors import InputError
 from fuzzy.shown import shown
 from fuzzy.sketch import counted, table, titled
-from robotics.experiments.executors import Workers
+from robotics.experiments.executors import WorkerError, Workers
 from robotics.laws.catalogue import OwnLaws, as_law, chosen_laws, gains_of, law_title, named_laws, shown_gain
 from robotics.laws.law import Law
 from robotics.measures.evidence import student
@@ -127,13 +127,18 @@ def _simulated(
             yield simulate(scenario, laws[name], seeds, name=name, progress=advance)
         return
     waiting = iter(pairs)
-    flying: deque[Future[Run]] = deque()
+    flying: deque[tuple[Future[Run], str]] = deque()
     while True:
         for scenario, name in islice(waiting, workers.in_flight - len(flying)):
-            flying.append(workers.executor.submit(_run_of, scenario, given[name], tuple(seeds), name))
+            future = workers.executor.submit(_run_of, scenario, given[name], tuple(seeds), name)
+            flying.append((future, f"scenario {scenario.name!r}, controller {name!r}"))
         if not flying:
             return
-        yield flying.popleft().result()
+        future, which = flying.popleft()
+        try:
+            yield future.result()
+        except WorkerError as error:
+            raise WorkerError(f"{which}: {error}") from None
         if advance is not None:
             advance()
 

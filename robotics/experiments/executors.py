@@ -6,12 +6,15 @@ Each is a ``concurrent.futures.Executor``. Leaving one by an exception stops its
 import logging
 import multiprocessing
 import os
+import pickle
+import queue
 import re
 import signal
 import threading
+import traceback
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import Executor, Future
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import forkserver
 from multiprocessing.connection import Connection
@@ -22,6 +25,7 @@ from fuzzy.extras import install_command
 
 # What the numerical libraries read when they are loaded: each worker has one core
 THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+TRIES = 2  # processes that try the same piece of work, where they die
 AHEAD = 2  # pieces of work for each worker: the next lies ready when one is done
 _FORKSERVER = "forkserver"
 CONNECT = 10  # s to reach a scheduler, and to see a first worker
@@ -31,6 +35,10 @@ class ExecutorError(InputError):
     """A cluster that cannot be reached or has no workers."""
 
 
+class WorkerError(ExecutorError):
+    """A piece of work over which a worker process has died, and another after it."""
+
+
 @dataclass(frozen=True)
 class Workers:
     """An executor, and how it is to be used."""
@@ -38,6 +46,7 @@ class Workers:
     executor: Executor
     in_flight: int = 1  # how many pieces of work it is given at a time
     alive: Callable[[], bool] = lambda: True  # asked while waiting: can what is in flight still be answered?
+    idle: Callable[[], str] = lambda: ""  # asked while waiting: a sentence where there is nobody to do the work
 
 
 class InProcess(Executor):
@@ -57,24 +66,22 @@ class InProcess(Executor):
 def processes(count: int, preload: Sequence[str] = ()) -> Iterator[Workers]:
     """Start ``count`` processes of this machine, one thread each; they end with this one, even if it is killed.
 
-    The modules ``preload`` are imported once for all of them, where the system can.
+    The modules ``preload`` are imported once for all of them, where the system can. What a process was doing when it
+    died is done once more, in another process; if that dies too, its future raises WorkerError, and the others go on.
     """
     context: Any = multiprocessing.get_context("spawn")
     if _FORKSERVER in multiprocessing.get_all_start_methods():
         context = multiprocessing.get_context(_FORKSERVER)
         context.set_forkserver_preload(list(preload))
-    lifeline, held = context.Pipe(duplex=False)
     with _environment(dict.fromkeys(THREADS, "1")):
-        pool = _Processes(count, mp_context=context, initializer=_stay, initargs=(lifeline,))
+        crew = _Crew(count, context)
         try:
-            yield Workers(pool, AHEAD * count)
+            yield Workers(crew, AHEAD * count)
         except BaseException:
-            held.close()
+            crew.stop()
             raise
         finally:
-            pool.shutdown(wait=True, cancel_futures=True)
-            held.close()
-            lifeline.close()
+            crew.shutdown(wait=True, cancel_futures=True)
 
 
 def import_ahead(modules: Sequence[str]) -> None:
@@ -85,37 +92,162 @@ def import_ahead(modules: Sequence[str]) -> None:
             forkserver.ensure_running()
 
 
-class _Processes(ProcessPoolExecutor):
-    """A pool whose processes are started with Ctrl-C blocked, because this process answers it."""
+class _Crew(Executor):
+    """Processes that are given one piece of work at a time, each by a thread of this process that waits for it.
+
+    There is nothing between the processes that one which dies could spoil: it loses what it was doing, no more.
+    """
+
+    def __init__(self, count: int, context: Any) -> None:
+        self.context = context
+        self.waiting: queue.SimpleQueue[tuple[Future[Any], bytes] | None] = queue.SimpleQueue()
+        self.stopped = threading.Event()
+        self.lock = threading.Lock()
+        self.running: set[Any] = set()  # processes
+        self.threads = [threading.Thread(target=self._serve, daemon=True) for _ in range(count)]
+        self.started = 0
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        with uninterrupted():
-            return super().submit(fn, *args, **kwargs)
+        """Give work, which must be picklable, to the next process that is free."""
+        future: Future[Any] = Future()
+        self.waiting.put((future, pickle.dumps((fn, args, kwargs))))
+        if self.started < len(self.threads):
+            with uninterrupted():  # the threads leave Ctrl-C and SIGTERM to the main one, and so do their processes
+                self.threads[self.started].start()
+            self.started += 1
+        return future
+
+    def stop(self) -> None:
+        """End all processes at once, whatever they are doing."""
+        self.stopped.set()
+        with self.lock:
+            for process in self.running:
+                process.kill()
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """See :meth:`concurrent.futures.Executor.shutdown`; what has not begun is cancelled if asked."""
+        with suppress(queue.Empty):
+            while cancel_futures:
+                work = self.waiting.get_nowait()
+                if work is not None:
+                    work[0].cancel()
+        for _ in range(self.started):
+            self.waiting.put(None)
+        for thread in self.threads[: self.started] if wait else ():
+            thread.join()
+
+    def _serve(self) -> None:
+        """In a thread: hand pieces of work to a process of its own, until there are no more."""
+        process = connection = None
+        while (work := self.waiting.get()) is not None and not self.stopped.is_set():
+            future, content = work
+            if not future.set_running_or_notify_cancel():
+                continue
+            for _ in range(TRIES):
+                try:
+                    if connection is None:
+                        process, connection = self._started()
+                    connection.send_bytes(content)
+                    good, found = pickle.loads(connection.recv_bytes())
+                except (EOFError, OSError):  # it has died
+                    self._ended(process, connection)
+                    process = connection = None
+                    if self.stopped.is_set():
+                        break
+                except Exception as error:  # what came cannot be made again here
+                    future.set_exception(error)
+                    break
+                else:
+                    future.set_result(found) if good else future.set_exception(found)
+                    break
+            if not future.done():
+                future.set_exception(WorkerError("the worker process died (out of memory?), and so did the next"))
+        self._ended(process, connection)
+
+    def _started(self) -> tuple[Any, Connection]:
+        """A new process, and the end of the pipe to it."""
+        ours, theirs = self.context.Pipe()
+        process = self.context.Process(target=_work, args=(theirs,), daemon=False)
+        with self.lock:
+            if self.stopped.is_set():
+                raise EOFError
+            process.start()
+            self.running.add(process)
+        theirs.close()
+        return process, ours
+
+    def _ended(self, process: Any, connection: Connection | None) -> None:
+        if connection is not None:
+            connection.close()  # it then ends by itself
+        if process is not None:
+            process.join()
+            with self.lock:
+                self.running.discard(process)
+
+
+def _work(connection: Connection) -> None:
+    """In a worker: do what comes, until the other end of ``connection`` is closed, even in the midst of work."""
+    pieces: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+
+    def listen() -> None:
+        try:
+            while True:
+                pieces.put(connection.recv_bytes())
+        except (EOFError, OSError):
+            os._exit(0)
+
+    threading.Thread(target=listen, daemon=True).start()
+    while True:
+        piece = pieces.get()
+        try:
+            fn, args, kwargs = pickle.loads(piece)
+            answer = pickle.dumps((True, fn(*args, **kwargs)))
+        except BaseException as error:
+            answer = _failure(error)
+        with suppress(OSError):
+            connection.send_bytes(answer)
+
+
+def _failure(error: BaseException) -> bytes:
+    """``error`` for another process, with its traceback as a note; a RuntimeError in its place if it cannot go."""
+    told = "".join(traceback.format_exception(error)).rstrip()
+    try:
+        if not isinstance(error, Exception):
+            raise TypeError
+        error.__cause__ = error.__context__ = None
+        error.add_note(f"In a worker process:\n{told}")
+        content = pickle.dumps((False, error))
+        pickle.loads(content)
+    except Exception:
+        return pickle.dumps((False, RuntimeError(told)))
+    return content
 
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Put off Ctrl-C: it acts when the block is done, and not at all on processes that are started in it."""
+    """Put off Ctrl-C and SIGTERM: they act when the block is done, and not at all on processes started in it."""
+    stops = (signal.SIGINT, signal.SIGTERM)
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    came: list[int] = []
+    before: dict[int, Any] = {}
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, stops)
+    if threading.current_thread() is threading.main_thread():
+        # The mask is this thread's alone: where there are others, the system gives one of them the signal, and Python
+        # then runs the handler here.
+        before = {number: signal.getsignal(number) for number in stops}
+        before = {number: handler for number, handler in before.items() if callable(handler)}
+        for number in before:
+            signal.signal(number, lambda number, frame: came.append(number))
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _stay(lifeline: Connection) -> None:
-    """Let this worker live as long as the other end of ``lifeline`` is open, whatever it is doing."""
-
-    def watch() -> None:
-        try:
-            lifeline.recv_bytes()
-        except (EOFError, OSError):
-            os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for number in came:
+            signal.raise_signal(number)  # it waits until the mask is taken away
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 @contextmanager
@@ -164,8 +296,15 @@ def dask(address: str) -> Iterator[Workers]:
         def alive() -> bool:  # a result on its way when the connection broke is never answered
             return client.status == "running" and client.scheduler_comm is connection
 
+        def idle() -> str:
+            try:
+                left = bool(client.nthreads())
+            except (OSError, TimeoutError):  # of which alive() tells
+                left = True
+            return "" if left else f"the cluster has no workers left; this waits until one comes: dask worker {address}"
+
         try:
-            yield Workers(executor, AHEAD * sum(client.nthreads().values()), alive)
+            yield Workers(executor, AHEAD * sum(client.nthreads().values()), alive, idle)
         except BaseException:
             executor.shutdown(wait=False)
             raise

@@ -13,7 +13,7 @@ import numpy as np
 from fuzzy.errors import InputError
 from fuzzy.extras import install_command
 from fuzzy.figures.drawing import COLORS, style
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import check_target, replacing
 from robotics.playback.replay import replay
 from robotics.playback.scene import set_scene, show_frame
 from robotics.simulation.run import Run
@@ -51,7 +51,10 @@ class Written(NamedTuple):
 
 
 def check_animation(path: str | Path) -> str:
-    """The format that ``path`` ends in, one of FORMATS. Raises AnimationError for any other, or without ffmpeg."""
+    """The format that ``path`` ends in, one of FORMATS.
+
+    Raises AnimationError for any other, or without ffmpeg, TargetError for a place where no file can be written.
+    """
     suffix = Path(path).suffix[1:].lower()
     if suffix not in FORMATS:
         raise AnimationError(f"a moving picture needs a name that ends in .mp4, .gif or .html, got {str(path)!r}")
@@ -60,6 +63,7 @@ def check_animation(path: str | Path) -> str:
             f"{path}: a .mp4 needs ffmpeg, which is not on this machine ({install_command('video')} brings one); "
             ".gif and .html need no ffmpeg"
         )
+    check_target(path)
     return suffix
 
 

@@ -339,12 +339,8 @@ def _run(table: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Run:
 
 def _check_about(about: About, robots: int, recorded: Mapping[str, Recorded], *, sensors_said: bool) -> None:
     """Raise LayoutError unless ``about`` is of a run with these robots and recorded arrays."""
-    texts = (about.scenario, about.controller)
-    if (
-        about.kind not in get_args(Kind)
-        or about.level not in get_args(Level)
-        or not all(isinstance(text, str) for text in texts)
-    ):
+    named = isinstance(about.scenario, str) and isinstance(about.controller, str)
+    if about.kind not in get_args(Kind) or about.level not in get_args(Level) or not named:
         raise LayoutError(f"it is of a kind {quoted(about.kind)} and a level {quoted(about.level)} that no run has")
     if len(about.robots) != robots:
         raise LayoutError(f"it describes {len(about.robots)} robots, and {robots} were recorded")

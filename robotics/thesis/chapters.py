@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from fuzzy.shell.progress import Begin
-from robotics.experiments.executors import processes
+from robotics.experiments.executors import WorkerError, processes
 from robotics.report.chapter import Chapter, Film
 from robotics.report.plates import plate
 from robotics.simulation.run import Run
@@ -63,8 +63,11 @@ def judging(
 
         def judged() -> list[Chapter]:
             chapters = []
-            for future in futures:
-                chapter, caught = future.result()
+            for maker, future in zip(CHAPTERS, futures, strict=True):
+                try:
+                    chapter, caught = future.result()
+                except WorkerError as error:
+                    raise WorkerError(f"{maker.title}: {error}") from None
                 for message in caught:
                     warnings.warn(message, stacklevel=2)
                 chapters.append(chapter)

@@ -238,3 +238,60 @@ def test_what_is_no_checkpoint(tmp_path):
     ]:
         with pytest.raises(TrainingError, match=message):
             anfis.train(FIS, X, Y, resume=tmp_path / name)
+
+
+@pytest.mark.parametrize("method", ["hybrid", "backprop"])
+def test_every_flipped_bit_of_a_checkpoint_is_refused(method, tmp_path):
+    file, options = tmp_path / "c.ck", Options(epochs=1, method=method)
+    anfis.train(FIS, X, Y, options, checkpoint=file)
+    content = file.read_bytes()
+    for bit in range(5, 8 * len(content), len(content) // 4):
+        flipped = bytearray(content)
+        flipped[bit // 8] ^= 1 << bit % 8
+        file.write_bytes(flipped)
+        with pytest.raises(TrainingError, match=r"c\.ck: this"):
+            anfis.train(FIS, X, Y, options, resume=file)
+
+
+@pytest.mark.parametrize(
+    ("method", "change"),
+    [
+        ("hybrid", lambda s: s["point"]["free"].__setitem__(0, s["point"]["free"][0][:-1])),
+        ("hybrid", lambda s: s["best_check"]["values"].pop()),
+        ("hybrid", lambda s: s["memory"]["gradient"].pop()),
+        ("hybrid", lambda s: s.update(epoch=7)),
+        ("backprop", lambda s: s["memory"]["optimiser"]["param_groups"][0].update(lr=3.0)),
+        ("backprop", lambda s: s["memory"]["optimiser"]["state"][0].update(exp_avg=torch.zeros(99))),
+    ],
+)
+def test_a_state_that_does_not_fit_the_network_is_refused(method, change):
+    options = Options(epochs=2, method=method)
+    state = anfis.train(FIS, X, Y, options).state
+    change(state)
+    with pytest.raises(TrainingError, match="this checkpoint is damaged"):
+        anfis.train(FIS, X, Y, options, resume=state)
+
+
+def test_an_older_checkpoint_goes_on_and_is_held_against_its_archive(tmp_path):
+    """Format 1 had no checksum of its own; torch writes those of a zip archive, and does not look at them."""
+    file, options = tmp_path / "old.ck", Options(epochs=2)
+    part = anfis.train(FIS, X, Y, Options(epochs=1))
+    torch.save(part.state | {"format": 1}, file)
+    assert anfis.train(FIS, X, Y, options, resume=file).system == anfis.train(FIS, X, Y, options).system
+    content = bytearray(file.read_bytes())
+    content[content.find(part.state["point"]["values"][0].numpy().tobytes()[:16])] ^= 1
+    file.write_bytes(content)
+    with pytest.raises(TrainingError, match=r"old\.ck: this checkpoint is damaged: the checksum of a part"):
+        anfis.train(FIS, X, Y, options, resume=file)
+
+
+def test_a_checkpoint_that_cannot_be_written_is_said_once_and_learning_goes_on(tmp_path, monkeypatch):
+    def full(path, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pathlib.Path.write_bytes", full)
+    with pytest.warns(UserWarning, match=r"c\.ck: No space left on device; learning goes on") as told:
+        result = anfis.train(FIS, X, Y, Options(epochs=3), checkpoint=tmp_path / "c.ck")
+    assert len(told) == 1
+    assert result.stopped == "epochs"
+    assert list(tmp_path.iterdir()) == []

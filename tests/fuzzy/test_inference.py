@@ -436,3 +436,8 @@ def test_a_partition_of_unity_reproduces_its_consequents(x, seed):
     u, v = np.clip(x[..., 0] / 10, 0, 1), np.clip(x[..., 1] / 4, 0, 1)
     expected = (1 - u) * ((1 - v) * corner[0, 0] + v * corner[0, 1]) + u * ((1 - v) * corner[1, 0] + v * corner[1, 1])
     np.testing.assert_allclose(output[..., 0], expected, atol=1e-13)
+
+
+def test_a_call_with_several_arguments_says_how_to_call():
+    with pytest.raises(FuzzySystemError, match=r"one array of all inputs, fis\(\[\w+\]\).*; got 2 arguments"):
+        gap()(1.0, 2.0)

@@ -30,7 +30,7 @@ from fuzzy.fitting.identification import identify
 from fuzzy.fitting.search import SearchResult, Trial, search_clusters
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from robotics.experiments.executors import processes
+from robotics.experiments.executors import WorkerError, processes
 from robotics.experiments.learning.scatter import NEIGHBOURS, scatter
 from robotics.laws.formation.leader_follower import INPUTS, OUTPUTS
 from robotics.laws.rules.quantities import quantity_of
@@ -155,9 +155,12 @@ def learn_networks(
         return [learn_network(o, names, values, check, rules=rules, options=options, advance=advance) for o in outputs]
     one = partial(_learnt_alone, names=names, values=values, check=check, rules=rules, options=options)
     with processes(min(jobs, len(outputs)), [__name__]) as workers:
-        futures = [workers.executor.submit(one, output) for output in outputs]
+        futures = {workers.executor.submit(one, output): output for output in outputs}
         for future in as_completed(futures):
-            future.result()
+            try:
+                future.result()
+            except WorkerError as error:
+                raise WorkerError(f"the network of {futures[future]}: {error}") from None
             for _ in range(steps((options or anfis.Options(epochs=60)).epochs, 1) if advance else 0):
                 assert advance is not None
                 advance()

@@ -1,12 +1,13 @@
 """Thousands of random runs, in chunks that several processes may share."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import as_completed
 from itertools import pairwise
-from typing import TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
-from fuzzy.shell.progress import Begin
-from robotics.experiments.executors import processes
+from fuzzy.shell.progress import Advance, Begin
+from robotics.experiments.executors import WorkerError, processes
 from robotics.experiments.stress.outcome import StressOutcome, joined
 
 CHUNK, MOST = 600, 20_000  # robots, and pairs of robots, that one pass simulates at most
@@ -19,10 +20,19 @@ _PRELOAD = (
 Outcome = TypeVar("Outcome", bound=StressOutcome)
 
 
+class Stressed(NamedTuple, Generic[Outcome]):
+    """The outcome of all runs that were done, and what kept the others from it."""
+
+    outcome: Outcome | None  # None: not one chunk was done
+    missing: tuple[tuple[int, int], ...] = ()  # the first and the last seed of each stretch that was not done
+    interrupted: bool = False
+    reason: str = ""  # why chunks are missing that were not interrupted
+
+
 def in_chunks(
     stress: Callable[..., Outcome], robots: int, seeds: Sequence[int], *, jobs: int | None = None, begin: Begin
-) -> Outcome:
-    """Stress a controller with random runs, in chunks.
+) -> Stressed[Outcome]:
+    """Stress a controller with random runs, in chunks; Ctrl-C and processes that die lose no chunk that is done.
 
     Args:
         stress: Makes the outcome of some of ``seeds``, given as its one positional argument; a progress display is
@@ -36,16 +46,48 @@ def in_chunks(
     """
     chunks = _chunks(seeds, robots, jobs or _cores())
     workers = min(len(chunks), jobs or _cores())
-    if workers == 1:
-        return joined([stress(chunk, begin=begin) for chunk in chunks])
-    advance = begin("chunks of runs", len(chunks))
+    done: dict[int, Outcome] = {}
+    interrupted, reason = False, ""
+    try:
+        if workers == 1:
+            for k, chunk in enumerate(chunks):
+                done[k] = stress(chunk, begin=begin)
+        else:
+            reason = _shared(stress, chunks, workers, begin("chunks of runs", len(chunks)), done)
+    except KeyboardInterrupt:
+        interrupted = True
+    missing = _stretches(chunk for k, chunk in enumerate(chunks) if k not in done)
+    parts = [done[k] for k in sorted(done)]
+    return Stressed(joined(parts) if parts else None, missing, interrupted, reason)
+
+
+def _shared(
+    stress: Callable[..., Outcome],
+    chunks: Sequence[Sequence[int]],
+    workers: int,
+    advance: Advance,
+    done: dict[int, Outcome],
+) -> str:
+    """Put the outcomes of the chunks, as processes make them, into ``done``; return why some have none."""
+    reason = ""
     with processes(workers, _PRELOAD) as crew:
-        work = [crew.executor.submit(stress, chunk) for chunk in chunks]
-        parts = []
-        for future in work:
-            parts.append(future.result())
+        work = {crew.executor.submit(stress, chunk): k for k, chunk in enumerate(chunks)}
+        for future in as_completed(work):
+            try:
+                done[work[future]] = future.result()
+            except WorkerError as error:
+                reason = str(error)
             advance()
-    return joined(parts)
+    return reason
+
+
+def _stretches(chunks: Iterable[Sequence[int]]) -> tuple[tuple[int, int], ...]:
+    """The first and the last seed of every stretch of chunks that follow each other."""
+    found: list[tuple[int, int]] = []
+    for chunk in chunks:
+        first = found.pop()[0] if found and found[-1][1] + 1 == chunk[0] else chunk[0]
+        found.append((first, chunk[-1]))
+    return tuple(found)
 
 
 def _chunks(seeds: Sequence[int], robots: int, workers: int) -> list[Sequence[int]]:

@@ -1,24 +1,28 @@
 """Running a sweep: chunks through any ``concurrent.futures.Executor``, into one Parquet file each, then one table.
 
-Only the process that plans writes; a chunk's file appears whole or not at all and carries the sweep's digest. A sweep
-that was killed at any moment and is begun again computes the chunks that have no file yet.
+Only the process that plans writes; a chunk's file appears whole or not at all and carries its number, the sweep's
+digest and a checksum. A sweep that was killed at any moment and is begun again computes the chunks that have no file
+yet, or one that is not as it was written.
 """
 
 import json
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import replacing
+from fuzzy.files.sealed import UNSIGNED, intact, sealed
 from fuzzy.shell.progress import Begin
-from robotics.experiments.executors import InProcess, Workers
+from robotics.experiments.executors import InProcess, WorkerError, Workers
 from robotics.experiments.sweeps.plan import (
     Chunk,
     Pass,
@@ -44,6 +48,7 @@ if TYPE_CHECKING:
 
 PLAN, RESULTS, CHUNKS = "plan.json", "results.parquet", "chunks"
 ROW_GROUP = 65_536  # rows
+PATIENCE = 5.0  # s that a cluster may be without workers before it is said
 LOST = "the connection to the cluster is lost; the same command goes on from there"
 
 
@@ -131,6 +136,11 @@ def _place(sweep: Sweep, part: Pass) -> str:
     return f"{described(sweep, part.point, part.values)}, controller {part.controller!r}, {seeds}"
 
 
+def _places(sweep: Sweep, chunk: Chunk) -> str:
+    first, *others = chunk.passes
+    return _place(sweep, first) + (" and what follows in its chunk" if others else "")
+
+
 # All of them ------------------------------------------------------------------------------------------------------
 
 
@@ -162,22 +172,50 @@ def run_sweep(
             _clear(folder)
         _open_plan(plan, folder, about, begin)
         key = digest(about)
-        todo = [number for number in range(1, plan.chunks + 1) if not _landed(_file(folder, number), key)]
+        todo = _missing(plan, folder, key)
         if resumed is not None and len(todo) < plan.chunks:
             resumed(plan.chunks - len(todo), plan.chunks)
         advance = begin(f"{plan.sweep.name}: {plan.chunks} chunks", len(todo)) if begin and todo else None
-        for number, table in _computed(plan, todo, workers or Workers(InProcess()), about["versions"]):
-            _write(table, _file(folder, number), key)
-            if advance is not None:
-                advance()
-        rows, diverged, contacts = _gather(plan, folder, key)
-    return SweepOutcome(folder / RESULTS, rows, plan.runs, diverged, contacts, plan.chunks, len(todo))
+        computed = 0
+        while True:
+            for number, table in _computed(plan, todo, workers or Workers(InProcess()), about["versions"]):
+                _write(table, _file(folder, number), key, number)
+                computed += 1
+                if advance is not None:
+                    advance()
+            try:
+                rows, diverged, contacts = _gather(plan, folder, key)
+                break
+            except _SpoiltError as spoilt:
+                if computed > 2 * plan.chunks:
+                    raise SweepError(
+                        f"{_file(folder, spoilt.number)}: what is written here cannot be read back"
+                    ) from None
+                _say_spoilt(_file(folder, spoilt.number))
+                todo = [spoilt.number]
+    return SweepOutcome(folder / RESULTS, rows, plan.runs, diverged, contacts, plan.chunks, computed)
 
 
 def landed_chunks(plan: SweepPlan, folder: Path) -> int:
     """The number of chunks of the sweep that ``folder`` holds."""
     key = digest(identity(plan))
-    return sum(_landed(_file(folder, number), key) for number in range(1, plan.chunks + 1))
+    return sum(_landed(_file(folder, number), key, number) is True for number in range(1, plan.chunks + 1))
+
+
+def _missing(plan: SweepPlan, folder: Path, key: str) -> list[int]:
+    """The numbers of the chunks that are to be computed; of those with a file that cannot be used it is said."""
+    todo = []
+    for number in range(1, plan.chunks + 1):
+        landed = _landed(_file(folder, number), key, number)
+        if landed is None:
+            _say_spoilt(_file(folder, number))
+        if not landed:
+            todo.append(number)
+    return todo
+
+
+def _say_spoilt(path: Path) -> None:
+    warnings.warn(f"{path} is damaged, or is not this chunk of this sweep; it is computed again", stacklevel=2)
 
 
 def _computed(
@@ -186,6 +224,7 @@ def _computed(
     """Chunks as they get done; no more of them are handed out at a time than ``workers`` say."""
     waiting = iter(todo)
     flying: dict[Future[Any], Chunk] = {}
+    since, told = monotonic(), False  # when there was last somebody to do the work; whether it was said
     while True:
         for number in waiting:
             chunk = plan.chunk(number)
@@ -197,21 +236,27 @@ def _computed(
         done = wait(flying, timeout=1.0, return_when=FIRST_COMPLETED).done
         if not done and not workers.alive():
             raise SweepError(LOST)
+        idle = "" if done else workers.idle()
+        since = monotonic() if not idle else since
+        if idle and not told and monotonic() - since > PATIENCE:
+            told = True
+            warnings.warn(idle, stacklevel=2)
         for future in done:
             chunk = flying.pop(future)
             try:
                 table = future.result()
             except SweepError:
                 raise
-            except BrokenExecutor:
+            except WorkerError as error:
                 raise SweepError(
-                    "a worker process died (out of memory?); the same command goes on from there"
+                    f"{_places(plan.sweep, chunk)}: {error}; the same command goes on from there"
                 ) from None
+            except BrokenExecutor:
+                raise SweepError("the workers are gone; the same command goes on from there") from None
             except CancelledError:
                 raise SweepError(LOST) from None
             except Exception as error:
-                parts = chunk.passes
-                place = _place(plan.sweep, parts[0]) + ("" if len(parts) == 1 else " and what follows in its chunk")
+                place = _places(plan.sweep, chunk)
                 raise SweepError(f"{place}: {type(error).__name__}: {error}") from error
             yield chunk.number, table
 
@@ -288,27 +333,51 @@ def _changed(found: Any, about: dict[str, Any]) -> str:
     return ", ".join(packages)
 
 
-def _landed(path: Path, key: str) -> bool:
-    """Does ``path`` hold a chunk of the sweep with that digest?"""
+class _SpoiltError(Exception):
+    """A chunk's file that is not as it was written."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+def _landed(path: Path, key: str, number: int) -> bool | None:
+    """Does ``path`` hold the chunk of that number of the sweep with that digest? None: it is something else."""
+    if not path.exists():
+        return False
+    return True if _content(path, key, number) is not None else None
+
+
+def _content(path: Path, key: str, number: int) -> bytes | None:
+    """The bytes of a chunk's file, if they are as they were written, and of that chunk of that sweep."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     try:
-        metadata = pq.read_metadata(path).metadata or {}
+        content = path.read_bytes()
+        metadata = pq.read_metadata(pa.BufferReader(content)).metadata if intact(content) else None
     except (OSError, pa.ArrowInvalid):
-        return False
-    return metadata.get(b"sweep") == key.encode()
+        return None
+    own = (metadata or {}).get(b"sweep"), (metadata or {}).get(b"chunk")
+    return content if own == (key.encode(), str(number).encode()) else None
 
 
-def _write(table: "pa.Table", path: Path, key: str) -> None:
+def _write(table: "pa.Table", path: Path, key: str, number: int) -> None:
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
+    content = pa.BufferOutputStream()
+    about = {"sweep": key, "chunk": str(number), "sha256": UNSIGNED}
+    pq.write_table(table.replace_schema_metadata(about), content)
     with replacing(path) as temporary:
-        pq.write_table(table.replace_schema_metadata({"sweep": key}), temporary)
+        temporary.write_bytes(sealed(content.getvalue().to_pybytes()))
 
 
 def _gather(plan: SweepPlan, folder: Path, key: str) -> tuple[int, int, int]:
-    """All chunks in one file, in the plan's order; how many rows, rows of stopped robots, and runs with contacts."""
+    """All chunks in one file, in the plan's order; how many rows, rows of stopped robots, and runs with contacts.
+
+    Raises _SpoiltError for a chunk whose file is not as it was written.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -318,7 +387,10 @@ def _gather(plan: SweepPlan, folder: Path, key: str) -> tuple[int, int, int]:
         batch: list[pa.Table] = []
         try:
             for number in range(1, plan.chunks + 1):
-                batch.append(pq.ParquetFile(_file(folder, number)).read())
+                content = _content(_file(folder, number), key, number)
+                if content is None:
+                    raise _SpoiltError(number)
+                batch.append(pq.ParquetFile(pa.BufferReader(content)).read().replace_schema_metadata({"sweep": key}))
                 if sum(t.num_rows for t in batch) >= ROW_GROUP or number == plan.chunks:
                     table = pa.concat_tables(batch).combine_chunks()
                     rows, batch = rows + table.num_rows, []

@@ -64,7 +64,7 @@ def test_resume_is_as_if_it_had_not_stopped(data, capsys):
         (["--grid", "2", "--inputs", "a,y", "--outputs", "y"], "column 'y' is both an input and an output"),
         (["--grid", "2", "--inputs", "a,a"], "column 'a' is named twice"),
         (["--rules", "3", "--mf", "trimf"], "--mf says what --grid is made of"),
-        (["--grid", "2", "--history", "nowhere/h.csv"], "nowhere/h.csv: cannot be written"),
+        (["--grid", "2", "--history", "nowhere/h.csv"], "nowhere/h.csv: there is no folder"),
         (["--grid", "2", "--plot", "e.gif"], "end it in .png, .pdf or .svg"),
     ],
 )

@@ -153,6 +153,30 @@ def test_an_unwritable_folder_is_said(tiny, tmp_path, capsys):
     assert str(tmp_path / "file") in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        "run lyapunov-sine --plot {}/x.png",
+        "run lyapunov-sine --save {}/x.npz",
+        "run lyapunov-sine --table {}/x.csv",
+        "check lyapunov-sine -o {}/x.svg",
+        "animate none.npz -o {}/x.html",
+        "plot none.npz -o {}/x.pdf",
+        "learn rules --from lyapunov --scenario lyapunov-sine -o {}/x.fis",
+        "dataset formation -o {}/x.csv",
+        "team -o {}/x.toml",
+        "robot etsro -o {}/x.png",
+    ],
+)
+def test_a_place_for_no_file_is_refused_before_the_work(command, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("robotics.simulation.loop.simulate", None)
+    nowhere = tmp_path / "nowhere"
+    assert main(command.format(nowhere).split()) == 2
+    error = capsys.readouterr().err
+    assert f"{nowhere}/x" in error
+    assert f"there is no folder {str(nowhere)!r} to write into" in error
+
+
 def test_a_diverging_controller_is_named_and_its_history_kept(tmp_path, capsys):
     command = ["compare", "lyapunov-sine", "--controllers", "lyapunov:signs=literal,lyapunov", "--seeds", "2", "-q"]
     assert main([*command, "--no-report", "--out", str(tmp_path)]) == 2

@@ -1,12 +1,15 @@
 """Runs and their files: what ran, what was recorded, older files, and one channel more."""
 
+import io
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fuzzy.files import arrays
 from robotics.environment.world import Disc
 from robotics.laws.catalogue import make_controller
 from robotics.measures.clearance import clearances
@@ -15,7 +18,7 @@ from robotics.sensing.sonar import SONAR
 from robotics.simulation import channels, recorder
 from robotics.simulation import run as runs
 from robotics.simulation.loop import simulate
-from robotics.simulation.run import load_run
+from robotics.simulation.run import ChannelError, RunError, load_run
 from tests.robotics.vehicle.etsro import ETSRO
 
 OLD = Path(__file__).parents[2] / "data" / "runs"
@@ -120,3 +123,68 @@ def test_figures_of_a_run_with_other_sensors_show_their_true_mounting(mixed):
         [SONAR["left"].x, SONAR["left"].y, SONAR["left"].axis, SONAR["left"].half_cone, 1.2], abs=1e-6
     )
     assert [mount[4] for mount in second[:4]] == [1.5] * 4
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory, mixed):
+    """The bytes of a saved run."""
+    path = tmp_path_factory.mktemp("saved") / "run.npz"
+    mixed.save(path)
+    return path.read_bytes()
+
+
+def test_every_flipped_bit_is_refused(saved, tmp_path):
+    path = tmp_path / "run.npz"
+    for bit in range(3, 8 * len(saved), len(saved) // 4):
+        flipped = bytearray(saved)
+        flipped[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(flipped)
+        with pytest.raises(RunError, match=r"run\.npz: this saved run is damaged"):
+            load_run(path)
+
+
+WRONG = {
+    "a channel less": ("samples", lambda a: a[:, :-1], "'samples' has the shape"),
+    "a robot less": ("stopped", lambda a: a[:, :-1], "where the others ask for"),
+    "texts for times": ("time", lambda a: a.astype(str), "'time' must be floating point"),
+    "time that stands": ("time", np.zeros_like, "'time' does not grow"),
+    "seeds twice": ("seeds", np.zeros_like, "'seeds' are not different"),
+    "a mode that is none": ("modes", lambda a: a + 90, "'modes' must lie between 0 and 8"),
+    "a sensor less": ("ranges", lambda a: a[..., :-1], "'ranges' has 4 sensors, and the robots have 5"),
+    "a body without sides": ("obstacles_bodies", lambda a: a + 9000, "'obstacles_bodies' must lie between"),
+    "no path": ("path_1", None, "the array 'path_1' is missing"),
+    "no robots": ("about", lambda a: np.array(str(a).replace('"robots"', '"r"')), "cannot be read"),
+}
+
+
+@pytest.mark.parametrize(("name", "change", "said"), WRONG.values(), ids=WRONG)
+def test_arrays_that_are_not_those_of_one_run_are_refused(saved, tmp_path, name, change, said):
+    """As an older file, which has no checksum, may hold them."""
+    with np.load(io.BytesIO(saved)) as file:
+        arrays = dict(file)
+    arrays["about"] = np.array(str(arrays["about"]).replace('"format": 3', '"format": 2'))
+    if change is None:
+        del arrays[name]
+    else:
+        arrays[name] = change(arrays[name])
+    np.savez(tmp_path / "run.npz", **arrays)
+    with pytest.raises(RunError, match=re.escape("run.npz: this saved run is damaged: ")) as caught:
+        load_run(tmp_path / "run.npz")
+    assert said in str(caught.value)
+
+
+def test_what_is_no_run_is_not_unpacked(tmp_path, monkeypatch):
+    (tmp_path / "plant.csv").write_text("t,y\n0,1\n")
+    with pytest.raises(RunError, match=r"plant\.csv: this is not a run saved by `robotics run --save`$"):
+        load_run(tmp_path / "plant.csv")
+    monkeypatch.setattr(arrays, "MOST_BYTES", 10_000)
+    np.savez_compressed(tmp_path / "bomb.npz", about=np.array("{}"), samples=np.zeros(10_000))
+    with pytest.raises(RunError, match=r"bomb\.npz: .* its arrays would take .* are read"):
+        load_run(tmp_path / "bomb.npz")
+
+
+def test_an_unknown_channel_names_the_known_ones(mixed):
+    with pytest.raises(ChannelError, match=r"^unknown channel of a run 'heding'; did you mean 'heading'\?") as caught:
+        mixed["heding"]
+    assert isinstance(caught.value, KeyError)
+    assert isinstance(caught.value, ValueError)

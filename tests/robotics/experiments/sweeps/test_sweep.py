@@ -2,7 +2,9 @@
 
 import json
 import math
+import re
 from concurrent.futures import Executor, Future
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -12,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotics.experiments.executors import Workers
+from robotics.experiments.executors import InProcess, Workers
 from robotics.experiments.sweeps import running as sweeprun
 from robotics.experiments.sweeps.plan import (
     Axis,
@@ -335,11 +337,61 @@ def test_a_damaged_or_foreign_chunk_is_done_again(folder, plan):
     (chunks / "chunk-000004.parquet").write_bytes(b"")
     table = pq.ParquetFile(chunks / "chunk-000005.parquet").read()
     pq.write_table(table.replace_schema_metadata({"sweep": "another"}), chunks / "chunk-000005.parquet")
+    seventh = bytearray((chunks / "chunk-000007.parquet").read_bytes())
+    seventh[len(seventh) // 3] ^= 1
+    (chunks / "chunk-000007.parquet").write_bytes(seventh)
+    (chunks / "chunk-000008.parquet").write_bytes((chunks / "chunk-000009.parquet").read_bytes())  # whole, but another
     (chunks / ".chunk-000009-0123abcd.parquet").write_bytes(b"half")  # as a killed process leaves it
-    again = run_sweep(plan, folder / "out")
-    assert again.computed == 3
+    with pytest.warns(UserWarning, match="is not this chunk of this sweep; it is computed again") as told:
+        again = run_sweep(plan, folder / "out")
+    assert [re.search(r"chunk-00000(\d)", str(each.message))[1] for each in told] == ["3", "4", "5", "7", "8"]
+    assert again.computed == 5
     assert again.results.read_bytes() == expected
     assert len(list(chunks.iterdir())) == 27
+
+
+def test_a_chunk_that_is_spoilt_before_it_is_joined_is_done_again(folder, plan, monkeypatch):
+    plan = plan_sweep(replace(plan.sweep, axes=(), chunk=1))
+    expected = run_sweep(plan, folder / "first").results.read_bytes()
+    write, left = sweeprun._write, [2]
+
+    def spoil(table, path, key, number):
+        write(table, path, key, number)
+        if number in left:
+            left.remove(number)
+            path.write_bytes(path.read_bytes()[:-9])
+
+    monkeypatch.setattr(sweeprun, "_write", spoil)
+    with pytest.warns(UserWarning, match=r"chunk-000002\.parquet is damaged"):
+        again = run_sweep(plan, folder / "out")
+    assert again.results.read_bytes() == expected
+    assert again.computed == again.chunks + 1
+
+
+def test_a_cluster_without_workers_is_said_once(folder, plan, monkeypatch):
+    plan = plan_sweep(replace(plan.sweep, axes=(), chunk=2))
+    monkeypatch.setattr(sweeprun, "PATIENCE", 0.0)
+    late: list[tuple[Future, tuple]] = []
+    asked: list[int] = []
+
+    class Nobody(InProcess):
+        def submit(self, fn, /, *args, **kwargs):
+            if len(asked) > 2:
+                return super().submit(fn, *args, **kwargs)
+            late.append((Future(), (fn, args)))
+            return late[-1][0]
+
+    def idle():
+        asked.append(1)
+        if len(asked) == 3:  # somebody comes, and does all
+            for future, (fn, args) in late:
+                future.set_result(fn(*args))
+        return "" if len(asked) > 2 else "nobody is there"
+
+    with pytest.warns(UserWarning, match="nobody is there") as told:
+        done = run_sweep(plan, folder / "out", Workers(Nobody(), 2, idle=idle))
+    assert len(told) == 1
+    assert done.computed == done.chunks
 
 
 def test_another_sweep_in_the_folder_is_refused_but_for_fresh(folder, plan):
