@@ -2,6 +2,8 @@
 // said to the designer, and the keys that work everywhere. Model: "design" and "shell" ({ file, files, compared,
 // largest, restored }); Python's messages: { say, problem }, { ask, then }, { moved }.
 
+import { historyKeys } from "./keys.js";
+
 function make(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -325,28 +327,20 @@ function render({ model, el }) {
   }
 
   // Keys -----------------------------------------------------------------------------------------------------
-  let edited = null; // the text field in which something was typed that is not taken over yet: its undo is its own
-  const onInput = (event) => (edited = event.target);
-  const onTaken = () => (edited = null);
+  const history = historyKeys(document);
   function onKey(event) {
     if (!(event.ctrlKey || event.metaKey) || event.altKey || el.querySelector("dialog[open]")) return;
-    const letter = event.key.toLowerCase();
-    const typing = edited === event.target && event.target.matches?.("input:not([type=range]), textarea");
-    if (letter === "s" && !event.shiftKey) send({ do: "save" });
-    else if (letter === "z" && !typing) send({ do: event.shiftKey ? "redo" : "undo" });
-    else if (letter === "y" && !typing) send({ do: "redo" });
-    else return;
+    const wish = event.key.toLowerCase() === "s" && !event.shiftKey ? "save" : history.wished(event);
+    if (wish === null) return;
+    send({ do: wish });
     event.preventDefault();
   }
   document.addEventListener("keydown", onKey);
-  document.addEventListener("input", onInput);
-  document.addEventListener("change", onTaken);
-  document.addEventListener("focusout", onTaken);
 
   const onMessage = (message) => {
     if (message.say !== undefined) say(message.say, message.problem);
     if (message.ask !== undefined) ask(message);
-    if (message.moved !== undefined) history.replaceState(null, "", address(message.moved));
+    if (message.moved !== undefined) window.history.replaceState(null, "", address(message.moved));
   };
   let shown = null;
   const onShell = () => {
@@ -366,9 +360,7 @@ function render({ model, el }) {
     model.off("msg:custom", onMessage);
     document.removeEventListener("pointerdown", onOutside);
     document.removeEventListener("keydown", onKey);
-    document.removeEventListener("input", onInput);
-    document.removeEventListener("change", onTaken);
-    document.removeEventListener("focusout", onTaken);
+    history.end();
   };
 }
 
