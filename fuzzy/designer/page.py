@@ -105,6 +105,8 @@ class _Page:
                     *(Tab(panel.title, partial(self._build_panel, panel)) for panel in panels),
                 ]
                 tab_group("Edit the design", left, self.bench)
+                with ui.element("div").classes("shell-glance"):
+                    self.bench.widget(_STATIC / "glance.js")
                 tab_group("Look and try", right, self.bench)
         for sentence in (*self.document.notes, *missing):
             self.bench.notify(sentence)

@@ -2,6 +2,7 @@
 // said to the designer, and the keys that work everywhere. Model: "design" and "shell" ({ file, files, compared,
 // largest, restored }); Python's messages: { say, problem }, { ask, then }, { moved }.
 
+import { watchConnection } from "./connection.js";
 import { historyKeys } from "./keys.js";
 
 function make(tag, attributes = {}, ...children) {
@@ -332,11 +333,12 @@ function render({ model, el }) {
     if (!(event.ctrlKey || event.metaKey) || event.altKey || el.querySelector("dialog[open]")) return;
     const wish = event.key.toLowerCase() === "s" && !event.shiftKey ? "save" : history.wished(event);
     if (wish === null) return;
-    send({ do: wish });
+    if (!el.closest("[inert]")) send({ do: wish }); // while nobody answers it would come to nothing
     event.preventDefault();
   }
   document.addEventListener("keydown", onKey);
 
+  const unwatch = watchConnection();
   const onMessage = (message) => {
     if (message.say !== undefined) say(message.say, message.problem);
     if (message.ask !== undefined) ask(message);
@@ -361,6 +363,7 @@ function render({ model, el }) {
     document.removeEventListener("pointerdown", onOutside);
     document.removeEventListener("keydown", onKey);
     history.end();
+    unwatch();
   };
 }
 

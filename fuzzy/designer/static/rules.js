@@ -69,8 +69,7 @@ export function render({ model, el }) {
       element("div", { class: "fd-tabs", role: "group", "aria-label": "Show rules as" }, ...views),
       count,
     ),
-    headings,
-    list,
+    element("div", { class: "fd-sheet" }, headings, list),
     bar,
     problem.node,
     element(
@@ -317,7 +316,7 @@ export function render({ model, el }) {
     if (headed === JSON.stringify(names)) return;
     headed = JSON.stringify(names);
     const columns = names.map((_, i) =>
-      i === inputs.length ? "4.2rem" : i < inputs.length ? "minmax(0, 1.3fr)" : "minmax(0, 1fr)",
+      i === inputs.length ? "4.2rem" : i < inputs.length ? "minmax(8.5rem, 1.3fr)" : "minmax(6.5rem, 1fr)",
     );
     root.style.setProperty("--columns", columns.join(" "));
     const head = (text) => element("span", { class: "fd-head", title: text }, text);

@@ -35,7 +35,7 @@ export function render({ model, el }) {
   const fired = element("input", { type: "checkbox", onchange: () => build() });
   const head = shape("svg", { class: "fd-headline", role: "group", "aria-label": "Input point" });
   const body = shape("svg", { class: "fd-grid-of-rules", role: "img" });
-  const foot = shape("svg", { class: "fd-footline", role: "img" });
+  const foot = shape("svg", { class: "fd-footline", role: "img", "data-glance": true });
   const back = shape("g"),
     front = shape("g");
   head.append(back, front);

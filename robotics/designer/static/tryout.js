@@ -167,7 +167,7 @@ export async function render({ model, el }) {
 
   // Pictures
   const keys = element("div", { class: "tr-keys" });
-  const above = shape("svg", { class: "tr-plot", role: "img" }),
+  const above = shape("svg", { class: "tr-plot", role: "img", "data-glance": true }),
     error = shape("svg", { class: "tr-plot", role: "img" });
   const clock = element("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": "Time" });
   const reading = element("output");
@@ -768,8 +768,10 @@ export async function render({ model, el }) {
     watch(model, ["editor"], drawEditor),
     whenSized(root, soon),
   ];
-  // Nothing is run for a panel that nobody sees.
-  const watching = new IntersectionObserver((entries) => model.send({ do: "see", on: entries.at(-1).isIntersecting }));
+  // Nothing is run for a panel that is hidden; one further down is seen in the small picture under what is edited.
+  const watching = new IntersectionObserver((entries) => model.send({ do: "see", on: entries.at(-1).isIntersecting }), {
+    rootMargin: "10000px 0px",
+  });
   watching.observe(root);
   draw();
   return () => {

@@ -121,7 +121,7 @@ function mount(model, el, time) {
   const cones = make("input", { type: "checkbox", checked: true, onchange: () => draw() });
   const conesLabel = make("label", { class: "robot" }, cones, "Sonar cones");
   const about = `Top view of ${count} robot${count > 1 ? "s" : ""}, their paths and messages; the table has the numbers`;
-  const scene = make("canvas", { role: "img", "aria-label": about });
+  const scene = make("canvas", { role: "img", "aria-label": about, "data-glance": true });
   const plot = make("canvas", { role: "img", "aria-label": "Chart over time; click to go to a time" });
   const note = make("p", { class: "note" }),
     keys = make("p", { class: "note keys" }),

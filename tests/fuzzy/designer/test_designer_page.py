@@ -395,8 +395,22 @@ def test_after_a_kill_the_design_is_back(tab, server, folder):
         page.wait_for_timeout(20)
     tab.forgiven = True  # the browser complains, rightly, that the server is gone
     assert server.end(signal.SIGKILL)[0] == -signal.SIGKILL
+    # What nobody hears would be lost: the page says so in the middle of its top, and takes nothing.
+    lost = page.get_by_role("alert").filter(has_text="does not answer")
+    lost.wait_for()
+    box = lost.bounding_box()
+    assert box["y"] < 100
+    assert box["x"] + box["width"] / 2 == pytest.approx(800, abs=20)
+    grip = page.locator("[aria-label='poor: right foot']")
+    drag(page, grip, (-60, 0), release=True)
+    for keys in ("Tab", "x", "Control+z", "ArrowRight"):
+        page.keyboard.press(keys)
+    assert grip.get_attribute("aria-valuenow") == at
+    assert page.locator(".fd :focus").count() == 0
     server.start()
     page.wait_for_selector(".restored:not(:empty)")  # the page comes back by itself
+    assert not page.locator(".shell").evaluate("shell => shell.inert")
+    assert page.locator(".shell-lost:not(:empty)").count() == 0
     tab.forgiven = False
     assert foot(page).get_attribute("aria-valuenow") == at
     assert (folder / "tipper.fis").read_bytes() == before

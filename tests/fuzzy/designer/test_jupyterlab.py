@@ -85,12 +85,11 @@ def test_keys_on_a_widget_stay_there_and_a_saved_notebook_has_stills(browser: An
     page.set_default_timeout(60_000)
     page.goto(f"{url}widgets.ipynb?reset")
     page.wait_for_selector(".jp-Notebook .jp-Cell")
-    page.wait_for_selector(
-        ".jp-Notebook-ExecutionIndicator[data-status='idle']", state="attached"
-    )  # the kernel's ready
-    page.locator(".lm-MenuBar-item", has_text="Run").click()
-    page.locator(".lm-Menu-item[data-command='runmenu:run-all']").click()
     handle, play = page.get_by_role("slider", name="near: peak"), page.locator(".fleet-player button.play")
+    while page.locator(".jp-OutputArea-output").count() == 0:  # before the kernel is there nothing is run
+        page.locator(".lm-MenuBar-item", has_text="Run").click()
+        page.locator(".lm-Menu-item[data-command='runmenu:run-all']").click()
+        page.wait_for_timeout(5000)
     handle.wait_for()
     page.get_by_text("the peak is [0.0, 0.5, 1.2]").wait_for()
     assert page.locator(".fuzzy-editor").bounding_box()["height"] < 800
