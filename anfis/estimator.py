@@ -7,6 +7,7 @@ import numpy as np
 from anfis.methods.options import Options
 from anfis.training import train
 from fuzzy.errors import InputError
+from fuzzy.extras import install_command
 from fuzzy.fitting.identification import identify
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
@@ -22,8 +23,7 @@ try:
     from sklearn.utils.validation import check_is_fitted, validate_data
 except ImportError as error:
     raise EstimatorError(
-        f"ANFISRegressor needs scikit-learn 1.6 or newer ({error}); "
-        "install the extra: pip install 'fuzzyfleet[sklearn]'"
+        f"ANFISRegressor needs scikit-learn 1.6 or newer ({error}): {install_command('sklearn')}"
     ) from None
 
 _STARTS = ("subtractive", "grid")

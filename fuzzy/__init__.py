@@ -13,8 +13,8 @@ Make a system and ask it:
     Sugeno, Variable, Rule, Clause, Constant, Linear, parse_rule; infer, compile_sugeno; membership functions (Triangle,
     Gaussian, ... and MATLAB's trimf, gaussmf, ...) and membership_function, which makes one by name
 Files, data and learning a start (the rest is in the package anfis):
-    read_fis, write_fis, parse_fis, format_fis, find_fis, packaged_fis_files; identify, subtractive_clusters,
-    fit_consequents, search_clusters, search_table
+    read_fis, read_mamdani, write_fis, parse_fis, format_fis, find_fis, packaged_fis_files; identify,
+    subtractive_clusters, fit_consequents, search_clusters, search_table
 Look and understand:
     explain, check, surface, Surface; plot_memberships, plot_rules, plot_surface, plot_structure, plot_rules_error,
     save_figure; MATLAB's names plotmf, plotfis, gensurf, ruleview; editor, the designer in a notebook
@@ -42,7 +42,17 @@ if TYPE_CHECKING:
         save_figure,
     )
     from fuzzy.figures.search import plot_rules_error
-    from fuzzy.files.fisfile import FisFileError, FisFileWarning, format_fis, parse_fis, read_fis, write_fis
+    from fuzzy.files.fisfile import (
+        FisFileError,
+        FisFileWarning,
+        MamdaniError,
+        MamdaniSystem,
+        format_fis,
+        parse_fis,
+        read_fis,
+        read_mamdani,
+        write_fis,
+    )
     from fuzzy.files.packaged import find_fis, packaged_fis_files
     from fuzzy.files.table import DataError
     from fuzzy.fitting.clustering import ClusteringError, DataWarning, subtractive_clusters
@@ -103,7 +113,17 @@ _HOMES = {
         "save_figure",
     ),
     "fuzzy.figures.search": ("plot_rules_error",),
-    "fuzzy.files.fisfile": ("FisFileError", "FisFileWarning", "format_fis", "parse_fis", "read_fis", "write_fis"),
+    "fuzzy.files.fisfile": (
+        "FisFileError",
+        "FisFileWarning",
+        "MamdaniError",
+        "MamdaniSystem",
+        "format_fis",
+        "parse_fis",
+        "read_fis",
+        "read_mamdani",
+        "write_fis",
+    ),
     "fuzzy.files.packaged": ("find_fis", "packaged_fis_files"),
     "fuzzy.files.table": ("DataError",),
     "fuzzy.fitting.clustering": ("ClusteringError", "DataWarning", "subtractive_clusters"),
@@ -172,6 +192,8 @@ __all__ = [
     "Linear",
     "LinearS",
     "LinearZ",
+    "MamdaniError",
+    "MamdaniSystem",
     "MembershipError",
     "MembershipFunction",
     "PiShape",
@@ -219,6 +241,7 @@ __all__ = [
     "plotmf",
     "psigmf",
     "read_fis",
+    "read_mamdani",
     "ruleview",
     "save_figure",
     "search_clusters",

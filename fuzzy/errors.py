@@ -31,3 +31,12 @@ def quoted(text: object, longest: int = _LONGEST) -> str:
     """
     text = str(text)
     return repr(text) if len(text) <= longest else f"{text[:longest]!r}... ({len(text)} characters)"
+
+
+def shortened(text: str, longest: int = _LONGEST) -> str:
+    """``text`` without quotation marks, such as a line of a file: its beginning only where it is long.
+
+    >>> shortened("a" * 10, longest=4)
+    'aaaa... (10 characters)'
+    """
+    return text if len(text) <= longest else f"{text[:longest]}... ({len(text)} characters)"

@@ -3,6 +3,7 @@
 The same code serves design, plots, simulation and learning, with numpy or torch arrays.
 """
 
+import itertools
 import sys
 import warnings
 from collections.abc import Sequence
@@ -14,6 +15,8 @@ from array_api_compat import array_namespace, device, is_array_api_obj
 
 from fuzzy.membershipfunction import Array, as_float, like
 from fuzzy.system import Constant, FuzzySystemError, Linear, Structure, Sugeno
+
+_DENSE = 20_000_000  # terms × rules, above which no matrix of them is made (160 MB)
 
 
 class InferenceWarning(UserWarning):
@@ -206,7 +209,7 @@ def _log_firing(fis: Sugeno, logs: Array) -> tuple[Array, Array]:
     # A rule's logarithm is the sum over its clauses of power · log μ. ``never`` stands for the logarithm of 0, where
     # infinity would make 0 · ∞: so large that no sum of others comes near it, so small that sums of it do not overflow.
     never = -float(xp.finfo(logs.dtype).max) / 1e8
-    log_firing = xp.clip(logs, never, 0.0) @ like(logs, s.incidence)
+    log_firing = _asked(s, xp.clip(logs, never, 0.0))
     weight = like(logs, s.weight)
     with np.errstate(under="ignore"):
         firing = xp.exp(log_firing) * weight
@@ -214,6 +217,21 @@ def _log_firing(fis: Sugeno, logs: Array) -> tuple[Array, Array]:
         top = xp.max(usable, axis=-1, keepdims=True)
         top = xp.where(top > never / 1e6, top, xp.zeros_like(top))
         return firing, _normalised(xp.exp(usable - top) * weight)
+
+
+def _asked(s: Structure, logs: Array) -> Array:
+    """Sums (..., rules) of what the rules ask for: power · log μ of each clause, from logarithms (..., terms)."""
+    if s.first[-1] * s.term.shape[1] <= _DENSE:
+        return logs @ like(logs, s.incidence)
+    xp = array_namespace(logs)
+    total = None
+    for i, (low, high) in enumerate(itertools.pairwise(s.first.tolist())):
+        zero = xp.zeros((*logs.shape[:-1], 1), dtype=logs.dtype, device=device(logs))
+        known = xp.concat([logs[..., low:high], zero], axis=-1)
+        # The place -1, "left out", is the last column.
+        term = xp.take(known, like_index(logs, s.term[i] % known.shape[-1]), axis=-1) * like(logs, s.power[i])
+        total = term if total is None else total + term
+    return total
 
 
 def _linear_firing(fis: Sugeno, degrees: Array) -> tuple[Array, Array]:

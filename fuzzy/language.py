@@ -13,10 +13,11 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
-from fuzzy.errors import InputError
+from fuzzy.errors import InputError, quoted
 from fuzzy.naming import expected
 from fuzzy.rule import HEDGES, KEYWORDS, PLAIN_NAME, Clause, Rule
 
+_SHOWN = 100  # characters of a long sentence that a message shows on either side of the place at fault
 _QUOTED = re.compile(r"""'(?:[^']|'')*'|"(?:[^"]|"")*\"""")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE | re.ASCII)
 _SPACE = re.compile(r"\s*")
@@ -45,8 +46,15 @@ class RuleError(InputError):
         self.reason, self.sentence, self.start, self.end = reason, sentence, start, end
 
     def __str__(self) -> str:
-        indent, marks = _columns(self.sentence[: self.start]), _columns(self.sentence[self.start : self.end])
-        line = re.sub(r"\s", " ", self.sentence)
+        # Of a long sentence what stands about the place.
+        long = len(self.sentence) > 3 * _SHOWN
+        first = max(0, self.start - _SHOWN) if long else 0
+        last = first + 2 * _SHOWN if long else len(self.sentence)
+        shown = self.sentence[first:last]
+        before, after = "... " if first else "", " ..." if last < len(self.sentence) else ""
+        indent = len(before) + _columns(self.sentence[first : self.start])
+        marks = _columns(self.sentence[self.start : min(self.end, last)])
+        line = before + re.sub(r"\s", " ", shown) + after
         return f"{self.reason}\n  {line}\n  {' ' * indent}{'^' * max(marks, 1)}"
 
 
@@ -119,7 +127,7 @@ class _Sentence:
             start = len(self.text.rstrip())
             return self._error(f"{reason}, but the sentence ends", start, start)
         found = self._word_at(start) or self.text[start]
-        return self._error(f"{reason}, found {found!r}", start, start + len(found))
+        return self._error(f"{reason}, found {quoted(found)}", start, start + len(found))
 
     def rule(self, inputs: Mapping[str, Sequence[str]], outputs: Mapping[str, Sequence[str]]) -> Rule:
         if self.place == len(self.text):
@@ -247,7 +255,7 @@ class _Sentence:
             return 1.0
         number = _NUMBER.fullmatch(self.text, start, end)
         if number is None or not 0 <= float(number[0]) <= 1:
-            raise self._error(f"a rule's weight is a number in [0, 1], got {self.text[start:end]!r}", start, end)
+            raise self._error(f"a rule's weight is a number in [0, 1], got {quoted(self.text[start:end])}", start, end)
         self._go(len(self.text))
         return float(number[0])
 
@@ -270,7 +278,7 @@ class _Sentence:
         same = [k for k in known if k.casefold() == name.casefold()]
         if len(same) > 1:
             raise self._error(
-                f"{name!r} may be {' or '.join(map(repr, same))}: letter case matters here", *unknown.span()
+                f"{quoted(name)} may be {' or '.join(map(repr, same))}: letter case matters here", *unknown.span()
             )
         raise self._error((f"{owner}: " if owner else "") + expected(name, known, what), *unknown.span())
 

@@ -3,6 +3,11 @@
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+from fuzzy.errors import quoted, shortened
+
+_COMPARED = 1000  # known names, at most, that a mistyped one is compared with: more take seconds
+_LISTED = 2000  # characters of the list of known names that a message shows
+
 
 def expected(name: str, known: Iterable[str], what: str) -> str:
     """Say that ``name`` is not a known ``what``; name the nearest one and all accepted ones.
@@ -12,6 +17,7 @@ def expected(name: str, known: Iterable[str], what: str) -> str:
     """
     names = list(known)
     folded = {n.casefold(): n for n in names}
-    close = get_close_matches(name.casefold(), folded, n=1, cutoff=0.5)
+    near = list(folded)[:_COMPARED] if len(name) <= _COMPARED else []
+    close = get_close_matches(name.casefold(), near, n=1, cutoff=0.5)
     hint = f"; did you mean {folded[close[0]]!r}?" if close else "."
-    return f"unknown {what} {name!r}{hint} Known: {', '.join(names) if names else '(none)'}"
+    return f"unknown {what} {quoted(name)}{hint} Known: {shortened(', '.join(names), _LISTED) if names else '(none)'}"

@@ -65,8 +65,13 @@ class Rule:
 
     when: tuple[Clause, ...]  # the antecedent: at least one clause, at most one per input
     then: tuple[tuple[str, str], ...]  # the consequents: (output, term), at most one per output
-    connective: Literal["and", "or"] = "and"
+    connective: Literal["and", "or"] = "and"  # of a single clause always "and"
     weight: float = 1.0  # in [0, 1]; multiplies the firing strength
+
+    def __post_init__(self) -> None:
+        # One clause alone is joined by nothing: its sentence has no connective, and reads back as "and".
+        if self.connective == "or" and len(self.when) == 1:
+            object.__setattr__(self, "connective", "and")
 
     def __str__(self) -> str:
         when = f" {self.connective} ".join(map(str, self.when))

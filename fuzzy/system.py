@@ -5,6 +5,7 @@ The structure is Python, the parameters are numbers or arrays, and nothing chang
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Generic, Literal, NamedTuple, TypeVar, get_args
 
 import numpy as np
@@ -142,7 +143,8 @@ class Kind(NamedTuple):
     inputs: np.ndarray  # (n,) int: the input that each belongs to
 
 
-class Structure(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Structure:
     """The rules as index arrays, derived once from the names."""
 
     term: np.ndarray  # (inputs, rules) int: the term's place, or -1 where the rule leaves the input out
@@ -152,7 +154,15 @@ class Structure(NamedTuple):
     weight: np.ndarray  # (rules,) float
     consequent: np.ndarray  # (outputs, rules) int: the consequent's place, or -1
     kinds: tuple["Kind", ...]  # the membership functions, by type
-    incidence: np.ndarray  # (terms, rules) float: the power with which a rule asks for a term; 0 where it does not
+    first: np.ndarray  # (inputs + 1,) int: the number of each input's first term among all, and of all terms
+
+    @cached_property
+    def incidence(self) -> np.ndarray:
+        """The power (terms, rules) with which a rule asks for a term; 0 where it does not. Made when first used."""
+        terms = np.zeros((self.first[-1], self.term.shape[1]))
+        place, rule = np.nonzero(self.term >= 0)
+        terms[self.first[place] + self.term[place, rule], rule] = self.power[place, rule]
+        return terms
 
 
 @dataclass(frozen=True)
@@ -202,11 +212,20 @@ class Sugeno:
         object.__setattr__(self, "rules", rules)
         object.__setattr__(self, "structure", _resolve(rules, self.inputs, antecedents, consequents))
 
-    def __call__(self, x: Any) -> Array:
-        """Evaluate the outputs (..., outputs) at ``x`` (..., inputs); see :func:`fuzzy.inference.infer`."""
+    def __call__(self, *x: Any) -> Array:
+        """Evaluate the outputs (..., outputs) at one array ``x`` (..., inputs); see :func:`fuzzy.inference.infer`.
+
+        Raises FuzzySystemError for several arguments in place of one array.
+        """
         from fuzzy.inference import infer
 
-        return infer(self, x).output
+        if len(x) != 1:
+            names = ", ".join(v.name for v in self.inputs)
+            raise FuzzySystemError(
+                f"{self.name or 'a system'} is called with one array of all inputs, fis([{names}]), or of many rows of "
+                f"them (..., {len(self.inputs)}); got {len(x)} arguments"
+            )
+        return infer(self, x[0]).output
 
     def __getitem__(self, name: str) -> Variable:
         """Return the input or output of this name."""
@@ -226,12 +245,13 @@ _CHOICES: dict[str, tuple[str, ...]] = {
 
 
 def _check_variables(variables: Sequence[Variable], kind: Any, what: str, term: str) -> None:
-    names = [v.name for v in variables]
-    if not names:
+    names: set[str] = set()
+    if not variables:
         raise FuzzySystemError(f"a system needs at least one {what}")
     for variable in variables:
-        if names.count(variable.name) > 1:
+        if variable.name in names:
             raise FuzzySystemError(f"two {what}s are named {variable.name!r}")
+        names.add(variable.name)
         for label, function in variable.terms.items():
             if not isinstance(function, kind):
                 raise FuzzySystemError(f"{what} {variable.name!r}: term {label!r} must be {term}, got {function!r}")
@@ -243,7 +263,9 @@ def _resolve(
     antecedents: dict[str, tuple[str, ...]],
     consequents: dict[str, tuple[str, ...]],
 ) -> Structure:
-    inputs, outputs = list(antecedents), list(consequents)
+    inputs, outputs = _numbered(antecedents), _numbered(consequents)
+    asked = {name: _numbered(terms) for name, terms in antecedents.items()}
+    proposed = {name: _numbered(terms) for name, terms in consequents.items()}
     term = np.full((len(inputs), len(rules)), -1)
     negated = np.zeros_like(term, dtype=bool)
     power = np.ones_like(term, dtype=float)
@@ -261,13 +283,13 @@ def _resolve(
                 raise FuzzySystemError(f"rule {r + 1}: input {clause.variable!r} appears twice in {rule}")
             if not (clause.power > 0 and np.isfinite(clause.power)):
                 raise FuzzySystemError(f"rule {r + 1}: a hedge's power must be > 0, got {clause.power!r}")
-            term[i, r] = _place(clause.term, antecedents[clause.variable], f"term of {clause.variable!r}", r)
+            term[i, r] = _place(clause.term, asked[clause.variable], f"term of {clause.variable!r}", r)
             negated[i, r], power[i, r] = clause.negated, clause.power
         for output, label in rule.then:
             j = _place(output, outputs, "output", r)
             if consequent[j, r] != -1:
                 raise FuzzySystemError(f"rule {r + 1}: output {output!r} appears twice in {rule}")
-            consequent[j, r] = _place(label, consequents[output], f"term of {output!r}", r)
+            consequent[j, r] = _place(label, proposed[output], f"term of {output!r}", r)
     is_or = np.array([rule.connective == "or" for rule in rules], dtype=bool)
     weight = np.array([rule.weight for rule in rules], dtype=float)
     functions = [(type(f), i) for i, variable in enumerate(variables) for f in variable.terms.values()]
@@ -276,13 +298,14 @@ def _resolve(
         terms = np.array([t for t, (kind, _) in enumerate(functions) if kind is function])
         kinds.append(Kind(function, terms, np.array([functions[t][1] for t in terms])))
     first = np.cumsum([0, *(len(v.terms) for v in variables)])
-    incidence = np.zeros((len(functions), len(rules)))
-    place, rule_number = np.nonzero(term >= 0)
-    incidence[first[place] + term[place, rule_number], rule_number] = power[place, rule_number]
-    return Structure(term, negated, power, is_or, weight, consequent, tuple(kinds), incidence)
+    return Structure(term, negated, power, is_or, weight, consequent, tuple(kinds), first)
 
 
-def _place(name: str, known: Sequence[str], what: str, rule: int) -> int:
+def _numbered(names: Iterable[str]) -> dict[str, int]:
+    return {name: place for place, name in enumerate(names)}
+
+
+def _place(name: str, known: Mapping[str, int], what: str, rule: int) -> int:
     if name not in known:
         raise FuzzySystemError(f"rule {rule + 1}: " + expected(name, known, what))
-    return known.index(name)
+    return known[name]

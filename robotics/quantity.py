@@ -5,10 +5,13 @@ A plausible range catches the commonest mistake in a file of numbers: the right 
 """
 
 from dataclasses import MISSING, field, fields
-from math import inf, isfinite
+from math import inf
 from typing import Any
 
-from fuzzy.errors import InputError
+from fuzzy.errors import InputError, quoted, shortened
+
+LARGEST = 1e15  # numbers of a robot's world are smaller by far; squares and cubes of these are numbers as well
+SMALLEST = 1 / LARGEST  # and what must be greater than 0 can be divided by
 
 
 def quantity(
@@ -77,11 +80,20 @@ def accepted(metadata: Any) -> str:
 
 
 def is_number(value: Any) -> bool:
-    """Whether ``value`` is a finite real number that a float can hold."""
-    try:
-        return isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
-    except OverflowError:
-        return False
+    """Whether ``value`` is a finite real number, of :data:`LARGEST` in size at most."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST
+
+
+def got(value: Any) -> str:
+    """What a message says of a ``value`` that is refused: "got 'fast'"; of a number that is too large, why.
+
+    >>> got(1e200)
+    'got 1e+200 (numbers may be 1e+15 in size at most)'
+    """
+    numbers = value if isinstance(value, (list, tuple)) else (value,)
+    large = any(isinstance(v, (int, float)) and LARGEST < abs(v) < inf for v in numbers)
+    text = quoted(value) if isinstance(value, str) else shortened(repr(value))
+    return f"got {text}" + (f" (numbers may be {LARGEST:g} in size at most)" if large else "")
 
 
 def check_quantities(instance: Any, error: type[InputError]) -> None:
@@ -98,8 +110,10 @@ def check_quantities(instance: Any, error: type[InputError]) -> None:
         m = f.metadata
         if "whole" in m:
             if type(value) is not int or not m["least"] <= value <= m["most"]:
-                raise error(f"{f.name} must be {accepted(m)}; got {value!r}").about(f.name)
+                raise error(f"{f.name} must be {accepted(m)}; {got(value)}").about(f.name)
             continue
         if not (is_number(value) and value > m["above"] and value >= m["least"] and value <= m["most"]):
-            raise error(f"{f.name} must be {accepted(m)}; got {value!r}").about(f.name)
+            raise error(f"{f.name} must be {accepted(m)}; {got(value)}").about(f.name)
+        if m["above"] == 0 and value < SMALLEST:
+            raise error(f"{f.name} must be {accepted(m)}, and {SMALLEST:g} at least; {got(value)}").about(f.name)
         object.__setattr__(instance, f.name, float(value))

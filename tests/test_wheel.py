@@ -1,14 +1,18 @@
 """A wheel built from the tree, in a bare virtual environment, runs a comparison from any folder."""
 
+import json
 import os
 import re
 import subprocess
 import sys
 import sysconfig
+import tomllib
 import venv
 from pathlib import Path
 
 import pytest
+
+from fuzzy.files.examples import EXAMPLES
 
 ROOT = Path(__file__).parent.parent
 
@@ -71,6 +75,28 @@ def test_the_installed_commands_find_rule_bases_by_name(python, tmp_path):
         done = subprocess.run(command, cwd=tmp_path, env=clean, capture_output=True, text=True, timeout=60, check=False)
         assert (done.returncode, done.stderr) == (0, "")
         assert len(done.stdout.splitlines()) == count
+
+
+def test_the_installed_package_brings_its_examples_and_names_what_an_extra_needs(python, tmp_path):
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    wanted = {extra: ["pip", "install", *packages] for extra, packages in declared.items()}
+    code = (
+        "import json, shlex, sys; from fuzzy.commands.application import main\n"
+        "from fuzzy.extras import install_command\n"
+        "code = main(['example', '--all'])\n"
+        "print(json.dumps({extra: shlex.split(install_command(extra)) for extra in sys.argv[1:]})); sys.exit(code)"
+    )
+    clean = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+    command = [python, "-c", code, *wanted]
+    done = subprocess.run(command, cwd=tmp_path, env=clean, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    *files, commands = done.stdout.splitlines()
+    assert files == sorted(files, key=list(EXAMPLES).index) == list(EXAMPLES)
+    for file in EXAMPLES:
+        assert (tmp_path / file).read_bytes() == (ROOT / "fuzzy" / "examples" / file).read_bytes()
+    assert {extra: sorted(words) for extra, words in json.loads(commands).items()} == {
+        extra: sorted(words) for extra, words in wanted.items()
+    }
 
 
 def test_the_wheel_carries_data_and_types(python):

@@ -16,7 +16,11 @@ from anfis.commands.train import train
 from fuzzy.errors import InputError
 from fuzzy.shell.terminal import application, run
 
-app = application("Learn Sugeno fuzzy systems from data.")
+app = application(
+    "Learn Sugeno fuzzy systems from data.",
+    "fuzzy example samples check",
+    "anfis train samples.csv --check check.csv --rules 8 --epochs 60 -o net.fis",
+)
 
 app.command()(train)
 app.command()(predict)
@@ -38,12 +42,9 @@ def _version(wanted: bool) -> None:
 
 
 @app.callback()
-def options(
+def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the versions and stop.")
     ] = False,
 ) -> None:
-    """Learn Sugeno fuzzy systems from data.
-
-    Example: anfis train data.csv --inputs x1,x2 --outputs y --rules 8 --epochs 60 -o net.fis
-    """
+    pass

@@ -7,7 +7,11 @@ from fuzzy.shell.terminal import print_json
 def evaluate(fis: Fis, data: Data, json: Json = False) -> None:
     """Measure a system's errors on a table that holds its inputs and outputs, found by their names.
 
-    Example: anfis evaluate net.fis check.csv --json, or anfis evaluate formation/v_l data.csv
+    \b
+    Example:
+      fuzzy example samples check
+      anfis train samples.csv --rules 8 -o net.fis
+      anfis evaluate net.fis check.csv --json
     """
     from anfis.accuracy import accuracy
     from fuzzy.files.fisfile import read_fis

@@ -20,7 +20,11 @@ def predict(
 ) -> None:
     """Compute a system's outputs for every row of a table; the inputs' columns are found by their names.
 
-    Example: anfis predict net.fis data.csv -o predicted.csv, or anfis predict formation/v_l data.csv
+    \b
+    Example:
+      fuzzy example samples check
+      anfis train samples.csv --rules 8 -o net.fis
+      anfis predict net.fis check.csv -o predicted.csv
     """
     from fuzzy.files.fisfile import read_fis
     from fuzzy.files.packaged import find_fis

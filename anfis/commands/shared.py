@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from fuzzy.commands.completion import rule_bases
 from fuzzy.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,7 +17,12 @@ Data = Annotated[
 ]
 Fis = Annotated[
     Path,
-    typer.Argument(metavar="NET", help="A Sugeno system: a .fis file, or a packaged one's name.", show_default=False),
+    typer.Argument(
+        metavar="NET",
+        help="A Sugeno system: a .fis file, or a packaged one's name.",
+        show_default=False,
+        autocompletion=rule_bases,
+    ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 

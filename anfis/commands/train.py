@@ -9,6 +9,7 @@ import typer
 
 from anfis.commands.shared import CommandError, Data, Json, listed, read
 from anfis.methods.catalogue import METHODS
+from fuzzy.commands.completion import completed, rule_bases
 from fuzzy.shell.terminal import INTERRUPTED, print_json
 
 if TYPE_CHECKING:
@@ -36,6 +37,10 @@ class _Start(NamedTuple):
     mf: str | None
 
 
+def _methods(incomplete: str) -> list[str]:
+    return completed(incomplete, METHODS)
+
+
 def train(
     data: Data,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="NET.fis", help="Where the trained system goes.")],
@@ -47,7 +52,10 @@ def train(
         Path | None, typer.Option(metavar="CHECK.csv", help="Checking data, not learnt from; same columns.")
     ] = None,
     start: Annotated[
-        Path | None, typer.Option(metavar="START", help="Start from this .fis file, or a packaged one's name.")
+        Path | None,
+        typer.Option(
+            metavar="START", help="Start from this .fis file, or a packaged one's name.", autocompletion=rule_bases
+        ),
     ] = None,
     rules: Annotated[
         int | None, typer.Option(min=1, help="Start from that many clusters; their settings are searched.")
@@ -59,7 +67,9 @@ def train(
     mf: Annotated[
         str | None, typer.Option(metavar="NAME", help="Membership function of --grid's terms. [default: gbellmf]")
     ] = None,
-    method: Annotated[str, typer.Option(help=f"How to learn: {', '.join(METHODS)}.")] = "hybrid",
+    method: Annotated[
+        str, typer.Option(help=f"How to learn: {', '.join(METHODS)}.", autocompletion=_methods)
+    ] = "hybrid",
     epochs: Annotated[int, typer.Option(min=0, help="The most epochs to learn for.")] = 60,
     step: Annotated[float, typer.Option(help="Length of the first step (hybrid), in units of the universes.")] = 0.01,
     patience: Annotated[
@@ -91,7 +101,10 @@ def train(
 ) -> None:
     """Learn a system from a table and write the one of least checking error (training error without --check).
 
-    Example: anfis train data.csv --outputs y --check check.csv --rules 8 -o net.fis --plot error.png
+    \b
+    Example:
+      fuzzy example samples check
+      anfis train samples.csv --outputs v --check check.csv --rules 8 -o net.fis --plot error.png
     """
     import anfis
 

@@ -13,6 +13,7 @@ from fuzzy.commands.check import check
 from fuzzy.commands.convert import convert
 from fuzzy.commands.design import design
 from fuzzy.commands.evaluate import evaluate
+from fuzzy.commands.example import example
 from fuzzy.commands.explain import explain
 from fuzzy.commands.identify import identify
 from fuzzy.commands.plot import plot
@@ -23,9 +24,13 @@ from fuzzy.commands.surface import surface
 from fuzzy.errors import InputError
 from fuzzy.shell.terminal import application, run
 
-app = application("Look at, check, draw, evaluate and identify Sugeno fuzzy systems in MATLAB's .fis files.")
+app = application(
+    "Look at, check, draw, evaluate and identify Sugeno fuzzy systems in MATLAB's .fis files.",
+    "fuzzy example tipper",
+    "fuzzy show tipper.fis",
+)
 
-for command in (show, rules, plot, surface, explain, check, evaluate, convert, identify, search, design):
+for command in (show, rules, plot, surface, explain, check, evaluate, convert, identify, search, design, example):
     app.command()(command)
 
 

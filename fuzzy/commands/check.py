@@ -18,7 +18,11 @@ def check(
 
     The exit code is 1 if there are errors or warnings; notes do not count.
 
-    Example: fuzzy check tipper.fis, or fuzzy check formation/v_l
+    \b
+    Example:
+      fuzzy example tipper
+      fuzzy check tipper.fis
+      fuzzy check lateral
     """
     from fuzzy.insight.diagnosis import check as check_system
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from fuzzy.commands.shared import FisFile, read_system, usage
+from fuzzy.commands.shared import FisFile, usage
 
 
 def convert(
@@ -14,16 +14,30 @@ def convert(
 ) -> None:
     """Write the system in another form, which OUT's suffix chooses.
 
-    .fis is a normalised MATLAB file, .txt the rules as sentences, .json a description of everything.
+    .fis is a normalised MATLAB file, .txt the rules as sentences, .json a description of everything. A Mamdani system
+    becomes a Sugeno system: each output set is a constant at its centroid. What was changed is printed.
 
-    Example: fuzzy convert tipper.fis tipper.json, or fuzzy convert tracking tracking.txt
+    \b
+    Example:
+      fuzzy example tipper
+      fuzzy convert tipper.fis tipper.json
+      fuzzy convert tracking tracking.txt
     """
     writers = {".fis": "a MATLAB file", ".txt": "the rules as sentences", ".json": "a description"}
     suffix = target.suffix.lower()
     if suffix not in writers:
         known = ", ".join(f"{ending} ({what})" for ending, what in writers.items())
         usage(f"cannot tell the form from {str(target)!r}; end it in {known}")
-    fis = read_system(file)
+    from fuzzy.files.fisfile import read_mamdani
+    from fuzzy.files.packaged import find_fis
+
+    source = find_fis(file)
+    fis, changes = read_mamdani(source)
+    if changes:
+        if target.exists() and target.samefile(source):
+            usage(f"{target} holds the Mamdani system, which would be lost; give the Sugeno system another name")
+        typer.echo(f"{fis.name} was a Mamdani system. As a Sugeno system it gives other values between its constants.")
+        typer.echo("".join(f"- {change}\n" for change in changes), nl=False)
     if suffix == ".fis":
         from fuzzy.files.fisfile import write_fis
 

@@ -16,7 +16,7 @@ def design(
     file: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[FILE.fis]",
+            metavar="FILE.fis",
             help="The system, a new one if there is no such file; or a packaged one's name, to begin with a copy.",
             show_default=False,
         ),
@@ -36,12 +36,18 @@ def design(
     The page is served on this machine only, and nothing outside the folder is read or written. Unsaved work is kept
     beside the files and is back after a crash. A packaged rule base is copied: saving writes a new file in the folder.
 
-    Example: fuzzy design tipper.fis, or fuzzy design tracking
+    \b
+    Example:
+      fuzzy example tipper
+      fuzzy design tipper.fis
+      fuzzy design tracking
     """
     try:
         import nicegui  # noqa: F401
     except ImportError:
-        raise DesignError("the designer needs NiceGUI: pip install 'fuzzyfleet[design]'") from None
+        from fuzzy.extras import install_command
+
+        raise DesignError(f"the designer needs NiceGUI: {install_command('design')}") from None
     from fuzzy.designer.folder import open_folder
     from fuzzy.designer.server import serve
     from fuzzy.files.fisfile import read_fis

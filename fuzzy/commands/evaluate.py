@@ -29,7 +29,11 @@ def evaluate(
     A header that names the inputs says which column is which, in any order; otherwise the columns are the inputs
     in their order. The outputs get a header if the inputs have one.
 
-    Example: fuzzy evaluate tipper.fis meals.csv -o tips.csv, or fuzzy evaluate lateral errors.csv
+    \b
+    Example:
+      fuzzy example tipper meals errors
+      fuzzy evaluate tipper.fis meals.csv -o tips.csv
+      fuzzy evaluate lateral errors.csv
     """
     from fuzzy.files.table import read_table, table_text, write_table
 

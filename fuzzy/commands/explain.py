@@ -10,12 +10,16 @@ from fuzzy.shell.terminal import print_json
 
 def explain(
     file: FisFile,
-    values: Annotated[list[str], typer.Argument(metavar="INPUT=VALUE...", help="Every input's value.")],
+    values: Annotated[list[str], typer.Argument(metavar="INPUT=VALUE", help="Every input's value.")],
     json: Json = False,
 ) -> None:
     """Explain why the system answers what it answers at one point.
 
-    Example: fuzzy explain tipper.fis service=3 food=8, or fuzzy explain lateral y_err=0.1
+    \b
+    Example:
+      fuzzy example tipper
+      fuzzy explain tipper.fis service=3 food=8
+      fuzzy explain lateral y_err=0.1
     """
     from fuzzy.insight.explanation import explain as explain_point
 

@@ -70,7 +70,10 @@ def identify(
     With --rules the settings of subtractive clustering are searched for the best system with that number of rules,
     as `fuzzy search` does. A header "speed [m/s]" names the column speed.
 
-    Example: fuzzy identify samples.csv --inputs x,y --outputs v --method subtractive --radius 0.5 -o net.fis
+    \b
+    Example:
+      fuzzy example samples
+      fuzzy identify samples.csv --inputs x,y --outputs v --method subtractive --radius 0.5 -o net.fis
     """
     import numpy as np
 

@@ -32,7 +32,11 @@ def plot(
 
     Without -o the picture is FILE's name with the kind, a .png in this folder.
 
-    Example: fuzzy plot tipper.fis --kind rules --at service=3 -o a.pdf, or fuzzy plot tracking
+    \b
+    Example:
+      fuzzy example tipper
+      fuzzy plot tipper.fis --kind rules --at service=3 -o a.pdf
+      fuzzy plot tracking
     """
     fis = read_system(file)
     path = picture_path(output_file, file, kind.value)

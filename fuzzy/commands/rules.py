@@ -7,7 +7,11 @@ from fuzzy.shell.terminal import print_json
 def rules(file: FisFile, json: Json = False) -> None:
     """Print the rules as sentences, one on each line.
 
-    Example: fuzzy rules tipper.fis, or fuzzy rules tracking
+    \b
+    Example:
+      fuzzy example tipper
+      fuzzy rules tipper.fis
+      fuzzy rules tracking
     """
     sentences = [str(rule) for rule in read_system(file).rules]
     if json:

@@ -40,7 +40,10 @@ def search(
 
     The exit code is 1 if no setting gives the wanted number. `fuzzy identify --rules N` writes the best system.
 
-    Example: fuzzy search samples.csv --inputs x,y --outputs v --rules 8 --plot error.png
+    \b
+    Example:
+      fuzzy example samples
+      fuzzy search samples.csv --inputs x,y --outputs v --rules 8 --plot error.png
     """
     check_search_picture(plot)
     samples = sample_table(file, inputs, outputs)

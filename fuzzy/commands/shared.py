@@ -6,12 +6,19 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from fuzzy.commands.completion import rule_bases
+
 if TYPE_CHECKING:
     from fuzzy.system import Sugeno
 
 FisFile = Annotated[
     Path,
-    typer.Argument(metavar="FILE", help="A Sugeno system: a .fis file, or a packaged one's name.", show_default=False),
+    typer.Argument(
+        metavar="FILE",
+        help="A Sugeno system: a .fis file, or a packaged one's name.",
+        show_default=False,
+        autocompletion=rule_bases,
+    ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 Picture = Annotated[

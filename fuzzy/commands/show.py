@@ -7,7 +7,11 @@ from fuzzy.shell.terminal import print_json
 def show(file: FisFile, json: Json = False) -> None:
     """Show the system: its choices, variables, terms and rules.
 
-    Example: fuzzy show tipper.fis, or fuzzy show tracking
+    \b
+    Example:
+      fuzzy example tipper
+      fuzzy show tipper.fis
+      fuzzy show tracking
     """
     from fuzzy.insight.description import as_dict, describe
 

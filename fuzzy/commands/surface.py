@@ -36,7 +36,11 @@ def surface(
 
     With --json the grid, the output and where a rule fires are printed, and a picture is written only with -o.
 
-    Example: fuzzy surface tipper.fis --inputs service,food -o tip.pdf, or fuzzy surface tracking --output w
+    \b
+    Example:
+      fuzzy example tipper
+      fuzzy surface tipper.fis --inputs service,food -o tip.pdf
+      fuzzy surface tracking --output w
     """
     fis = read_system(file)
     axes = _axes(fis, inputs)

@@ -4,10 +4,20 @@ import unicodedata
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from fuzzy.errors import InputError
+from fuzzy.errors import InputError, quoted
 from fuzzy.naming import expected
 
 LARGEST = 1e100  # the largest number in an edit: squares of differences stay finite
+# What people type, by the name that the page gives it; all else is written by the page itself.
+TYPED = {
+    "name": "the name",
+    "unit": "the unit",
+    "low": "the lowest value",
+    "high": "the highest value",
+    "parameters": "a parameter",
+    "weight": "the weight",
+    "text": "the sentence",
+}
 
 
 class EditError(InputError):
@@ -26,11 +36,9 @@ class Message:
         return self.content[field]
 
     def _wrong(self, field: str, what: str, value: Any) -> EditError:
-        shown = repr(value)
-        shown = shown if len(shown) <= 60 else shown[:57] + "..."
-        return EditError(
-            f"the edit {self.name!r}: {field!r} must be {what}, got {shown.encode('utf-8', 'replace').decode()}"
-        )
+        named = TYPED.get(field) or f"{field!r} of the edit {self.name!r}"
+        shown = quoted(value, 60) if isinstance(value, str) else repr(value)[:60]
+        return EditError(f"{named} must be {what}, got {shown}")
 
     def has(self, field: str) -> bool:
         """Whether the field is there and not null."""
@@ -51,7 +59,7 @@ class Message:
         if any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in value):
             raise self._wrong(field, "one line without control characters", value)
         if not value and not empty:
-            raise self._wrong(field, "a name, not empty", value)
+            raise EditError(f"{TYPED.get(field, repr(field))} must not be empty")
         return value
 
     def one_of(self, field: str, accepted: Collection[str], what: str) -> str:

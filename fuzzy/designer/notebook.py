@@ -14,8 +14,9 @@ from fuzzy.designer.design import Design, design_of
 from fuzzy.designer.document import DEPTH
 from fuzzy.designer.edits import edited
 from fuzzy.designer.esmodule import ModuleError, composed
-from fuzzy.designer.views import design_data, functions_data, surface_data, viewer_data
+from fuzzy.designer.views import design_data, functions_data, refusal_data, surface_data, viewer_data
 from fuzzy.errors import InputError
+from fuzzy.extras import install_command
 from fuzzy.figures.palette import stylesheet
 from fuzzy.system import Sugeno
 
@@ -44,7 +45,7 @@ class NotebookSession:
             self._take(content if isinstance(content, Mapping) else {})
             self._problem = None
         except InputError as error:
-            self._problem = {"message": str(error), "number": next(self._problems)}
+            self._problem = refusal_data(error, content, next(self._problems))
 
     def traits(self) -> dict[str, Any]:
         """What the modules show now."""
@@ -65,6 +66,8 @@ class NotebookSession:
         look = content.get("look")
         if look == "select":
             self._selected = {name: content.get(name) for name in ("kind", "variable", "term")}
+            if content.get("show") is True:
+                self._selected["show"] = next(self._problems)
         elif look == "surface":
             before = self._axes, self._output
             self._axes, self._output = content.get("inputs"), content.get("output")  # type: ignore[assignment]
@@ -200,5 +203,5 @@ def widget_library() -> tuple[Any, Any]:
         import anywidget
         import traitlets
     except ImportError:
-        raise ModuleError("a notebook's widgets need anywidget: pip install 'fuzzyfleet[notebook]'") from None
+        raise ModuleError(f"a notebook's widgets need anywidget: {install_command('notebook')}") from None
     return anywidget, traitlets

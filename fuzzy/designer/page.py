@@ -13,19 +13,30 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from fuzzy.designer.bridge import Bridge
 from fuzzy.designer.document import Document
+from fuzzy.designer.edits import broken
 from fuzzy.designer.figures import check_figure, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE
+from fuzzy.designer.keys import KEYS
 from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import OpenDocuments
 from fuzzy.designer.panel import Place, Workbench, find_panels
 from fuzzy.designer.saving import OverwriteError
 from fuzzy.designer.tabs import Tab, tab_group
-from fuzzy.designer.views import compared_data, document_data, functions_data, surface_data, viewer_data
+from fuzzy.designer.views import (
+    compared_data,
+    document_data,
+    findings_data,
+    functions_data,
+    refusal_data,
+    surface_data,
+    viewer_data,
+)
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.figures.palette import stylesheet
 
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
+REST = 0.4  # s after the last edit before the rules are checked
 _STATIC = Path(str(resources.files("fuzzy") / "designer" / "static"))
 
 
@@ -66,7 +77,13 @@ class _Page:
         self.axes: list[int] | None = None
         self.output = 0
         self.compared: str | None = None
-        self._problems = itertools.count(1)
+        self.sought: dict[str, Any] | None = None  # the rule that a link leads to
+        self.findings: list[dict[str, Any]] | None = None
+        self._check: Bridge | None = None
+        self._checked: Any = None  # what the findings are of
+        self._looking = False  # for defects, in a worker
+        self._resting: asyncio.TimerHandle | None = None
+        self._numbers = itertools.count(1)  # of refusals and of what a link leads to
         self._timer: asyncio.TimerHandle | None = None
         self._rested = False  # a change while no browser was connected
         self._name = opened.folder.name(document.path)
@@ -87,8 +104,12 @@ class _Page:
         editor = shown | {"functions": functions_data()}
         panels, missing = find_panels()
         with ui.element("div").classes("shell"):
+            for name, text in (("shell-edit", "Skip to the editors"), ("shell-look", "Skip to the views")):
+                TextElement(tag="a", text=text).classes("shell-skip").props(f'href="#{name}"')
             with ui.element("header"):
-                self.header = self.bench.widget(_STATIC / "header.js", design=traits["design"], shell=self._shell())
+                self.header = self.bench.widget(
+                    _STATIC / "header.js", design=traits["design"], shell=self._shell(), keys=KEYS
+                )
                 self.header.on_message(self._asked)
             with ui.element("aside").classes("shell-tree").props('aria-label="System" id="shell-tree"'):
                 self._module(_STATIC / "tree.js", shown)
@@ -96,7 +117,8 @@ class _Page:
                 self.surface: Bridge | None = None
                 left = [
                     Tab("Memberships", lambda: self._module(_STATIC / "terms.js", editor)),
-                    Tab("Rules", lambda: self._module(_STATIC / "rules.js", self._now())),
+                    Tab("Rules", self._build_rules),
+                    Tab("Check", self._build_check),
                 ]
                 self.surface_place = Place(shown=False)
                 right = [
@@ -104,10 +126,12 @@ class _Page:
                     Tab("Surface", lambda: self._build_surface(_STATIC / "surface.js"), self.surface_place),
                     *(Tab(panel.title, partial(self._build_panel, panel)) for panel in panels),
                 ]
-                tab_group("Edit the design", left, self.bench)
+                self.editors = tab_group("Edit the design", left, self.bench, "shell-edit")
                 with ui.element("div").classes("shell-glance"):
                     self.bench.widget(_STATIC / "glance.js")
-                tab_group("Look and try", right, self.bench)
+                tab_group("Look and try", right, self.bench, "shell-look")
+        self.bench.on_change(self._check_soon)
+        self._check_soon()
         for sentence in (*self.document.notes, *missing):
             self.bench.notify(sentence)
 
@@ -118,6 +142,12 @@ class _Page:
         # In a hidden tab it is told once, when it is shown again; all in one message, which is drawn once.
         self.bench.on_change(lambda: bridge.update(**self._shown, **more()))
         return bridge
+
+    def _build_rules(self) -> None:
+        self._module(_STATIC / "rules.js", self._now() | {"sought": self.sought}, lambda: {"sought": self.sought})
+
+    def _build_check(self) -> None:
+        self._check = self._module(_STATIC / "check.js", {"findings": self.findings})
 
     def _build_surface(self, path: Path) -> None:
         traits = self._now() | {"surface": self._surface()}
@@ -205,6 +235,36 @@ class _Page:
             self.header.send({"moved": name})
         background_tasks.create(self.bench.changed())
 
+    def _check_soon(self) -> None:
+        """Look for defects of the rules once the edits rest."""
+        if self._resting is not None:
+            self._resting.cancel()
+        self._resting = asyncio.get_running_loop().call_later(
+            REST, lambda: background_tasks.create(self._find_defects())
+        )
+
+    async def _find_defects(self) -> None:
+        design = self.document.design
+        of = (design.system, design.lines)
+        if self.bench.closed or self._looking or of == self._checked:
+            return
+        self._checked, self._looking = of, True
+        try:
+            findings = await self.bench.background(findings_data, design)
+        except (InputError, WorkError) as error:
+            findings = [{"severity": "error", "sentence": f"The rules could not be checked: {error}", "places": []}]
+        finally:
+            self._looking = False
+        if self.bench.closed:
+            return
+        if of != (self.document.design.system, self.document.design.lines):
+            self._check_soon()
+            return
+        self.findings = findings
+        self.editors.count("Check", sum(finding["severity"] != "note" for finding in findings))
+        if self._check is not None:
+            self._check.update(findings=findings)
+
     def _show_surface(self) -> None:
         if self.surface is not None:
             self.surface.update(surface=self._surface())
@@ -232,10 +292,17 @@ class _Page:
                 self._look_at_surface(content)
             elif look == "select":
                 self._select(content)
+            elif look == "rule":
+                self.sought = {"key": content.get("key"), "number": next(self._numbers)}
+                self.editors.show("Rules")
+                self._changed_soon()
             else:
+                before = self.document.design
                 self.document.apply(content)
+                if (sentence := broken(before, self.document.design, content)) is not None:
+                    self.header.send({"say": sentence, "undo": self.document.can_undo})
         except InputError as error:
-            bridge.update(problem={"message": str(error), "number": next(self._problems)})
+            bridge.update(problem=refusal_data(error, content, next(self._numbers)))
         else:
             bridge.update(problem=None)
 
@@ -258,6 +325,9 @@ class _Page:
         if kind not in ("input", "output") or not isinstance(variable, str) or not isinstance(term, (str, type(None))):
             raise InputError("a selection names its kind, 'input' or 'output', and its variable")
         self.selected = {"kind": kind, "variable": variable, "term": term}
+        if content.get("show") is True:  # and the focus goes to its name
+            self.selected["show"] = next(self._numbers)
+            self.editors.show("Memberships")
         for bridge in self._everywhere:
             bridge.update(selected=self.selected)
 

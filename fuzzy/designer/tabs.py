@@ -27,15 +27,25 @@ class Tab:
     built: bool = False
 
 
-def tab_group(label: str, tabs: Sequence[Tab], bench: Workbench) -> None:
+@dataclass(frozen=True)
+class TabGroup:
+    """A group of tabs on the page, by their titles."""
+
+    show: Callable[[str], None]  # the tab with this title
+    count: Callable[[str, int], None]  # writes a number behind the tab's title; 0 writes none
+
+
+def tab_group(label: str, tabs: Sequence[Tab], bench: Workbench, name: str) -> TabGroup:
     """Build a group of tabs, of which the first is shown; pointer, arrow keys, Home and End choose another.
 
     Args:
         label: The name of the group.
         tabs: The tabs.
         bench: The workbench of the page.
+        name: The group's id on the page, for links.
     """
-    with ui.element("section").classes("shell-group").props(f'aria-label="{label}"'):
+    section = ui.element("section").classes("shell-group").props(f'aria-label="{label}" id="{name}" tabindex="-1"')
+    with section:
         with ui.element("div").classes("shell-tabs").props(f'role="tablist" aria-label="{label}"'):
             buttons = [TextElement(tag="button", text=tab.title).props('type="button" role="tab"') for tab in tabs]
         panels = [ui.element("div").classes("shell-view").props('role="tabpanel"') for _ in tabs]
@@ -68,3 +78,11 @@ def tab_group(label: str, tabs: Sequence[Tab], bench: Workbench) -> None:
         button.on("click", lambda number=number: choose(number), args=[])
         button.on("keydown", lambda event, number=number: key(number, event), js_handler=_KEYS)
     choose(0)
+    places = {tab.title: number for number, tab in enumerate(tabs)}
+
+    def count(title: str, number: int) -> None:
+        text = f"{title} {number}" if number else title
+        if buttons[places[title]].text != text:
+            buttons[places[title]].set_text(text)
+
+    return TabGroup(lambda title: choose(places[title]), count)

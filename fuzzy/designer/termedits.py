@@ -1,6 +1,5 @@
 """Edits of terms: each takes the design and a message, and gives the new design and the edit's name."""
 
-from dataclasses import fields
 from itertools import pairwise
 from typing import Any
 
@@ -38,21 +37,24 @@ def move_term(design: Design, message: Message) -> tuple[Design, str]:
     if place.kind == "output":
         new = consequent(type(old).__name__.casefold(), parameters, len(design.system.inputs), label)
         return put(design, place, with_term(place.variable, label, new)), f"set {label}"
+    if len(parameters) == len(old.parameters):
+        _check_moved(label, old, parameters)
     moved = membership_function(old.matlab, parameters)
-    _check_order(label, old, moved)
     return put(design, place, with_term(place.variable, label, moved)), f"move {label}"
 
 
-def _check_order(label: str, old: MembershipFunction, new: MembershipFunction) -> None:
-    """Vertices that were in order stay so; where MATLAB's file had them crossed, they may be moved as one likes."""
-    letters = [f.name for f in fields(new)]
-    order = new.vertices
-    for i, j in pairwise(order):
-        if new.parameters[i] > new.parameters[j] and not old.parameters[i] > old.parameters[j]:
-            raise EditError(
-                f"{label}: the vertices stay in order, {' <= '.join(letters[k] for k in order)}; "
-                f"{letters[i]} = {new.parameters[i]:g} lies right of {letters[j]} = {new.parameters[j]:g}"
-            )
+def _check_moved(label: str, old: MembershipFunction, new: tuple[float, ...]) -> None:
+    """Raise EditError, in the words beside the fields, where the parameters ``new`` of a term make no function.
+
+    Vertices that were in order stay so; where MATLAB's file had them crossed, they may be moved as one likes.
+    """
+    for i, j in pairwise(old.vertices):
+        if new[i] > new[j] and not old.parameters[i] > old.parameters[j]:
+            one, other = old.words[i], old.words[j]
+            raise EditError(f"the {one} of {label}, {new[i]:g}, must not lie right of its {other}, {new[j]:g}")
+    for value, role, words in zip(new, old.roles, old.words, strict=True):
+        if role == "width" and value == 0:
+            raise EditError(f"the {words} of {label} must not be 0")
 
 
 def change_type(design: Design, message: Message) -> tuple[Design, str]:

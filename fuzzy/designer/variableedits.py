@@ -108,12 +108,14 @@ def change_universe(design: Design, message: Message) -> tuple[Design, str]:
     variable = place.variable
     low, high = message.number("low"), message.number("high")
     if not low < high:
-        raise EditError(f"{variable.name}: the universe must be ascending, got [{low:g} {high:g}]")
+        raise EditError(f"the range of {variable.name} must be ascending: {low:g} does not lie below {high:g}")
     if not message.flag("scale", False):
         return put(design, place, replace(variable, universe=(low, high))), f"universe of {variable.name}"
     old_low, old_high = variable.universe
     if old_low == old_high or not 1e-100 < (factor := (high - low) / (old_high - old_low)) < 1e100:
-        raise EditError(f"{variable.name}: [{old_low:g} {old_high:g}] cannot be stretched to [{low:g} {high:g}]")
+        raise EditError(
+            f"{variable.name}: [{old_low:g} {old_high:g}] cannot be stretched to [{low:g} {high:g}]; keep the terms"
+        )
     name = f"stretch {variable.name}"
     offset = low - factor * old_low
     if place.kind == "output":

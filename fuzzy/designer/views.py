@@ -1,16 +1,18 @@
 """What is shown of a design, in JSON's types: numbers, texts, lists and mappings; None is a number that is missing."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fuzzy.designer.design import CHOICES, Design, Problem, RuleLine
+from fuzzy.designer.design import CHOICES, Design, RuleLine
+from fuzzy.insight.diagnosis import Finding, check
 from fuzzy.insight.explanation import explain
 from fuzzy.insight.surfacegrid import surface
 from fuzzy.membershipfunction import MATLAB_NAMES, as_number
+from fuzzy.shown import typeset
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
 
 if TYPE_CHECKING:
@@ -109,16 +111,72 @@ def _rule_data(line: RuleLine) -> dict[str, Any]:
             {"variable": c.variable, "term": c.term, "negated": c.negated, "power": float(c.power)} for c in rule.when
         ],
         "then": [{"variable": output, "term": term} for output, term in rule.then],
-        "problem": _problem_data(line.problem, line.text) if line.problem else None,
+        "problem": _problem_data(line) if line.problem else None,
     }
 
 
-def _problem_data(problem: Problem, text: str) -> dict[str, Any]:
+def _problem_data(line: RuleLine) -> dict[str, Any]:
+    """What is wrong with a line's sentence, and the last ``good`` one, which is in force."""
+    assert line.problem is not None
     return {
-        "message": problem.message,
-        "start": _utf16(text[: problem.start]),
-        "end": _utf16(text[: problem.end]),
+        "message": typeset(line.problem.message),
+        "start": _utf16(line.text[: line.problem.start]),
+        "end": _utf16(line.text[: line.problem.end]),
+        "good": str(line.rule),
     }
+
+
+def refusal_data(error: Exception, message: Any, number: int) -> dict[str, Any]:
+    """The trait ``problem``: why a module's message was refused, and the field of the module that asked for it.
+
+    Args:
+        error: The error.
+        message: The message.
+        number: A number that no other refusal on the page has.
+    """
+    field = message.get("field") if isinstance(message, Mapping) else None
+    return {"message": typeset(str(error)), "number": number, "field": field if isinstance(field, str) else None}
+
+
+def findings_data(design: Design) -> list[dict[str, Any]]:
+    """The trait ``findings``: what :func:`fuzzy.insight.diagnosis.check` finds in the rules in force, gravest first.
+
+    Each has a ``severity``, a ``sentence`` and ``places``: {"rule": key, "text"} or {"kind", "variable", "term",
+    "text"}, term null for the variable itself. Sentences that are no rules are errors.
+    """
+    numbers = [number for number, line in enumerate(design.lines, 1) if line.enabled]
+    keys = dict(enumerate((line.key for line in design.lines), 1))
+    with np.errstate(all="ignore"):
+        found = check(design.in_force, numbers=numbers)
+    wrong = [
+        Finding("error", "sentence", f"the sentence of rule {number} is no rule: {line.problem.message}", (number,))
+        for number, line in enumerate(design.lines, 1)
+        if line.problem
+    ]
+    return [
+        {
+            "severity": finding.severity,
+            "sentence": typeset(finding.sentence),
+            "places": list(_places(design.system, finding, keys)),
+        }
+        for finding in (*wrong, *found)
+    ]
+
+
+def _places(system: Sugeno, finding: Finding, keys: Mapping[int, int]) -> Iterator[dict[str, Any]]:
+    """Where a finding is: its rules, or its variable's terms, or its variable."""
+    yield from ({"rule": keys[n], "text": f"rule {n}"} for n in finding.where if isinstance(n, int))
+    names = [name for name in finding.where if isinstance(name, str)]
+    if not names:
+        return
+    first, *terms = names
+    inputs, outputs = ([v for v in group if v.name == first] for group in (system.inputs, system.outputs))
+    # An input and an output may share a name: the terms tell which is meant, or what kind of finding it is.
+    about_output = finding.kind in ("no rule fires", "no rule for an output", "consequent out of range")
+    is_input = bool(inputs) and not (outputs and (about_output or not set(terms) <= set(inputs[0].terms)))
+    place = {"kind": "input" if is_input else "output", "variable": first}
+    for term in (*terms,) or (None,):
+        yield {**place, "term": term, "text": f"{term} of {first}" if term else first}
 
 
 def _utf16(text: str) -> int:
@@ -163,7 +221,7 @@ def viewer_data(design: Design, point: Sequence[float] | None = None) -> dict[st
         "output": _numbers(told.output),
         "fired": list(told.fired),
         "outside": list(told.outside),
-        "words": words,
+        "words": typeset(words),
     }
 
 

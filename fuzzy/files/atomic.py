@@ -1,11 +1,25 @@
 """Files that appear whole or not at all: they are written beside the target and then put in its place."""
 
+import errno
 import os
+import re
 import secrets
 import shutil
+import sys
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from fuzzy.errors import InputError
+
+_YOUNG = 1.0  # s: a file as young as that may not be locked yet
+_FORGOTTEN = 3600.0  # s without a change, after which an unfinished file is left over where files cannot be locked
+_swept: set[Path] = set()  # the targets beside which this process has cleared up
+
+
+class TargetError(InputError):
+    """A file or a folder into which nothing can be written. The message names it and says why."""
 
 
 @contextmanager
@@ -13,28 +27,121 @@ def replacing(path: str | Path) -> Iterator[Path]:
     """Give a path to write to, and put that file in the place of ``path`` when the block ends.
 
     On an error the new file is removed and ``path`` stays as it was. A link keeps its target, and an existing file
-    keeps its permissions. A pipe or a device (/dev/stdout) cannot be replaced and is written directly.
+    keeps its permissions. A pipe or a device (/dev/stdout) cannot be replaced and is written directly. What a process
+    that was killed has left unfinished beside ``path`` is removed by the next that writes it.
 
-    Raises OSError, naming ``path``, where nothing can be written.
+    Raises OSError, naming ``path``, where nothing can be written and where the block cannot write, as on a full disk.
     """
     target = Path(os.path.realpath(path))
     if target.is_dir():
-        raise IsADirectoryError(21, "is a directory, not a file to write", str(path))
+        raise IsADirectoryError(errno.EISDIR, "is a directory, not a file to write", str(path))
     if target.exists() and not target.is_file():
-        yield target
+        with _naming(path, target):
+            yield target
         return
     if not target.parent.is_dir():
-        raise FileNotFoundError(2, f"there is no folder {str(target.parent)!r} to write into", str(path))
+        raise _no_folder(path, target)
+    _sweep(target)
     # The suffix stays, because writers of pictures choose the format by it.
-    temporary = target.with_name(f".{target.stem[:40]}-{secrets.token_hex(4)}{target.suffix}")
+    temporary = target.with_name(f".{_begin(target)}{secrets.token_hex(4)}{target.suffix}")
+    with _naming(path, temporary), _locked(temporary):
+        try:
+            yield temporary
+            if target.exists():
+                shutil.copymode(target, temporary)
+            temporary.replace(target)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def check_target(path: str | Path, *suffixes: str) -> None:
+    """See, before long work, that ``path`` can be written. Raises TargetError.
+
+    Args:
+        path: The file.
+        suffixes: The endings that its name may have, such as ".csv"; none: any.
+    """
+    target = Path(os.path.realpath(path))
+    if suffixes and Path(path).suffix.lower() not in suffixes:
+        raise TargetError(f"{path}: the file's name must end in {', '.join(suffixes)}")
+    if target.is_dir():
+        raise TargetError(f"{path}: is a directory, not a file to write")
+    if target.exists() and not target.is_file():
+        return
+    if not target.parent.is_dir():
+        raise TargetError(f"{path}: {_no_folder(path, target).strerror}")
+    if not os.access(target.parent, os.W_OK | os.X_OK):
+        raise TargetError(f"{path}: nothing can be written into the folder {str(target.parent)!r}")
+
+
+def check_folder(path: str | Path) -> None:
+    """See, before long work, that the folder ``path`` is there or can be made, and written into. Raises TargetError."""
+    target = Path(os.path.realpath(path))
+    there = next(place for place in (target, *target.parents) if place.exists())
+    if not there.is_dir():
+        raise TargetError(f"{path}: {str(there)!r} is a file, not a folder")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise TargetError(f"{path}: nothing can be written into the folder {str(there)!r}")
+
+
+def _no_folder(path: str | Path, target: Path) -> FileNotFoundError:
+    return FileNotFoundError(errno.ENOENT, f"there is no folder {str(target.parent)!r} to write into", str(path))
+
+
+@contextmanager
+def _naming(path: str | Path, written: Path) -> Iterator[None]:
+    """Let an OSError about ``written``, or about no file, name ``path``, for which it stands."""
     try:
-        temporary.touch(exist_ok=False)
+        yield
     except OSError as error:
-        raise type(error)(error.errno, error.strerror, str(path)) from None
-    try:
-        yield temporary
-        if target.exists():
-            shutil.copymode(target, temporary)
-        temporary.replace(target)
-    finally:
-        temporary.unlink(missing_ok=True)
+        if error.filename not in (None, str(written), written):
+            raise
+        number = error.errno or errno.EIO
+        reason = os.strerror(error.errno) if error.errno else str(error)
+        raise OSError(number, reason, str(path)) from None
+
+
+@contextmanager
+def _locked(temporary: Path) -> Iterator[None]:
+    """Make the file, and hold its lock, which the system gives back however the process ends."""
+    with temporary.open("xb") as file:
+        if sys.platform != "win32":
+            import fcntl
+
+            with suppress(OSError):  # a file system without locks
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            yield
+            return
+    yield
+
+
+def _begin(target: Path) -> str:
+    return f"{target.stem[:40]}-"
+
+
+def _sweep(target: Path) -> None:
+    """Remove what killed processes have left of ``target``, once in a process."""
+    if target in _swept:
+        return
+    _swept.add(target)
+    own = re.compile(rf"\.{re.escape(_begin(target))}[0-9a-f]{{8}}{re.escape(target.suffix)}")
+    with suppress(OSError):
+        for entry in os.scandir(target.parent):
+            if own.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
+                with suppress(OSError):
+                    _remove_stale(Path(entry.path))
+
+
+def _remove_stale(path: Path) -> None:
+    age = time.time() - path.stat().st_mtime
+    if sys.platform == "win32":
+        if age > _FORGOTTEN:
+            path.unlink()
+        return
+    if age < _YOUNG:
+        return
+    import fcntl
+
+    with path.open("rb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # OSError: somebody is writing it
+        path.unlink()

@@ -8,26 +8,47 @@ to do where no rule fires or an input leaves its range; these are written in com
 ``%! Unit='m'``. The order of the clauses within a rule is not kept: it becomes the order of the inputs.
 
 ImpMethod and AggMethod are kept as they are and have no effect: a Sugeno system multiplies and sums, as in MATLAB.
+
+    fis, changes = read_mamdani("old.fis")
+
+A Mamdani system is read as the Sugeno system that comes near it, and only by that function: it answers otherwise.
 """
 
 import math
 import os
 import re
 import warnings
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+from fuzzy.errors import quoted, shortened
 from fuzzy.files.atomic import replacing
 from fuzzy.files.fislines import LINE_END, SYSTEM_NOTES, Entry, FisFileError, FisFileWarning, FisLines, Section
+from fuzzy.files.mamdani import DEFUZZIFICATIONS, as_constants, renounced
 from fuzzy.membership import membership_function
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError, as_number
 from fuzzy.naming import expected
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Terms, Variable
 
-__all__ = ["FisFileError", "FisFileWarning", "format_fis", "parse_fis", "read_fis", "write_fis"]
+__all__ = [
+    "FisFileError",
+    "FisFileWarning",
+    "FisText",
+    "MamdaniError",
+    "MamdaniSystem",
+    "format_fis",
+    "parse_fis",
+    "read_fis",
+    "read_mamdani",
+    "write_fis",
+]
 
+# What one file may hold; far more than anybody reads, so that no file keeps the reader busy for minutes.
+MOST_VARIABLES, MOST_TERMS, MOST_RULES = 1_000, 10_000, 100_000  # inputs or outputs; terms of a variable; rules
+_LISTED = 1000  # characters of the list of terms that a message shows
+_DEFUZZIFICATIONS = ("wtaver", "wtsum")
 _CONSEQUENTS = ("constant", "linear")
 # Names may hold quotes, colons and brackets: the name begins at the first quote and ends at the last "':'type',[".
 _TERM = re.compile(r"'(?P<name>.*)'\s*:\s*'(?P<type>[^']*)'\s*,\s*\[(?P<parameters>[^\[\]]*)\]")
@@ -36,18 +57,73 @@ _INDEX = re.compile(r"(?P<sign>[+-]?)(?P<place>\d{1,9})(?:\.(?P<hedge>\d*))?", r
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE | re.ASCII)
 
 
+class MamdaniError(FisFileError):
+    """The error for a file that describes a Mamdani system where a Sugeno system is wanted."""
+
+
+class MamdaniSystem(NamedTuple):
+    """A Mamdani file as a Sugeno system."""
+
+    system: Sugeno
+    changes: tuple[str, ...]  # what became another thing, a sentence each
+
+
+class FisText(NamedTuple):
+    """What the bytes of a .fis file hold."""
+
+    system: Sugeno
+    changes: tuple[str, ...]  # of a Mamdani system, what became another thing, a sentence each
+    warnings: tuple[str, ...]
+
+
 def read_fis(path: str | os.PathLike[str]) -> Sugeno:
     """Read the Sugeno system in a .fis file, in UTF-8 or in the Windows encoding of old MATLAB files.
 
-    Raises FisFileError, with the file and the line, for a text that is no Sugeno system of MATLAB's. Warns
-    (FisFileWarning) of names that occur twice (the later one becomes "name_2"), of hedges that MATLAB does not know,
-    of disabled variables, and of a file that is not in UTF-8.
+    Raises FisFileError, with the file and the line, for a text that is no Sugeno system of MATLAB's, or one of more
+    than 1,000 inputs or outputs, 10,000 terms of a variable or 100,000 rules; MamdaniError for a Mamdani system, which
+    :func:`read_mamdani` reads. Warns (FisFileWarning) of names that occur twice (the later one becomes "name_2"), of
+    hedges that MATLAB does not know, of disabled variables, and of a file that is not in UTF-8.
     """
     name = os.fsdecode(path)
+    return _warned(parse_bytes(_bytes(name), name)).system
+
+
+def read_mamdani(path: str | os.PathLike[str]) -> MamdaniSystem:
+    """Read the Mamdani system in a .fis file as a Sugeno system, as MATLAB's ``convertToSugeno`` makes one.
+
+    Inputs, rules, weights and the methods of "and" and "or" stay. Each set of an output becomes a constant at its
+    centroid over the output's range, "not set" one at the centroid of 1 - set; the output is their weighted average.
+    Between the constants its values differ from the Mamdani system's, whose sets have widths and overlap. A Sugeno
+    system is read as it is, without changes. Raises FisFileError and warns as :func:`read_fis` does.
+    """
+    name = os.fsdecode(path)
+    read = _warned(parse_bytes(_bytes(name), name, mamdani=True))
+    return MamdaniSystem(read.system, read.changes)
+
+
+def _bytes(name: str) -> bytes:
     try:
-        data = Path(name).read_bytes()
+        return Path(name).read_bytes()
     except (OSError, ValueError) as error:
         raise FisFileError(name, None, f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
+
+
+def _warned(read: FisText) -> FisText:
+    for message in read.warnings:
+        warnings.warn(message, FisFileWarning, stacklevel=3)
+    return read
+
+
+def parse_bytes(data: bytes, name: str, mamdani: bool = False) -> FisText:
+    """Read the bytes of a .fis file, in UTF-8 or in the Windows encoding of old MATLAB files.
+
+    Raises FisFileError as :func:`read_fis` does.
+
+    Args:
+        data: The bytes.
+        name: What messages call the file.
+        mamdani: Whether a Mamdani system is read as a Sugeno system, see :func:`read_mamdani`.
+    """
     if b"\0" in data:
         raise FisFileError(name, None, "is no .fis file: it holds binary data")
     messages = []
@@ -58,11 +134,9 @@ def read_fis(path: str | os.PathLike[str]) -> Sugeno:
         encoding = "latin-1" if set(data) & {0x81, 0x8D, 0x8F, 0x90, 0x9D} else "cp1252"
         text = data.decode(encoding)
         messages.append(f"{name}:{line}: this is not UTF-8; read as {encoding}, check the names")
-    reader = _Reader(name)
+    reader = _Reader(name, mamdani)
     fis = reader.system(text)
-    for message in messages + reader.warnings:
-        warnings.warn(message, FisFileWarning, stacklevel=2)
-    return fis
+    return FisText(fis, tuple(reader.changes), (*messages, *reader.warnings))
 
 
 def parse_fis(text: str, name: str = "<text>") -> Sugeno:
@@ -75,7 +149,16 @@ def parse_fis(text: str, name: str = "<text>") -> Sugeno:
 
 
 class _Reader(FisLines):
-    """Makes a system of one text."""
+    """Makes a system of one text.
+
+    ``mamdani``: is a Mamdani system read as a Sugeno system? Then ``changes`` says what became another thing.
+    """
+
+    def __init__(self, path: str, mamdani: bool = False) -> None:
+        super().__init__(path)
+        self.mamdani = mamdani
+        self.changes: list[str] = []
+        self.complements: dict[str, dict[str, str]] = {}  # by output: negated sets, and what their terms are called
 
     def system(self, text: str) -> Sugeno:
         sections = self.sections(text)
@@ -83,18 +166,19 @@ class _Reader(FisLines):
             what = "is empty" if not text.strip() else "is no .fis file: it has no section [System]"
             raise FisFileError(self.path, None, what)
         system = sections["System"]
-        self._check_type(system)
-        inputs = self._variables(sections, "Input", self._count(system, "NumInputs"), None)
-        outputs = self._variables(sections, "Output", self._count(system, "NumOutputs"), len(inputs))
+        mamdani = self._is_mamdani(system)
+        inputs = self._variables(sections, "Input", self._count(system, "NumInputs", MOST_VARIABLES), None)
+        count = self._count(system, "NumOutputs", MOST_VARIABLES)
+        outputs = self._variables(sections, "Output", count, None if mamdani else len(inputs))
         lines = sections["Rules"].rules if "Rules" in sections else []
-        count = self._count(system, "NumRules")
+        count = self._count(system, "NumRules", MOST_RULES)
         if count != len(lines):
             raise self.error(system.entries["NumRules"], f"NumRules is {count}, but the file has {len(lines)} rules")
         settings: dict[str, Any] = {
             "name": self._string(system, "Name"),
             "and_method": self._choice(system, "AndMethod", ("prod", "min")),
             "or_method": self._choice(system, "OrMethod", ("probor", "max")),
-            "defuzzification": self._choice(system, "DefuzzMethod", ("wtaver", "wtsum")),
+            "defuzzification": self._choice(system, "DefuzzMethod", DEFUZZIFICATIONS if mamdani else _DEFUZZIFICATIONS),
         }
         for attribute, key in (("implication", "ImpMethod"), ("aggregation", "AggMethod")):
             if key in system.entries:
@@ -102,19 +186,30 @@ class _Reader(FisLines):
         for key, (attribute, accepted) in SYSTEM_NOTES.items():
             if key in system.entries:
                 settings[attribute] = self._choice(system, key, accepted)
-        rules = [self._rule(line, inputs, outputs) for line in lines]
+        when, then = ({v.name: tuple(v.terms) for v in variables} for variables in (inputs, outputs))
+        rules = [self._rule(line, when, then, mamdani) for line in lines]
+        if mamdani:
+            settings, changes = renounced(settings)
+            converted = [as_constants(variable, self.complements.get(variable.name, {})) for variable in outputs]
+            outputs = [variable for variable, _ in converted]
+            self.changes = [change for _, said in converted for change in said] + changes
         try:
             return Sugeno(inputs, outputs, rules, **settings)
         except FuzzySystemError as error:
-            raise self.error(system, str(error)) from None
+            raise self.error(system, shortened(str(error), _LISTED)) from None
 
-    def _check_type(self, system: Section) -> None:
-        kind = self._string(system, "Type")
-        if kind.casefold() == "mamdani":
-            reason = "this is a Mamdani system; only Sugeno systems are read (MATLAB's convertToSugeno makes one of it)"
-            raise self.error(system.entries["Type"], reason)
-        if kind.casefold() != "sugeno":
-            raise self.error(system.entries["Type"], expected(kind, ("sugeno",), "type of system"))
+    def _is_mamdani(self, system: Section) -> bool:
+        """Is it a Mamdani system that is read as a Sugeno system?"""
+        kind, at = self._string(system, "Type"), self._get(system, "Type")
+        if kind.casefold() == "mamdani" and not self.mamdani:
+            reason = (
+                "this is a Mamdani system; only Sugeno systems are read here. `fuzzy convert OLD.fis NEW.fis`, or "
+                "fuzzy.read_mamdani in Python, makes one of it\n  " + shortened(at.text)
+            )
+            raise MamdaniError(self.path, at.line, reason)
+        if kind.casefold() not in ("sugeno", "mamdani"):
+            raise self.error(at, expected(kind, ("sugeno", "mamdani"), "type of system"))
+        return kind.casefold() == "mamdani"
 
     def _get(self, section: Section, key: str) -> Entry:
         if key not in section.entries:
@@ -125,7 +220,7 @@ class _Reader(FisLines):
         entry = self._get(section, key)
         value = entry.value
         if not (len(value) >= 2 and value[0] == value[-1] == "'"):
-            raise self.error(entry, f"{key} must stand in single quotes, got {value!r}")
+            raise self.error(entry, f"{key} must stand in single quotes, got {quoted(value)}")
         return value[1:-1]
 
     def _choice(self, section: Section, key: str, accepted: Collection[str]) -> str:
@@ -134,26 +229,31 @@ class _Reader(FisLines):
             raise self.error(section.entries[key], expected(value, accepted, key))
         return value.casefold()
 
-    def _count(self, section: Section, key: str) -> int:
+    def _count(self, section: Section, key: str, most: int) -> int:
         entry = self._get(section, key)
         if not re.fullmatch(r"\d{1,9}", entry.value, re.ASCII):
-            raise self.error(entry, f"{key} must be a number of things, 0, 1, 2, ..., got {entry.value!r}")
+            raise self.error(entry, f"{key} must be a number of things, 0, 1, 2, ..., got {quoted(entry.value)}")
+        if int(entry.value) > most:
+            raise self.error(entry, f"{key} is {entry.value}, but at most {most} are read")
         return int(entry.value)
 
     def _numbers(self, text: str, at: Entry, what: str) -> list[float]:
         words = text.replace(",", " ").split()
         for word in words:
             if not _NUMBER.fullmatch(word) or not math.isfinite(float(word)):
-                raise self.error(at, f"{what}: expected a finite number, got {word!r}")
+                raise self.error(at, f"{what}: expected a finite number, got {quoted(word)}")
         return [float(word) for word in words]
 
-    def _unique(self, name: str, taken: Collection[str], at: Entry, what: str) -> str:
+    def _unique(self, name: str, taken: dict[str, int], at: Entry, what: str) -> str:
+        """``name``, or with a number where it is ``taken``, which maps the names so far to their last numbers."""
         if name not in taken:
+            taken[name] = 1
             return name
-        number = 2
+        number = taken[name] + 1  # where counting ended: many of one name are no reason to count again for each
         while f"{name}_{number}" in taken:
             number += 1
-        self.warn(at, f"a second {what} named {name!r} is read as {f'{name}_{number}'!r}")
+        taken[name], taken[f"{name}_{number}"] = number, 1
+        self.warn(at, f"a second {what} named {quoted(name)} is read as {quoted(f'{name}_{number}')}")
         return f"{name}_{number}"
 
     def _variables(self, sections: dict[str, Section], kind: str, count: int, inputs: int | None) -> list[Variable]:
@@ -165,38 +265,39 @@ class _Reader(FisLines):
             if number > count:
                 raise self.error(section, f"Num{kind}s is {count}, but the file has [{kind}{number}]")
         variables: list[Variable] = []
+        taken: dict[str, int] = {}
         for number in range(1, count + 1):
             if number not in present:
                 raise self.error(counter, f"Num{kind}s is {count}, but the file has no [{kind}{number}]")
-            taken = [v.name for v in variables]
             variables.append(self._variable(present[number], taken, kind.casefold(), inputs))
         return variables
 
-    def _variable(self, section: Section, taken: Sequence[str], kind: str, inputs: int | None) -> Variable:
+    def _variable(self, section: Section, taken: dict[str, int], kind: str, inputs: int | None) -> Variable:
         name = self._unique(self._string(section, "Name"), taken, section.entries["Name"], kind)
         at = self._get(section, "Range")
         bounds = re.fullmatch(r"\[([^\[\]]*)\]", at.value)
         universe = self._numbers(bounds[1], at, "Range") if bounds else []
         if len(universe) != 2:
-            raise self.error(at, f"Range must be two numbers, [lowest highest], got {at.value!r}")
-        count = self._count(section, "NumMFs")
+            raise self.error(at, f"Range must be two numbers, [lowest highest], got {quoted(at.value)}")
+        count = self._count(section, "NumMFs", MOST_TERMS)
         for number, entry in section.terms.items():
             if number > count:
                 raise self.error(entry, f"NumMFs is {count}, but {section.title} has MF{number}")
         terms: dict[str, Any] = {}
+        labels: dict[str, int] = {}
         for number in range(1, count + 1):
             if number not in section.terms:
                 raise self.error(section.entries["NumMFs"], f"NumMFs is {count}, but there is no MF{number}")
             label, term = self._term(section.terms[number], inputs)
-            terms[self._unique(label, terms, section.terms[number], f"term of {name!r}")] = term
+            terms[self._unique(label, labels, section.terms[number], f"term of {quoted(name)}")] = term
         enabled = section.entries.get("Enabled")
         if enabled and enabled.value in ("0", "false"):
-            self.warn(enabled, f"Enabled is fuzzylite's and is ignored: {name!r} takes part")
+            self.warn(enabled, f"Enabled is fuzzylite's and is ignored: {quoted(name)} takes part")
         unit = self._string(section, "Unit") if "Unit" in section.entries else ""
         try:
             return Variable(name, (universe[0], universe[1]), Terms(terms), unit)
         except FuzzySystemError as error:
-            raise self.error(at, str(error)) from None
+            raise self.error(at, shortened(str(error), _LISTED)) from None
 
     def _term(self, at: Entry, inputs: int | None) -> tuple[str, Any]:
         """Name and function of one term; ``inputs`` is how many the system has, None for the term of an input."""
@@ -204,70 +305,85 @@ class _Reader(FisLines):
         line = _TERM.fullmatch(at.value)
         if line is None:
             form = "'name':'trimf',[a b c]" if inputs is None else "'name':'constant',[c]"
-            raise self.error(at, f"expected MF1={form}, of the types {', '.join(accepted)}; got {at.value!r}")
+            raise self.error(at, f"expected MF1={form}, of the types {', '.join(accepted)}; got {quoted(at.value)}")
         name, kind = line["name"], line["type"].casefold()
         if kind not in accepted:
             what = "membership function" if inputs is None else "Sugeno consequent"
-            raise self.error(at, f"{name}: " + expected(line["type"], accepted, what))
-        parameters = self._numbers(line["parameters"], at, f"{name}: {kind}")
+            raise self.error(at, f"{shortened(name)}: " + expected(line["type"], accepted, what))
+        parameters = self._numbers(line["parameters"], at, f"{shortened(name)}: {kind}")
         if inputs is None:
             try:
                 return name, membership_function(kind, parameters)
             except MembershipError as error:
-                raise self.error(at, f"{name}: {error}") from None
+                raise self.error(at, f"{shortened(name)}: {error}") from None
         wanted = 1 if kind == "constant" else inputs + 1
         if len(parameters) != wanted:
             form = "[c]" if kind == "constant" else "[p1 ... pn p0], one an input and the constant"
             count = f"{wanted} parameter{'s' if wanted > 1 else ''}"
-            raise self.error(at, f"{name}: {kind} takes {count} {form}, got {len(parameters)}")
+            raise self.error(at, f"{shortened(name)}: {kind} takes {count} {form}, got {len(parameters)}")
         return name, Constant(parameters[0]) if kind == "constant" else Linear(parameters[:-1], parameters[-1])
 
-    def _rule(self, at: Entry, inputs: Sequence[Variable], outputs: Sequence[Variable]) -> Rule:
+    def _rule(
+        self, at: Entry, inputs: Mapping[str, Sequence[str]], outputs: Mapping[str, Sequence[str]], mamdani: bool
+    ) -> Rule:
+        """One rule; ``inputs`` and ``outputs`` map each variable to its terms."""
         line = _RULE.fullmatch(at.text)
         if line is None:
             raise self.error(at, "expected a rule, 'terms of the inputs, terms of the outputs (weight) : 1 or 2'")
         when = [
-            Clause(variable.name, term, negated, power)
+            Clause(variable, term, negated, power)
             for variable, term, negated, power in self._indices(line["inputs"], inputs, at, "input")
         ]
         then = []
         for variable, term, negated, power in self._indices(line["outputs"], outputs, at, "output"):
-            if negated or power != 1:
-                raise self.error(at, f"a Sugeno consequent takes no 'not' and no hedge: {line['outputs'].strip()!r}")
-            then.append((variable.name, term))
+            if power != 1 or (negated and not mamdani):
+                wrong = "a consequent takes no hedge" if mamdani else "a Sugeno consequent takes no 'not' and no hedge"
+                raise self.error(at, f"{wrong}: {quoted(line['outputs'].strip())}")
+            then.append((variable, self._complement(variable, term, outputs[variable]) if negated else term))
         if not when or not then:
             raise self.error(at, f"a rule needs an {'input' if not when else 'output'} that is not 0")
         weight = self._numbers(line["weight"], at, "weight")
         if len(weight) != 1 or not 0 <= weight[0] <= 1:
-            raise self.error(at, f"the weight must be a number in [0, 1], got {line['weight']!r}")
+            raise self.error(at, f"the weight must be a number in [0, 1], got {quoted(line['weight'])}")
         if line["connective"] not in ("1", "2"):
-            raise self.error(at, f"expected 1 (and) or 2 (or) after ':', got {line['connective']!r}")
+            raise self.error(at, f"expected 1 (and) or 2 (or) after ':', got {quoted(line['connective'])}")
         return Rule(tuple(when), tuple(then), "and" if line["connective"] == "1" else "or", weight[0])
 
+    def _complement(self, output: str, term: str, taken: Collection[str]) -> str:
+        """The name of the term for a Mamdani consequent "not ``term``"."""
+        known = self.complements.setdefault(output, {})
+        if term not in known:
+            name = f"not {term}"
+            while name in taken or name in known.values():
+                name = f"{name} (complement)"
+            known[term] = name
+        return known[term]
+
     def _indices(
-        self, text: str, variables: Sequence[Variable], at: Entry, kind: str
-    ) -> Iterator[tuple[Variable, str, bool, float]]:
+        self, text: str, variables: Mapping[str, Sequence[str]], at: Entry, kind: str
+    ) -> Iterator[tuple[str, str, bool, float]]:
         """Variable, term, negation and power for each index of a rule that is not 0."""
         words = text.split()
         if len(words) != len(variables):
             raise self.error(at, f"expected {len(variables)} {kind} terms, one for each {kind}, got {len(words)}")
-        for word, variable in zip(words, variables, strict=True):
+        for word, (variable, terms) in zip(words, variables.items(), strict=True):
             index = _INDEX.fullmatch(word)
             if index is None:
-                raise self.error(at, f"expected the number of a term of {variable.name!r}, got {word!r}")
+                raise self.error(at, f"expected the number of a term of {quoted(variable)}, got {quoted(word)}")
             place = int(index["place"])
             # MATLAB has no hedges. Octave's: the fraction .20 is the power 2 (very), .05 is 0.5 (somewhat).
             power = round(100 * float(f"0.{index['hedge']}")) / 10 if index["hedge"] else 0.0
             if power == 0 and (index["hedge"] or "").strip("0"):
-                raise self.error(at, f"the hedge of {word} is below .01, the power 0.1")
+                raise self.error(at, f"the hedge of {shortened(word)} is below .01, the power 0.1")
             if place == 0 and power == 0:
                 continue
-            if not 1 <= place <= len(variable.terms):
-                names = ", ".join(f"{n} {name!r}" for n, name in enumerate(variable.terms, start=1)) or "none"
-                raise self.error(at, f"{variable.name!r} has no term number {word}; it has {names}")
+            if not 1 <= place <= len(terms):
+                names = ", ".join(f"{n} {name!r}" for n, name in enumerate(terms, start=1)) or "none"
+                has = shortened(names, _LISTED)
+                raise self.error(at, f"{quoted(variable)} has no term number {shortened(word)}; it has {has}")
             if power and kind == "input":
-                self.warn(at, f"{word} is read as Octave's hedge: {variable.name!r} to the power {power}")
-            yield variable, list(variable.terms)[place - 1], index["sign"] == "-", power or 1.0
+                self.warn(at, f"{word} is read as Octave's hedge: {quoted(variable)} to the power {power}")
+            yield variable, terms[place - 1], index["sign"] == "-", power or 1.0
 
 
 # Writing ------------------------------------------------------------------------------------------------------
@@ -315,20 +431,13 @@ def _format(fis: Sugeno, path: str) -> str:
             raise FisFileError(path, None, f"{what}: a parameter must be finite, got {value}")
         return repr(value).removesuffix(".0")
 
-    def index(rule: Rule, variable: Variable) -> str:
-        for clause in rule.when:
-            if clause.variable == variable.name:
-                place = list(variable.terms).index(clause.term) + 1
-                tenths = round(10 * clause.power) if clause.power < 10 else 0
-                if not 1 <= tenths <= 99 or tenths / 10 != clause.power:
-                    raise FisFileError(
-                        path,
-                        None,
-                        f"the format has no room for the power {clause.power!r} in {rule}: only 0.1, 0.2, ... 9.9",
-                    )
-                hedge = "" if tenths == 10 else f".{tenths:02d}"
-                return f"{'-' if clause.negated else ''}{place}{hedge}"
-        return "0"
+    def index(clause: Clause, rule: Rule) -> str:
+        tenths = round(10 * clause.power) if clause.power < 10 else 0
+        if not 1 <= tenths <= 99 or tenths / 10 != clause.power:
+            reason = f"the format has no room for the power {clause.power!r} in {rule}: only 0.1, 0.2, ... 9.9"
+            raise FisFileError(path, None, reason)
+        hedge = "" if tenths == 10 else f".{tenths:02d}"
+        return f"{'-' if clause.negated else ''}{places[clause.variable][clause.term]}{hedge}"
 
     lines = ["[System]", f"Name={quoted(fis.name, 'the name')}", "Type='sugeno'", "Version=2.0"]
     lines += [f"NumInputs={len(fis.inputs)}", f"NumOutputs={len(fis.outputs)}", f"NumRules={len(fis.rules)}"]
@@ -350,14 +459,14 @@ def _format(fis: Sugeno, path: str) -> str:
             kind = type(term).__name__.casefold() if isinstance(term, (Constant, Linear)) else term.matlab
             parameters = " ".join(number(p, f"{variable.name} is {label}") for p in term.parameters)
             lines.append(f"MF{place}={quoted(label, 'a name')}:'{kind}',[{parameters}]")
+    places = {v.name: {label: n for n, label in enumerate(v.terms, start=1)} for v in fis.inputs}
+    proposed = {v.name: {label: n for n, label in enumerate(v.terms, start=1)} for v in fis.outputs}
     lines += ["", "[Rules]"]
     for rule in fis.rules:
         assert isinstance(rule, Rule)
-        consequents = dict(rule.then)
-        when = " ".join(index(rule, v) for v in fis.inputs)
-        then = " ".join(
-            str(list(v.terms).index(consequents[v.name]) + 1) if v.name in consequents else "0" for v in fis.outputs
-        )
+        clauses, consequents = {c.variable: index(c, rule) for c in rule.when}, dict(rule.then)
+        when = " ".join(clauses.get(name, "0") for name in places)
+        then = " ".join(str(known[consequents[o]]) if o in consequents else "0" for o, known in proposed.items())
         connective = 1 if rule.connective == "and" else 2
         lines.append(f"{when}, {then} ({number(rule.weight, str(rule))}) : {connective}")
     return "\n".join(lines) + "\n"

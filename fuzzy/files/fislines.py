@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass, field
 from typing import Any
 
-from fuzzy.errors import InputError
+from fuzzy.errors import InputError, quoted, shortened
 from fuzzy.naming import expected
 
 _SYSTEM_KEYS = (
@@ -30,6 +30,7 @@ SYSTEM_NOTES = {
 _VARIABLE_NOTES = ("Unit",)
 
 LINE_END = re.compile(r"\r\n|\r|\n")  # not splitlines(), which would also split names at rarer characters
+_MOST_WARNINGS = 20  # of one file; what follows is counted
 _COMMENT = re.compile(r"%|#|//")
 _NOTE = re.compile(r"%!\s*(\w+)\s*=\s*(.*)")
 _HEADER = re.compile(r"\[\s*(\w+)\s*\]")
@@ -75,20 +76,30 @@ class Section:
 
 
 class FisLines:
-    """Sorts the lines of one text into sections and collects ``warnings``."""
+    """Sorts the lines of one text into sections and collects warnings."""
 
     def __init__(self, path: str) -> None:
         self.path = path
-        self.warnings: list[str] = []
+        self._warned: list[str] = []
+        self._unsaid = 0  # warnings beyond the first ones
 
     def error(self, at: Entry | Section, reason: str) -> FisFileError:
         """Make an error that quotes the line ``at``."""
         text = at.text if isinstance(at, Entry) else at.title
-        return FisFileError(self.path, at.line, f"{reason}\n  {text}")
+        return FisFileError(self.path, at.line, f"{reason}\n  {shortened(text)}")
 
     def warn(self, at: Entry, message: str) -> None:
         """Keep a warning that quotes the line ``at``."""
-        self.warnings.append(f"{self.path}:{at.line}: {message}\n  {at.text}")
+        if len(self._warned) < _MOST_WARNINGS:
+            self._warned.append(f"{self.path}:{at.line}: {message}\n  {shortened(at.text)}")
+        else:
+            self._unsaid += 1
+
+    @property
+    def warnings(self) -> list[str]:
+        """The first warnings, and how many more there are."""
+        more = [f"{self.path}: {self._unsaid} more warnings of this kind are not shown"] if self._unsaid else []
+        return self._warned + more
 
     def sections(self, text: str) -> dict[str, Section]:
         """Sort the lines into sections, by title: "System", "Input1", "Output1", "Rules"."""
@@ -128,9 +139,9 @@ class FisLines:
     def _note(self, section: Section, word: str, at: Entry) -> None:
         known = tuple(SYSTEM_NOTES) if section.title == "[System]" else _VARIABLE_NOTES
         if section.title == "[Rules]" or word not in known:
-            self.warn(at, f"a note that {section.title} does not know is skipped: {word!r}")
+            self.warn(at, f"a note that {section.title} does not know is skipped: {quoted(word)}")
         elif word in section.entries:
-            raise self.error(at, f"a second {word}; the first is in line {section.entries[word].line}")
+            raise self.error(at, f"a second {shortened(word)}; the first is in line {section.entries[word].line}")
         else:
             section.entries[word] = at
 
@@ -152,5 +163,5 @@ class FisLines:
                 raise self.error(at, expected(word, known, "key"))
             group, place = section.entries, same[word.casefold()]
         if place in group:
-            raise self.error(at, f"a second {word}; the first is in line {group[place].line}")
+            raise self.error(at, f"a second {shortened(word)}; the first is in line {group[place].line}")
         group[place] = entry

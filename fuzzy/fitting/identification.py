@@ -13,6 +13,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from fuzzy.errors import shortened
 from fuzzy.fitting.clustering import Clusters, DataWarning, Options, column_ranges, finite_table, subtractive_clusters
 from fuzzy.fitting.consequents import IdentificationError, fit_consequents, output_table
 from fuzzy.membership import Gaussian, membership_function
@@ -200,7 +201,7 @@ def _grid(data: Data, mfs: int | Sequence[int] = 2, kind: str | Sequence[str] = 
     total = math.prod(int(count) for count in counts)
     if total > _MANY_RULES:
         raise IdentificationError(
-            f"a grid of {' × '.join(map(str, counts))} has {total} rules, more than {_MANY_RULES}; "
+            f"a grid of {shortened(' × '.join(map(str, counts)))} has {total} rules, more than {_MANY_RULES}; "
             "take fewer mfs, fewer inputs, or method 'subtractive'"
         )
     terms = [grid_terms(*each) for each in zip(kinds, data.low, data.high, counts, strict=False)]

@@ -33,7 +33,7 @@ class Finding:
         return f"{self.severity}: {self.sentence}"
 
 
-def check(fis: Sugeno, points: int = 4096, seed: int = 0) -> list[Finding]:
+def check(fis: Sugeno, points: int = 4096, seed: int = 0, numbers: Sequence[int] | None = None) -> list[Finding]:
     """Look for defects of ``fis``. The gravest come first.
 
     Terms and rules are compared exactly, or on a fine grid of their universe.
@@ -42,18 +42,22 @@ def check(fis: Sugeno, points: int = 4096, seed: int = 0) -> list[Finding]:
         fis: The system.
         points: The number of quasi-random points at which places are sought where no rule fires.
         seed: A number that shifts these points.
+        numbers: The rules' numbers (rules,) in the findings; 1, 2, ... by default.
 
-    Raises ValueError for fewer than one point.
+    Raises ValueError for fewer than one point, or numbers that are not one for each rule.
     """
     if points < 1:
         raise ValueError(f"the number of points must be at least 1, got {points}")
+    named = list(range(1, len(fis.rules) + 1)) if numbers is None else list(numbers)
+    if len(named) != len(fis.rules):
+        raise ValueError(f"the {len(fis.rules)} rules need a number each, got {len(named)}")
     fis = replace(detached(fis), no_rule_fires="nan", out_of_range="ignore")
     looks: list[Callable[[Sugeno], Iterator[Finding]]] = [
         _rules_missing,
         lambda system: _coverage(system, points, seed),
         _unused,
-        _same_antecedents,
-        _silent_rules,
+        lambda system: _same_antecedents(system, named),
+        lambda system: _silent_rules(system, named),
         _terms,
         _consequents,
     ]
@@ -122,7 +126,7 @@ def _antecedent(rule: Rule) -> tuple[object, ...]:
     return (rule.connective if len(rule.when) > 1 else "and", frozenset(rule.when))
 
 
-def _same_antecedents(fis: Sugeno) -> Iterator[Finding]:
+def _same_antecedents(fis: Sugeno, named: Sequence[int]) -> Iterator[Finding]:
     groups: dict[tuple[object, ...], list[int]] = {}
     for r, rule in enumerate(fis.rules):
         groups.setdefault(_antecedent(rule), []).append(r)
@@ -135,19 +139,19 @@ def _same_antecedents(fis: Sugeno) -> Iterator[Finding]:
                 yield Finding(
                     "warning",
                     "duplicate rules",
-                    f"{_numbers(equal)} are the same: {fis.rules[equal[0]]}",
-                    tuple(r + 1 for r in equal),
+                    f"{_numbers(equal, named)} are the same: {fis.rules[equal[0]]}",
+                    tuple(named[r] for r in equal),
                 )
         for first, second in combinations([equal[0] for equal in same.values()], 2):
-            yield from _compared(fis, first, second)
+            yield from _compared(fis, first, second, named)
 
 
-def _compared(fis: Sugeno, first: int, second: int) -> Iterator[Finding]:
+def _compared(fis: Sugeno, first: int, second: int, named: Sequence[int]) -> Iterator[Finding]:
     """What to say of two rules with the same antecedent that are not equal."""
     one, other = fis.rules[first], fis.rules[second]
     then, also = dict(one.then), dict(other.then)
     different = [v for v in then if v in also and then[v] != also[v]]
-    numbers, pair = _numbers([first, second]), (first + 1, second + 1)
+    numbers, pair = _numbers([first, second], named), (named[first], named[second])
     if then == also:
         yield Finding(
             "warning",
@@ -169,16 +173,16 @@ def _compared(fis: Sugeno, first: int, second: int) -> Iterator[Finding]:
         )
 
 
-def _numbers(rules: Sequence[int]) -> str:
-    return f"rules {_listed([str(r + 1) for r in rules])}"
+def _numbers(rules: Sequence[int], named: Sequence[int]) -> str:
+    return f"rules {_listed([str(named[r]) for r in rules])}"
 
 
 def _when(rule: Rule) -> str:
     return "if " + f" {rule.connective} ".join(map(str, rule.when))
 
 
-def _silent_rules(fis: Sugeno) -> Iterator[Finding]:
-    for number, rule in enumerate(fis.rules, 1):
+def _silent_rules(fis: Sugeno, named: Sequence[int]) -> Iterator[Finding]:
+    for number, rule in zip(named, fis.rules, strict=True):
         if rule.weight == 0:
             yield Finding("warning", "weight 0", f"rule {number} has the weight 0 and never counts: {rule}", (number,))
         never = []

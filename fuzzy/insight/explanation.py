@@ -10,6 +10,7 @@ import numpy as np
 from fuzzy.detached import detached
 from fuzzy.inference import InferenceWarning, infer
 from fuzzy.rule import Clause, Rule
+from fuzzy.shown import shown
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
 
 
@@ -214,5 +215,5 @@ def _strength(firing: float) -> str:
 
 
 def _quantity(value: float, variable: Variable) -> str:
-    number = ("∞" if value > 0 else "−∞") if np.isinf(value) else f"{value:.4g}"
-    return f"{number} {variable.unit}".rstrip()
+    low, high = variable.universe
+    return f"{shown(value, high - low)} {variable.unit}".rstrip()

@@ -16,13 +16,20 @@ OK, FAILED, USAGE, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 _ClickError: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
 
 
-def application(purpose: str) -> typer.Typer:
-    """A command line without commands, as all of ours begin: plain help, -h as well as --help, no completion."""
+def application(purpose: str, *examples: str) -> typer.Typer:
+    """A command line without commands, as all of ours begin: plain help, -h as well as --help, help if nothing is said.
+
+    It has the options --install-completion and --show-completion, if it is not a group of commands in another one.
+
+    Args:
+        purpose: What it is for, a sentence.
+        examples: Commands with which its help ends, that run as they stand, one after the other.
+    """
     return typer.Typer(
-        help=purpose,
-        add_completion=False,
+        help="\n  ".join((f"{purpose}\n\n\b\nExample:", *examples)),
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
+        no_args_is_help=True,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
 
@@ -67,6 +74,8 @@ def run(
             return _pipe_broken()
         return stop.code if isinstance(stop.code, int) else USAGE
     except _ClickError as error:
+        if type(error).__name__ == "NoArgsIsHelpError":  # a program alone, or a group: its message is the help
+            return _say("", error.format_message())  # type: ignore[attr-defined]
         context = getattr(error, "ctx", None)
         path = context.command_path if context is not None else prog_name
         return _say(path, f"{error.format_message()}\n(try '{path} --help')")  # type: ignore[attr-defined]

@@ -40,8 +40,13 @@ def animate(
 ) -> None:
     """Show a saved run in motion: robots, paths, trails, targets, messages, faults and stops, with a time axis.
 
-    A .mp4 needs ffmpeg (or pip install 'fuzzyfleet[video]'); a .gif or .html does not.
-    Example: robotics animate team.npz -o team.gif, after robotics run outage-10s --save team.npz
+    A .mp4 needs ffmpeg, the machine's own or that of the package imageio-ffmpeg; a .gif or .html needs none.
+
+    \b
+    Example:
+      robotics run outage-10s --save team.npz
+      robotics animate team.npz -o team.html
+      robotics animate team.npz -o team.gif --speed 20
     """
     from robotics.playback.animation import DPI, AnimationError, check_animation, write_animation
     from robotics.simulation.run import load_run

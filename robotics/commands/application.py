@@ -33,7 +33,11 @@ from robotics.commands.sweep import sweep
 from robotics.commands.team import team
 from robotics.experiments.versions import versions
 
-app = application("Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.")
+app = application(
+    "Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.",
+    "robotics list scenarios",
+    "robotics run lyapunov-sine --plot sine.png",
+)
 
 app.add_typer(dataset, name="dataset")
 app.add_typer(stress, name="stress")
@@ -85,12 +89,9 @@ def _version(wanted: bool) -> None:
 
 
 @app.callback()
-def options(
+def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the versions and stop.")
     ] = False,
 ) -> None:
-    """Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.
-
-    Example: robotics compare --seeds 20 --out out
-    """
+    pass

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fuzzy.shell.terminal import print_json
+from robotics.commands.completion import robots
 from robotics.commands.shared import Json
 
 if TYPE_CHECKING:
@@ -39,7 +40,10 @@ def certify(
         typer.Option(help="Wanted decay rate, 1/s. A lower one gives a larger region. Default: the greatest"),
     ] = None,
     robot: Annotated[
-        str, typer.Option(metavar="NAME|FILE", help="The robot whose limits count: a name, or a .toml file.")
+        str,
+        typer.Option(
+            metavar="NAME|FILE", help="The robot whose limits count: a name, or a .toml file.", autocompletion=robots
+        ),
     ] = "etsro",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the simulated starts and references.")] = 0,
     plot: Annotated[Path | None, typer.Option(metavar="PICTURE", help="Draw the region: .png, .pdf, .svg.")] = None,
@@ -47,7 +51,11 @@ def certify(
 ) -> None:
     """Certify the stability of the Lyapunov law, decay rate and region, or of parallel compensation, decay rate.
 
-    Both by linear matrix inequalities. Example: robotics certify --speed 0.2 0.4 --turn 3.5 --plot region.png
+    Both by linear matrix inequalities.
+
+    \b
+    Example:
+      robotics certify --speed 0.2 0.4 --turn 3.5 --plot region.png
     """
     from robotics.experiments import certificate as theory
     from robotics.laws.tracking.lyapunov import Lyapunov

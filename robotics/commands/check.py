@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fuzzy.shell.terminal import FAILED, print_json
+from robotics.commands.completion import controllers, scenarios
 from robotics.commands.shared import Json
 
 if TYPE_CHECKING:
@@ -14,10 +15,17 @@ if TYPE_CHECKING:
 
 
 def check(
-    scenario: Annotated[str, typer.Argument(help="A .toml file, or a scenario's name.", show_default=False)],
+    scenario: Annotated[
+        str, typer.Argument(help="A .toml file, or a scenario's name.", show_default=False, autocompletion=scenarios)
+    ],
     controller: Annotated[
         str | None,
-        typer.Option("--controller", "-c", help="Who is to drive. Default: the scenario's own, or fuzzy."),
+        typer.Option(
+            "--controller",
+            "-c",
+            help="Who is to drive. Default: the scenario's own, or fuzzy.",
+            autocompletion=controllers,
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", metavar="PICTURE", help="Draw it to scale: .png, .pdf or .svg.")
@@ -29,7 +37,10 @@ def check(
     All that is wrong in the file is told at once, with line, key, value and what is accepted. The exit code is 1 if
     there are errors or warnings; notes do not count.
 
-    Example: robotics check mine.toml -o mine.png
+    \b
+    Example:
+      robotics new scenario -o mine.toml
+      robotics check mine.toml -o mine.png
     """
     from fuzzy.figures.drawing import check_picture, save_figure
     from robotics.experiments.inspection import inspect_survey

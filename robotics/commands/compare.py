@@ -11,6 +11,7 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
+from robotics.commands.completion import controller_list, scenarios
 from robotics.commands.shared import Json, Metric, Quiet, print_forewarnings, print_outside, report_divergences
 from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts, rows_kept
 from robotics.experiments.versions import versions
@@ -30,7 +31,8 @@ class Suite(StrEnum):
 
 def compare(
     scenarios: Annotated[
-        list[str] | None, typer.Argument(help="Names or .toml files, of one kind. Default: a suite.")
+        list[str] | None,
+        typer.Argument(help="Names or .toml files, of one kind. Default: a suite.", autocompletion=scenarios),
     ] = None,
     suite: Annotated[
         Suite,
@@ -39,7 +41,11 @@ def compare(
         ),
     ] = Suite.thesis,
     controllers: Annotated[
-        str | None, typer.Option(help="Comma-separated: fuzzy,csm:k=0.3,esm. Default: those of the scenarios' kind.")
+        str | None,
+        typer.Option(
+            help="Comma-separated: fuzzy,csm:k=0.3,esm. Default: those of the scenarios' kind.",
+            autocompletion=controller_list,
+        ),
     ] = None,
     law: Annotated[
         list[str] | None,
@@ -69,7 +75,10 @@ def compare(
     Writes results.csv (one row a seed), summary.csv (mean and 95 % interval), configuration.json, figures/ and
     report.html. The suite thesis also learns formation networks, drives teams, also among obstacles, judges every claim
     of the thesis and writes claims.csv.
-    Example: robotics compare lyapunov-sine --controllers fuzzy,esm:k=0.5 --seeds 5 --out out
+
+    \b
+    Example:
+      robotics compare lyapunov-sine --controllers fuzzy,esm:k=0.5 --seeds 5 --out out
     """
     from robotics.experiments.comparison import DEFAULT_CONTROLLERS, check_comparison
     from robotics.experiments.forewarnings import forewarnings

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from fuzzy.shell.terminal import print_json
+from robotics.commands.completion import copies
 from robotics.commands.shared import Json
 
 
@@ -13,9 +14,10 @@ def copy(
     names: Annotated[
         list[str],
         typer.Argument(
-            metavar="NAME...",
+            metavar="NAME",
             help="Rule bases, folders of them, scenarios, robots; write tracking.fis or x.toml where a name is both.",
             show_default=False,
+            autocompletion=copies,
         ),
     ],
     to: Annotated[Path, typer.Option("--to", metavar="FOLDER", help="Where the copies go; made if need be.")] = Path(),
@@ -24,8 +26,10 @@ def copy(
 ) -> None:
     """Copy packaged rule bases, scenarios and robots, to change them; `robotics list` says which there are.
 
-    Example: robotics copy tracking three-cross --to mine, then
-    robotics run mine/three-cross.toml --controller cooperation:rule_base=mine/tracking.fis
+    \b
+    Example:
+      robotics copy tracking three-cross --to mine
+      robotics run mine/three-cross.toml --controller cooperation:rule_base=mine/tracking.fis
     """
     from robotics.scenario.copying import copy_packaged
 

@@ -1,10 +1,9 @@
 """The command line ``robotics dataset``: its commands."""
 
-import typer
-
+from fuzzy.shell.terminal import application
 from robotics.commands.dataset_formation import formation
 from robotics.commands.dataset_regenerate import regenerate
 
-dataset = typer.Typer(help="Make training data.", rich_markup_mode=None, no_args_is_help=True)
+dataset = application("Make training data.", "robotics dataset formation -o formation.csv")
 dataset.command()(formation)
 dataset.command()(regenerate)

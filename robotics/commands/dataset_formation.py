@@ -9,6 +9,7 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
+from robotics.commands.completion import controllers, scenarios
 from robotics.commands.shared import Json, Quiet
 
 if TYPE_CHECKING:
@@ -22,11 +23,17 @@ _OF_THESIS = ("kind", "formations", "coverage", "jitter")
 def formation(
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.csv", help="File into which the table goes.")],
     scenario: Annotated[
-        str | None, typer.Option(metavar="SCENARIO", help="Scenario to make data of: a name, or a .toml file.")
+        str | None,
+        typer.Option(
+            metavar="SCENARIO", help="Scenario to make data of: a name, or a .toml file.", autocompletion=scenarios
+        ),
     ] = None,
     teacher: Annotated[
         str | None,
-        typer.Option(help="scenario: the law that drives, name or name:gain=value,... Default: leader-follower"),
+        typer.Option(
+            help="scenario: the law that drives, name or name:gain=value,... Default: leader-follower",
+            autocompletion=controllers,
+        ),
     ] = None,
     inputs: Annotated[
         str | None,
@@ -94,7 +101,10 @@ def formation(
     Of a --scenario, or of a formation given by --path, --followers and so on, the columns are named by robot, as v_2.
     Without either they are those of the thesis: what all robots do, by the leader's posture. FILE.card.md says what is
     in the file, and how it was made. The same options give the same file.
-    Example: robotics dataset formation --path eight:width=10 --followers 5 --save-scenario mine.toml -o mine.csv
+
+    \b
+    Example:
+      robotics dataset formation --path eight:width=10 --followers 4 --save-scenario mine.toml -o mine.csv
     """
     given = {name: value for name, value in locals().items() if value is not None}
     _expect_csv(out)

@@ -16,7 +16,11 @@ def regenerate(
     """Make all computed files of datasets/ again, byte for byte: formation data with cards, the thesis's systems.
 
     The systems, .fis files, are made from the tables in FOLDER/thesis, which are transcribed and stay as they are;
-    without them only the formation data are made. Example: robotics dataset regenerate --out datasets
+    without them only the formation data are made.
+
+    \b
+    Example:
+      robotics dataset regenerate --out datasets
     """
     from fuzzy.files.fisfile import write_fis
     from robotics.experiments.learning.datacard import thesis_columns, thesis_facts, write_card

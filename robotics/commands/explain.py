@@ -25,7 +25,10 @@ def explain(
 ) -> None:
     """Explain what a robot did at one time, and which rules of its law decided; or list the strongest rules of a span.
 
-    Example: robotics explain run.npz --robot 1 --time 14, after robotics run table-2-1 -c fuzzy --save run.npz
+    \b
+    Example:
+      robotics run table-2-1 -c fuzzy --save run.npz
+      robotics explain run.npz --robot 1 --time 14
     """
     from robotics.measures.explained import explain_decision, explain_spans
     from robotics.simulation.run import load_run

@@ -11,6 +11,7 @@ import typer
 from anfis.methods.catalogue import METHODS
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
+from robotics.commands.completion import scenarios
 from robotics.commands.shared import Jobs, Json, Quiet
 
 PAYS = 4  # networks: more of them are learnt in several processes, which take seconds to start
@@ -42,6 +43,7 @@ def formation(
             metavar="SCENARIO",
             help="Scenario, or .toml file, that the networks drive for the page; can be given several times. Default: "
             f"{', '.join(DRIVES)}.",
+            autocompletion=scenarios,
             show_default=False,
         ),
     ] = None,
@@ -52,8 +54,12 @@ def formation(
 ) -> None:
     """Cluster and train the networks that drive a formation: the thesis's four, or two for each robot of a scenario.
 
-    Example: robotics learn formation formation.csv --check check.csv -o networks --report report.html, then
-    robotics run formation-behind --controller formation:networks=networks
+    \b
+    Example:
+      robotics dataset formation -o formation.csv
+      robotics dataset formation --check -o check.csv
+      robotics learn formation formation.csv --check check.csv -o networks --report report.html
+      robotics run formation-behind --controller formation:networks=networks
     """
     from threadpoolctl import threadpool_limits
 

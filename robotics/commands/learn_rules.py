@@ -8,6 +8,7 @@ import typer
 
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
+from robotics.commands.completion import controllers, scenarios
 from robotics.commands.repeat import Stress
 from robotics.commands.shared import Json, Quiet
 
@@ -17,11 +18,20 @@ if TYPE_CHECKING:
 
 def rules_(
     teacher: Annotated[
-        str, typer.Option("--from", metavar="LAW", help="The law to learn from: name or name:gain=value,...")
+        str,
+        typer.Option(
+            "--from",
+            metavar="LAW",
+            help="The law to learn from: name or name:gain=value,...",
+            autocompletion=controllers,
+        ),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.fis", help="File into which the rule base goes.")],
     scenario: Annotated[
-        list[str] | None, typer.Option(help="A scenario's name, or a .toml file, to drive; may be given again.")
+        list[str] | None,
+        typer.Option(
+            help="A scenario's name, or a .toml file, to drive; may be given again.", autocompletion=scenarios
+        ),
     ] = None,
     stress: Annotated[
         list[Stress] | None, typer.Option(help="Random scenarios to drive, one for each seed; may be given again.")
@@ -63,8 +73,10 @@ def rules_(
     The teacher drives, half of its runs disturbed; then the learner drives and the teacher says what it would do there.
     Clusters give the rules, hybrid learning moves them. The same command gives the same file.
 
-    Example: robotics learn rules --from lyapunov --scenario lyapunov-sine --rules 8 -o learnt.fis, then
-    robotics run lyapunov-sine --controller fuzzy:rule_base=learnt.fis
+    \b
+    Example:
+      robotics learn rules --from lyapunov --scenario lyapunov-sine --rules 8 --rounds 1 --seeds 4 -o learnt.fis
+      robotics run lyapunov-sine --controller fuzzy:rule_base=learnt.fis
     """
     from anfis import Options
     from fuzzy.files.table import write_table

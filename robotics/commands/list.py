@@ -31,14 +31,17 @@ def list_(
     section: Annotated[
         Section | None,
         typer.Argument(
-            metavar="[SECTION]", help="What to list: scenarios, robots, controllers, rule-bases, studies or metrics."
+            metavar="SECTION", help="What to list: scenarios, robots, controllers, rule-bases, studies or metrics."
         ),
     ] = None,
     json: Json = False,
 ) -> None:
     """List scenarios, robots, controllers, rule bases, studies and metrics, those of other packages too.
 
-    Example: robotics list, or robotics list rule-bases
+    \b
+    Example:
+      robotics list
+      robotics list rule-bases
     """
     wanted = [section] if section is not None else list(Section)
     rows = {each: _ROWS[each]() for each in wanted}

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import replacing
 from fuzzy.naming import expected
@@ -15,9 +16,19 @@ from robotics.commands.shared import Json
 from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
 
 
+def _kinds(incomplete: str) -> list[str]:
+    return completed(incomplete, (*KINDS, *TEMPLATES))
+
+
 def new(
     kind: Annotated[
-        str, typer.Argument(metavar="FILEKIND", help=f"One of {', '.join((*KINDS, *TEMPLATES))}.", show_default=False)
+        str,
+        typer.Argument(
+            metavar="FILEKIND",
+            help=f"One of {', '.join((*KINDS, *TEMPLATES))}.",
+            show_default=False,
+            autocompletion=_kinds,
+        ),
     ],
     out: Annotated[
         Path | None,
@@ -32,7 +43,10 @@ def new(
 ) -> None:
     """Write a file that runs: what is needed is set, all that is optional stands there as a comment that explains it.
 
-    Example: robotics new scenario --kind team -o mine.toml, then robotics check mine.toml
+    \b
+    Example:
+      robotics new scenario --kind team -o mine.toml
+      robotics check mine.toml
     """
     from robotics.tables.template import commented_file
 

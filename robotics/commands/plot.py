@@ -5,6 +5,7 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
+from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.shell.terminal import print_json
@@ -37,11 +38,15 @@ KINDS = {
 }
 
 
+def _kinds(incomplete: str) -> list[str]:
+    return completed(incomplete, KINDS)
+
+
 def plot(
     runs: Annotated[
         list[Path],
         typer.Argument(
-            metavar="RUN.npz...",
+            metavar="RUN.npz",
             help="Files that `robotics run ... --save` wrote; several, of one scenario, for "
             f"{', '.join(name for name, kind in KINDS.items() if kind.several)}.",
             show_default=False,
@@ -50,7 +55,12 @@ def plot(
     out: Annotated[Path, typer.Option("--out", "-o", metavar="PICTURE", help="The file to write: .png, .pdf or .svg.")],
     kind: Annotated[
         str,
-        typer.Option("--kind", "-k", help="; ".join(f"{name}: {about.shows}" for name, about in KINDS.items()) + "."),
+        typer.Option(
+            "--kind",
+            "-k",
+            help="; ".join(f"{name}: {about.shows}" for name, about in KINDS.items()) + ".",
+            autocompletion=_kinds,
+        ),
     ] = "run",
     seed: Annotated[int | None, typer.Option(help="The seed to show, one of the run's. Default: the first.")] = None,
     robot: Annotated[
@@ -64,7 +74,10 @@ def plot(
 ) -> None:
     """Draw one kind of picture of a saved run, or of several on one scenario beside each other.
 
-    Example: robotics plot run.npz --kind distances -o distances.png, after robotics run three-cross --save run.npz
+    \b
+    Example:
+      robotics run three-cross --save run.npz
+      robotics plot run.npz --kind distances -o distances.png
     """
     if kind not in KINDS:
         raise InputError(expected(kind, KINDS, "kind of picture"))

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from fuzzy.shell.progress import progress_bar
+from robotics.commands.completion import controllers
 from robotics.commands.shared import (
     Events,
     Json,
@@ -42,7 +43,10 @@ def repeat(
     controller: Annotated[
         str | None,
         typer.Option(
-            "--controller", "-c", help="Controller, as for the stress test. Default: right-of-way, or obstacles."
+            "--controller",
+            "-c",
+            help="Controller, as for the stress test. Default: right-of-way, or obstacles.",
+            autocompletion=controllers,
         ),
     ] = None,
     law: Law = None,
@@ -66,7 +70,9 @@ def repeat(
 ) -> None:
     """Repeat one run of a stress test by its seed, to look at it: the same to the last bit, with the same options.
 
-    Example: robotics repeat crossing --seed 4 --animate
+    \b
+    Example:
+      robotics repeat crossing --seed 4 --animate
     """
     from robotics.commands.run_files import RunFiles
     from robotics.experiments.stress.single import ALIASES, STRESSES, single_run

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fuzzy.shell.terminal import print_json
+from robotics.commands.completion import robots
 from robotics.commands.shared import Json
 
 if TYPE_CHECKING:
@@ -16,7 +17,9 @@ if TYPE_CHECKING:
 
 
 def robot(
-    name: Annotated[str, typer.Argument(metavar="NAME|FILE.toml", help="A robot's name, or its file.")],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME|FILE.toml", help="A robot's name, or its file.", autocompletion=robots)
+    ],
     out: Annotated[
         Path | None, typer.Option("--out", "-o", metavar="PICTURE", help="Draw it: .png, .pdf, .svg.")
     ] = None,
@@ -34,7 +37,10 @@ def robot(
 ) -> None:
     """Show a robot: size, mass, limits, every number with its rule where it was derived, and its wheel loop.
 
-    Example: robotics robot mine.toml --tune -o mine.png
+    \b
+    Example:
+      robotics new robot -o mine.toml
+      robotics robot mine.toml --tune -o mine.png
     """
     from robotics.scenario.robots import load_robot, write_tuned
     from robotics.vehicle.robot import RobotError

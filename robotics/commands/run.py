@@ -6,6 +6,7 @@ import typer
 
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
+from robotics.commands.completion import controllers, scenarios
 from robotics.commands.shared import (
     Events,
     Json,
@@ -23,11 +24,16 @@ from robotics.commands.shared import (
 
 
 def run_(
-    scenario: Annotated[str, typer.Argument(help="A scenario's name, or a .toml file.", show_default=False)],
+    scenario: Annotated[
+        str, typer.Argument(help="A scenario's name, or a .toml file.", show_default=False, autocompletion=scenarios)
+    ],
     controller: Annotated[
         str | None,
         typer.Option(
-            "--controller", "-c", help="Controller: name or name:gain=value,... Default: the scenario's own, or fuzzy."
+            "--controller",
+            "-c",
+            help="Controller: name or name:gain=value,... Default: the scenario's own, or fuzzy.",
+            autocompletion=controllers,
         ),
     ] = None,
     law: Law = None,
@@ -44,7 +50,9 @@ def run_(
 ) -> None:
     """Simulate one scenario under one controller, print its metrics, and draw or save it if asked.
 
-    Example: robotics run lyapunov-sine --controller lyapunov:ky=10,kpsi=5 --seed 3 --plot out.png
+    \b
+    Example:
+      robotics run lyapunov-sine --controller lyapunov:ky=10,kpsi=5 --seed 3 --plot out.png
     """
     from robotics.commands.run_files import RunFiles
     from robotics.experiments.forewarnings import forewarnings

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.shell.terminal import print_json
@@ -15,22 +16,31 @@ if TYPE_CHECKING:
     from robotics.tables.keys import Placed, Table
 
 
+def _kinds(incomplete: str) -> list[str]:
+    return completed(incomplete, KINDS)
+
+
 def scenario(
     key: Annotated[
-        str | None, typer.Argument(metavar="[KEY]", help="A key or a table, such as robots.timing.speed or timing.")
+        str | None, typer.Argument(metavar="KEY", help="A key or a table, such as robots.timing.speed or timing.")
     ] = None,
     explain: Annotated[bool, typer.Option("--explain", help="Say what the keys mean; this is the default.")] = False,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON schema, for editors.")] = False,
-    of: Annotated[str, typer.Option("--of", metavar="KIND", help=f"Kind of file: {', '.join(KINDS)}.")] = "scenario",
+    of: Annotated[
+        str, typer.Option("--of", metavar="KIND", help=f"Kind of file: {', '.join(KINDS)}.", autocompletion=_kinds)
+    ] = "scenario",
     json: Json = False,
 ) -> None:
     """Explain the keys of a scenario's file, or of another kind of file: unit, range, default and meaning.
 
+    An editor checks a file whose first line names the schema:  #:schema ./scenario.schema.json
+
     \b
-    Example: robotics scenario --explain
+    Example:
+      robotics scenario --explain
       robotics scenario --explain robots.timing.speed
-      robotics scenario --schema > scenario.schema.json    # of a sweep: --schema --of sweep
-      and a file's first line is  #:schema ./scenario.schema.json
+      robotics scenario --schema > scenario.schema.json
+      robotics scenario --schema --of sweep > sweep.schema.json
     """
     from robotics.tables.keys import find, walk
     from robotics.tables.schema import naming, schema_of

@@ -10,6 +10,7 @@ import typer
 
 from fuzzy.errors import InputError
 from fuzzy.shell.terminal import USAGE, print_json
+from robotics.commands.completion import metrics
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
@@ -38,7 +39,12 @@ Law = Annotated[
 ]
 Metric = Annotated[
     list[str] | None,
-    typer.Option("--metric", metavar="FILE.py:NAME", help="A metric of your own besides: mymetric.py:comfort."),
+    typer.Option(
+        "--metric",
+        metavar="FILE.py:NAME",
+        help="A metric of your own besides: mymetric.py:comfort.",
+        autocompletion=metrics,
+    ),
 ]
 Player = Annotated[
     bool, typer.Option("--animate", help="Write a page that plays the first seed: SCENARIO-seed-N.html.")

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from fuzzy.shell.progress import progress_bar
+from robotics.commands.completion import controllers
 from robotics.commands.shared import Jobs, Json, Law, Quiet, chosen_controller, print_forewarnings, print_outcome
 
 
@@ -26,7 +27,8 @@ def crossing(
     controller: Annotated[
         str | None,
         typer.Option(
-            help="Controller: right-of-way (default), literal, lag-clock, yielding, none, or one of `robotics list`."
+            help="Controller: right-of-way (default), literal, lag-clock, yielding, none, or one of `robotics list`.",
+            autocompletion=controllers,
         ),
     ] = None,
     law: Law = None,
@@ -43,7 +45,10 @@ def crossing(
     The plant is the full one and postures are noisy. A crossing depends on its seed alone, so that `robotics repeat
     crossing --seed N` with the same options repeats, draws and saves one that failed. The number of processes changes
     no number.
-    Example: robotics stress crossing --robots 3 --runs 2000 --json
+
+    \b
+    Example:
+      robotics stress crossing --robots 3 --runs 20 --json
     """
     from robotics.experiments.forewarnings import crossing_forewarnings
     from robotics.experiments.stress.crew import in_chunks

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from fuzzy.shell.progress import progress_bar
+from robotics.commands.completion import controllers
 from robotics.commands.shared import Jobs, Json, Law, Quiet, chosen_controller, print_forewarnings, print_outcome
 
 
@@ -42,7 +43,11 @@ def obstacles(
         Side, typer.Option(help="beside: lanes side by side; crossing: robots on time would meet, for 3 robots.")
     ] = Side.beside,
     controller: Annotated[
-        str | None, typer.Option(help="Controller: committed (default), literal, or one that `robotics list` names.")
+        str | None,
+        typer.Option(
+            help="Controller: committed (default), literal, or one that `robotics list` names.",
+            autocompletion=controllers,
+        ),
     ] = None,
     law: Law = None,
     seed: Annotated[int, typer.Option(min=0, help="The first course's seed.")] = 0,
@@ -60,7 +65,10 @@ def obstacles(
 
     The plant is the full one, sonars and postures are noisy. A course depends on its seed alone, so that `robotics
     repeat obstacles --seed N` with the same options repeats one. The number of processes changes no number.
-    Example: robotics stress obstacles --runs 200 --class U --json
+
+    \b
+    Example:
+      robotics stress obstacles --runs 20 --class U --json
     """
     from robotics.experiments.forewarnings import blind
     from robotics.experiments.stress.crew import in_chunks

@@ -8,13 +8,16 @@ import typer
 
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
+from robotics.commands.completion import studies
 from robotics.commands.shared import Json, Quiet, print_forewarnings, print_outside
 from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts, rows_kept
 from robotics.experiments.versions import versions
 
 
 def study(
-    name: Annotated[str, typer.Argument(metavar="STUDY.toml", help="A study's file; or a name: thesis.")],
+    name: Annotated[
+        str, typer.Argument(metavar="STUDY.toml", help="A study's file; or a name: thesis.", autocompletion=studies)
+    ],
     out: Annotated[
         Path | None,
         typer.Option(metavar="FOLDER", help="Folder of the results. Default: the file's key out, or out/NAME"),
@@ -33,7 +36,11 @@ def study(
 
     Writes results.csv, summary.csv, claims.csv, evidence.csv, configuration.json, figures/ and report.html. The exit
     code is 0 whatever the verdicts are, and 2 for a file that cannot be used.
-    Example: robotics study study.toml --jobs 2, or robotics study thesis --out out
+
+    \b
+    Example:
+      robotics new study -o study.toml
+      robotics study study.toml --jobs 2
 
     \b
     A study's file; paths in it are relative to it:

@@ -10,11 +10,15 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import INTERRUPTED, print_json
+from robotics.commands.completion import sweeps
 from robotics.commands.shared import Json, Metric, Quiet, print_forewarnings
 
 
 def sweep(
-    spec: Annotated[str, typer.Argument(metavar="SPEC.toml", help="A sweep's file; or a name: lyapunov-gains.")],
+    spec: Annotated[
+        str,
+        typer.Argument(metavar="SPEC.toml", help="A sweep's file; or a name: lyapunov-gains.", autocompletion=sweeps),
+    ],
     law: Annotated[
         list[str] | None,
         typer.Option("--law", metavar="FILE.py:NAME", help="A law of your own besides: mylaw.py:MyLaw:gain=2."),
@@ -34,7 +38,12 @@ def sweep(
     """Sweep parameters: fields of a scenario and gains of controllers, as a grid or at random, times seeds.
 
     Writes results.parquet, one row for each run and robot, chunk by chunk. After a stop the same command goes on from
-    there. Example: robotics sweep lyapunov-gains --workers 2 --out out/gains
+    there.
+
+    \b
+    Example:
+      robotics new sweep -o mine.toml
+      robotics sweep mine.toml --out out/mine
 
     \b
     A sweep's file:

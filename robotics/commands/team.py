@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from fuzzy.errors import InputError
+from robotics.commands.completion import controllers
 
 
 def team(
@@ -13,12 +14,17 @@ def team(
     robots: Annotated[int, typer.Option(help="Number of robots, 2 to 2000.")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the paths.")] = 0,
     speed: Annotated[float, typer.Option(help="Mean speed on the longest path, m/s.")] = 0.25,
-    controller: Annotated[str, typer.Option(help="Controller that the scenario names.")] = "virtual-structure",
+    controller: Annotated[
+        str, typer.Option(help="Controller that the scenario names.", autocompletion=controllers)
+    ] = "virtual-structure",
     graph: Annotated[str, typer.Option(help="Graph of who hears whom: complete, ring, line or star.")] = "complete",
 ) -> None:
     """Write a random team as a scenario: paths that every robot can drive, all due at the same time.
 
-    Example: robotics team --robots 20 --seed 3 -o team.toml, then robotics run team.toml --plot team.png
+    \b
+    Example:
+      robotics team --robots 20 --seed 3 -o team.toml
+      robotics run team.toml --plot team.png
     """
     from fuzzy.files.atomic import replacing
     from robotics.scenario.random_team import team_toml

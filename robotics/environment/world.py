@@ -17,7 +17,7 @@ from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.paths.path import PathError, Shape, compile_path
 from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
-from robotics.quantity import check_quantities, described, is_number, quantity
+from robotics.quantity import check_quantities, described, got, is_number, quantity
 
 Point = tuple[float, float]
 
@@ -38,7 +38,7 @@ def _check_points(name: str, points: tuple[Point, ...], least: int) -> None:
         raise _refuse(name, f"must be at least {least} points [x, y] in m, got {len(points)}")
     for p in points:
         if len(p) != 2 or not all(is_number(v) for v in p):
-            raise _refuse(name, f"must be points [x, y] of finite numbers in m, got {p!r}")
+            raise _refuse(name, f"must be points [x, y] of finite numbers in m; {got(p)}")
 
 
 # Descriptions ----------------------------------------------------------------------------------------------------

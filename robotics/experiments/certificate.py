@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.errors import InputError
+from fuzzy.extras import install_command
 from robotics.laws.law import Observation
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.paths.trajectory import Reference
@@ -256,9 +257,7 @@ def _cvxpy() -> Any:
     try:
         import cvxpy
     except ImportError:
-        raise CertificateError(
-            "a certificate needs cvxpy; install the extra: pip install 'fuzzyfleet[certify]'"
-        ) from None
+        raise CertificateError(f"a certificate needs cvxpy: {install_command('certify')}") from None
     return cvxpy
 
 

@@ -18,6 +18,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from fuzzy.errors import InputError
+from fuzzy.extras import install_command
 
 # What the numerical libraries read when they are loaded: each worker has one core
 THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -141,7 +142,7 @@ def dask(address: str) -> Iterator[Workers]:
     try:
         from distributed import Client
     except ImportError:
-        raise ExecutorError("--dask needs Dask: python -m pip install 'fuzzyfleet[cluster]'") from None
+        raise ExecutorError(f"--dask needs Dask: {install_command('cluster')}") from None
     if not re.fullmatch(r"(tcp|tls|wss?)://\S+:\d+", address):
         raise ExecutorError(f"--dask must be a scheduler's address, such as tcp://127.0.0.1:8786; got {address!r}")
     # What goes wrong is said once, by us.

@@ -18,7 +18,7 @@ import numpy as np
 from robotics.paths.path import CURVATURE, HEADING, Path, PathError, Shape, U, X, Y, compile_path
 from robotics.paths.posture import wrapped
 from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
-from robotics.quantity import described
+from robotics.quantity import described, got, is_number
 
 _STEP = 1e-5  # of the virtual path's parameter: for its third derivative, which only the curvature needs
 _KINK = 0.02  # rad: a heading that changes by more between two nodes than its curvature explains has jumped
@@ -35,8 +35,8 @@ class Offset:
     )
 
     def __post_init__(self) -> None:
-        if not np.isfinite(self.offset).all():
-            raise PathError(f"offset must be two finite numbers in m, ahead and to the left; got {self.offset!r}")
+        if not all(map(is_number, self.offset)):
+            raise PathError(f"offset must be two finite numbers in m, ahead and to the left; {got(self.offset)}")
 
     def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """See :class:`robotics.paths.path.Shape`."""

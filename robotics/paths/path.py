@@ -6,6 +6,7 @@ the abscissa s; :meth:`Path.at` evaluates arrays of abscissae at once by cubic H
 """
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from math import hypot, pi
 from typing import Literal, NamedTuple, Protocol
 
@@ -13,8 +14,9 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
-from robotics.quantity import check_quantities, described, quantity
+from robotics.quantity import LARGEST, check_quantities, described, quantity
 
+NEAREST = 1e-12  # of the length of all way-points' chords: the spline needs points that rounding keeps apart
 LONGEST = 1e4  # m: the table of a longer path would take more than 80 MB
 
 
@@ -37,8 +39,13 @@ def _require(condition: bool, what: str) -> None:
 
 def _finite(shape: object, **values: object) -> None:
     for name, value in values.items():
-        if not np.all(np.isfinite(np.asarray(value, dtype=float))):
+        sizes = np.abs(np.asarray(value, dtype=float))
+        if not np.isfinite(sizes).all():
             raise PathError(f"{type(shape).__name__.lower()} path: {name} must be finite, got {value!r}")
+        if (sizes > LARGEST).any():
+            raise PathError(
+                f"{type(shape).__name__.lower()} path: the numbers of {name} may be {LARGEST:g} in size at most"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,8 +233,15 @@ class Waypoints:
     def __post_init__(self) -> None:
         _require(len(self.points) >= 2, f"waypoints path: at least two points are needed, got {len(self.points)}")
         _finite(self, points=self.points)
-        for i, (a, b) in enumerate(zip(self.points, self.points[1:], strict=False)):
-            _require(a != b, f"waypoints path: points {i + 1} and {i + 2} are the same, {a}: its length is 0 there")
+        for i, (a, b) in enumerate(pairwise(self.points), 1):
+            _require(a != b, f"waypoints path: points {i} and {i + 1} are the same, {a}: its length is 0 there")
+        apart = np.hypot(*np.diff(np.asarray(self.points, dtype=float), axis=0).T)
+        near, length = int(apart.argmin()), float(apart.sum())
+        _require(
+            apart[near] > NEAREST * length,
+            f"waypoints path: points {near + 1} and {near + 2} are {apart[near]:.3g} m apart, on "
+            f"a path of {length:.3g} m; rounding takes them for one",
+        )
 
     def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """See :class:`Shape`."""
@@ -318,7 +332,7 @@ def compile_path(shape: Shape, spacing: float = 0.005) -> Path:
         raise PathError(f"{name} path: its length is {length:g} m; a path needs a length > 0 and <= {LONGEST:g} m")
     count = max(257, int(np.ceil(length / spacing)) + 1)
     s = np.linspace(0.0, length, count)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a cusp is refused below
+    with np.errstate(all="ignore"):  # a cusp is refused below
         parameter = _parameter_at(shape, edges, measured, s)
     position, slope, bend = shape.curve(parameter)
     speed = np.hypot(slope[0], slope[1])

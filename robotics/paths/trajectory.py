@@ -117,7 +117,7 @@ def _ramped(rest: float, timing: Timing, nodes: int) -> tuple[float, np.ndarray,
         speed = timing.speed or inf
         ramp = min(ramp, rest / speed)  # a path too short for the speed is driven in a triangle
         end = rest / speed + ramp
-    if ramp == 0.0:
+    if ramp < 1e-9:  # s: rounding takes it for none
         return end, rest * np.linspace(0, 1, nodes), np.full(nodes, rest / end)
     t = np.linspace(0.0, end, nodes)
     left = end - t

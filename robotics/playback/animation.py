@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.errors import InputError
+from fuzzy.extras import install_command
 from fuzzy.figures.drawing import COLORS, style
 from fuzzy.files.atomic import replacing
 from robotics.playback.replay import replay
@@ -57,7 +58,7 @@ def check_animation(path: str | Path) -> str:
         raise AnimationError(f"a moving picture needs a name that ends in .mp4, .gif or .html, got {str(path)!r}")
     if suffix == "mp4" and ffmpeg() is None:
         raise AnimationError(
-            f"{path}: a .mp4 needs ffmpeg, which is not on this machine (pip install 'fuzzyfleet[video]' brings one); "
+            f"{path}: a .mp4 needs ffmpeg, which is not on this machine ({install_command('video')} brings one); "
             ".gif and .html need no ffmpeg"
         )
     return suffix

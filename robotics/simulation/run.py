@@ -1,24 +1,30 @@
 """A run: all samples of every seed and robot; its table, its file, and back."""
 
+import io
 import json
-import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
-from zipfile import BadZipFile
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import numpy as np
 
-from fuzzy.errors import InputError
+from fuzzy.errors import InputError, quoted
+from fuzzy.files.arrays import MOST_BYTES, ArchiveError, headers, read_archive, sized, unpacked
 from fuzzy.files.atomic import replacing
 from fuzzy.files.fisfile import FisFileError, format_fis, parse_fis
+from fuzzy.files.sealed import intact, is_sealed, sealed_archive
+from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 from robotics.environment.world import Geometry
 from robotics.laws.modes import MODES
+from robotics.laws.setting import Kind
 from robotics.scenario.robots import load_robot
+from robotics.sensing.carried import sensor_names
 from robotics.sensing.sonar import SONAR, RangeSensor
 from robotics.simulation.channels import CHANNELS, RECORDS, TEAM_CHANNELS, Axes
+from robotics.simulation.layout import LayoutError, check_headers, check_values
+from robotics.vehicle.plant import Level
 from robotics.vehicle.robot import Robot
 
 if TYPE_CHECKING:
@@ -29,6 +35,12 @@ REFERENCE: dict[str, str] = {"x": "m", "y": "m", "heading": "rad", "v": "m/s", "
 
 class RunError(InputError):
     """A file that holds no run, or a place where none can be written."""
+
+
+class ChannelError(InputError, KeyError):
+    """A name that no channel of a run has. The message says which there are."""
+
+    __str__ = Exception.__str__  # a KeyError's would put the sentence in quotation marks
 
 
 @dataclass(frozen=True)
@@ -121,11 +133,19 @@ class Run:
         """
         return self._values("inputs")
 
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The names of its channels: those of CHANNELS, in a team's run also those of TEAM_CHANNELS."""
+        return (*CHANNELS, *(TEAM_CHANNELS if self.team is not None else ()))
+
     def _values(self, name: str) -> np.ndarray | None:
         return self.recorded[name].values if name in self.recorded else None
 
     def __getitem__(self, channel: str) -> np.ndarray:
-        """One channel (runs, robots, samples); those of TEAM_CHANNELS only in a team's run."""
+        """One channel (runs, robots, samples), one of :attr:`channels`. Raises ChannelError for another."""
+        if channel not in self.channels:
+            what = "channel of a run" if self.team is not None else "channel of a run without a team"
+            raise ChannelError(expected(channel, self.channels, what))
         if channel in TEAM_CHANNELS and self.team is not None:
             return np.moveaxis(self.team[:, list(TEAM_CHANNELS).index(channel)], 0, -1)
         return np.moveaxis(self.samples[:, list(CHANNELS).index(channel)], 0, -1)
@@ -179,7 +199,7 @@ class Run:
             "robot": np.tile(np.repeat(np.arange(1, robots + 1), n), runs),
             "time": np.tile(self.time, runs * robots),
         }
-        columns |= {name: self[name].ravel() for name in (*CHANNELS, *(TEAM_CHANNELS if self.team is not None else ()))}
+        columns |= {name: self[name].ravel() for name in self.channels}
         if self.modes is not None:
             columns["mode"] = np.array(MODES)[np.moveaxis(self.modes, 0, -1).ravel()]
         if self.guarded is not None:
@@ -193,47 +213,115 @@ class Run:
         Raises RunError, also for a rule base that a .fis file cannot hold.
         """
         about = json.dumps(_as_json(self.about, str(path)))
-        arrays: dict[str, Any] = {f"path_{i}": nodes for i, nodes in enumerate(self.paths)}
+        arrays: dict[str, Any] = {
+            "about": np.array(about),
+            "seeds": np.array(self.seeds),
+            "time": self.time,
+            "reference": self.reference,
+            "stopped": self.stopped,
+        }
+        arrays |= {f"path_{i}": nodes for i, nodes in enumerate(self.paths)}
         arrays |= {name: record.values for name, record in self.recorded.items()}
         if self.obstacles is not None:
             arrays |= {f"obstacles_{name}": part for name, part in self.obstacles._asdict().items()}
+        total = sum(values.nbytes for values in arrays.values())
+        if total > MOST_BYTES:
+            raise RunError(f"{path}: the run takes {sized(total)}, and a file holds at most {sized(MOST_BYTES)}")
+        content = io.BytesIO()
+        np.savez_compressed(content, **arrays)
         try:
-            with replacing(path) as temporary, temporary.open("wb") as file:
-                np.savez_compressed(
-                    file,
-                    about=np.array(about),
-                    seeds=np.array(self.seeds),
-                    time=self.time,
-                    reference=self.reference,
-                    stopped=self.stopped,
-                    **arrays,
-                )
+            with replacing(path) as temporary:
+                temporary.write_bytes(sealed_archive(content.getvalue()))
         except OSError as error:
             raise RunError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def load_run(path: str | Path) -> Run:
-    """Read the run from a file that :meth:`Run.save` of this version or an older one wrote. Raises RunError."""
+    """Read the run from a file that :meth:`Run.save` of this version or an older one wrote.
+
+    Nothing is unpacked before the sizes and shapes of all arrays fit together, and nothing is believed whose checksum
+    is not that of the contents; files of formats 1 and 2 have none. Raises RunError, naming the file.
+    """
     try:
-        with Path(path).open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            recorded = {name: Recorded(file[name], record.axes) for name, record in RECORDS.items() if name in file}
-            obstacles = None
-            if "obstacles_circles" in file:
-                obstacles = Geometry(*(file[f"obstacles_{name}"] for name in Geometry._fields))
-            return Run(
-                _from_json(json.loads(str(file["about"])), file["stopped"].shape[1], recorded),
-                tuple(int(s) for s in file["seeds"]),
-                file["time"],
-                {"samples": recorded["samples"], **recorded},
-                file["reference"],
-                tuple(file[f"path_{i}"] for i in range(file["reference"].shape[2])),
-                file["stopped"],
-                obstacles,
-            )
+        content = read_archive(path)
+    except ArchiveError as error:
+        raise RunError(f"{path}: {error}") from None
     except OSError as error:
         raise RunError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except (KeyError, ValueError, EOFError, IndexError, TypeError, AttributeError, BadZipFile, zlib.error) as error:
-        raise RunError(f"{path}: this file holds no run: {error}") from None
+    if is_sealed(content) and not intact(content):
+        raise _damaged(path, "its checksum is not that of its contents")
+    try:
+        found = headers(content)
+    except ArchiveError as error:
+        raise _damaged(path, error) from None
+    except Exception:  # what zipfile, zlib and numpy raise for bytes that are none of theirs has no end
+        found = {}
+    if "about" not in found:
+        if content.startswith(b"PK"):
+            raise _damaged(path, "it cannot be unpacked, or it is another archive")
+        raise RunError(f"{path}: this is not a run saved by `robotics run --save`")
+    try:
+        check_headers(found)
+        arrays = unpacked(content)
+        check_values(arrays)
+        table = json.loads(str(arrays["about"]))
+        if table["format"] > 2 and not is_sealed(content):
+            raise _damaged(path, "its checksum is missing")
+        return _run(table, arrays)
+    except RunError:
+        raise
+    except InputError as error:
+        raise _damaged(path, error) from None
+    except MemoryError:
+        total = sum(header.bytes for header in found.values())
+        raise RunError(f"{path}: the run takes {sized(total)}, more than there is memory") from None
+    except Exception:
+        raise _damaged(path, "what it says of its robots and sensors cannot be read") from None
+
+
+def _damaged(path: str | Path, reason: object) -> RunError:
+    return RunError(f"{path}: this saved run is damaged: {reason}")
+
+
+def _run(table: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Run:
+    """The run of what a file says in JSON and of its arrays, whose shapes fit together."""
+    recorded = {name: Recorded(arrays[name], record.axes) for name, record in RECORDS.items() if name in arrays}
+    robots = arrays["stopped"].shape[1]
+    about = _from_json(table, robots, recorded)
+    _check_about(about, robots, recorded, sensors_said=table["format"] != 1)
+    obstacles = None
+    if "obstacles_circles" in arrays:
+        obstacles = Geometry(*(arrays[f"obstacles_{name}"] for name in Geometry._fields))
+    return Run(
+        about,
+        tuple(arrays["seeds"].tolist()),
+        arrays["time"],
+        recorded,
+        arrays["reference"],
+        tuple(arrays[f"path_{i}"] for i in range(robots)),
+        arrays["stopped"],
+        obstacles,
+    )
+
+
+def _check_about(about: About, robots: int, recorded: Mapping[str, Recorded], *, sensors_said: bool) -> None:
+    """Raise LayoutError unless ``about`` is of a run with these robots and recorded arrays."""
+    texts = (about.scenario, about.controller)
+    if (
+        about.kind not in get_args(Kind)
+        or about.level not in get_args(Level)
+        or not all(isinstance(text, str) for text in texts)
+    ):
+        raise LayoutError(f"it is of a kind {quoted(about.kind)} and a level {quoted(about.level)} that no run has")
+    if len(about.robots) != robots:
+        raise LayoutError(f"it describes {len(about.robots)} robots, and {robots} were recorded")
+    wanted = {"input": sum(len(system.inputs) for system in (about.rule_bases or {}).values())}
+    if sensors_said:
+        wanted["sensor"] = len(sensor_names(about.sensors))
+    for name, record in recorded.items():
+        for axis, length in zip(record.axes, record.values.shape, strict=True):
+            if wanted.get(axis, length) != length:
+                raise LayoutError(f"{quoted(name)} has {length} {axis}s, and the robots have {wanted[axis]}")
 
 
 def _as_json(about: About, path: str) -> dict[str, Any]:
@@ -246,7 +334,7 @@ def _as_json(about: About, path: str) -> dict[str, Any]:
             plain["rule_bases"] = {task: format_fis(system) for task, system in about.rule_bases.items()}
         except FisFileError as error:
             raise RunError(f"{path}: a rule base cannot be written: {error}") from None
-    return plain | {"format": 2, "robots": distinct, "robot": [distinct.index(kind) for kind in kinds]}
+    return plain | {"format": 3, "robots": distinct, "robot": [distinct.index(kind) for kind in kinds]}
 
 
 def _pairs(about: About) -> Iterator[tuple[Robot, Mapping[str, RangeSensor]]]:

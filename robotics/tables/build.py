@@ -8,11 +8,12 @@ described by :mod:`robotics.quantity`, the same description stands in messages, 
 import types
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
+from functools import partial
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.quantity import accepted, is_number
+from robotics.quantity import accepted, got, is_number
 
 Keys = tuple[str | int, ...]  # the place of a value in a file: the keys from the outermost in
 Special = Callable[[Any, Keys], Any]  # makes a field's value of what stands in the file, or raises an InputError
@@ -55,7 +56,7 @@ class Builder:
         """Make the value of a ``field`` of type ``hint`` of the ``value`` in the file at ``keys``."""
 
         def refuse(what: str) -> InputError:
-            return self.fault(f"{field.name} must be {what}; got {value!r}").about(*keys)
+            return self.fault(f"{field.name} must be {what}; {got(value)}").about(*keys)
 
         origin = get_origin(hint)
         if origin in (Union, types.UnionType) and hint not in self.special:
@@ -77,13 +78,14 @@ class Builder:
     def table(self, value: Any, keys: Keys) -> dict[str, Any]:
         """``value`` itself, which must be a table."""
         if not isinstance(value, dict):
-            raise self.fault(f"{keys[-1]} must be a table, got {value!r}").about(*keys)
+            name = f"{keys[-2]} {keys[-1] + 1}" if isinstance(keys[-1], int) else keys[-1]
+            raise self.fault(f"{name} must be a table, {got(value)}").about(*keys)
         return value
 
     def tables(self, value: Any, keys: Keys) -> list[dict[str, Any]]:
         """``value`` itself, which must be a list of tables."""
         if not isinstance(value, list):
-            raise self.fault(f"{keys[-1]} must be tables [[{keys[-1]}]]; got {value!r}").about(*keys)
+            raise self.fault(f"{keys[-1]} must be tables [[{keys[-1]}]]; {got(value)}").about(*keys)
         return [self.table(row, (*keys, i)) for i, row in enumerate(value)]
 
     def _tuple(
@@ -105,7 +107,11 @@ class Builder:
             return tuple((a, b) for a, b in value)
         if not isinstance(value, list):
             raise refuse("a list of points [x, y]")
-        return tuple(numbers(row, 2, refuse) for row in value)
+
+        def refuse_point(row: Any, number: int, what: str) -> InputError:
+            return self.fault(f"point {number} of {field.name} must be {what}; {got(row)}").about(*keys)
+
+        return tuple(numbers(row, 2, partial(refuse_point, row, i)) for i, row in enumerate(value, 1))
 
 
 def _plain(value: Any, hint: Any, field: Field[Any], refuse: Callable[[str], InputError]) -> Any:

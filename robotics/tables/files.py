@@ -28,6 +28,12 @@ def placed_beside(path: Path, folder: Path) -> Path:
     return path
 
 
+def names_in(folder: str) -> list[str]:
+    """The names of the .toml files that come with the package in a folder of it, such as ``scenarios``."""
+    found = (resources.files("robotics") / folder).iterdir()
+    return sorted(f.name.removesuffix(".toml") for f in found if f.name.endswith(".toml"))
+
+
 @dataclass(frozen=True)
 class TomlFiles:
     """The files of one kind; its errors are ``fault``."""
@@ -38,8 +44,7 @@ class TomlFiles:
 
     def names(self) -> list[str]:
         """The names of those that come with the package."""
-        found = (resources.files("robotics") / self.folder).iterdir()
-        return sorted(f.name.removesuffix(".toml") for f in found if f.name.endswith(".toml"))
+        return names_in(self.folder)
 
     def find(self, name: str | Path, beside: Path = Path()) -> TomlFile:
         """Read the packaged file of that name, or the ``.toml`` file of that path.

@@ -1,6 +1,7 @@
 """The rule language: sentences read by hand, sentences refused, and every rule read back."""
 
 import pickle
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -203,8 +204,7 @@ def systems_with_a_rule(draw):
     told = draw(st.lists(st.sampled_from(list(outputs)), min_size=1, unique=True))
     when = tuple(Clause(v, draw(st.sampled_from(inputs[v])), draw(st.booleans()), draw(HEDGES)) for v in asked)
     then = tuple((v, draw(st.sampled_from(outputs[v]))) for v in told)
-    # With a single clause nothing is joined, and the sentence cannot tell.
-    connective: Any = draw(st.sampled_from(["and", "or"])) if len(when) > 1 else "and"
+    connective: Any = draw(st.sampled_from(["and", "or"]))
     return inputs, outputs, Rule(when, then, connective, draw(WEIGHTS))
 
 
@@ -213,6 +213,26 @@ def systems_with_a_rule(draw):
 def test_every_rule_reads_back(system):
     inputs, outputs, rule = system
     assert parse_rule(str(rule), inputs, outputs) == rule
+
+
+def test_a_single_clause_is_joined_by_nothing():
+    one = Rule((Clause("a", "b"),), (("c", "d"),), "or", 0.5)
+    assert one == Rule((Clause("a", "b"),), (("c", "d"),), "and", 0.5)
+    assert replace(Rule((Clause("a", "b"), Clause("e", "f")), (("c", "d"),), "or"), when=one.when) == replace(
+        one, weight=1.0
+    )
+
+
+def test_of_a_long_sentence_the_place_of_the_mistake_is_shown():
+    with pytest.raises(RuleError) as caught:
+        parse_rule("if " + "(" * 50_000 + "x is y", {"a": ["b"]}, {"c": ["d"]})
+    reason, line, marks = str(caught.value).splitlines()
+    assert len(reason) < 200
+    assert len(line) < 250
+    assert line[marks.index("^") :].startswith("x")
+    with pytest.raises(RuleError) as caught:
+        parse_rule("if a is " + "z" * 50_000, {"a": ["b"]}, {"c": ["d"]})
+    assert max(map(len, str(caught.value).splitlines())) < 400
 
 
 WORDS = st.sampled_from(

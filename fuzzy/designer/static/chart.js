@@ -59,7 +59,7 @@ const ICONS = {
   bin: "M3 4h10M6 4V2h4v2M4.5 4l.6 10h5.8l.6-10",
 };
 
-/** A button with a sign, and with words where `text` says so; `label` is its name. */
+/** A button with a sign, and with words where `text` says so, which are its name then; else `label` is. */
 export function button(icon, label, onclick, text = null) {
   const sign =
     icon &&
@@ -71,7 +71,7 @@ export function button(icon, label, onclick, text = null) {
   const attributes = {
     type: "button",
     class: text ? "fd-button" : "fd-button fd-square",
-    "aria-label": label,
+    "aria-label": text ? null : label,
     title: label,
     onclick,
   };
@@ -97,16 +97,26 @@ export function offer(select, options, chosen) {
 
 // Numbers ------------------------------------------------------------------------------------------------------
 
-/** A number as a label shows it: four significant digits, a true minus sign, no −0. */
-export function said(value, digits = 4) {
+// Rounding leaves about 1e-16 of what was summed; this much of a range is nothing that anybody set (fuzzy/shown.py).
+const DUST = 1e-9;
+const cleaned = (value, span) => (Math.abs(value) < DUST * span ? 0 : value);
+
+/** A number as a label shows it: four significant digits, a true minus sign, no −0, no dust of a range `span` wide. */
+export function said(value, digits = 4, span = 0) {
   if (value === null || !Number.isFinite(value)) return "–";
-  const rounded = Number(value.toPrecision(digits)) + 0,
+  const rounded = Number(cleaned(value, span).toPrecision(digits)) + 0,
     size = Math.abs(rounded);
   const text = size !== 0 && (size < 1e-4 || size >= 1e6) ? rounded.toExponential() : String(rounded);
   return text.replace(/-/g, "−");
 }
 
-export const quantity = (value, unit, digits = 4) => (unit ? `${said(value, digits)} ${unit}` : said(value, digits));
+/** A number as a field holds it, to be typed over: six digits and a hyphen as its sign. */
+export const typed = (value, span = 0) =>
+  Number.isFinite(value) ? String(Number(cleaned(value, span).toPrecision(6)) + 0) : "";
+
+/** A value of a variable as a label shows it, with its unit and without dust. */
+export const quantity = (value, { unit, low = 0, high = 0 }, digits = 4) =>
+  said(value, digits, high - low) + (unit ? ` ${unit}` : "");
 export const labelled = (variable) => (variable.unit ? `${variable.name} [${variable.unit}]` : variable.name);
 export const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 export const color = (i) => `var(--ff-c${i % 7})`;
@@ -168,6 +178,8 @@ export function line(xs, ys) {
   return out;
 }
 
+const END = 13; // px right of a box that its numbers may take
+
 /** The two axes of a box {left, right, top, bottom}: grid lines, numbers and names, into a group. */
 export function axes(box, x, y, names, ys = null) {
   const group = shape("g", { class: "fd-axes", "aria-hidden": "true" });
@@ -175,7 +187,10 @@ export function axes(box, x, y, names, ys = null) {
   for (const value of across) {
     const px = x(value);
     group.append(shape("line", { x1: px, x2: px, y1: box.top, y2: box.bottom, class: "fd-grid" }));
-    group.append(shape("text", { x: px, y: box.bottom + 22, "text-anchor": "middle", class: "fd-tick" }, said(value)));
+    // The last number may be wider than the room right of its line.
+    const text = said(value),
+      at = Math.min(px, box.right + END - widthOf(text, 12) / 2);
+    group.append(shape("text", { x: at, y: box.bottom + 22, "text-anchor": "middle", class: "fd-tick" }, text));
   }
   for (const value of ys ?? ticks(...y.ends, Math.max(2, Math.floor((box.bottom - box.top) / 36)))) {
     const py = y(value);
@@ -242,6 +257,18 @@ export function whenSized(node, f) {
     if (node.clientWidth === width || node.clientWidth === 0) return;
     width = node.clientWidth;
     f();
+  });
+  observer.observe(node);
+  return () => observer.disconnect();
+}
+
+/** Call f whenever `node` is shown after it was hidden; returns what ends it. */
+export function whenShown(node, f) {
+  let shown = false;
+  const observer = new ResizeObserver(() => {
+    const now = node.clientWidth > 0;
+    if (now && !shown) f();
+    shown = now;
   });
   observer.observe(node);
   return () => observer.disconnect();

@@ -83,7 +83,7 @@ export function contourPicture(cross) {
         "aria-valuemin": v.low,
         "aria-valuemax": v.high,
         "aria-valuenow": clamp(at[k], v.low, v.high),
-        "aria-valuetext": quantity(at[k], v.unit),
+        "aria-valuetext": quantity(at[k], v),
       }),
     );
     return [x, y];

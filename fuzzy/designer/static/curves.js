@@ -247,7 +247,7 @@ export function membershipChart(hands) {
   }
 
   function drawPoint() {
-    const { low, high, name, unit, terms } = view.variable,
+    const { low, high, name, terms } = view.variable,
       at = clamp(view.point, low, high),
       px = x(at);
     put(marks.line, { x1: px, x2: px, y1: box.top - 8, y2: box.bottom });
@@ -258,7 +258,7 @@ export function membershipChart(hands) {
       "aria-valuemin": low,
       "aria-valuemax": high,
       "aria-valuenow": at,
-      "aria-valuetext": quantity(view.point, unit),
+      "aria-valuetext": quantity(view.point, view.variable),
     });
     const dot = (term, i) =>
       shape("circle", {
@@ -273,7 +273,7 @@ export function membershipChart(hands) {
 
   function drawGrips() {
     const term = chosen(),
-      { low, high, unit } = view.variable;
+      { low, high } = view.variable;
     specs = term ? handles(term.type, view.functions[term.type], term.parameters) : [];
     while (grips.length < specs.length) {
       grips.push(grip(grips.length));
@@ -296,7 +296,7 @@ export function membershipChart(hands) {
         "aria-valuenow": spec.x,
         "aria-valuemin": Math.min(from, spec.x),
         "aria-valuemax": Math.max(to, spec.x),
-        "aria-valuetext": quantity(term.parameters[spec.index], spec.name.match(/slope|steep/) ? "" : unit),
+        "aria-valuetext": quantity(term.parameters[spec.index], spec.name.match(/slope|steep/) ? {} : view.variable),
         "data-handle": spec.name,
       });
       put(grips[i].lastChild, { d: form });

@@ -1,5 +1,5 @@
 // The hands on the designer's modules: dragging, keys, fields, and what is shown until Python has answered.
-import { element, put, rounded, say } from "./chart.js";
+import { element, put, rounded, say, typed } from "./chart.js";
 
 /** At most one call an animation frame, with the latest arguments; flush() makes the waiting one now. */
 export function framed(f) {
@@ -146,7 +146,54 @@ export function pressing() {
   };
 }
 
-/** A field for a number that tells `react(value, event)` of each new one; arrows step as a slider's do. */
+// Fields -------------------------------------------------------------------------------------------------------
+
+const FIELDS = new WeakMap(); // by their inputs
+
+/** Tell the field below `root` that asked for what was refused; false where none of these did, or it is gone. */
+export function refuse(root, problem) {
+  const input = problem?.field ? root.querySelector(`[data-field="${CSS.escape(problem.field)}"]`) : null;
+  FIELDS.get(input)?.refuse(problem.message);
+  return input !== null;
+}
+
+/** What fields share: a name for their messages, the sentence below them, and what was typed until it is mended. */
+function fieldOf(input, text) {
+  const id = gesture(),
+    told = element("span", { class: "fd-refused", role: "alert", id: `fd-${id}`, hidden: true });
+  const node = element("label", { class: "fd-field" }, text && element("span", { "aria-hidden": "true" }, text), input);
+  put(input, { "data-field": id, autocomplete: "off", spellcheck: "false" });
+  node.append(told);
+  const own = {
+    id,
+    node,
+    input,
+    asked: "", // what was typed when the last edit was asked for
+    wrong: false,
+    refuse(message) {
+      own.wrong = true;
+      input.value = own.asked;
+      say(told, message);
+      put(told, { hidden: false, style: null });
+      put(input, { "aria-invalid": "true", "aria-describedby": told.id });
+      const beyond = told.getBoundingClientRect().right + 8 - document.documentElement.clientWidth;
+      if (beyond > 0) put(told, { style: `left: ${-beyond}px` });
+    },
+    mend() {
+      own.wrong = false;
+      say(told, "");
+      put(told, { hidden: true });
+      put(input, { "aria-invalid": null, "aria-describedby": null });
+    },
+  };
+  FIELDS.set(input, own);
+  return own;
+}
+
+/**
+ * A field for a number that tells `react(value, event, id)` of each new one; arrows step as a slider's do. `show(value,
+ * owner, span)`: owner names what the value is of, for a field that serves several; span is the width of its range.
+ */
 export function numberField(label, ends, react, text = label) {
   const input = element("input", {
     type: "text",
@@ -154,25 +201,31 @@ export function numberField(label, ends, react, text = label) {
     role: "spinbutton",
     "aria-label": label,
     class: "fd-number",
-    autocomplete: "off",
-    spellcheck: "false",
   });
+  const field = fieldOf(input, text);
   const read = () => Number(input.value.trim().replace("−", "-").replace(",", ".") || "x");
   let shown = NaN,
+    owner = null,
+    width = 0,
     dirty = false;
-  const show = (value) => {
-    shown = value;
-    if (dirty && document.activeElement === input) return;
-    const written = Number.isFinite(value) ? String(Number(value.toPrecision(6))) : "";
+  const write = () => {
+    const written = typed(shown, width);
     if (input.value !== written) input.value = written;
-    put(input, { "aria-valuenow": Number.isFinite(value) ? value : null, "aria-invalid": null });
+  };
+  const show = (value, of = null, span = 0) => {
+    if (!Object.is(value, shown) || of !== owner) field.mend();
+    [shown, owner, width] = [value, of, span];
+    put(input, { "aria-valuenow": Number.isFinite(value) ? value : null });
+    if (!field.wrong && !(dirty && document.activeElement === input)) write();
   };
   const take = (event) => {
     if (!dirty) return;
     dirty = false;
+    field.asked = input.value;
     const value = read();
-    if (Number.isFinite(value)) react(value, event);
-    else put(input, { "aria-invalid": "true" });
+    field.mend();
+    if (Number.isFinite(value)) react(value, event, field.id);
+    else field.refuse(input.value.trim() ? `“${input.value.trim()}” is not a number` : "a number is missing");
   };
   input.addEventListener("input", () => {
     dirty = true;
@@ -182,51 +235,59 @@ export function numberField(label, ends, react, text = label) {
     if (event.key === "Enter") take(event);
     if (event.key === "Escape") {
       dirty = false;
-      show(shown);
+      field.mend();
+      write();
     }
     if (!["ArrowUp", "ArrowDown", "PageUp", "PageDown"].includes(event.key)) return;
     const [low, high] = ends(),
-      to = stepped(event, dirty && Number.isFinite(read()) ? read() : shown, low, high);
+      to = stepped(event, (dirty || field.wrong) && Number.isFinite(read()) ? read() : shown, low, high);
     dirty = false;
-    react(rounded(to, low, high), event);
+    field.mend();
+    field.asked = typed(rounded(to, low, high));
+    react(rounded(to, low, high), event, field.id);
   });
-  return {
-    node: element("label", { class: "fd-field" }, element("span", { "aria-hidden": "true" }, text), input),
-    input,
-    show,
-  };
+  return Object.assign(field, { show });
 }
 
-/** A field for a word or a name; `react(text)` when it is left or Enter is pressed. */
+/** A field for a word or a name; `react(text, id)` when it is left or Enter is pressed. `show` as numberField's. */
 export function wordField(label, react, text = label) {
-  const input = element("input", {
-    type: "text",
-    "aria-label": label,
-    class: "fd-word",
-    autocomplete: "off",
-    spellcheck: "false",
-  });
-  let shown = "";
-  const show = (value) => {
-    shown = value;
-    if (document.activeElement !== input || input.value === value || input.dataset.left) input.value = value;
-    delete input.dataset.left;
+  const input = element("input", { type: "text", "aria-label": label, class: "fd-word" });
+  const field = fieldOf(input, text);
+  let shown = "",
+    owner = null,
+    dirty = false;
+  const show = (value, of = null) => {
+    if (value !== shown || of !== owner) field.mend();
+    [shown, owner] = [value, of];
+    if (!field.wrong && !(dirty && document.activeElement === input) && input.value !== value) input.value = value;
   };
+  input.addEventListener("input", () => {
+    dirty = true;
+  });
   input.addEventListener("change", () => {
-    input.dataset.left = "yes";
-    if (input.value !== shown) react(input.value);
+    if (!dirty) return;
+    dirty = false;
+    field.asked = input.value;
+    field.mend();
+    if (input.value.trim() === shown) input.value = shown;
+    else react(input.value.trim(), field.id);
   });
   input.addEventListener("keydown", (event) => {
-    if (event.key === "Escape") input.value = shown;
+    if (event.key !== "Escape") return;
+    dirty = false;
+    field.mend();
+    input.value = shown;
   });
-  const head = text ? element("span", { "aria-hidden": "true" }, text) : null;
-  return { node: element("label", { class: "fd-field" }, head, input), input, show };
+  return Object.assign(field, { show });
 }
 
-/** The sentence of the last edit that was refused, in a live region. */
-export function problemLine(model) {
+/** The sentence of the last edit that was refused, in a live region; where a field asked for it, it stands there. */
+export function problemLine(model, root) {
   const node = element("p", { class: "fd-problem", role: "status", "aria-live": "polite" });
-  const show = () => say(node, model.get("problem")?.message ?? "");
+  const show = () => {
+    const problem = model.get("problem");
+    say(node, problem && !refuse(root, problem) ? problem.message : "");
+  };
   show();
   return { node, show };
 }

@@ -1,6 +1,7 @@
 // The designer's header: the file and its state, undo and redo, saving, the menu of the file with its dialogs, what is
 // said to the designer, and the keys that work everywhere. Model: "design" and "shell" ({ file, files, compared,
-// largest, restored }); Python's messages: { say, problem }, { ask, then }, { moved }.
+// largest, restored }) and "keys"
+// ([key, where, what]); Python's messages: { say, problem }, { say, undo }, { ask, then }, { moved }.
 
 import { watchConnection } from "./connection.js";
 import { historyKeys } from "./keys.js";
@@ -27,7 +28,11 @@ const FIGURES = {
   surface: "Surface",
 };
 const FORMATS = { svg: "SVG", pdf: "PDF", png: "PNG" };
-const SHOWN = 7000; // ms that a sentence stays; a problem stays until it is put away
+const SHOWN = 7000, // ms that a sentence stays; a problem stays until it is put away
+  UNDOABLE = 15000; // ms that what can be undone stays, unless it has been undone or another edit was made
+
+// Where a "?" is typed
+const TYPED = "input:not([type=checkbox]):not([type=range]), textarea, select, [contenteditable]";
 
 let count = 0; // ids must differ between pages' headers; nothing else is kept
 
@@ -80,17 +85,26 @@ function render({ model, el }) {
     alertText,
     make("button", { type: "button", "aria-label": "Close this message", onclick: () => (alert.hidden = true) }, "×"),
   );
-  let timer = 0;
-  function say(text, problem = false) {
+  const undoButton = make("button", { type: "button", onclick: () => send({ do: "undo" }) }, "Undo");
+  let timer = 0,
+    undoable = null; // the name of the edit that the sentence shown speaks of
+  function quiet() {
+    const had = status.contains(document.activeElement);
+    status.replaceChildren();
+    undoable = null;
+    if (had) undo.focus();
+  }
+  function say(text, problem = false, edit = null) {
     if (problem) {
       alertText.textContent = text;
       alert.hidden = false;
       return;
     }
     alert.hidden = true;
-    status.textContent = text;
+    status.replaceChildren(text, ...(edit === null ? [] : [undoButton]));
+    undoable = edit;
     clearTimeout(timer);
-    timer = setTimeout(() => (status.textContent = ""), SHOWN);
+    timer = setTimeout(quiet, edit === null ? SHOWN : UNDOABLE);
   }
 
   // Dialogs --------------------------------------------------------------------------------------------------
@@ -155,6 +169,22 @@ function render({ model, el }) {
       say("The figure is being drawn …");
       send({ do: "export", kind: kind.field.value, format: format.field.value });
     });
+  }
+
+  function showKeys() {
+    const row = (tag, cells) =>
+      make("tr", {}, ...cells.map((text) => make(tag, tag === "th" ? { scope: "col" } : {}, text)));
+    const table = make(
+      "table",
+      { class: "keys" },
+      make("thead", {}, row("th", ["key", "where", "what it does"])),
+      make("tbody", {}, ...model.get("keys").map((cells) => row("td", cells))),
+    );
+    const box = dialog(el, "Keys", [table], null, () => {});
+    box.classList.add("wide");
+    const close = box.querySelector(".buttons button");
+    close.textContent = "Close";
+    close.focus();
   }
 
   const chooser = make("input", {
@@ -289,6 +319,11 @@ function render({ model, el }) {
         redo,
         save,
         make("span", { class: "menu" }, menuButton, menu),
+        make(
+          "button",
+          { type: "button", title: "all keys (?)", "aria-haspopup": "dialog", onclick: showKeys },
+          "Keys ?",
+        ),
       ),
     ),
     restored,
@@ -312,6 +347,7 @@ function render({ model, el }) {
       button.title = what ? `${label}: ${what} (${key(letters)})` : `Nothing to ${label.toLowerCase()}`;
       button.setAttribute("aria-label", what ? `${label}: ${what}` : label);
     }
+    if (undoable !== null && undoable !== design.undo) quiet();
     document.title = `${design.saved ? "" : "• "}${file} – Fuzzy designer`;
     el.dataset.compared = compared ?? "";
   }
@@ -330,7 +366,12 @@ function render({ model, el }) {
   // Keys -----------------------------------------------------------------------------------------------------
   const history = historyKeys(document);
   function onKey(event) {
-    if (!(event.ctrlKey || event.metaKey) || event.altKey || el.querySelector("dialog[open]")) return;
+    if (event.altKey || el.querySelector("dialog[open]")) return;
+    if (event.key === "?" && !event.target.matches?.(TYPED)) {
+      event.preventDefault();
+      return void showKeys();
+    }
+    if (!(event.ctrlKey || event.metaKey)) return;
     const wish = event.key.toLowerCase() === "s" && !event.shiftKey ? "save" : history.wished(event);
     if (wish === null) return;
     if (!el.closest("[inert]")) send({ do: wish }); // while nobody answers it would come to nothing
@@ -340,7 +381,7 @@ function render({ model, el }) {
 
   const unwatch = watchConnection();
   const onMessage = (message) => {
-    if (message.say !== undefined) say(message.say, message.problem);
+    if (message.say !== undefined) say(message.say, message.problem, message.undo ?? null);
     if (message.ask !== undefined) ask(message);
     if (message.moved !== undefined) window.history.replaceState(null, "", address(message.moved));
   };

@@ -164,11 +164,17 @@ export function consequentChart(hands) {
           shape(
             "circle",
             { cx: x(own), cy: py, r: 4.5, style: `fill: ${color(i)}` },
-            shape("title", {}, `${quantity(own, variable.unit)} at the current point`),
+            shape("title", {}, `${quantity(own, variable)} at the current point`),
           ),
         );
       }
-      group.append(shape("text", { x: width - 4, y: py + 4, "text-anchor": "end", class: "fd-tick" }, said(own, 3)));
+      group.append(
+        shape(
+          "text",
+          { x: width - 4, y: py + 4, "text-anchor": "end", class: "fd-tick" },
+          said(own, 3, variable.high - variable.low),
+        ),
+      );
       children.push(group);
       if (term.type !== "constant") return;
       kept.add(term.name);
@@ -183,7 +189,7 @@ export function consequentChart(hands) {
         "aria-valuenow": value,
         "aria-valuemin": Math.min(variable.low, value),
         "aria-valuemax": Math.max(variable.high, value),
-        "aria-valuetext": quantity(value, variable.unit),
+        "aria-valuetext": quantity(value, variable),
       });
     });
     if (view.value !== null && Number.isFinite(view.value)) {
@@ -192,7 +198,7 @@ export function consequentChart(hands) {
         shape(
           "line",
           { x1: px, x2: px, y1: box.top, y2: box.bottom, class: "fd-result" },
-          shape("title", {}, `output ${quantity(view.value, variable.unit)}`),
+          shape("title", {}, `output ${quantity(view.value, variable)}`),
         ),
       );
     }

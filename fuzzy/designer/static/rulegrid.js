@@ -32,7 +32,7 @@ export function columnsOf({ inputs, outputs }, width) {
       const low = Math.min(v.low, ...reached),
         high = Math.max(v.high, ...reached),
         room = (high - low || 1) * 0.05;
-      return { ...c, kind: "output", x: scale(low - room, high + room, c.from + 2, c.to - 2) };
+      return { ...c, kind: "output", ends: [low, high], x: scale(low - room, high + room, c.from + 2, c.to - 2) };
     }),
   );
   return [columns, at - gap + 4];
@@ -62,22 +62,27 @@ export function paintFoot(foot, columns, at, { inputs, outputs, choices }) {
       value = at?.output?.[j],
       f = at?.fired?.[j] !== false;
     nodes.push(shape("line", { x1: column.from, x2: column.to, y1: base, y2: base, class: "fd-axis" }));
-    const numbers = [
-      [0, variable.low],
-      [2, variable.high],
-    ];
-    const together = numbers.reduce((sum, [, tick]) => sum + widthOf(said(tick, 3), 10.5), 8);
-    for (const [n, tick] of together < column.to - column.from ? numbers : [])
+    // The axis goes as far as consequents do; the output's range on it is the thicker part.
+    nodes.push(
+      shape(
+        "line",
+        { x1: column.x(variable.low), x2: column.x(variable.high), y1: base, y2: base, class: "fd-range" },
+        shape("title", {}, `range ${said(variable.low)} to ${quantity(variable.high, variable)}`),
+      ),
+    );
+    const numbers = column.ends.map((tick) => said(tick, 3, column.ends[1] - column.ends[0]));
+    const together = numbers.reduce((sum, text) => sum + widthOf(text, 10.5), 10);
+    for (const [n, text] of together < column.to - column.from ? numbers.entries() : [])
       nodes.push(
         shape(
           "text",
           {
-            x: clamp(column.x(tick), column.from, column.to),
+            x: n ? column.to : column.from,
             y: base + 15,
             "text-anchor": n ? "end" : "start",
             class: "fd-tick fd-small",
           },
-          said(tick, 3),
+          text,
         ),
       );
     for (const rule of at?.rules ?? []) {
@@ -92,8 +97,8 @@ export function paintFoot(foot, columns, at, { inputs, outputs, choices }) {
     // A number is not cut: where there is no room for it with its unit, it stands alone, in smaller digits if need be.
     const wide = column.to - column.from + 6,
       fits = (text, size) => widthOf(text, size, 600) <= wide;
-    const full = f ? `= ${quantity(value ?? NaN, variable.unit)}` : "no rule fires",
-      text = fits(full, 13) ? full : f ? said(value ?? NaN, 3) : cut(full, wide, 11, 600);
+    const full = f ? `= ${quantity(value ?? NaN, variable)}` : "no rule fires",
+      text = fits(full, 13) ? full : f ? said(value ?? NaN, 3, variable.high - variable.low) : cut(full, wide, 11, 600);
     nodes.push(
       shape(
         "text",
@@ -117,6 +122,6 @@ export function paintFoot(foot, columns, at, { inputs, outputs, choices }) {
   );
   foot.replaceChildren(...nodes);
   put(foot, {
-    "aria-label": outputs.map((v, j) => `${v.name} ${quantity(at?.output?.[j] ?? NaN, v.unit)}`).join(", "),
+    "aria-label": outputs.map((v, j) => `${v.name} ${quantity(at?.output?.[j] ?? NaN, v)}`).join(", "),
   });
 }

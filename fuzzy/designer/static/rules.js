@@ -1,6 +1,7 @@
 // The rules as sentences and as a table; an error is underlined at the word, and the last good rule stays in force.
-import { button, choices, element, offer, put, said, say, watch } from "./chart.js";
+import { button, choices, element, offer, put, said, say, watch, whenShown } from "./chart.js";
 import { numberField, pressing, problemLine } from "./dragging.js";
+import { windowed } from "./windowed.js";
 
 const HEDGES = [
   ["", 1],
@@ -23,11 +24,14 @@ function manners(clause) {
 
 export function render({ model, el }) {
   const root = element("div", { class: "fd fd-rules" }),
-    rows = new Map(),
     key = pressing();
   const edit = (op, content, name = null) => model.send({ edit: op, ...content, gesture: name });
   let form = "sentences",
-    waiting = null;
+    waiting = null, // what has the focus once the design is the next: {id, label}
+    added = null, // the keys before a rule was added, which then has the focus
+    sought = null, // the number of the last link that led to a rule
+    places = new Map(), // by the rules' keys, in the design
+    ids = []; // the keys of what is shown
 
   const views = ["sentences", "table"].map((name) =>
     element(
@@ -38,55 +42,83 @@ export function render({ model, el }) {
         "data-view": name,
         onclick: () => {
           form = name;
+          shownRows.forget();
           paint();
         },
       },
       name === "table" ? "Table" : "Sentences",
     ),
   );
-  const list = element("ol", { class: "fd-list", "aria-label": "Rules" });
+  const search = element("input", {
+    type: "text",
+    "aria-label": "find rules with these words",
+    placeholder: "find: words of a rule",
+    class: "fd-search",
+    autocomplete: "off",
+    spellcheck: "false",
+    oninput: () => paint(),
+    onkeydown: (event) => {
+      if (event.key !== "Escape") return;
+      search.value = "";
+      paint();
+    },
+  });
+  const firing = element("input", { type: "checkbox", onchange: () => paint() });
+  const list = element("div", { class: "fd-list", "aria-label": "Rules" });
   // Where the table has room, one line of headings for all rules; each choice has its own name all the same.
-  const headings = element("div", { class: "fd-headings", "aria-hidden": "true" });
+  const headings = element("div", { class: "fd-headings" });
+  const frame = element("div", { class: "fd-sheet" }, headings, list);
+  // A rule's tools stay in sight while its row is moved sideways.
+  frame.addEventListener("scroll", () => frame.style.setProperty("--fd-aside", `${frame.scrollLeft}px`));
   const count = element("p", { class: "fd-note" });
-  const problem = problemLine(model);
+  const problem = problemLine(model, root);
   const bar = element(
     "div",
     { class: "fd-actions" },
     button(
       "plus",
-      "add a rule",
+      "add a rule for the first combination of terms that has none",
       () => {
+        added = new Set(places.keys());
         edit("add_rule", { after: model.get("design").rules.at(-1)?.key ?? null });
       },
       "Add rule",
     ),
-    button("plus", "add all combinations", () => edit("add_all_rules", {}), "Add all combinations"),
+    button(
+      "plus",
+      "add a rule for each combination of terms that has none",
+      () => edit("add_all_rules", {}),
+      "Add all combinations",
+    ),
   );
   root.append(
     element(
       "div",
       { class: "fd-bar" },
       element("div", { class: "fd-tabs", role: "group", "aria-label": "Show rules as" }, ...views),
-      count,
+      search,
+      element("label", { class: "fd-check" }, firing, "fires now"),
     ),
-    element("div", { class: "fd-sheet" }, headings, list),
+    count,
+    frame,
     bar,
     problem.node,
     element(
       "p",
       { class: "fd-note" },
-      "Enter accepts a sentence, Escape discards it, and Alt with an up or down arrow moves the rule.",
+      "Enter accepts a sentence, Escape gives the last good one back, and Alt with an up or down arrow moves the rule.",
     ),
   );
   el.append(root);
 
   const rules = () => model.get("design").rules;
-  const place = (id) => rules().findIndex((rule) => rule.key === id);
+  const place = (id) => places.get(id) ?? -1;
+  // To the place of the neighbour that is shown.
   function move(id, by) {
-    const to = place(id) + by;
-    if (to < 0 || to >= rules().length) return;
+    const neighbour = ids[ids.indexOf(id) + by];
+    if (neighbour === undefined) return;
     waiting = { id, label: document.activeElement?.dataset?.part ?? null };
-    edit("move_rule", { key: id, to });
+    edit("move_rule", { key: id, to: place(neighbour) });
   }
 
   // The sentence: a text field over the same text, which carries the underline and gives the height.
@@ -113,7 +145,8 @@ export function render({ model, el }) {
       );
     };
     const take = () => {
-      if (field.value !== shown.text) edit("rule_text", { key: id, text: field.value.replace(/\s+/g, " ").trim() });
+      const text = field.value.replace(/\s+/g, " ").trim();
+      if (text !== shown.text) edit("rule_text", { key: id, text });
     };
     field.addEventListener("input", mark);
     field.addEventListener("change", take);
@@ -124,8 +157,9 @@ export function render({ model, el }) {
         field.dispatchEvent(new Event("change", { bubbles: true }));
       }
       if (event.key === "Escape") {
-        field.value = shown.text;
+        field.value = shown.problem?.good ?? shown.text;
         mark();
+        take(); // a sentence that is wrong was taken already: the good one takes its place
       }
     });
     const show = (rule, number) => {
@@ -160,7 +194,7 @@ export function render({ model, el }) {
       const cell = (head, ...inside) =>
         element(
           "div",
-          { class: "fd-cell" },
+          { class: "fd-cell", role: "cell" },
           element("span", { class: "fd-head", "aria-hidden": "true" }, head),
           ...inside,
         );
@@ -226,7 +260,7 @@ export function render({ model, el }) {
         rule.connective,
       );
       parts.joint.disabled = rule.when.length < 2;
-      put(node, { role: "group", "aria-label": `rule ${number} as a table` });
+      put(node, { role: "presentation", "data-row": number });
     };
     return { node, show };
   }
@@ -237,12 +271,12 @@ export function render({ model, el }) {
       "data-part": "enabled",
       onchange: () => edit("rule_enabled", { key: id, enabled: on.checked }),
     });
-    const number = element("span", { class: "fd-number-of" });
+    const number = element("span", { class: "fd-number-of" }),
+      share = element("span", { class: "fd-weight", title: "weight" });
     const weight = numberField(
       "weight",
       () => [0, 1],
-      (value, event) => edit("rule_weight", { key: id, weight: value }, key(event)),
-      "×",
+      (value, event, field) => edit("rule_weight", { key: id, weight: value, field }, key(event)),
     );
     weight.input.dataset.part = "weight";
     const words = { up: "move up", down: "move down", copy: "copy", bin: "delete" };
@@ -260,13 +294,13 @@ export function render({ model, el }) {
     const text = sentence(id),
       table = cells(id);
     const node = element(
-      "li",
+      "div",
       { class: "fd-rule" },
-      element("label", { class: "fd-switch" }, on, number),
+      element("label", { class: "fd-switch" }, on, number, share),
       text.node,
       table.node,
-      weight.node,
-      element("div", { class: "fd-tools" }, ...Object.values(tools)),
+      // Below the row's right end, where it hides nothing of the row: under the pointer, or with the focus.
+      element("div", { class: "fd-tools" }, weight.node, ...Object.values(tools)),
     );
     node.addEventListener(
       "keydown",
@@ -279,35 +313,83 @@ export function render({ model, el }) {
       true,
     );
     let drawn = "";
-    const show = (rule, n, design) => {
+    const show = () => {
+      const design = model.get("design"),
+        rule = design.rules[place(id)],
+        n = place(id) + 1,
+        first = ids[0] === id,
+        last = ids.at(-1) === id,
+        asTable = form === "table";
       const state = JSON.stringify([
         rule,
         n,
         form,
-        design.rules.length,
-        form === "table" ? [...design.inputs, ...design.outputs].map((v) => [v.name, v.terms.map((t) => t.name)]) : 0,
+        [ids.indexOf(id), ids.length, first, last],
+        asTable ? [...design.inputs, ...design.outputs].map((v) => [v.name, v.terms.map((t) => t.name)]) : 0,
       ]);
       if (state === drawn) return;
       drawn = state;
       on.checked = rule.enabled;
-      put(on, { "aria-label": `rule ${n} in force` });
+      put(on, { "aria-label": `${n}, rule in force` });
       say(number, `${n}`);
+      // A sentence states its weight itself.
+      say(share, asTable && rule.weight !== 1 ? `× ${said(rule.weight, 3)}` : "");
       put(node, {
         class: `fd-rule${rule.enabled ? "" : " fd-off"}${rule.problem ? " fd-bad" : ""}`,
         "data-key": rule.key,
+        role: asTable ? "row" : "listitem",
+        "aria-label": `rule ${n}`,
+        "aria-rowindex": asTable ? ids.indexOf(id) + 2 : null,
+        "aria-posinset": asTable ? null : ids.indexOf(id) + 1,
+        "aria-setsize": asTable ? null : ids.length,
       });
-      text.node.hidden = form === "table" && !rule.problem;
-      table.node.hidden = form !== "table";
+      for (const part of [on.parentNode, text.node, node.lastChild]) put(part, { role: asTable ? "cell" : null });
+      text.node.hidden = asTable && !rule.problem;
+      table.node.hidden = !asTable;
       text.show(rule, n);
-      if (form === "table") table.show(rule, n, design);
+      if (asTable) table.show(rule, n, design);
       weight.show(rule.weight);
       put(weight.input, { "aria-label": `weight of rule ${n}`, "aria-valuemin": 0, "aria-valuemax": 1 });
       for (const [part, tool] of Object.entries(tools))
         put(tool, { "aria-label": `${words[part]} rule ${n}`, title: `${words[part]} rule ${n}` });
-      tools.up.disabled = n === 1;
-      tools.down.disabled = n === design.rules.length;
+      tools.up.disabled = first;
+      tools.down.disabled = last;
     };
     return { node, show };
+  }
+
+  const shownRows = windowed(list, line);
+
+  // What is found: the rules with all the words, of these those that fire; and what one is writing in.
+  function chosen(design) {
+    const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const fires = firing.checked
+      ? new Set((model.get("viewer")?.rules ?? []).filter((rule) => rule.firing > 0).map((rule) => rule.key))
+      : null;
+    const held = list.contains(document.activeElement)
+      ? document.activeElement.closest("[data-key]")?.dataset.key
+      : undefined;
+    return design.rules
+      .filter(
+        ({ key: id, text }) =>
+          String(id) === held ||
+          ((!fires || fires.has(id)) && words.every((word) => text.toLowerCase().includes(word))),
+      )
+      .map((rule) => rule.key);
+  }
+
+  // A link, or a rule that was added, takes the focus to the rule.
+  function goTo(id) {
+    if (!ids.includes(id)) {
+      search.value = "";
+      firing.checked = false;
+      ids = rules().map((rule) => rule.key);
+      shownRows.show(ids);
+    }
+    const row = shownRows.reveal(id)?.node,
+      part = row?.querySelector(form === "table" ? "select:not(:disabled)" : "textarea");
+    if (part?.checkVisibility()) part.focus({ preventScroll: true });
+    return Boolean(part?.checkVisibility());
   }
 
   let headed = "";
@@ -320,35 +402,32 @@ export function render({ model, el }) {
     );
     root.style.setProperty("--columns", columns.join(" "));
     const head = (text) => element("span", { class: "fd-head", title: text }, text);
+    put(headings, { role: "row", "aria-rowindex": 1 });
+    const named = (text) => put(head(text), { role: "columnheader" });
     headings.replaceChildren(
-      head("in force"),
-      element("div", { class: "fd-cells" }, ...names.map(head)),
-      head("weight"),
+      named("in force"),
+      element("div", { class: "fd-cells", role: "presentation" }, ...names.map(named)),
     );
   }
 
   function paint() {
     const design = model.get("design"),
       focused = document.activeElement,
-      keys = new Set(design.rules.map((rule) => rule.key));
-    root.classList.toggle("fd-as-table", form === "table");
+      asTable = form === "table";
+    places = new Map(design.rules.map((rule, i) => [rule.key, i]));
+    root.classList.toggle("fd-as-table", asTable);
     paintHeadings(design);
     for (const view of views) put(view, { "aria-pressed": String(view.dataset.view === form) });
-    for (const [id, { node }] of rows)
-      if (!keys.has(id)) {
-        node.remove();
-        rows.delete(id);
-      }
-    design.rules.forEach((rule, i) => {
-      if (!rows.has(rule.key)) rows.set(rule.key, line(rule.key));
-      const { node, show } = rows.get(rule.key);
-      show(rule, i + 1, design);
-      if (list.children[i] !== node) list.insertBefore(node, list.children[i] ?? null);
-    });
+    ids = chosen(design);
+    put(frame, { role: asTable ? "table" : null, "aria-label": asTable ? "Rules" : null });
+    put(frame, { "aria-rowcount": asTable ? ids.length + 1 : null });
+    put(list, { role: asTable ? "rowgroup" : "list" });
+    shownRows.show(ids);
     const off = design.rules.filter((rule) => !rule.enabled).length,
       wrong = design.rules.filter((rule) => rule.problem).length;
+    const all = design.rules.length === 1 ? "1 rule" : `${design.rules.length} rules`;
     const words = [
-      design.rules.length === 1 ? "1 rule" : `${design.rules.length} rules`,
+      ids.length === design.rules.length ? all : `${ids.length} of ${all}`,
       ...(off ? [`${off} off`] : []),
       ...(wrong ? [`${wrong} with an error; its last good form is in force`] : []),
     ];
@@ -356,7 +435,7 @@ export function render({ model, el }) {
     // A rule that was moved takes the focus with it; one that was deleted leaves it to its neighbour.
     if (root.contains(focused) && document.activeElement !== focused) focused.focus();
     if (waiting) {
-      const node = rows.get(waiting.id)?.node,
+      const node = shownRows.row(waiting.id)?.node,
         part = node && [...node.querySelectorAll("[data-part]")].find((each) => each.dataset.part === waiting.label);
       if (part && (document.activeElement === document.body || root.contains(document.activeElement))) {
         const free = part.disabled ? part.parentNode.querySelector("button:not(:disabled)") : part;
@@ -364,9 +443,27 @@ export function render({ model, el }) {
       }
       waiting = null;
     }
+    const fresh = added && design.rules.find((rule) => !added.has(rule.key));
+    if (fresh) {
+      added = null;
+      goTo(fresh.key);
+    }
+    const link = model.get("sought");
+    if (link && link.number !== sought && goTo(link.key)) sought = link.number;
   }
 
-  const ends = [watch(model, ["design"], paint), watch(model, ["problem"], problem.show)];
+  const ends = [
+    watch(model, ["design", "sought"], paint),
+    watch(model, ["viewer"], () => {
+      if (firing.checked) paint();
+    }),
+    watch(model, ["problem"], () => {
+      if (model.get("problem")) added = null;
+      problem.show();
+    }),
+    whenShown(list, paint), // a link may lead here before the tab is shown
+    () => shownRows.end(),
+  ];
   paint();
   return () => {
     for (const end of ends) end();

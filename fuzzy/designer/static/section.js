@@ -67,7 +67,7 @@ export function sectionChart(own, cross) {
       shape("path", { d: path(cut, (k) => cut.fired[k]), class: "fd-section", "data-along": along }),
     );
     parts.push(shape("line", { x1: px, x2: px, y1: frame.top, y2: frame.bottom, class: "fd-cross" }));
-    const text = drawn.flat ? `${title.name} at ${across.name} = ${quantity(value, across.unit)}` : labelled(title);
+    const text = drawn.flat ? `${title.name} at ${across.name} = ${quantity(value, across)}` : labelled(title);
     parts.push(shape("text", { x: 14, y: 16, class: "fd-name fd-strong" }, text));
     if (!drawn.flat) {
       put(cross[0].children[0], { x1: px, x2: px, y1: frame.top, y2: frame.bottom });
@@ -78,7 +78,7 @@ export function sectionChart(own, cross) {
         "aria-valuemin": variable.low,
         "aria-valuemax": variable.high,
         "aria-valuenow": clamp(here, variable.low, variable.high),
-        "aria-valuetext": quantity(here, variable.unit),
+        "aria-valuetext": quantity(here, variable),
       });
       if (cross[0].parentNode !== svg) {
         cross[1].remove();

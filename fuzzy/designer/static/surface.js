@@ -297,7 +297,7 @@ export function render({ model, el }) {
     const held = inputs
       .map((v, i) => [v, i])
       .filter(([, i]) => i !== a && i !== b)
-      .map(([v, i]) => `${v.name} = ${quantity(point()[i], v.unit)}`);
+      .map(([v, i]) => `${v.name} = ${quantity(point()[i], v)}`);
     const gap = drawn.fired.some((v) => !v),
       words = [
         held.length ? `at ${held.join(", ")}` : "",

@@ -1,10 +1,12 @@
 // The editor of the terms: the chosen variable's curves or consequents, and a line of fields for each term.
-import { button, choices, color, element, offer, put, said, say, watch, whenSized } from "./chart.js";
+import { button, choices, color, element, offer, put, said, say, watch, whenShown, whenSized } from "./chart.js";
 import { hold, numberField, pressing, problemLine, wordField } from "./dragging.js";
 import { membershipChart } from "./curves.js";
 import { degree } from "./membership.js";
 import { consequentChart, consequent } from "./outputs.js";
 
+// How much of a parameter is dust depends on what it is; a shape has no unit to compare it with.
+const DUST_OF = { location: (span) => span, width: (span) => span, slope: (span) => 1 / span, shape: () => 0 };
 const CONSEQUENTS = [
   ["constant", "constant"],
   ["linear", "linear"],
@@ -19,6 +21,9 @@ export function render({ model, el }) {
   const kinds = Object.entries(functions).map(([type, { title }]) => [type, `${type} · ${title}`]);
   let design = model.get("design"),
     chosen = null,
+    awaited = null, // what is chosen once the design has it: a name that was asked for, a term that is being added
+    range = null, // a new range of the chosen variable, while it is asked what becomes of the terms
+    sought = model.get("selected")?.show ?? null, // the last link that led here
     width = 0;
 
   const variables = () => [...design.inputs.map((v) => [v, "input"]), ...design.outputs.map((v) => [v, "output"])];
@@ -46,18 +51,19 @@ export function render({ model, el }) {
     paint();
   }
   // An input and an output may share a name, so each message says which is meant.
-  const edit = (op, content, name = null) => model.send({ edit: op, kind: selected().kind, ...content, gesture: name });
+  const edit = (op, content, field = null, name = null) =>
+    model.send({ edit: op, kind: selected().kind, ...content, gesture: name, field });
 
   const hands = {
     select: (term) => {
       const { kind, variable } = selected();
       select(kind, variable.name, term);
     },
-    move(term, parameters, name, pressed) {
+    move(term, parameters, name, pressed, field = null) {
       const { variable, kind } = selected(),
         before = variable.terms.find((each) => each.name === term);
       if (!before || JSON.stringify(parametersOf(variable, before)) === JSON.stringify(parameters)) return;
-      const message = { edit: "term", kind, variable: variable.name, term, parameters, gesture: name };
+      const message = { edit: "term", kind, variable: variable.name, term, parameters, gesture: name, field };
       terms.take(`${variable.name} ${term}`, parameters, message, before.parameters, pressed);
       paint();
     },
@@ -77,11 +83,11 @@ export function render({ model, el }) {
   // Parts
   const tabs = element("div", { class: "fd-tabs", role: "group", "aria-label": "Variables" });
   const name = wordField(
-    "variable's name",
-    (text) => {
-      const { variable, kind } = selected();
-      chosen = { kind, variable: text, term: selected().term };
-      edit("rename_variable", { variable: variable.name, name: text });
+    "name of the variable",
+    (text, field) => {
+      const { variable, kind, term } = selected();
+      awaited = { kind, variable: text, term };
+      edit("rename_variable", { variable: variable.name, name: text }, field);
     },
     "name",
   );
@@ -89,21 +95,44 @@ export function render({ model, el }) {
     const { variable } = selected();
     return [variable.low, variable.high];
   };
+  // A new range goes to Python at once where it is none, or where there are no terms; else it is asked first.
+  function ranged(low, high, event, field) {
+    const { variable, kind } = selected();
+    range = { kind, variable: variable.name, low, high, field, gesture: key(event) };
+    if (!(low < high) || !variable.terms.length) settleRange(false);
+    else {
+      paint();
+      if (event.key !== "Enter") return;
+      event.preventDefault(); // this Enter is no answer yet
+      question.querySelector("button").focus();
+    }
+  }
+  function settleRange(scale) {
+    const { variable, low: from, high: to, field, gesture } = range;
+    range = null;
+    edit("universe", { variable, low: from, high: to, scale }, field, gesture);
+    question.hidden = true;
+  }
+  const wanted = () => range ?? selected().variable;
   const low = numberField(
-    "lowest value",
+    "from, the lowest value",
     span,
-    (value, event) => edit("universe", { variable: selected().variable.name, low: value, high: span()[1] }, key(event)),
+    (value, event, field) => ranged(value, wanted().high, event, field),
     "from",
   );
   const high = numberField(
-    "highest value",
+    "to, the highest value",
     span,
-    (value, event) => edit("universe", { variable: selected().variable.name, low: span()[0], high: value }, key(event)),
+    (value, event, field) => ranged(wanted().low, value, event, field),
     "to",
   );
-  const unit = wordField("unit", (text) => edit("unit", { variable: selected().variable.name, unit: text }), "unit");
+  const unit = wordField(
+    "unit",
+    (text, field) => edit("unit", { variable: selected().variable.name, unit: text }, field),
+    "unit",
+  );
   const now = numberField(
-    "current value",
+    "now, the current value",
     span,
     (value) => {
       hands.point(value, false);
@@ -123,15 +152,48 @@ export function render({ model, el }) {
       chosen = null;
     }),
   );
+  const asked = element("span");
+  const question = element(
+    "div",
+    { class: "fd-question", role: "group", "aria-label": "Terms in the new range", hidden: true },
+    asked,
+    button(null, "the terms move and stretch with the range", () => settleRange(true), "Scale the terms"),
+    button(null, "the terms stay where they are", () => settleRange(false), "Keep the terms"),
+    button(
+      null,
+      "the range stays as it was",
+      () => {
+        range = null;
+        paint();
+      },
+      "Cancel",
+    ),
+  );
+  question.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape") return;
+    range = null;
+    low.input.focus();
+    paint();
+  });
   const inputChart = membershipChart(hands),
     outputChart = consequentChart(hands);
   const list = element("div", { class: "fd-list", role: "list", "aria-label": "Terms" });
-  const add = button("plus", "add a term", () => edit("add_term", { variable: selected().variable.name }), "Add term");
+  const add = button(
+    "plus",
+    "add a term where the others leave most room",
+    () => {
+      const { variable, kind } = selected();
+      awaited = { kind, variable: variable.name, besides: new Set(variable.terms.map((term) => term.name)) };
+      edit("add_term", { variable: variable.name });
+    },
+    "Add term",
+  );
   const legend = element("p", { class: "fd-note" });
-  const problem = problemLine(model);
+  const problem = problemLine(model, root);
   root.append(
     tabs,
     about,
+    question,
     inputChart.node,
     outputChart.node,
     legend,
@@ -148,11 +210,11 @@ export function render({ model, el }) {
       return { variable, kind, term: variable.terms[i] };
     };
     const word = wordField(
-      "term's name",
-      (text) => {
+      "",
+      (text, field) => {
         const { variable, kind, term } = mine();
-        chosen = { kind, variable: variable.name, term: text };
-        edit("rename_term", { variable: variable.name, term: term.name, name: text });
+        awaited = { kind, variable: variable.name, term: text };
+        edit("rename_term", { variable: variable.name, term: term.name, name: text }, field);
       },
       "",
     );
@@ -184,7 +246,9 @@ export function render({ model, el }) {
     let inside = [],
       form = "";
     const show = (variable, kind, term, current) => {
-      word.show(term.name);
+      const owner = `${kind} ${variable.name} ${term.name}`;
+      word.show(term.name, owner);
+      put(word.input, { "aria-label": `name of ${term.name}` });
       put(node, {
         "aria-label": `term ${term.name}`,
         class: term.name === selected().term ? "fd-row fd-on" : "fd-row",
@@ -204,13 +268,14 @@ export function render({ model, el }) {
           numberField(
             `${text} of ${term.name}`,
             span,
-            (number, event) => {
+            (number, event, field) => {
               const { variable: own, term: it } = mine();
               hands.move(
                 it.name,
                 parametersOf(own, it).map((p, n) => (n === k ? number : p)),
                 key(event),
                 false,
+                field,
               );
             },
             text,
@@ -218,15 +283,21 @@ export function render({ model, el }) {
         );
         fields.replaceChildren(...inside.map((field) => field.node));
       }
-      inside.forEach((field, k) => field.show(term.parameters[k]));
+      const wide = variable.high - variable.low;
+      const dust = (k) => {
+        if (kind === "input") return DUST_OF[functions[term.type].roles[k]]?.(wide) ?? 0;
+        const input = term.type === "linear" ? design.inputs[k] : null; // a slope, per unit of its input
+        return input ? wide / (input.high - input.low || 1) : wide;
+      };
+      inside.forEach((field, k) => field.show(term.parameters[k], owner, dust(k)));
       const amount = kind === "input" ? degree(term.type, current, term.parameters) : consequent(term, point());
       bar.hidden = kind !== "input";
       bar.parentNode.hidden = term.type === "constant";
       bar.firstChild.style.cssText = `width: ${100 * (kind === "input" ? amount : 0)}%; background: ${color(i)}`;
-      say(value, kind === "input" ? amount.toFixed(2) : said(amount));
+      say(value, kind === "input" ? amount.toFixed(2) : said(amount, 4, wide));
       value.title = kind === "input" ? "degree at the current value" : "value at the current point";
     };
-    return { node, show };
+    return { node, word, show };
   }
 
   const rows = [];
@@ -260,12 +331,19 @@ export function render({ model, el }) {
         title: k,
       });
     });
-    name.show(own.name);
-    low.show(own.low);
-    high.show(own.high);
-    unit.show(own.unit ?? "");
+    if (range && (range.variable !== own.name || range.kind !== kind)) range = null;
+    const wide = own.high - own.low,
+      owner = `${kind} ${own.name}`,
+      [several, them] = own.terms.length === 1 ? ["its term", "it"] : [`the ${own.terms.length} terms`, "them"];
+    name.show(own.name, owner);
+    low.show(wanted().low, owner, wide);
+    high.show(wanted().high, owner, wide);
+    unit.show(own.unit ?? "", owner);
     now.node.hidden = kind !== "input";
-    if (kind === "input") now.show(point()[i]);
+    if (kind === "input") now.show(point()[i], owner, wide);
+    question.hidden = !range;
+    if (range)
+      say(asked, `From ${said(range.low)} to ${said(range.high)}: scale ${several} with the range, or keep ${them}?`);
     inputChart.node.hidden = kind !== "input";
     outputChart.node.hidden = kind === "input";
     const inner = Math.max(220, width);
@@ -295,10 +373,30 @@ export function render({ model, el }) {
     }
     for (const extra of rows.splice(variable.terms.length)) extra.node.remove();
     rows.forEach((each, n) => each.show(variable, kind, variable.terms[n], point()[i]));
+    // A link, or what was added, takes the focus to the name.
+    const link = chosen ?? model.get("selected");
+    if (!link?.show || link.show === sought || link.variable !== own.name || root.clientWidth === 0) return;
+    sought = link.show;
+    const field = link.term ? rows[variable.terms.findIndex((each) => each.name === term)]?.word : name;
+    field?.input.focus();
+    field?.input.select();
+  }
+
+  // What was asked for is there now: it is what everything on the page looks at.
+  function settleAwaited() {
+    if (!awaited) return;
+    const { kind, variable: name, besides } = awaited,
+      found = (kind === "input" ? design.inputs : design.outputs).find((each) => each.name === name);
+    const term = besides ? found?.terms.find((each) => !besides.has(each.name))?.name : awaited.term;
+    if (!found || (term !== null && !found.terms.some((each) => each.name === term))) return;
+    awaited = null;
+    chosen = { kind, variable: name, term, show: besides ? {} : null };
+    model.send({ look: "select", kind, variable: name, term });
   }
 
   function settle() {
     design = model.get("design");
+    settleAwaited();
     for (const [variable] of variables())
       for (const term of variable.terms) terms.settle(`${variable.name} ${term.name}`, term.parameters);
     place.settle("point", model.get("point"));
@@ -311,17 +409,19 @@ export function render({ model, el }) {
       paint();
     }),
     watch(model, ["problem"], () => {
-      problem.show();
       if (model.get("problem")) {
         terms.drop();
-        paint();
+        awaited = null;
+        paint(); // what was typed goes back into its field after that
       }
+      problem.show();
     }),
     whenSized(root, () => {
       width = root.clientWidth;
       paint();
     }),
   ];
+  ends.push(whenShown(root, paint)); // a link may lead here before the tab is shown
   return () => {
     for (const end of ends) end();
     terms.drop();

@@ -30,23 +30,38 @@ const VALUE_WORDS = {
 export function render({ model, el }) {
   const root = element("div", { class: "fd fd-tree" });
   const edit = (op, content) => model.send({ edit: op, ...content, gesture: null });
-  const title = wordField("system's name", (name) => edit("rename", { name }), "system");
+  const title = wordField("system's name", (name, field) => edit("rename", { name, field }), "system");
   const tree = element("ul", { role: "tree", "aria-label": "System", class: "fd-branches" });
   const add = element(
     "div",
     { class: "fd-actions" },
-    button("plus", "add an input", () => edit("add_variable", { kind: "input" }), "Input"),
-    button("plus", "add an output", () => edit("add_variable", { kind: "output" }), "Output"),
+    button("plus", "add an input with three terms", () => addVariable("input"), "Add input"),
+    button("plus", "add an output with three terms", () => addVariable("output"), "Add output"),
   );
   const form = element("div", { class: "fd-choices", role: "group", "aria-label": "Choices" });
-  const problem = problemLine(model);
+  const problem = problemLine(model, root);
   root.append(title.node, tree, add, element("h3", {}, "Inference"), form, problem.node);
   el.append(root);
 
   const shut = new Set(); // what is folded
   let current = "inputs",
     items = [],
-    drawn = "";
+    drawn = "",
+    awaited = null; // the kind of a variable that is being added, and the names that there were
+
+  const named = (kind) => model.get("design")[kind === "input" ? "inputs" : "outputs"].map(({ name }) => name);
+  function addVariable(kind) {
+    awaited = { kind, besides: new Set(named(kind)) };
+    edit("add_variable", { kind });
+  }
+  // What was added is chosen, and its name takes the focus.
+  function settleAwaited() {
+    const variable = awaited && named(awaited.kind).find((name) => !awaited.besides.has(name));
+    if (!variable) return;
+    model.send({ look: "select", kind: awaited.kind, variable, term: null, show: true });
+    current = `${awaited.kind} ${variable}`;
+    awaited = null;
+  }
 
   function branches(design) {
     const branch = (kind, list) =>
@@ -116,7 +131,7 @@ export function render({ model, el }) {
       {
         role: "treeitem",
         "aria-level": level,
-        "aria-label": `${item.text}, ${item.more}`,
+        "aria-label": `${item.text} ${item.more}`,
         "data-id": item.id,
         tabindex: item.id === current ? 0 : -1,
         "aria-expanded": item.children.length ? String(open) : null,
@@ -236,7 +251,16 @@ export function render({ model, el }) {
     act();
   });
 
-  const ends = [watch(model, ["design", "selected"], () => paint()), watch(model, ["problem"], problem.show)];
+  const ends = [
+    watch(model, ["design", "selected"], () => {
+      settleAwaited();
+      paint();
+    }),
+    watch(model, ["problem"], () => {
+      if (model.get("problem")) awaited = null;
+      problem.show();
+    }),
+  ];
   paint();
   return () => {
     for (const end of ends) end();

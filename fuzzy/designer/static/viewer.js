@@ -15,7 +15,7 @@ import {
   whenSized,
   widthOf,
 } from "./chart.js";
-import { drag, hold, stepped } from "./dragging.js";
+import { drag, framed, hold, stepped } from "./dragging.js";
 import { clauseDegree, places } from "./membership.js";
 import { consequent } from "./outputs.js";
 import { columnsOf, paintFoot, strengthOf } from "./rulegrid.js";
@@ -23,7 +23,10 @@ import { columnsOf, paintFoot, strengthOf } from "./rulegrid.js";
 const ROW = 56,
   FILL = 30,
   HEAD = 50,
-  FOOT = 78; // px
+  FOOT = 78, // px
+  LABEL = 17; // px at the top of a row, for the names of terms
+const ALL = 40, // rules up to which every row is drawn; of more only those in view
+  BEYOND = 4; // rows above and below these
 const HEDGE_WORDS = { 0.5: "somewhat ", 2: "very ", 3: "extremely ", 4: "very very " };
 const clauseText = ({ term, negated, power }) =>
   `${negated ? "not " : ""}${power === 1 ? "" : (HEDGE_WORDS[power] ?? "")}${term}${power === 1 || HEDGE_WORDS[power] ? "" : `^${said(power)}`}`;
@@ -33,6 +36,7 @@ export function render({ model, el }) {
     place = hold((message) => model.send(message));
   const own = `fd${Math.random().toString(36).slice(2)}`; // for the names of clips, which the page shares
   const fired = element("input", { type: "checkbox", onchange: () => build() });
+  const sorted = element("input", { type: "checkbox", onchange: () => build() });
   const head = shape("svg", { class: "fd-headline", role: "group", "aria-label": "Input point" });
   const body = shape("svg", { class: "fd-grid-of-rules", role: "img" });
   const foot = shape("svg", { class: "fd-footline", role: "img", "data-glance": true });
@@ -49,7 +53,17 @@ export function render({ model, el }) {
     foot,
   );
   root.append(
-    element("div", { class: "fd-bar" }, told, element("label", { class: "fd-check" }, fired, "only rules that fire")),
+    element(
+      "div",
+      { class: "fd-bar" },
+      told,
+      element(
+        "div",
+        { class: "fd-checks" },
+        element("label", { class: "fd-check" }, sorted, "strongest first"),
+        element("label", { class: "fd-check" }, fired, "only rules that fire"),
+      ),
+    ),
     element(
       "div",
       { class: "fd-split" },
@@ -63,7 +77,10 @@ export function render({ model, el }) {
     columns = [],
     parts = [],
     sliders = [],
-    shownRules = "",
+    shown = [], // the rules that have a row, in the rows' order
+    drawn = [0, 0], // of these, which are drawn
+    held = false, // is the point under the hand?
+    looked = "", // the point that the rows were last brought into view for
     ends = null;
   const design = () => model.get("design"),
     viewer = () => model.get("viewer");
@@ -74,6 +91,30 @@ export function render({ model, el }) {
   };
   const inForce = () => design().rules.filter((rule) => rule.enabled);
   const results = () => new Map((viewer()?.rules ?? []).map((rule) => [rule.key, rule]));
+  const keysOf = (rules) => rules.map((rule) => rule.key).join();
+  function ordered(byKey) {
+    const strength = (rule) => byKey.get(rule.key)?.firing ?? 0;
+    const rules = inForce().filter((rule) => !fired.checked || strength(rule) > 0);
+    return sorted.checked ? rules.sort((a, b) => strength(b) - strength(a)) : rules;
+  }
+  function inView() {
+    if (shown.length <= ALL) return [0, shown.length];
+    const top = scroll.scrollTop / ROW,
+      rows = scroll.clientHeight / ROW;
+    return [clamp(Math.floor(top) - BEYOND, 0, shown.length), clamp(Math.ceil(top + rows) + BEYOND, 0, shown.length)];
+  }
+  // At another point the strongest rule is brought into view, where none that fires is.
+  function bringIntoView(byKey) {
+    const at = JSON.stringify(viewer()?.point ?? null);
+    if (held || at === looked || at === "null") return;
+    looked = at;
+    const firing = shown.map((rule) => byKey.get(rule.key)?.firing ?? 0),
+      strongest = firing.indexOf(Math.max(...firing)),
+      room = scroll.clientHeight - HEAD - FOOT,
+      seen = (r) => r * ROW >= scroll.scrollTop - 1 && (r + 1) * ROW <= scroll.scrollTop + room + 1;
+    if (strongest < 0 || firing.some((value, r) => value > 0 && seen(r)) || !(firing[strongest] > 0)) return;
+    scroll.scrollTop = Math.max(0, strongest * ROW - (room - ROW) / 2);
+  }
 
   function move(i, value, pressed) {
     const v = design().inputs[i],
@@ -92,13 +133,16 @@ export function render({ model, el }) {
         i = columns.findIndex((column) => column.kind === "input" && at >= column.from - 6 && at <= column.to + 6);
         if (i < 0 || (event.pointerType === "touch" && area === body)) return false; // a finger scrolls the rules
         sliders[i].focus({ preventScroll: true });
+        held = true;
         move(i, columns[i].x.value(at), true);
       },
       move(event) {
         move(i, columns[i].x.value(event.clientX - area.getBoundingClientRect().left), true);
       },
       end() {
+        held = false;
         place.release();
+        paint();
       },
     });
   }
@@ -108,46 +152,57 @@ export function render({ model, el }) {
     if (width === 0) return;
     const { inputs, outputs } = design(),
       [frames, total] = columnsOf(design(), width),
-      byKey = results();
-    const rules = inForce().filter((rule) => !fired.checked || (byKey.get(rule.key)?.firing ?? 0) > 0);
+      rules = ordered(results());
     columns = frames;
-    shownRules = JSON.stringify(rules.map((rule) => rule.key));
-    const rank = new Map(design().rules.map((rule, i) => [rule.key, i + 1])),
-      high = Math.max(1, rules.length) * ROW;
+    shown = rules;
+    const high = Math.max(1, rules.length) * ROW;
     for (const [svg, height] of [
       [head, HEAD],
       [body, high],
       [foot, FOOT],
     ])
       put(svg, { width: total, height, viewBox: `0 0 ${total} ${height}` });
+    body.total = total;
+    buildHead(inputs, outputs);
+    buildRows();
+    paint();
+  }
+
+  // The rows in view
+  function buildRows() {
+    const { inputs, outputs } = design(),
+      { total } = body,
+      rank = new Map(design().rules.map((rule, i) => [rule.key, i + 1]));
+    drawn = inView();
     const clips = shape("defs"),
-      drawn = [],
+      curves = [],
       written = [];
-    parts = rules.map((rule, r) => {
-      const top = r * ROW,
+    parts = shown.slice(...drawn).map((rule, n) => {
+      const r = drawn[0] + n,
+        top = r * ROW,
         base = top + ROW - 8,
-        part = { rule, clauses: [], stems: [], free: [] };
-      drawn.push(shape("line", { x1: 0, x2: total, y1: top + ROW - 0.5, y2: top + ROW - 0.5, class: "fd-between" }));
+        part = { rule, top, base, clauses: [], stems: [], free: [] };
+      curves.push(shape("line", { x1: 0, x2: total, y1: top + ROW - 0.5, y2: top + ROW - 0.5, class: "fd-between" }));
       const name = shape(
         "text",
         { x: 2, y: base - 10, class: "fd-rank" },
         `${rank.get(rule.key)}`,
         shape("title", {}, rule.text),
       );
-      drawn.push(name);
+      curves.push(name);
       if (rule.weight !== 1)
-        drawn.push(shape("text", { x: 2, y: base + 3, class: "fd-tick fd-small" }, `×${said(rule.weight, 2)}`));
+        curves.push(shape("text", { x: 2, y: base + 3, class: "fd-tick fd-small" }, `×${said(rule.weight, 2)}`));
       if (rule.connective === "or" && rule.when.length > 1)
-        drawn.push(shape("text", { x: 2, y: base - 23, class: "fd-tick fd-small" }, "or"));
+        curves.push(shape("text", { x: 2, y: base - 23, class: "fd-tick fd-small" }, "or"));
       inputs.forEach((variable, i) => {
         const column = columns[i],
           clause = rule.when.find((each) => each.variable === variable.name),
           wide = column.to - column.from;
-        drawn.push(shape("line", { x1: column.from, x2: column.to, y1: base, y2: base, class: "fd-base" }));
+        curves.push(shape("line", { x1: column.from, x2: column.to, y1: base, y2: base, class: "fd-base" }));
         const t = variable.terms.findIndex((term) => term.name === clause?.term);
         if (t < 0) {
           const any = shape("text", { y: base - 11, "text-anchor": "middle", class: "fd-none" }, "any");
-          drawn.push(any);
+          curves.push(any);
           part.free.push([any, i]);
           return;
         }
@@ -158,13 +213,7 @@ export function render({ model, el }) {
         const clip = shape("rect", { x: column.from, width: wide, y: base, height: 0 }),
           id = `${own}-${r}-${i}`;
         clips.append(shape("clipPath", { id }, clip));
-        const text = cut(clauseText(clause), wide - 4, 11),
-          half = widthOf(text, 11) / wide;
-        // Written where the curve leaves room: over its lower side.
-        const mean = (list) => list.reduce((a, b) => a + b, 0) / Math.max(1, list.length),
-          side = (f) => mean(ys.filter((_, k) => f((xs[k] - variable.low) / (variable.high - variable.low || 1))));
-        const right = side((u) => u > 1 - half) > side((u) => u < half);
-        drawn.push(
+        curves.push(
           shape("path", {
             d: `${path}L${column.to} ${base}L${column.from} ${base}Z`,
             class: "fd-cut",
@@ -177,12 +226,11 @@ export function render({ model, el }) {
           shape(
             "text",
             {
-              x: right ? column.to - 1 : column.from + 1,
+              x: column.from + 1,
               y: top + 12,
-              "text-anchor": right ? "end" : "start",
               class: "fd-clause",
             },
-            text,
+            cut(clauseText(clause), wide - 4, 11),
             shape("title", {}, clauseText(clause)),
           ),
         );
@@ -191,7 +239,7 @@ export function render({ model, el }) {
       const firing = columns[inputs.length];
       part.bar = shape("rect", { x: firing.from, y: base - 19, height: 14, class: "fd-firing", "data-rule": rule.key });
       part.number = shape("text", { y: base - 8, class: "fd-tick" });
-      drawn.push(
+      curves.push(
         shape("line", { x1: firing.from, x2: firing.from, y1: base - 24, y2: base, class: "fd-base" }),
         part.bar,
         part.number,
@@ -200,9 +248,9 @@ export function render({ model, el }) {
         const column = columns[inputs.length + 1 + j],
           then = rule.then.find((each) => each.variable === variable.name);
         const t = variable.terms.findIndex((term) => term.name === then?.term);
-        drawn.push(shape("line", { x1: column.from, x2: column.to, y1: base, y2: base, class: "fd-base" }));
+        curves.push(shape("line", { x1: column.from, x2: column.to, y1: base, y2: base, class: "fd-base" }));
         if (t < 0) {
-          drawn.push(
+          curves.push(
             shape(
               "text",
               { x: (column.from + column.to) / 2, y: base - 11, "text-anchor": "middle", class: "fd-none" },
@@ -214,22 +262,20 @@ export function render({ model, el }) {
         const stem = shape("line", { y1: base, y2: base - FILL, class: "fd-stem" }),
           share = shape("line", { y1: base, class: "fd-share" }),
           text = shape("text", { y: top + 12, class: "fd-clause" });
-        drawn.push(stem, share);
+        curves.push(stem, share);
         written.push(text);
         part.stems.push({ stem, share, text, base, j, term: variable.terms[t], column });
       });
       return part;
     });
-    const lines = inputs.map(() => shape("line", { y1: 0, y2: high, class: "fd-now-line" }));
-    // Words stand over the lines of the inputs, which would cross them out.
-    body.replaceChildren(clips, ...drawn, ...lines, ...written);
+    // The lines leave the rows' upper rims to the names.
+    const lines = inputs.map(() => shape("path", { class: "fd-now-line" }));
+    body.replaceChildren(clips, ...curves, ...lines, ...written);
     body.lines = lines;
-    if (!rules.length)
+    if (!shown.length)
       body.append(
         shape("text", { x: 8, y: 27, class: "fd-none" }, fired.checked ? "no rule fires here" : "no rules in force"),
       );
-    buildHead(inputs, outputs);
-    paint();
   }
 
   function buildHead(inputs, outputs) {
@@ -275,27 +321,29 @@ export function render({ model, el }) {
     const { inputs, outputs } = design(),
       byKey = results(),
       at = viewer();
-    const rules = inForce().filter((rule) => !fired.checked || (byKey.get(rule.key)?.firing ?? 0) > 0);
-    if (JSON.stringify(rules.map((rule) => rule.key)) !== shownRules) {
+    // Rows do not change places under the hand.
+    if (!held && keysOf(ordered(byKey)) !== keysOf(shown)) {
       build();
       return;
     }
+    bringIntoView(byKey);
+    if (JSON.stringify(inView()) !== JSON.stringify(drawn)) buildRows();
     inputs.forEach((variable, i) => {
       const value = point()[i],
         inside = clamp(value, variable.low, variable.high),
         px = columns[i].x(inside);
-      put(body.lines[i], { x1: px, x2: px });
+      put(body.lines[i], { d: parts.map(({ top, base }) => `M${px} ${top + LABEL}V${base}`).join("") });
       put(sliders[i], {
         transform: `translate(${px} ${HEAD - 1})`,
         "aria-label": variable.name,
         "aria-valuemin": variable.low,
         "aria-valuemax": variable.high,
         "aria-valuenow": inside,
-        "aria-valuetext": quantity(value, variable.unit),
+        "aria-valuetext": quantity(value, variable),
       });
-      const whole = `= ${quantity(value, variable.unit)}`,
+      const whole = `= ${quantity(value, variable)}`,
         fits = widthOf(whole, 12) <= columns[i].to - columns[i].from + 8;
-      say(head.values[i], fits ? whole : said(value, 3));
+      say(head.values[i], fits ? whole : said(value, 3, variable.high - variable.low));
     });
     for (const { rule, clauses, stems, free, bar, number } of parts) {
       // "any" stands where the input's line does not pass.
@@ -314,7 +362,7 @@ export function render({ model, el }) {
         column = columns[inputs.length],
         wide = Math.max(0, column.x(clamp(firing, 0, 1)) - column.from);
       put(bar, { width: wide, "data-firing": firing });
-      put(number, { x: column.from + wide + 5, class: firing === 0 ? "fd-tick fd-zero" : "fd-tick" });
+      put(number, { x: column.from + wide + 5 });
       say(number, firing > 0 && firing < 0.005 ? "<0.01" : firing.toFixed(2));
       for (const { stem, share, text, base, j, term, column: c } of stems) {
         const value =
@@ -324,29 +372,34 @@ export function render({ model, el }) {
               inputs.map((_, i) => used(i)),
             ),
           px = c.x(value),
-          part = known?.share?.[j] ?? 0,
-          left = px > (c.from + c.to) / 2;
+          part = known?.share?.[j] ?? 0;
         put(stem, { x1: px, x2: px });
         put(share, { x1: px, x2: px, y2: base - FILL * part });
-        put(text, { x: left ? c.to : c.from, "text-anchor": left ? "end" : "start" });
-        const figure = ` = ${said(value, 3)}`,
+        put(text, { x: c.from });
+        const short = said(value, 3, c.ends[1] - c.ends[0]),
+          figure = ` = ${short}`,
           name = cut(term.name, c.to - c.from - widthOf(figure, 11), 11);
-        say(text, name === term.name || name.length > 4 ? name + figure : said(value, 3));
+        say(text, name === term.name || name.length > 4 ? name + figure : short);
       }
     }
     paintFoot(foot, columns, at, design());
     say(words, at?.words ?? "");
     const answer = outputs.map(
       (v, j) =>
-        `${v.name} = ${at?.output?.[j] === null || at?.output?.[j] === undefined ? "not a number" : quantity(at.output[j], v.unit)}${at && at.fired?.[j] === false ? " (no rule fires)" : ""}`,
+        `${v.name} = ${at?.output?.[j] === null || at?.output?.[j] === undefined ? "not a number" : quantity(at.output[j], v)}${at && at.fired?.[j] === false ? " (no rule fires)" : ""}`,
     );
     say(told, answer.join(",  "));
     put(body, {
-      "aria-label": `${rules.length} rules at ${inputs.map((v, i) => `${v.name} ${quantity(point()[i], v.unit)}`).join(", ")}`,
+      "aria-label": `${shown.length} rules at ${inputs.map((v, i) => `${v.name} ${quantity(point()[i], v)}`).join(", ")}`,
     });
   }
 
+  const scrolled = framed(() => {
+    if (width > 0 && JSON.stringify(inView()) !== JSON.stringify(drawn)) paint();
+  });
+  scroll.addEventListener("scroll", () => scrolled());
   ends = [
+    scrolled.cancel,
     watch(model, ["design"], () => build()),
     watch(model, ["viewer", "point"], () => {
       place.settle("point", model.get("point"));

@@ -85,12 +85,6 @@ def test_predictions_as_json(data, tmp_path, capsys):
     np.testing.assert_array_equal(pd.read_csv(out)["y"], expected)
 
 
-def test_help_has_an_example(capsys):
-    for command in ("train", "predict", "evaluate"):
-        assert main([command, "--help"]) == 0
-        assert "Example: anfis" in capsys.readouterr().out
-
-
 def test_an_interrupt_writes_the_best_so_far(data, capsys, monkeypatch):
     from anfis.methods.hybrid import Hybrid
 

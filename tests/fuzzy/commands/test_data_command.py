@@ -162,8 +162,3 @@ def test_refusals_name_the_option_and_leave_no_file(capsys, arguments, message) 
 def test_search_refuses(capsys) -> None:
     assert "expected a number, got 'x'" in fails(capsys, "search data.csv --radii x")
     assert "end it in .png" in fails(capsys, "search data.csv --plot a.bmp")
-
-
-@pytest.mark.parametrize("command", ["identify", "search"])
-def test_help_has_an_example(capsys, command) -> None:
-    assert f"Example: fuzzy {command} samples.csv" in succeeds(capsys, f"{command} --help")

@@ -1,11 +1,12 @@
 """A page with one of the designer's modules and a design behind it, which the module's messages change."""
 
+import itertools
 from typing import Any
 
 import fuzzy
 from fuzzy.designer.design import design_of
 from fuzzy.designer.edits import apply
-from fuzzy.designer.views import design_data, functions_data, surface_data, viewer_data
+from fuzzy.designer.views import design_data, findings_data, functions_data, refusal_data, surface_data, viewer_data
 from fuzzy.errors import InputError
 from tests.fuzzy.designer.module_page import ModulePage
 
@@ -30,13 +31,15 @@ class Bench(ModulePage):
 
     def __init__(self, page: Any) -> None:
         page.expose_function("python", self._answer)
+        self.numbers = itertools.count(1)
         super().__init__(page, sheet=f"{STATIC}/designer.css")
 
     def show(self, module: str, fis: fuzzy.Sugeno | None = None, width: int = 900, **traits: Any) -> None:
         self.design = design_of(fis or system())
         self.look: dict[str, Any] = {"inputs": list(range(min(2, len(self.design.system.inputs)))), "output": 0}
         self.selected: dict[str, Any] = {}
-        self.problem: dict[str, str] | None = None
+        self.checks = module == "check"
+        self.problem: dict[str, Any] | None = None
         self.render(f"{STATIC}/{module}.js", {**self.traits(), **traits}, width)
 
     def traits(self) -> dict[str, Any]:
@@ -49,6 +52,7 @@ class Bench(ModulePage):
             "selected": self.selected,
             "problem": self.problem,
             "compared": None,
+            "findings": findings_data(self.design) if self.checks else None,
         }
 
     def _answer(self, message: dict[str, Any]) -> dict[str, Any]:
@@ -61,7 +65,7 @@ class Bench(ModulePage):
             else:
                 self.design = apply(self.design, message)
         except InputError as error:
-            self.problem = {"message": str(error)}
+            self.problem = refusal_data(error, message, next(self.numbers))
         traits = self.traits()
         del traits["compared"]
         return traits

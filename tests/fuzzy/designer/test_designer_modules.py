@@ -167,10 +167,27 @@ def test_keys_and_fields_move_the_same_parameters(bench: Bench) -> None:
     field.press("ArrowUp")
     bench.settled()
     assert bench.parameters("near")[1] == 0.71
-    field.fill("5")  # beyond its neighbour: refused in words, and the curve is the old one again
-    field.press("Enter")
-    page.wait_for_function("document.querySelector('.fd-problem').textContent !== ''")
-    assert bench.parameters("near")[1] == 0.71
+    # Beyond its neighbour: refused below the field, in its words; what was typed stays, the curve is the old one.
+    for text, told in (
+        ("5", "the peak of near, 5, must not lie right of its right foot, 1.21"),
+        ("much", "“much” is not a number"),
+    ):
+        field.fill(text)
+        field.press("Enter")
+        page.wait_for_function("document.activeElement.ariaInvalid === 'true'")
+        assert page.locator(f"[id='{field.get_attribute('aria-describedby')}']").inner_text() == told
+        bench.give(point=[0.2, 0.1])  # other news leave it alone
+        assert (field.input_value(), bench.parameters("near")[1]) == (text, 0.71)
+        assert page.locator(".fd-problem").inner_text() == ""
+    field.press("Escape")
+    assert (field.input_value(), field.get_attribute("aria-invalid")) == ("0.71", None)
+    word = page.get_by_role("textbox", name="name of near")
+    for text, told in (("far", "there is already a term of 'd' named 'far'"), (" ", "the name must not be empty")):
+        word.fill(text)
+        word.press("Enter")
+        page.wait_for_function("document.activeElement.ariaInvalid === 'true'")
+        assert page.locator(f"[id='{word.get_attribute('aria-describedby')}']").inner_text() == told
+        assert word.input_value() == text
     page.get_by_role("slider", name="current d").press("Home")
     bench.settled()
     assert bench.design.point[0] == 0.0
@@ -179,7 +196,7 @@ def test_keys_and_fields_move_the_same_parameters(bench: Bench) -> None:
 def test_terms_and_variables_are_named_typed_and_ranged(bench: Bench) -> None:
     bench.show("terms")
     page = bench.page
-    name = page.get_by_role("textbox", name="term's name").first
+    name = page.get_by_role("textbox", name="name of near")
     name.fill("close by")
     name.press("Enter")
     bench.settled()
@@ -190,10 +207,30 @@ def test_terms_and_variables_are_named_typed_and_ranged(bench: Bench) -> None:
     bench.settled()
     assert bench.design.system.inputs[0].terms["close by"].matlab == "gbellmf"
     assert page.get_by_role("slider", name="close by: steepness b").count() == 1
-    page.get_by_role("button", name="add a term").click()
-    page.get_by_role("spinbutton", name="highest value").fill("3")
-    page.get_by_role("spinbutton", name="highest value").press("Enter")
+    page.get_by_role("button", name="Add term").click()
+    page.wait_for_function("document.activeElement.ariaLabel === 'name of mf3'")  # it is chosen, and to be named
+    assert bench.selected["term"] == "mf3"
+    # A new range asks what becomes of the terms; Escape or Cancel leaves all as it was.
+    high = page.get_by_role("spinbutton", name="highest value")
+    before = bench.design
+    for end in ("Escape", None):
+        high.fill("4")
+        high.press("Enter")
+        assert "From 0 to 4: scale the 3 terms" in page.locator(".fd-question").inner_text()
+        page.keyboard.press(end) if end else page.get_by_role("button", name="Cancel").click()
+        bench.settled()
+        assert (bench.design, high.input_value()) == (before, "2")
+    high.fill("4")
+    high.press("Enter")
+    page.keyboard.press("Enter")  # the first answer has the focus: the terms are scaled
     bench.settled()
+    assert bench.design.system.inputs[0].universe == (0.0, 4.0)
+    assert bench.parameters("far") == [1.0, 4.0]
+    high.fill("3")
+    high.press("Enter")
+    page.get_by_role("button", name="Keep the terms").click()
+    bench.settled()
+    assert bench.parameters("far") == [1.0, 4.0]
     assert len(bench.design.system.inputs[0].terms) == 3
     assert bench.design.system.inputs[0].universe == (0.0, 3.0)
     page.get_by_role("button", name="remove the term far").click()
@@ -209,7 +246,7 @@ def test_terms_and_variables_are_named_typed_and_ranged(bench: Bench) -> None:
     page.get_by_role("spinbutton", name="× a of mixed").fill("-0.5")
     page.get_by_role("spinbutton", name="× a of mixed").press("Enter")
     bench.settled()
-    assert bench.design.system.outputs[0].terms["mixed"].slopes == (0.1, -0.5)
+    assert bench.design.system.outputs[0].terms["mixed"].slopes == (0.05, -0.5)  # stretched with d
 
 
 def test_compared_curves_are_dashed_behind(bench: Bench) -> None:
@@ -230,15 +267,17 @@ def test_the_tree_is_walked_with_the_keys(bench: Bench) -> None:
         page.keyboard.press(key)
     bench.settled()
     assert (bench.selected["variable"], bench.selected["term"]) == ("d", "near")
-    assert page.get_by_role("treeitem", name="near, trimf").count() == 1
+    assert page.get_by_role("treeitem", name="near trimf").count() == 1
     page.keyboard.press("ArrowLeft")  # to its variable
     page.keyboard.press("ArrowLeft")  # which is folded
-    assert page.get_by_role("treeitem", name="near, trimf").count() == 0
+    assert page.get_by_role("treeitem", name="near trimf").count() == 0
     page.get_by_label("and", exact=True).select_option("min")
-    page.get_by_role("button", name="add an output").click()
+    page.get_by_role("button", name="Add output").click()
     bench.settled()
     assert bench.design.system.and_method == "min"
     assert len(bench.design.system.outputs) == 2
+    assert (bench.selected["kind"], bench.selected["variable"]) == ("output", "output2")  # it is to be named
+    assert bench.selected["show"] is True
     page.get_by_role("textbox", name="system's name").fill("renamed")
     page.get_by_role("textbox", name="system's name").press("Enter")
     bench.settled()
@@ -248,6 +287,7 @@ def test_the_tree_is_walked_with_the_keys(bench: Bench) -> None:
 def test_rules_are_moved_copied_weighed_and_deleted(bench: Bench) -> None:
     bench.show("rules")
     page, first = bench.page, bench.texts()
+    page.locator(".fd-rule").first.hover()  # the tools are there under the pointer, or with the focus
     page.get_by_role("button", name="move down rule 1").click()
     bench.settled()
     assert bench.texts() == [first[1], first[0], first[2]]
@@ -257,18 +297,19 @@ def test_rules_are_moved_copied_weighed_and_deleted(bench: Bench) -> None:
     bench.settled()
     assert bench.texts() == [first[1], first[2], first[0]]
     page.keyboard.press("Alt+ArrowUp")
+    page.locator(".fd-rule").first.hover()
     page.get_by_role("button", name="copy rule 1").click()
     bench.settled()
     assert bench.texts() == [first[1], first[1], first[0], first[2]]
-    page.get_by_role("button", name="delete rule 2").click()
-    page.get_by_label("rule 1 in force").uncheck()
+    page.get_by_role("button", name="delete rule 2").press("Enter")
+    page.get_by_label("1, rule in force").uncheck()
     weight = page.get_by_role("spinbutton", name="weight of rule 2")
     weight.fill("0.25")
     weight.press("Enter")
     bench.settled()
     assert not bench.design.lines[0].enabled
     assert bench.design.lines[1].rule.weight == 0.25
-    page.get_by_role("button", name="add all combinations").click()
+    page.get_by_role("button", name="Add all combinations").click()
     bench.settled()
     assert len(bench.design.lines) > 3
 
@@ -286,6 +327,9 @@ def test_an_error_is_underlined_at_the_word(bench: Bench) -> None:
     told = page.locator(f"[id='{field.get_attribute('aria-describedby')}']").inner_text()
     assert "nearish" in told
     assert "near" in told.replace("nearish", "")
+    field.press("Escape")  # the last good one is back
+    bench.settled()
+    assert field.input_value() == bench.texts()[0] == str(good)
     field.fill("if d is far then v is slow")
     field.press("Enter")
     bench.settled()
@@ -297,7 +341,9 @@ def test_rules_as_a_table(bench: Bench) -> None:
     bench.show("rules")
     page = bench.page
     page.get_by_role("button", name="Table").click()
-    row = page.get_by_role("group", name="rule 2 as a table")
+    row = page.get_by_role("row", name="rule 2")
+    assert row.get_attribute("aria-rowindex") == "3"  # below the headings
+    assert page.get_by_role("table").get_attribute("aria-rowcount") == "4"
     assert json.loads(row.get_by_label("a, manner").input_value()) == [True, 2]
     row.get_by_label("connective").select_option("or")
     row.get_by_label("a, manner").select_option(label="is somewhat")

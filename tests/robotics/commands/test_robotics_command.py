@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -201,9 +200,8 @@ def leaves(command, words=()):
 
 
 @pytest.mark.parametrize(("words", "command"), leaves(typer.main.get_command(app)))
-def test_help_has_an_example_and_a_sentence_for_every_option(words, command, capsys):
+def test_help_has_a_sentence_for_every_option(words, command):
     assert main([*words, "--help"]) == 0
-    assert re.search(rf"Example:\s+robotics\s+{words[0]}\b", capsys.readouterr().out)
     said = {parameter.name: getattr(parameter, "help", None) or "" for parameter in command.params}
     for name, text in said.items():
         assert len(text.split()) >= 3, name

@@ -272,7 +272,7 @@ def test_without_the_extra_one_sentence_says_what_to_install(monkeypatch, capsys
     monkeypatch.setattr(builtins, "__import__", without)
     assert main(["certify"]) == 2
     message = capsys.readouterr().err
-    assert "pip install 'fuzzyfleet[certify]'" in message
+    assert "pip install 'cvxpy>=" in message
     assert len(message.strip().splitlines()) == 1
 
 

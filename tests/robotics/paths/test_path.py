@@ -267,6 +267,8 @@ REFUSED = [
     (lambda: Waypoints(points=((0.0, 0.0),)), "at least two points are needed, got 1"),
     (lambda: Waypoints(points=()), "at least two points"),
     (lambda: Waypoints(points=((0.0, 0.0), (1.0, 0.0), (1.0, 0.0))), "points 2 and 3 are the same"),
+    (lambda: Waypoints(points=((0.0, 0.0), (100.0, 0.0), (100.0, 1e-15))), "points 2 and 3 are 1e-15 m apart"),
+    (lambda: Waypoints(points=((0.0, 0.0), (1e308, 0.0))), "may be 1e+15 in size at most"),
     (lambda: Waypoints(points=((0.0, 0.0), (1.0, float("inf")))), "points must be finite"),
     # Refused when compiled
     (lambda: compile_path(Waypoints(points=((0.0, 0.0), (1.0, 0.0), (0.0, 0.0)))), "near (1, 0) m (a cusp)"),

@@ -56,7 +56,7 @@ def test_an_old_run_saves_as_a_new_one(tmp_path):
     old = load_run(OLD / "format-1-team.npz")
     old.save(tmp_path / "new.npz")
     with np.load(tmp_path / "new.npz") as file:
-        assert json.loads(str(file["about"]))["format"] == 2
+        assert json.loads(str(file["about"]))["format"] == 3
     new = load_run(tmp_path / "new.npz")
     assert new.about == old.about
     assert all(np.array_equal(new.recorded[name].values, old.recorded[name].values) for name in old.recorded)

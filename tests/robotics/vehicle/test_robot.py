@@ -173,3 +173,9 @@ def test_the_presets_keep_what_their_data_sheets_say():
     assert {(s.x, s.range, s.minimum, s.period) for s in scan.values()} == {(-0.032, 3.5, 0.12, 0.2)}
     ring = [round(np.degrees(s.axis)) for s in load_robot("pioneer-3dx").sensors.values()]
     assert ring == [90, 50, 30, 10, -10, -30, -50, -90]
+
+
+@pytest.mark.parametrize("name", ["wheel_radius", "supply_voltage", "body_mass"])
+def test_numbers_that_nothing_can_be_divided_by_are_refused(name):
+    with pytest.raises(RobotError, match=f"{name} must be a finite number in .*> 0.* and 1e-15 at least; got 1e-320"):
+        Robot(**{**CART, name: 1e-320})

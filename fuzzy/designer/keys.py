@@ -1,0 +1,19 @@
+"""The keys of the designer's page, as its help lists them."""
+
+# (key, where, what it does); docs/designer.md has the same table.
+KEYS = (
+    ("?", "everywhere but in a field", "this list"),
+    ("Ctrl+S; Ctrl+Z; Ctrl+Shift+Z or Ctrl+Y", "everywhere", "save; undo; redo (⌘ on a Mac)"),
+    ("Tab, Shift+Tab", "everywhere", "the next control, the one before"),
+    ("← →, Home, End", "tabs of the views", "another view"),
+    ("← → ↑ ↓", "a handle, marker, red line, number field", "1/200 of the range; with Shift ten times that"),
+    ("Page up, Page down; Home, End", "the same", "ten steps; the ends of the range (fields: only Page up, Page down)"),
+    ("Alt with an arrow", "a handle of a curve", "moves the whole curve"),
+    ("Escape", "while dragging", "back to where it began"),
+    ("Enter; Escape", "a sentence, a field", "accepts it; gives the last good one back"),
+    ("Alt+↑, Alt+↓", "a rule", "moves it"),
+    ("← → ↑ ↓", "the 3-D surface", "turns it; with Shift faster"),
+    ("↑ ↓ ← →, Home, End", "the tree", "walks, opens and closes"),
+    ("Enter or Space; Delete", "the tree", "chooses a variable or term; removes it, in the rules too"),
+    ("Space; ← →, with Shift; N, P", "the player", "play or pause; 1 s, 10 s; next and previous change of mode"),
+)

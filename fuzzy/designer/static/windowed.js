@@ -1,0 +1,130 @@
+// Of a long list only the rows in view are drawn, and some around them; empty elements keep the room of the others.
+import { element, put } from "./chart.js";
+import { framed } from "./dragging.js";
+
+const ALL = 80; // rows up to which every one is drawn
+const BEYOND = 500; // px above and below the window in which rows are drawn
+const GUESS = 40; // px, a row's height before any has been measured
+
+/**
+ * The rows of `list`, an element. make(id) gives a row {node, show()}; show() is called when it is drawn, and for every
+ * drawn row when the ids are given anew. A row with the focus or with a refused field is kept wherever it stands.
+ */
+export function windowed(list, make) {
+  const rows = new Map(),
+    heights = new Map(),
+    gaps = [];
+  let ids = [],
+    places = new Map(),
+    sought = null;
+
+  const guess = () => {
+    let sum = 0;
+    for (const height of heights.values()) sum += height;
+    return heights.size ? sum / heights.size : GUESS;
+  };
+  const pinned = () => {
+    const out = [sought].filter((id) => places.has(id));
+    for (const [id, { node }] of rows)
+      if (places.has(id) && (node.contains(document.activeElement) || node.querySelector("input[aria-invalid]")))
+        out.push(id);
+    return out;
+  };
+
+  function inView() {
+    if (ids.length <= ALL) return [0, ids.length];
+    const each = guess(),
+      top = list.getBoundingClientRect().top;
+    let from = 0,
+      y = top;
+    const height = (i) => heights.get(ids[i]) ?? each;
+    while (from < ids.length && y + height(from) < -BEYOND) y += height(from++);
+    let to = from;
+    while (to < ids.length && y < innerHeight + BEYOND) y += height(to++);
+    return [Math.min(from, ids.length - 1), to];
+  }
+
+  function draw(afresh) {
+    const [from, to] = inView(),
+      wanted = new Set(pinned().map((id) => places.get(id)));
+    for (let i = from; i < to; i++) wanted.add(i);
+    const order = [...wanted].sort((a, b) => a - b);
+    for (const [id, { node }] of rows)
+      if (!wanted.has(places.get(id))) {
+        node.remove();
+        rows.delete(id);
+      }
+    const each = guess();
+    // Without the gaps the rows stand in their order, so that none with the focus is moved.
+    for (const node of gaps) node.remove();
+    let at = list.firstChild,
+      next = 0,
+      used = 0;
+    const place = (node) => {
+      if (node === at) at = at.nextSibling;
+      else list.insertBefore(node, at);
+    };
+    const gap = (end) => {
+      if (next >= end) return;
+      let room = 0;
+      for (let i = next; i < end; i++) room += heights.get(ids[i]) ?? each;
+      gaps[used] ??= element("div", { "aria-hidden": "true", role: "presentation", class: "fd-gap-of-rows" });
+      put(gaps[used], { style: `height: ${room}px` });
+      place(gaps[used++]);
+    };
+    for (const i of order) {
+      gap(i);
+      const id = ids[i],
+        known = rows.get(id);
+      if (!known) rows.set(id, make(id));
+      const row = rows.get(id);
+      if (!known || afresh) row.show();
+      place(row.node);
+      next = i + 1;
+    }
+    gap(ids.length);
+    for (const extra of gaps.splice(used)) extra.remove();
+    if (ids.length <= ALL) return;
+    for (const i of order) {
+      const height = rows.get(ids[i]).node.getBoundingClientRect().height;
+      if (height > 0) heights.set(ids[i], height);
+    }
+  }
+
+  const scrolled = framed(() => draw(false));
+  const moved = () => scrolled();
+  const observer = new ResizeObserver(moved);
+  observer.observe(list);
+  document.addEventListener("scroll", moved, { capture: true, passive: true });
+  addEventListener("resize", moved);
+
+  return {
+    /** The rows' ids in their order; what is drawn of them is shown afresh. */
+    show(next) {
+      ids = next;
+      places = new Map(ids.map((id, i) => [id, i]));
+      for (const id of heights.keys()) if (!places.has(id)) heights.delete(id);
+      draw(true);
+    },
+    /** The row, if it is drawn. */
+    row: (id) => rows.get(id),
+    /** Draw the row and bring it into view; null where there is none. */
+    reveal(id) {
+      if (!places.has(id)) return null;
+      sought = id;
+      draw(false);
+      sought = null;
+      const row = rows.get(id);
+      row.node.scrollIntoView({ block: "nearest" });
+      return row;
+    },
+    /** Forget the heights: the rows are drawn in another form. */
+    forget: () => heights.clear(),
+    end() {
+      scrolled.cancel();
+      observer.disconnect();
+      document.removeEventListener("scroll", moved, { capture: true });
+      removeEventListener("resize", moved);
+    },
+  };
+}

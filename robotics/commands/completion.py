@@ -1,0 +1,65 @@
+"""Names that a shell completes after Tab: scenarios, robots, controllers and the others that `robotics list` shows.
+
+The controllers' names are read off the catalogue's text, because importing the laws takes a second and a half.
+"""
+
+import ast
+from importlib import resources
+from importlib.metadata import entry_points
+
+from fuzzy.commands.completion import completed, last_of_list
+from robotics.tables.files import names_in
+
+_TOML = (".toml",)
+
+
+def scenarios(incomplete: str) -> list[str]:
+    """Packaged scenarios, and .toml files."""
+    return completed(incomplete, names_in("scenarios"), _TOML)
+
+
+def robots(incomplete: str) -> list[str]:
+    """Packaged robots, and .toml files."""
+    return completed(incomplete, names_in("robots"), _TOML)
+
+
+def studies(incomplete: str) -> list[str]:
+    """Packaged studies, and .toml files."""
+    return completed(incomplete, names_in("studies"), _TOML)
+
+
+def sweeps(incomplete: str) -> list[str]:
+    """Packaged sweeps, and .toml files."""
+    return completed(incomplete, names_in("sweeps"), _TOML)
+
+
+def controllers(incomplete: str) -> list[str]:
+    """Controllers by name, and a user's own: a rule base or a law in a file."""
+    return completed(incomplete, _controller_names(), (".fis", ".py"))
+
+
+def controller_list(incomplete: str) -> list[str]:
+    """A list of controllers by name, with commas."""
+    return last_of_list(incomplete, _controller_names())
+
+
+def metrics(incomplete: str) -> list[str]:
+    """Metrics of other packages, and a user's own in a file."""
+    return completed(incomplete, sorted(entry_points(group="fuzzyfleet.metrics").names), (".py",))
+
+
+def copies(incomplete: str) -> list[str]:
+    """What can be copied: rule bases, scenarios and robots."""
+    from fuzzy.files.packaged import packaged_fis_files
+
+    return completed(incomplete, [*packaged_fis_files(), *names_in("scenarios"), *names_in("robots")])
+
+
+def _controller_names() -> list[str]:
+    text = (resources.files("robotics") / "laws" / "catalogue.py").read_text(encoding="utf-8")
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "CATALOGUE":
+            assert isinstance(node.value, ast.Dict)
+            own = [key.value for key in node.value.keys if isinstance(key, ast.Constant) and isinstance(key.value, str)]
+            return [*own, *sorted(entry_points(group="fuzzyfleet.laws").names)]
+    return []

@@ -1,0 +1,101 @@
+"""The arrays of a saved run: which there are, and what shapes and types of them belong together."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from fuzzy.errors import InputError, quoted
+from fuzzy.files.arrays import Header
+from robotics.laws.modes import MODES
+from robotics.simulation.channels import RECORDS, units_of
+
+_OBSTACLES = {"circles": ("bodies", 3), "bodies": ("bodies", 4), "segments": ("segments", 4), "counts": ()}
+_KINDS = {"f": "floating point", "iu": "whole numbers", "i": "whole numbers", "b": "truth values", "U": "a text"}
+Axis = int | str  # the length of an axis, or the name of one that may have any, the same wherever it is named
+
+
+class LayoutError(InputError):
+    """Arrays that are not those of one run. The message names the array and what was expected, not the file."""
+
+
+def check_headers(found: Mapping[str, Header]) -> None:
+    """Raise LayoutError unless the arrays have the types and shapes of one run, before they are read."""
+    for name in ("about", "seeds", "time", "reference", "stopped", "samples"):
+        if name not in found:
+            raise LayoutError(f"the array {name!r} is missing")
+    lengths: dict[str, int] = {}
+    _check("about", found["about"], "U", (), lengths)
+    _check("time", found["time"], "f", ("sample",), lengths)
+    _check("seeds", found["seeds"], "iu", ("run",), lengths)
+    _check("stopped", found["stopped"], "i", ("run", "robot"), lengths)
+    _check("reference", found["reference"], "f", (6, "sample", "robot"), lengths)
+    if lengths["sample"] < 2 or not lengths["run"] or not lengths["robot"]:
+        raise LayoutError("it has fewer than two samples, no seed or no robot")
+    lengths["sender"] = lengths["robot"]
+    for name, record in RECORDS.items():
+        if name in found:
+            channels = {"channel": len(units_of(record.scalars))} if record.scalars else {}
+            axes = tuple(channels.get(axis, axis) for axis in record.axes)
+            _check(name, found[name], np.dtype(record.dtype).kind, axes, lengths)
+    for robot in range(lengths["robot"]):
+        name = f"path_{robot}"
+        if name not in found:
+            raise LayoutError(f"the array {name!r} is missing")
+        _check(name, found[name], "f", (2, name), lengths)
+    if "obstacles_circles" in found:
+        _check_obstacles(found, lengths)
+
+
+def check_values(arrays: Mapping[str, np.ndarray]) -> None:
+    """Raise LayoutError for values by which others are found, or drawn, and that cannot be."""
+    time, stopped = arrays["time"], arrays["stopped"]
+    if not (np.isfinite(time).all() and (np.diff(time) > 0).all()):
+        raise LayoutError("'time' does not grow from sample to sample")
+    if len(set(arrays["seeds"].tolist())) < len(arrays["seeds"]) or (arrays["seeds"] < 0).any():
+        raise LayoutError("'seeds' are not different whole numbers from 0 on")
+    _check_range("stopped", stopped, -1, len(time) - 1)
+    for name in (name for name in arrays if name.startswith("path_") or name == "reference"):
+        if arrays[name].size == 0 or not np.isfinite(arrays[name]).all():
+            raise LayoutError(f"{name!r} holds what is no finite number")
+    if "modes" in arrays:
+        _check_range("modes", arrays["modes"], 0, len(MODES) - 1)
+    if "obstacles_circles" in arrays:
+        bodies = arrays["obstacles_bodies"]
+        _check_range("obstacles_counts", arrays["obstacles_counts"], 0, bodies.shape[1])
+        _check_range("obstacles_bodies", bodies[..., :2], 0, arrays["obstacles_segments"].shape[1])
+        _check_range("obstacles_bodies", bodies[..., :2].sum(axis=-1), 0, arrays["obstacles_segments"].shape[1])
+        _check_range("obstacles_bodies", bodies[..., 2], 0, 1)
+        _check_range("obstacles_bodies", bodies[..., 3], 0, max(bodies.shape[1] - 1, 0))
+        for name in ("obstacles_circles", "obstacles_segments"):
+            if not np.isfinite(arrays[name]).all():
+                raise LayoutError(f"{name!r} holds what is no finite number")
+
+
+def _check_obstacles(found: Mapping[str, Header], lengths: dict[str, int]) -> None:
+    for name, axes in _OBSTACLES.items():
+        array = f"obstacles_{name}"
+        if array not in found:
+            raise LayoutError(f"the array {array!r} is missing")
+        _check(array, found[array], "f" if name in ("circles", "segments") else "iu", ("places", *axes), lengths)
+    if lengths["places"] not in (1, lengths["sample"]):
+        raise LayoutError("the obstacles are not at as many places as there are samples")
+
+
+def _check(name: str, found: Header, kinds: str, axes: tuple[Axis, ...], lengths: dict[str, int]) -> None:
+    """See that an array has a kind of numbers and its axes; those named first here get their lengths."""
+    if found.dtype.kind not in kinds:
+        raise LayoutError(f"{quoted(name)} must be {_KINDS[kinds]}, and holds {found.dtype}")
+    if len(found.shape) == len(axes):
+        for axis, length in zip(axes, found.shape, strict=True):
+            if isinstance(axis, str):
+                lengths.setdefault(axis, length)
+        wanted = tuple(lengths[axis] if isinstance(axis, str) else axis for axis in axes)
+        if found.shape == wanted:
+            return
+        raise LayoutError(f"{quoted(name)} has the shape {found.shape}, where the others ask for {wanted}")
+    raise LayoutError(f"{quoted(name)} has {len(found.shape)} axes, not {len(axes)}")
+
+
+def _check_range(name: str, values: np.ndarray, least: int, most: int) -> None:
+    if values.size and (values.min() < least or values.max() > most):
+        raise LayoutError(f"{quoted(name)} must lie between {least} and {most}")
