@@ -2,6 +2,7 @@
 
 from anfis.commands.shared import Data, Fis, Json, read
 from fuzzy.shell.terminal import print_json
+from fuzzy.shown import shown
 
 
 def evaluate(fis: Fis, data: Data, json: Json = False) -> None:
@@ -24,4 +25,5 @@ def evaluate(fis: Fis, data: Data, json: Json = False) -> None:
         print_json({"samples": len(y), "outputs": {name: row._asdict() for name, row in rows.items()}})
         return
     for name, row in rows.items():
-        print(f"{name}: RMSE {row.rmse:.4g}, MAE {row.mae:.4g}, largest {row.max:.4g}, R² {row.r2:.4f}")
+        rmse, mae, largest = (shown(value) for value in (row.rmse, row.mae, row.max))
+        print(f"{name}: RMSE {rmse}, MAE {mae}, largest {largest}, R² {row.r2:.4f}")

@@ -11,6 +11,7 @@ from anfis.commands.shared import CommandError, Data, Json, listed, read
 from anfis.methods.catalogue import METHODS
 from fuzzy.commands.completion import completed, rule_bases
 from fuzzy.shell.terminal import INTERRUPTED, print_json
+from fuzzy.shown import shown
 
 if TYPE_CHECKING:
     import numpy as np
@@ -211,9 +212,9 @@ def _learn(
 
         def show(row: "Epoch") -> None:
             nonlocal done
-            checked = f", checking {row.check:.4g}" if samples.check is not None else ""
+            checked = f", checking {shown(row.check)}" if samples.check is not None else ""
             while done <= row.epoch:  # resumed, the bar begins with the epochs that are not computed again
-                advance(f"epoch {row.epoch}: training {row.train:.4g}{checked}")
+                advance(f"epoch {row.epoch}: training {shown(row.train)}{checked}")
                 done += 1
 
         return anfis.train(
@@ -259,8 +260,8 @@ def _say(result: "Training", out: Path, json: bool) -> None:
             }
         )
         return
-    checked = f", {best.check:.4g} checking" if best.check == best.check else ""
+    checked = f", {shown(best.check)} checking" if best.check == best.check else ""
     print(
-        f"{out}: {count} rules; RMSE {first.train:.4g} at the start, {best.train:.4g} training{checked} at epoch "
+        f"{out}: {count} rules; RMSE {shown(first.train)} at the start, {shown(best.train)} training{checked} at epoch "
         f"{best.epoch} of {last} (stopped: {result.stopped})"
     )

@@ -21,6 +21,7 @@ from fuzzy.commands.samples import (
 )
 from fuzzy.commands.shared import Json, usage
 from fuzzy.shell.terminal import print_json
+from fuzzy.shown import shown
 
 
 class Method(StrEnum):
@@ -124,9 +125,10 @@ def identify(
         print_json({"file": str(target), "rules": len(fis.rules), "rmse": errors, **setting})
         return
     if found is not None:
-        print(", ".join(f"{name} {value:g}" for name, value in setting_of(found.best).items()))
+        print(", ".join(f"{name} {shown(value)}" for name, value in setting_of(found.best).items()))
     errors_text = ", ".join(
-        f"{v.name} {error:.4g} {v.unit}".rstrip() for v, error in zip(fis.outputs, rmse, strict=True)
+        f"{v.name} {shown(error, v.universe[1] - v.universe[0])} {v.unit}".rstrip()
+        for v, error in zip(fis.outputs, rmse, strict=True)
     )
     print(f"{target}: {len(fis.rules)} rules, RMSE of the samples: {errors_text}")
 

@@ -20,6 +20,7 @@ from fuzzy.commands.samples import (
 )
 from fuzzy.commands.shared import Json
 from fuzzy.shell.terminal import FAILED, print_json
+from fuzzy.shown import shown
 
 if TYPE_CHECKING:
     from fuzzy.fitting.search import SearchResult
@@ -61,7 +62,7 @@ def search(
             radius, *rest = setting_of(trial).values()
             numbers = "".join(f"{value:8g}" for value in rest)
             mark = "  <- wanted" if trial.rules == rules else ""
-            print(f"  {trial.rules:5d}  {trial.error:.3e}{radius:8g}{numbers}{mark}")
+            print(f"  {trial.rules:5d}  {shown(trial.error):>9}{radius:8g}{numbers}{mark}")
     if missing:
         print(f"no setting gives {rules} rules; try other --radii", file=sys.stderr)
         raise typer.Exit(FAILED)

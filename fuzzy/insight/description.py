@@ -3,7 +3,10 @@
 from typing import Any
 
 from fuzzy.membershipfunction import MembershipFunction
+from fuzzy.shown import shown
 from fuzzy.system import Constant, Linear, Sugeno, Variable
+
+_DIGITS = 6
 
 
 def describe(fis: Sugeno) -> str:
@@ -17,9 +20,10 @@ def describe(fis: Sugeno) -> str:
     for kind, variables in (("input", fis.inputs), ("output", fis.outputs)):
         for variable in variables:
             low, high = variable.universe
-            lines += ["", f"{kind} {variable.name} [{low:g} {high:g}] {variable.unit}".rstrip()]
+            limits = f"[{shown(low, 0, _DIGITS)} {shown(high, 0, _DIGITS)}]"
+            lines += ["", f"{kind} {variable.name} {limits} {variable.unit}".rstrip()]
             width = max((len(name) for name in variable.terms), default=0)
-            lines += [f"  {name:{width}}  {_term(fis, term)}" for name, term in variable.terms.items()]
+            lines += [f"  {name:{width}}  {_term(fis, variable, term)}" for name, term in variable.terms.items()]
     lines += ["", "rules"]
     digits = len(str(len(fis.rules)))
     lines += [f"  {number:{digits}}. {rule}" for number, rule in enumerate(fis.rules, 1)]
@@ -46,19 +50,23 @@ def _count(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
-def _term(fis: Sugeno, term: Any) -> str:
+def _term(fis: Sugeno, variable: Variable, term: Any) -> str:
+    low, high = variable.universe
+    span = high - low
     if isinstance(term, MembershipFunction):
-        return f"{term.matlab} [{' '.join(f'{float(p):g}' for p in term.parameters)}]"
+        return f"{term.matlab} [{' '.join(shown(float(p), span, _DIGITS) for p in term.parameters)}]"
     if isinstance(term, Constant):
-        return f"{float(term.value):g}"
+        return shown(float(term.value), span, _DIGITS)
     # Only the inputs that count: "2 distance - 0.5 bearing + 1".
     parts = [(float(slope), f" {v.name}") for slope, v in zip(term.parameters[:-1], fis.inputs, strict=True) if slope]
     constant = float(term.constant)
     if constant or not parts:
         parts.append((constant, ""))
     first, *others = parts
-    text = f"{first[0]:g}{first[1]}"
-    return text + "".join(f" {'-' if value < 0 else '+'} {abs(value):g}{name}" for value, name in others)
+    text = f"{shown(first[0], 0, _DIGITS)}{first[1]}"
+    return text + "".join(
+        f" {'-' if value < 0 else '+'} {shown(abs(value), 0, _DIGITS)}{name}" for value, name in others
+    )
 
 
 def _variable(variable: Variable) -> dict[str, Any]:

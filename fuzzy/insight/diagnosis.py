@@ -13,6 +13,7 @@ from fuzzy.inference import InferenceWarning
 from fuzzy.insight.coverage import gaps_of_variable, uncovered
 from fuzzy.insight.universe import consequent_range, universe_grid
 from fuzzy.rule import Rule
+from fuzzy.shown import shown
 from fuzzy.system import Sugeno, Variable
 
 Severity = Literal["error", "warning", "note"]
@@ -83,7 +84,8 @@ def _coverage(fis: Sugeno, points: int, seed: int) -> Iterator[Finding]:
         return
     for output, share, box in uncovered(fis, points, seed):
         example = " and ".join(
-            f"{v.name} is {low:.4g}{f' to {high:.4g}' if high > low else ''}{f' {v.unit}' if v.unit else ''}"
+            f"{v.name} is {_number(low, v)}{f' to {_number(high, v)}' if high > low else ''}"
+            f"{f' {v.unit}' if v.unit else ''}"
             for v, (low, high) in zip(fis.inputs, box, strict=True)
         )
         part = f"about {share:.2g} %" if share >= 0.01 else "less than 0.01 %"
@@ -91,7 +93,9 @@ def _coverage(fis: Sugeno, points: int, seed: int) -> Iterator[Finding]:
         yield Finding("warning", "no rule fires", f"no rule for {output} fires {where}", (output,))
     for variable in fis.inputs:
         for low, high, harmless in gaps_of_variable(fis, variable):
-            place = f"at {low:.6g}" if low == high else f"from {low:.6g} to {high:.6g}"
+            place = f"at {_number(low, variable, 6)}"
+            if high > low:
+                place = f"from {_number(low, variable, 6)} to {_number(high, variable, 6)}"
             yield Finding(
                 "note" if harmless else "warning",
                 "gap between terms",
@@ -226,7 +230,8 @@ def _terms(fis: Sugeno) -> Iterator[Finding]:
                 yield Finding(
                     "note",
                     "low term",
-                    f"{name} of {variable.name} is at most {degrees[n].max():.2g} in its range [{low:g} {high:g}]",
+                    f"{name} of {variable.name} is at most {shown(degrees[n].max(), 1, 2)} in its range "
+                    f"[{low:g} {high:g}]",
                     (variable.name, name),
                 )
         for a, b in combinations(present, 2):
@@ -238,14 +243,14 @@ def _terms(fis: Sugeno) -> Iterator[Finding]:
                     "warning",
                     "nearly identical terms",
                     f"{names[a]} and {names[b]} of {variable.name} are nearly the same: "
-                    f"their degrees never differ by more than {difference:.2g}",
+                    f"their degrees never differ by more than {shown(difference, 1, 2)}",
                     where,
                 )
             elif overlap > 0.9:
                 yield Finding(
                     "note",
                     "strong overlap",
-                    f"{names[a]} and {names[b]} of {variable.name} overlap up to a degree of {overlap:.2g}",
+                    f"{names[a]} and {names[b]} of {variable.name} overlap up to a degree of {shown(overlap, 1, 2)}",
                     where,
                 )
         total = degrees.sum(axis=0)
@@ -253,8 +258,9 @@ def _terms(fis: Sugeno) -> Iterator[Finding]:
             yield Finding(
                 "note",
                 "degrees do not sum to 1",
-                f"the degrees of {variable.name} sum to between {total.min():.2g} "
-                f"(at {x[total.argmin()]:.4g}) and {total.max():.2g} (at {x[total.argmax()]:.4g})",
+                f"the degrees of {variable.name} sum to between {shown(total.min(), 1, 2)} "
+                f"(at {_number(x[total.argmin()], variable)}) and {shown(total.max(), 1, 2)} "
+                f"(at {_number(x[total.argmax()], variable)})",
                 (variable.name,),
             )
 
@@ -269,9 +275,9 @@ def _consequents(fis: Sugeno) -> Iterator[Finding]:
             if least >= low - slack and most <= high + slack:
                 continue
             if least == most:
-                constants[name] = f"{name} ({least:.4g})"
+                constants[name] = f"{name} ({_number(least, output)})"
             else:
-                linear[name] = f"{name} ({least:.4g} to {most:.4g})"
+                linear[name] = f"{name} ({_number(least, output)} to {_number(most, output)})"
         severity: Severity
         # A plane that leaves the range in some corner may never be asked there.
         for severity, listed in (("warning", constants), ("note", linear)):
@@ -283,6 +289,11 @@ def _consequents(fis: Sugeno) -> Iterator[Finding]:
                     f"its range [{low:g} {high:g}]",
                     (output.name, *listed),
                 )
+
+
+def _number(value: float, variable: Variable, digits: int = 4) -> str:
+    low, high = variable.universe
+    return shown(value, high - low, digits)
 
 
 def _grid(variable: Variable) -> np.ndarray:

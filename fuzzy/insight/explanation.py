@@ -82,7 +82,7 @@ class Explanation:
             if variable.name in self.outside:
                 low, high = variable.universe
                 clipped = " and was moved to its edge" if self.system.out_of_range == "clip" else ""
-                line += f"; it lies outside [{low:.4g} {high:.4g}]{clipped}"
+                line += f"; it lies outside [{shown(low)} {shown(high)}]{clipped}"
             lines.append(line)
         return lines
 
@@ -105,7 +105,7 @@ class Explanation:
             ):
                 if not np.isnan(z):
                     lines.append(
-                        f"    proposes {variable.name} = {_quantity(z, variable)} with a share of {share:.1%}, "
+                        f"    proposes {variable.name} = {_quantity(z, variable)} with a share of {100 * share:.1f} %, "
                         f"which contributes {_quantity(part, variable)}"
                     )
         if len(fires) > len(told):

@@ -10,7 +10,7 @@ from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controllers, scenarios
 from robotics.commands.repeat import Stress
-from robotics.commands.shared import Json, Quiet
+from robotics.commands.shared import Json, Quiet, number_cell
 
 if TYPE_CHECKING:
     from robotics.experiments.learning.courses import Course
@@ -123,7 +123,7 @@ def rules_(
     for course, laws in flown.items():
         print(f"\n{course:48} {'teacher':>12} {'learnt':>12}")
         for name, value in laws["teacher"].items():
-            print(f"{name:48} {value:12.4g} {laws['learnt'][name]:12.4g}")
+            print(f"{name:48} {number_cell(value):>12} {number_cell(laws['learnt'][name]):>12}")
     print(f"\nIt flies as --controller {lesson.controller(out)}")
 
 

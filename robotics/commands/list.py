@@ -50,24 +50,40 @@ def list_(
         return
     for place, (each, found) in enumerate(rows.items()):
         print("\n" * (place > 0) + _HEADINGS[each])
-        column = max((len(row["name"]) for row in found), default=0) + 3
-        for row in found:
-            _print_entry(row["name"], _LINES[each](row), column)
+        _print_section(each, found)
 
 
-def _print_entry(name: str, lines: list[str], column: int) -> None:
+def _print_section(section: Section, rows: list[dict[str, Any]]) -> None:
+    """Print the entries of a section, in their groups if they have any; the names' column is as wide as the longest."""
+    from robotics.scenario.conditions import GROUPS
+
+    groups = [group for group in GROUPS if any(row.get("group") == group for row in rows)]
+    indent = "    " if groups else "  "
+    column = len(indent) + max((len(row["name"]) for row in rows), default=0) + 2
+    for group in groups or [""]:
+        if group:
+            print(f"  {group}")
+        for row in rows:
+            if row.get("group", "") == group:
+                _print_entry(indent + row["name"], _LINES[section](row), column)
+
+
+def _print_entry(start: str, lines: list[str], column: int) -> None:
     """Print a name, and from ``column`` on what is said of it."""
+    rest = " " * column
     for k, line in enumerate(lines):
-        start = f"  {name}".ljust(column) if k == 0 else " " * column
-        rest = " " * column
-        print(textwrap.fill(line, _WIDTH, initial_indent=start, subsequent_indent=rest, break_on_hyphens=False))
+        first = start.ljust(column) if k == 0 else rest
+        print(textwrap.fill(line, _WIDTH, initial_indent=first, subsequent_indent=rest, break_on_hyphens=False))
 
 
 def _scenarios() -> list[dict[str, Any]]:
+    from robotics.scenario.conditions import group_of
     from robotics.scenario.reading import load_scenario, scenario_names
 
     scenarios = [load_scenario(name) for name in scenario_names()]
-    return [{"name": s.name, "kind": s.kind, "title": s.title, "source": s.source} for s in scenarios]
+    return [
+        {"name": s.name, "kind": s.kind, "group": group_of(s), "title": s.title, "source": s.source} for s in scenarios
+    ]
 
 
 def _robots() -> list[dict[str, Any]]:
@@ -89,7 +105,9 @@ def _controllers() -> list[dict[str, Any]]:
 
 
 def _controller_lines(row: dict[str, Any]) -> list[str]:
-    gains = ", ".join(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in row["gains"].items())
+    from robotics.laws.catalogue import shown_gain
+
+    gains = ", ".join(f"{name}={shown_gain(value)}" for name, value in row["gains"].items())
     return [f"{row['title']}: {row['note']}", gains]
 
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fuzzy.shell.terminal import print_json
+from fuzzy.shown import shown
 from robotics.commands.completion import robots
-from robotics.commands.shared import Json
+from robotics.commands.shared import Json, number_cell
 
 if TYPE_CHECKING:
     from robotics.scenario.robots import RobotModel
@@ -139,14 +140,15 @@ def _print(model: "RobotModel") -> None:
         print(f"source: {model.source}")
     print(f"\nsize      {machine.length:g} x {machine.width:g} m, wheels of {machine.wheel_radius:g} m radius")
     print(
-        f"mass      {machine.mass:.4g} kg; its wheels and rotors make it {machine.effective_mass:.4g} kg to accelerate"
+        f"mass      {shown(machine.mass)} kg; its wheels and rotors make it "
+        f"{shown(machine.effective_mass)} kg to accelerate"
     )
     print(
-        f"limits    v {limits['v_mps']:.4g} m/s, ω {limits['w_radps']:.4g} rad/s; "
-        f"|v| + {machine.half_axle:g} m |ω| <= {limits['wheel_mps']:.4g} m/s"
+        f"limits    v {number_cell(limits['v_mps'])} m/s, ω {number_cell(limits['w_radps'])} rad/s; "
+        f"|v| + {machine.half_axle:g} m |ω| <= {number_cell(limits['wheel_mps'])} m/s"
     )
     units = {"v_rate_mps2": "m/s²", "w_rate_radps2": "rad/s²"}
-    rates = [f"{limits[key]:g} {unit}" for key, unit in units.items() if limits[key] is not None]
+    rates = [f"{number_cell(limits[key])} {unit}" for key, unit in units.items() if limits[key] is not None]
     print(f"          commands change by up to {', '.join(rates) if rates else 'any rate'}")
     print(f"sensors   {_listed(list(model.sensors))}")
     print(f"loop      {_said(_loop(machine))}")
@@ -154,11 +156,11 @@ def _print(model: "RobotModel") -> None:
     derived = [row for row in _numbers(machine) if row["rule"] is not None]
     print("\nGiven")
     for row in given:
-        print(f"  {row['name']:<19} {row['value']:>10.5g} {row['unit']}")
+        print(f"  {row['name']:<19} {shown(row['value'], 0, 5):>10} {row['unit']}")
     if derived:
         print("\nDerived")
     for row in derived:
-        start = f"  {row['name']:<19} {row['value']:>10.5g} {row['unit']:<8} = "
+        start = f"  {row['name']:<19} {shown(row['value'], 0, 5):>10} {row['unit']:<8} = "
         print(textwrap.fill(row["rule"], 118, initial_indent=start, subsequent_indent=" " * len(start)))
 
 

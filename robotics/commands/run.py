@@ -59,6 +59,7 @@ def run_(
     from robotics.experiments.stress.single import STRESSES
     from robotics.laws.catalogue import make_controller
     from robotics.measures.registry import own_metrics
+    from robotics.scenario.conditions import noises
     from robotics.scenario.reading import load_scenario
     from robotics.simulation.loop import simulate
 
@@ -73,4 +74,4 @@ def run_(
     with progress_bar(quiet) as begin:
         advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
         run = simulate(setting, driver, range(seed, seed + seeds), name=controller, links=ages, progress=advance)
-    print_run(run, files.write(run), json, metrics=own)
+    print_run(run, files.write(run), json, metrics=own, noise=noises(setting))

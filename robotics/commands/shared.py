@@ -1,7 +1,7 @@
 """Shared parts of the commands: options, and how numbers and divergences are printed."""
 
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,6 +10,7 @@ import typer
 
 from fuzzy.errors import InputError
 from fuzzy.shell.terminal import USAGE, print_json
+from fuzzy.shown import shown
 from robotics.commands.completion import metrics
 from robotics.experiments.versions import versions
 
@@ -83,8 +84,9 @@ def print_run(
     json: bool,
     outcome: Mapping[str, Any] | None = None,
     metrics: Mapping[str, "Measured"] = MappingProxyType({}),
+    noise: Sequence[str] | None = None,
 ) -> None:
-    """Print the metrics of a run, and exit with 2 if robots were stopped.
+    """Print what was run and its metrics, and exit with 2 if robots were stopped.
 
     Args:
         run: The run.
@@ -92,6 +94,7 @@ def print_run(
         json: Whether one JSON object is printed instead of text.
         outcome: What a stress test says of the run.
         metrics: The user's own metrics, by name.
+        noise: What was drawn at random, in words; None if that is not said.
     """
     from robotics.measures.registry import ALL_METRICS, measure_all
 
@@ -114,7 +117,8 @@ def print_run(
             | ({"player": str(page)} if page is not None else {})
         )
     else:
-        _print_metrics(values, {**ALL_METRICS, **metrics}, len(run.seeds))
+        print(_what_ran(run, noise))
+        _print_metrics(values, {**ALL_METRICS, **metrics})
         _print_contacts(run)
         if outcome is not None:
             print(", ".join(f"{name} {outcome[name]}" for name in ("collisions", "deadlocks", "contacts", "arrived")))
@@ -123,19 +127,36 @@ def print_run(
     report_divergences(run.divergences())
 
 
-def _print_metrics(values: Mapping[str, Any], about: Mapping[str, "Measured"], seeds: int) -> None:
-    """A line a metric, from its values (runs, robots): means over the seeds, a column a robot."""
+def _what_ran(run: "Run", noise: Sequence[str] | None) -> str:
+    """A sentence: the scenario, the controller, the seeds of which the numbers are means, and the noise."""
+    first, last = run.seeds[0], run.seeds[-1]
+    count = len(run.seeds)
+    seeds = f"seed {first}" if count == 1 else f"means of seeds {first} {'and' if count == 2 else 'to'} {last}"
+    drawn = "" if noise is None else f"; noise: {', '.join(noise) or 'none'}"
+    return f"{run.scenario} under {run.controller}, {seeds}{drawn}"
+
+
+def _print_metrics(values: Mapping[str, Any], about: Mapping[str, "Measured"]) -> None:
+    """A line a metric, from its values (runs, robots): means over the seeds, a column a robot, under a header."""
     import numpy as np
 
+    robots = max((found.shape[1] for found in values.values()), default=1)
+    few = robots <= _COLUMNS
+    if robots > 1:
+        heads = [f"robot {i + 1}" for i in range(robots)] if few else ["least", "median", "largest"]
+        of = "" if few else f"of {robots} robots"
+        print(f"{of:28} {'  '.join(f'{head:>10}' for head in heads)}")
     for name, found in values.items():
-        shown, robots = found.mean(axis=0), found.shape[1]
-        if robots > _COLUMNS:
-            shown = np.array([shown.min(), np.median(shown), shown.max()])
+        means = found.mean(axis=0)
+        if not few:
+            means = np.array([means.min(), np.median(means), means.max()])
         metric = about[name]
-        print(f"{name:28} {'  '.join(f'{v:10.4g}' for v in shown)}  {metric.unit:8} {metric.title}")
-    if seeds > 1 or robots > 1:
-        columns = "; one column a robot" if robots <= _COLUMNS else f"; least, median and largest of {robots} robots"
-        print(f"(mean over {seeds} seeds{columns if robots > 1 else ''})")
+        print(f"{name:28} {'  '.join(f'{number_cell(v):>10}' for v in means)}  {metric.unit:8} {metric.title}")
+
+
+def number_cell(value: float | None) -> str:
+    """A number of SI units in a table; "-" where there is none."""
+    return "-" if value is None or value != value else shown(float(value), span=1.0)
 
 
 def _contact_rows(run: "Run") -> list[dict[str, Any]]:
@@ -172,7 +193,7 @@ def print_outcome(figures: Mapping[str, Any], json: bool) -> None:
         return
     for name, value in figures.items():
         if name != "failed_seeds":
-            print(f"{name:22} {'-' if value is None else f'{value:.4g}' if isinstance(value, float) else value}")
+            print(f"{name:22} {number_cell(value) if value is None or isinstance(value, float) else value}")
     for name, seeds in figures["failed_seeds"].items():
         if seeds:
             print(f"seeds, {name + ':':14} {', '.join(map(str, seeds))}")

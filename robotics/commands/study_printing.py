@@ -20,7 +20,8 @@ def print_comparisons(study: "Study") -> None:
     """Print a short table for every scenario."""
     for comparison in study.comparisons:
         _print_tables(comparison, study)
-    print(f"mean over {len(study.comparison.seeds)} seeds ± half the 95 % confidence interval")
+    count = len(study.comparison.seeds)
+    print("one seed" if count == 1 else f"mean over {count} seeds ± half the 95 % confidence interval")
     if any(row["with_contact"] for row in contact_rows(study)):
         print(UNTIL_CONTACT)
 

@@ -4,7 +4,6 @@ import tomllib
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
-from math import degrees
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -180,29 +179,3 @@ def exact(scenario: Scenario) -> Scenario:
 
 def _exact_sensor(sensor: RangeSensor) -> RangeSensor:
     return replace(sensor, noise=0.0, relative_noise=0.0, dropout=0.0, crosstalk=0.0)
-
-
-def noises(scenario: Scenario) -> list[str]:
-    """What :func:`exact` takes from a scenario, in words with the largest values; empty where there is no noise."""
-
-    def most(name: str) -> float:
-        return max(float(getattr(each, name)) for each in scenario.setting.sensing)
-
-    found = [
-        (most("position_noise"), "position ± {:g} mm", 1e3),
-        (most("heading_noise"), "heading ± {:.2g}°", degrees(1)),
-        (most("relative_noise"), "x and y ± {:g} %", 100),
-        (max(most("wheel_error"), most("axle_error")), "wheels and axle ± {:g} %", 100),
-        (most("start_position"), "start ± {:g} mm", 1e3),
-        (most("start_heading"), "heading at the start ± {:.2g}°", degrees(1)),
-    ]
-    words = [text.format(round(size * factor, 6)) for size, text, factor in found if size > 0]
-    carried = [sensor for sensors in scenario.setting.sensors for sensor in sensors.values()]
-    if scenario.obstacles and any(s.noise or s.relative_noise or s.dropout or s.crosstalk for s in carried):
-        words.append("range sensors")
-    radio = scenario.radio
-    if scenario.kind == "team" and (radio.loss or radio.burst_start):
-        words.append("lost messages")
-    if scenario.kind == "team" and radio.jitter:
-        words.append(f"messages late by up to {radio.jitter:g} s")
-    return words

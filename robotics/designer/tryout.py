@@ -16,7 +16,7 @@ import numpy as np
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from robotics.designer.conditions import conditioned, file_name, noises, robot_from, scenario_of
+from robotics.designer.conditions import conditioned, file_name, robot_from, scenario_of
 from robotics.designer.uses import TryoutError, Use, law_of, uses_of
 from robotics.environment.world import outlines
 from robotics.experiments.forewarnings import forewarnings
@@ -31,6 +31,7 @@ from robotics.measures.registry import headlines, measure_all, tried
 from robotics.measures.tracking import Metric, cross_track_error
 from robotics.playback.player import player_data
 from robotics.quantity import check_quantities, quantity
+from robotics.scenario.conditions import noises
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import scenario_names
 from robotics.scenario.robots import load_robot, robot_names

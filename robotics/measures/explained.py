@@ -8,6 +8,7 @@ import numpy as np
 
 from fuzzy.insight.explanation import Explanation
 from fuzzy.insight.explanation import explain as explain_point
+from fuzzy.shown import shown
 from robotics.environment.collision import footprints, obstacle_clearance, robot_clearance
 from robotics.environment.world import Geometry
 from robotics.laws.modes import MODES
@@ -92,7 +93,7 @@ class DecisionExplained:
             lines += [f"  {line}".rstrip() for line in str(explanation).splitlines()]
         if self.rule_bases:
             v, w = self.demand
-            lines += ["", f"In the end the law asks for v = {v + 0.0:.4g} m/s and w = {w + 0.0:.4g} rad/s."]
+            lines += ["", f"In the end the law asks for v = {shown(v, 1.0)} m/s and w = {shown(w, 1.0)} rad/s."]
         return "\n".join(lines)
 
 

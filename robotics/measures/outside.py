@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fuzzy.shown import shown
 from fuzzy.system import Variable
 from robotics.laws.rules.situation import NONE
 from robotics.simulation.run import Run
@@ -92,12 +93,13 @@ def outside_sentence(found: list[Outside]) -> str:
     """One sentence of what :func:`outside` found of a run: the input that went farthest, and how many others did."""
     one = found[0]
     low, high = one.universe
+    far, least, most = (shown(value, high - low, 3) for value in (one.farthest, low, high))
     more = len(found) - 1
     others = f"; so did {more} more input{'s' * (more > 1)}" if more else ""
     unit = f" {one.unit}" if one.unit and one.unit != "1" else ""
     return (
         f"controller {one.controller!r} on {one.scenario!r} left the data that it knows: {one.input} of robot "
-        f"{one.robot} ({one.task}) came to {one.farthest:.3g}{unit}, its range is {low:.3g} to {high:.3g}{unit}; it "
+        f"{one.robot} ({one.task}) came to {far}{unit}, its range is {least} to {most}{unit}; it "
         f"was outside {_percent(one.share)} of the time{others}"
     )
 

@@ -55,7 +55,7 @@ def test_words() -> None:
     assert "because distance is near 0.60, weight 0.5" in said
     assert "because distance is very far 0.16, bearing is not left 1.00" in said
     assert "rule 3" not in said
-    assert "proposes w = -1.5 rad/s with a share of 100.0%, which contributes -1.5 rad/s" in said
+    assert "proposes w = -1.5 rad/s with a share of 100.0 %, which contributes -1.5 rad/s" in said
     assert "w = -1.5 rad/s: the average of the proposals" in said
     # the rule with most to say stands first
     assert said.index("rule 4 fires") < said.index("rule 1 fires") < said.index("rule 2 fires")

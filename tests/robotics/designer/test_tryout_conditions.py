@@ -11,7 +11,7 @@ from fuzzy.designer.saving import OverwriteError
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import write_fis
 from fuzzy.system import Sugeno
-from robotics.designer.conditions import noises, packaged_text, scenario_of
+from robotics.designer.conditions import packaged_text, scenario_of
 from robotics.designer.folderfiles import (
     law_files,
     law_path,
@@ -32,6 +32,7 @@ from robotics.designer.tryout import (
     shown,
 )
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.scenario.conditions import noises
 from robotics.scenario.reading import parse_scenario
 from robotics.scenario.robots import load_robot
 from robotics.simulation.loop import simulate
