@@ -51,6 +51,10 @@ async def build_page(opened: OpenDocuments, modules: Modules, name: str) -> None
     ui.add_head_html(f"<style>{stylesheet()}</style>")
     for sheet in ("designer.css", "page.css"):
         ui.add_head_html(f'<link rel="stylesheet" href="{modules.url(_STATIC / sheet)}">')
+    # NiceGUI's own page is a main landmark round the whole of this one, header and all.
+    around = ui.context.client.content.parent_slot
+    if around is not None:
+        around.parent.props('role="none"')
     try:
         document = opened.document(name)
     except (InputError, OSError) as error:

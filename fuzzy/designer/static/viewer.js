@@ -68,7 +68,7 @@ export function render({ model, el }) {
       "div",
       { class: "fd-split" },
       scroll,
-      element("div", { class: "fd-side" }, element("h3", {}, "In words"), words),
+      element("div", { class: "fd-side" }, element("h2", {}, "In words"), words),
     ),
   );
   el.append(root);

@@ -115,8 +115,8 @@ function mount(model, el, time) {
     if (times.length) seek(way > 0 ? Math.min(...times) : Math.max(...times));
   };
   const jumps = [
-    ["◂ mode change", "go to the previous change of mode (key P)", -1],
-    ["mode change ▸", "go to the next change of mode (key N)", 1],
+    ["◂ mode change", "◂ mode change: go to the previous one (key P)", -1],
+    ["mode change ▸", "mode change ▸: go to the next one (key N)", 1],
   ];
   const cones = make("input", { type: "checkbox", checked: true, onchange: () => draw() });
   const conesLabel = make("label", { class: "robot" }, cones, "Sonar cones");
@@ -192,8 +192,8 @@ function mount(model, el, time) {
         "div",
         { class: "controls" },
         play,
-        step("−1 s", "back 1 s", -1),
-        step("+1 s", "forward 1 s", 1),
+        step("−1 s", "−1 s: back", -1),
+        step("+1 s", "+1 s: forward", 1),
         timeline,
         clock,
       ),
@@ -204,7 +204,7 @@ function mount(model, el, time) {
         trailLabel,
         ...(data.hears === null ? [] : [linksLabel]),
         ...(data.sonar ? [conesLabel] : []),
-        ...(contacts.length ? [button("contact ▸", nextContact, "go to the next contact (key C)")] : []),
+        ...(contacts.length ? [button("contact ▸", nextContact, "contact ▸: go to the next one (key C)")] : []),
         ...(events.length ? jumps.map(([text, label, way]) => button(text, () => jump(way), label)) : []),
       ),
       note,

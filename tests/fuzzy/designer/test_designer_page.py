@@ -1,6 +1,7 @@
 """The designer end to end: a real server process, a real browser with a real mouse and keyboard."""
 
 import http.client
+import itertools
 import os
 import re
 import signal
@@ -439,6 +440,10 @@ GLANCE = """() => document.querySelector(".shell-glance-picture path.fd-section"
 def test_what_one_looks_at_stays_in_sight(tab):
     """Beside what is edited from 900 px, in a small picture below it on narrower screens."""
     page = tab.page
+    assert page.get_by_role("main").count() == 1
+    levels = page.evaluate("[...document.querySelectorAll('h1, h2, h3')].map((each) => Number(each.localName[1]))")
+    assert levels[0] == 1
+    assert max(b - a for a, b in itertools.pairwise(levels)) <= 1
     page.get_by_role("tab", name="Surface").click()
     page.get_by_label("second input").select_option("")
     page.wait_for_selector(".fd-sections path.fd-section")

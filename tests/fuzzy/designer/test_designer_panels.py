@@ -304,6 +304,16 @@ def test_figures_controls_and_keys(bench: ModulePage, traits: dict[str, Any]) ->
     assert figures == pytest.approx(wanted, rel=5e-3)
     assert row.locator(".tr-best").inner_text() == row.get_by_role("cell").nth(int(np.argmin(wanted))).inner_text()
     assert "<img" in page.locator(".tr-note").first.inner_text()  # words of a file are words
+    # Scenarios stand in their groups, with the names of the command line, and the chosen one is drawn beside them.
+    groups = page.evaluate(
+        """Object.fromEntries([...document.querySelectorAll("[aria-label=Scenario] optgroup")]
+          .map((group) => [group.label.split(":")[0], [...group.children].map((each) => each.textContent)]))"""
+    )
+    assert list(groups)[:3] == ["Suited to this rule base", "Files in this folder", "One robot"]
+    assert {"Teams", "Meetings", "Obstacles"} < groups.keys()
+    assert any(text.endswith("[trap-u]") for text in groups["Obstacles"])
+    assert sum(len(names) for names in groups.values()) == len(scenario_names()) + 3  # the folder's, and another file
+    assert page.locator(".tr-plan path.tr-course").count() == 1
     bench.forget()
     page.get_by_label("Scenario", exact=True).select_option("lyapunov-sine")
     page.get_by_label("Compare with", exact=True).select_option("esm")
