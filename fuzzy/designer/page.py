@@ -54,7 +54,7 @@ async def build_page(opened: OpenDocuments, modules: Modules, name: str) -> None
     # NiceGUI's own page is a main landmark round the whole of this one, header and all.
     around = ui.context.client.content.parent_slot
     if around is not None:
-        around.parent.props('role="none"')
+        around.parent.tag = "div"
     try:
         document = opened.document(name)
     except (InputError, OSError) as error:
