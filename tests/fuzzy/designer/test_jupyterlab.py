@@ -122,6 +122,7 @@ def test_keys_on_a_widget_stay_there_and_a_saved_notebook_has_stills(browser: An
     # One that was sent to somebody else: not trusted, as the server knows no signature of it.
     (folder / "saved.ipynb").write_text(saved.replace("the peak", "The peak"), encoding="utf-8")
     page.goto(f"{url}saved.ipynb?reset")
-    page.wait_for_selector(".jp-Notebook .jp-OutputArea-output img[src^='data:image/png']")
-    assert page.locator(".jp-Notebook .jp-OutputArea-output img").count() == 2
+    pictures = page.locator(".jp-Notebook .jp-OutputArea-output img[src^='data:image/png']")
+    for k in range(2):
+        pictures.nth(k).wait_for()
     page.close()
