@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from anfis.accuracy import total_rmse
 from anfis.checkpoint import dump, fingerprint_of, restore, save
 from anfis.consequents import groups
 from anfis.data import DataError, DataWarning, Samples, samples
@@ -24,8 +25,11 @@ from anfis.network import Network, Point
 from anfis.premises import premises
 from anfis.state import Epoch, State
 from fuzzy.detached import detached
+from fuzzy.errors import quoted
+from fuzzy.shown import shown
 from fuzzy.system import Sugeno
 
+_NEGLIGIBLE = 1e-6  # of the outputs' spread: a difference of errors below it is none
 _SMALL = 250_000  # numbers in a design matrix up to which one thread does
 
 
@@ -40,6 +44,8 @@ class Training:
     stopped: str  # why: "epochs", "goal", "patience", "interrupted", "callback", "converged", "diverged"
     options: Options
     parameters: int  # how many numbers were learnt
+    rmse: float  # of ``system`` as its file holds it, on the training data, over samples and outputs
+    check_rmse: float  # likewise on the checking data; not-a-number without
     state: dict[str, Any] = field(repr=False)  # to resume from, with :func:`train`'s ``resume``
 
     def table(self) -> Any:
@@ -69,8 +75,9 @@ def train(
     give the same result.
 
     Where no rule fires the middle of the output's range stands, as in inference, and its error counts. Warns
-    (DataWarning) of such samples, of constant inputs and of more consequents than samples. Raises DataError for data
-    that cannot be learnt from, TrainingError for options, checkpoints or a system without rules.
+    (DataWarning) of such samples, of constant inputs, of more consequents than samples, and where the system's own
+    numbers are too coarse for what was learnt, because an input lies far from 0 for its spread. Raises DataError for
+    data that cannot be learnt from, TrainingError for options, checkpoints or a system without rules.
     """
     options = options or Options()
     dtype = getattr(torch, options.dtype)
@@ -93,14 +100,20 @@ def train(
         state = restore(resume, options, run.fingerprint)
     with _few_threads(network, data.count):
         state, stopped = _learn(run, state, callback, checkpoint)
+    system = network.system(state.best_check if checking is not None else state.best_train)
+    best = _argmin(state.history, "check" if checking is not None else "train")
+    rmse = total_rmse(system, data.x, data.y)
+    _say_differing(rmse, next(row.train for row in state.history if row.epoch == best), data, fis)
     return Training(
-        network.system(state.best_check if checking is not None else state.best_train),
+        system,
         network.system(state.best_train),
         state.history,
-        _argmin(state.history, "check" if checking is not None else "train"),
+        best,
         stopped,
         options,
         network.count,
+        rmse,
+        float("nan") if checking is None else total_rmse(system, checking.x, checking.y),
         dump(state, options, run.fingerprint),
     )
 
@@ -210,6 +223,27 @@ class _Run:
             since=0 if better or not state.history else state.since + 1,
         )
         return state, row
+
+
+def _say_differing(rmse: float, learnt: float, data: Samples, fis: Sugeno) -> None:
+    """Warn where the system errs by more than what was learnt.
+
+    A consequent is slopes · x + constant. Where x lies far from 0 for its spread both parts are large and all but
+    cancel, and the digits of a number do not suffice.
+    """
+    spread = max(float(np.ptp(data.y[:, k])) for k in range(data.y.shape[1]))
+    if rmse <= 1.05 * learnt or rmse - learnt <= _NEGLIGIBLE * spread:
+        return
+    lowest, highest = data.x.min(axis=0), data.x.max(axis=0)
+    offset = np.maximum(abs(lowest), abs(highest)) / np.where(highest > lowest, highest - lowest, np.inf)
+    k = int(np.argmax(offset))
+    warnings.warn(
+        f"the system errs by {shown(rmse)} (RMSE), though {shown(learnt)} was learnt: its numbers have too few digits "
+        f"for the input {quoted(fis.inputs[k].name)}, which lies at {shown(lowest[k])} and spreads over only "
+        f"{shown(highest[k] - lowest[k])}; subtract a constant from it in the data",
+        DataWarning,
+        stacklevel=3,
+    )
 
 
 def _say_too_few(network: Network, count: int) -> None:

@@ -86,7 +86,7 @@ def served(folder: Path, name: str) -> Iterator[tuple[str, int]]:
     )
     try:
         said = process.stdout.readline() if process.stdout else ""
-        found = re.search(r"http://127\.0\.0\.1:\d+/", said)
+        found = re.search(r"http://127\.0\.0\.1:\d+/\S*", said)  # with the token
         if found is None:
             raise RuntimeError(f"the designer did not start: {said}")
         yield found[0], process.pid

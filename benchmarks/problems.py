@@ -96,8 +96,8 @@ def formation(kind: str, output: str = "w_l") -> Problem:
     folder = Path(__file__).parents[1] / "datasets"
     tables = []
     for name in (f"formation-{kind}.csv", f"formation-{kind}-check.csv"):
-        names, values = read_table(folder / name)
-        assert names is not None
+        table = read_table(folder / name)
+        names, values = table.names, table.values
         inputs = [k for k, column in enumerate(names) if column in ("x_l", "y_l", "theta_l", "dx", "alpha_l")]
         tables += [values[:, inputs], values[:, names.index(output)]]
     x, y, x_check, y_check = tables

@@ -37,9 +37,9 @@ class Inference(NamedTuple):
 def infer(fis: Sugeno, x: Any) -> Inference:
     """Evaluate ``fis`` at ``x`` (..., inputs): one point or a batch of any shape, numpy or torch.
 
-    A point with an input that is not-a-number has outputs that are not-a-number. Each call warns at most once
-    (InferenceWarning) of inputs outside their universe, and at most once of points where no rule fires; it raises
-    FuzzySystemError instead if the system says so. Units are those of the variables.
+    A point with an input or a degree of membership that is not-a-number has outputs that are not-a-number. Each call
+    warns at most once (InferenceWarning) of inputs outside their universe, and at most once of points where no rule
+    fires; it raises FuzzySystemError instead if the system says so. Units are those of the variables.
     """
     x = as_float(x)
     if x.ndim == 0 or x.shape[-1] != len(fis.inputs):
@@ -56,7 +56,7 @@ def infer(fis: Sugeno, x: Any) -> Inference:
             degrees = array_namespace(x).exp(degrees)
     memberships = tuple(degrees[..., a:b] for a, b in _columns(fis))
     outputs = rule_outputs(fis, x)
-    output, fired = _defuzzified(fis, x, firing, weights, outputs)
+    output, fired = _defuzzified(fis, x, degrees, firing, weights, outputs)
     return Inference(memberships, firing, weights, outputs, output, fired)
 
 
@@ -206,17 +206,24 @@ def _log_firing(fis: Sugeno, logs: Array) -> tuple[Array, Array]:
     """Layers 2 and 3 from logarithms (..., terms): the weights are a softmax, which does not underflow."""
     s = fis.structure
     xp = array_namespace(logs)
-    # A rule's logarithm is the sum over its clauses of power · log μ. ``never`` stands for the logarithm of 0, where
-    # infinity would make 0 · ∞: so large that no sum of others comes near it, so small that sums of it do not overflow.
-    never = -float(xp.finfo(logs.dtype).max) / 1e8
-    log_firing = _asked(s, xp.clip(logs, never, 0.0))
+    # A rule's logarithm is the sum over its clauses of power · log μ.
+    least = never(logs.dtype, xp)
+    log_firing = _asked(s, xp.clip(logs, least, 0.0))
     weight = like(logs, s.weight)
     with np.errstate(under="ignore"):
         firing = xp.exp(log_firing) * weight
         usable = xp.where(weight > 0, log_firing, -xp.inf)
         top = xp.max(usable, axis=-1, keepdims=True)
-        top = xp.where(top > never / 1e6, top, xp.zeros_like(top))
+        top = xp.where(top > least / 1e6, top, xp.zeros_like(top))
         return firing, _normalised(xp.exp(usable - top) * weight)
+
+
+def never(kind: Any, xp: Any = np) -> float:
+    """What stands for the logarithm of 0, where infinity would make 0 · ∞, in arrays of the type ``kind``.
+
+    It is so large that no sum of others comes near it, and so small that sums of it do not overflow.
+    """
+    return -float(xp.finfo(kind).max) / 1e8
 
 
 def _asked(s: Structure, logs: Array) -> Array:
@@ -317,7 +324,9 @@ def rule_outputs(fis: Sugeno, x: Array) -> Array:
     return xp.stack(columns, axis=-1)
 
 
-def _defuzzified(fis: Sugeno, x: Array, firing: Array, weights: Array, outputs: Array) -> tuple[Array, Array]:
+def _defuzzified(
+    fis: Sugeno, x: Array, degrees: Array, firing: Array, weights: Array, outputs: Array
+) -> tuple[Array, Array]:
     """Layer 5 (..., outputs), and where any rule fired."""
     xp = array_namespace(x)
     takes_part = fis.structure.consequent.T >= 0  # (rules, outputs)
@@ -328,7 +337,9 @@ def _defuzzified(fis: Sugeno, x: Array, firing: Array, weights: Array, outputs: 
     total = xp.sum(share, axis=-2)  # (..., 1 or outputs)
     shape = (*x.shape[:-1], len(fis.outputs))
     fired = xp.broadcast_to(total > 0, shape)
-    known = xp.broadcast_to(xp.all(~xp.isnan(x), axis=-1, keepdims=True), shape)
+    # Of a degree that is not-a-number (0 · ∞ in a formula) neither that a rule fires can be said, nor that none does.
+    sums = xp.sum(xp.where(xp.isnan(x), x, xp.zeros_like(x)), axis=-1) + xp.sum(degrees, axis=-1)
+    known = xp.broadcast_to(~xp.isnan(sums)[..., None], shape)
     if fis.defuzzification == "wtsum":
         output = xp.sum(firing[..., None] * outputs, axis=-2)
     else:

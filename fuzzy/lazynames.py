@@ -31,7 +31,16 @@ def lazy_names(
             return found
         if name[0] != "_" and name in submodules():
             return import_module(f"{package}.{name}")
-        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        raise AttributeError(f"module {package!r} has no attribute {name!r}{_hint(name)}")
+
+    def _hint(name: str) -> str:
+        """What was probably meant by a name; nothing of what Python and notebooks ask every object for."""
+        if name[0] == "_":
+            return ""
+        from difflib import get_close_matches
+
+        close = get_close_matches(name, names(), n=1, cutoff=0.7)
+        return f"; did you mean {close[0]!r}?" if close else ""
 
     def names() -> list[str]:
         return sorted({*home, *submodules()})

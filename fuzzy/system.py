@@ -6,6 +6,7 @@ The structure is Python, the parameters are numbers or arrays, and nothing chang
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from html import escape
 from typing import Any, Generic, Literal, NamedTuple, TypeVar, get_args
 
 import numpy as np
@@ -14,12 +15,15 @@ from array_api_compat import is_array_api_obj
 import fuzzy.membership  # noqa: F401 - what files and editors call a function is known once it is defined
 from fuzzy.errors import InputError
 from fuzzy.language import parse_rule
-from fuzzy.membershipfunction import Array, MembershipFunction
+from fuzzy.membershipfunction import Array, MembershipFunction, as_number
 from fuzzy.naming import expected
 from fuzzy.rule import Rule
+from fuzzy.shown import shown
+from fuzzy.sketch import counted, lines, table, titled
 
 NoRuleFires = Literal["midrange", "nan", "error"]
 OutOfRange = Literal["warn", "ignore", "clip", "error"]
+_RULES_SHOWN, _TERMS_SHOWN, _SKETCH_POINTS = 50, 12, 61  # in a notebook
 T = TypeVar("T")
 
 
@@ -227,6 +231,25 @@ class Sugeno:
             )
         return infer(self, x[0]).output
 
+    def __repr__(self) -> str:
+        ends = (", ".join(v.name for v in variables) for variables in (self.inputs, self.outputs))
+        return f"Sugeno({self.name!r}: {' -> '.join(ends)}; {counted(len(self.rules), 'rule')})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the variables, a drawing of the inputs' terms, and the rules."""
+        rows = [
+            [variable.label, f"{shown(variable.universe[0])} to {shown(variable.universe[1])}", words, drawn]
+            for variables in (self.inputs, self.outputs)
+            for variable in variables
+            for words, drawn in [_sketched(variable)]
+        ]
+        listed = "".join(f"<li>{escape(str(rule))}</li>" for rule in self.rules[:_RULES_SHOWN])
+        more = f"<p>and {len(self.rules) - _RULES_SHOWN} more</p>" if len(self.rules) > _RULES_SHOWN else ""
+        rules = f"<details><summary>Rules</summary><ol>{listed}</ol>{more}</details>" if self.rules else ""
+        parts = {"input": self.inputs, "output": self.outputs, "rule": self.rules}
+        about = ", ".join(counted(len(those), what) for what, those in parts.items())
+        return titled(self.name, about, table(("variable", "range", "terms", ""), rows), rules)
+
     def __getitem__(self, name: str) -> Variable:
         """Return the input or output of this name."""
         for variable in (*self.inputs, *self.outputs):
@@ -242,6 +265,20 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "no_rule_fires": get_args(NoRuleFires),
     "out_of_range": get_args(OutOfRange),
 }
+
+
+def _sketched(variable: Variable) -> tuple[str, str]:
+    """The terms of a variable in words, and those that are membership functions as a drawing."""
+    low, high = variable.universe
+    words, curves = [], []
+    for name, term in variable.terms.items():
+        if isinstance(term, MembershipFunction):
+            plain = type(term)(*map(as_number, term.parameters))  # its parameters may be in training
+            x = np.linspace(low, high, _SKETCH_POINTS)
+            curves.append(list(zip(x.tolist(), np.asarray(plain(x)).tolist(), strict=True)))
+        words.append(f"{name} {shown(as_number(term.value), high - low)}" if isinstance(term, Constant) else name)
+    more = [f"and {len(words) - _TERMS_SHOWN} more"] if len(words) > _TERMS_SHOWN else []
+    return ", ".join(words[:_TERMS_SHOWN] + more), lines(curves, size=(180.0, 36.0))
 
 
 def _check_variables(variables: Sequence[Variable], kind: Any, what: str, term: str) -> None:

@@ -484,7 +484,7 @@ def test_a_designer_panel_is_a_tab(site, tmp_path):
         text=True,
     )
     try:
-        url = re.search(r"http://127\.0\.0\.1:\d+/", server.stdout.readline())
+        url = re.search(r"http://127\.0\.0\.1:\d+/\S*", server.stdout.readline())
         with urllib.request.urlopen(url[0], timeout=60) as answer:
             page = answer.read().decode()
     finally:

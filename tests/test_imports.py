@@ -18,11 +18,11 @@ FLOORS = {"fuzzy": ("fuzzy",), "anfis": ("fuzzy", "anfis"), "robotics": ("fuzzy"
 # The rooms of a package, folders and modules, on their stair: each imports from itself and from those before it only.
 STAIRS = {
     "fuzzy": """
-        lazynames extras errors naming shown profile membershipfunction membership rule language system inference
+        lazynames extras errors naming shown sketch profile membershipfunction membership rule language system inference
         detached files compiled insight fitting shell figures designer commands
     """,
     "anfis": """
-        data premises consequents network state methods checkpoint training accuracy estimator plot designer commands
+        data premises consequents network state methods checkpoint accuracy training estimator plot designer commands
     """,
     "robotics": """
         quantity random_streams tables vehicle paths radio environment sensing laws scenario simulation measures

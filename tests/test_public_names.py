@@ -30,6 +30,11 @@ def test_one_list_of_names_in_four_places(package):
         assert inspect.ismodule(getattr(module, name)) == (name in submodules), name
     with pytest.raises(AttributeError, match=f"module '{package}' has no attribute 'nothing'"):
         _ = module.nothing
+    meant = module.__all__[-1]
+    with pytest.raises(AttributeError, match=f"has no attribute '{meant}x'; did you mean '{meant}'"):
+        getattr(module, f"{meant}x")
+    with pytest.raises(AttributeError, match=r"has no attribute '_repr_html_'$"):
+        _ = module._repr_html_
 
 
 @pytest.mark.parametrize("package", PACKAGES)

@@ -1,12 +1,15 @@
 """The command ``anfis evaluate``: a system's errors on a table."""
 
-from anfis.commands.shared import Data, Fis, Json, read
+from anfis.commands.shared import Data, Fis, Json
+from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
 
-def evaluate(fis: Fis, data: Data, json: Json = False) -> None:
+def evaluate(fis: Fis, data: Data, skip_bad: SkipBad = False, json: Json = False) -> None:
     """Measure a system's errors on a table that holds its inputs and outputs, found by their names.
+
+    What other columns hold does not matter.
 
     \b
     Example:
@@ -18,12 +21,14 @@ def evaluate(fis: Fis, data: Data, json: Json = False) -> None:
     from fuzzy.files.fisfile import read_fis
     from fuzzy.files.packaged import find_fis
 
-    system, table = read_fis(find_fis(fis)), read(data)
-    x, y = (table.columns([v.name for v in variables]) for variables in (system.inputs, system.outputs))
-    rows = accuracy(system, x, y)
+    system, text = read_fis(find_fis(fis)), opened(data)
+    n = len(system.inputs)
+    table = numbers(text, columns_of(text, [*system.inputs, *system.outputs]), skip_bad)
+    rows = accuracy(system, table.values[:, :n], table.values[:, n:])
     if json:
-        print_json({"samples": len(y), "outputs": {name: row._asdict() for name, row in rows.items()}})
+        counted = {"samples": len(table.values), "skipped": len(table.skipped)}
+        print_json({**counted, "outputs": {name: row._asdict() for name, row in rows.items()}})
         return
-    for name, row in rows.items():
-        rmse, mae, largest = (shown(value) for value in (row.rmse, row.mae, row.max))
-        print(f"{name}: RMSE {rmse}, MAE {mae}, largest {largest}, R² {row.r2:.4f}")
+    for variable, row in zip(system.outputs, rows.values(), strict=True):
+        rmse, mae, largest = (f"{shown(error)} {variable.unit}".rstrip() for error in row[:3])
+        print(f"{variable.name}: RMSE {rmse}, MAE {mae}, largest {largest}, R² {row.r2:.4f}")

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from anfis.commands.shared import Data, Fis, Json, read
+from anfis.commands.shared import Data, Fis, Json
+from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
 from fuzzy.shell.terminal import print_json
 
 
@@ -16,9 +17,12 @@ def predict(
         Path | None,
         typer.Option("--out", "-o", metavar="OUT.csv", help="Write the outputs here. Default: standard output."),
     ] = None,
+    skip_bad: SkipBad = False,
     json: Json = False,
 ) -> None:
     """Compute a system's outputs for every row of a table; the inputs' columns are found by their names.
+
+    The outputs get a header "name [unit]". What other columns hold does not matter.
 
     \b
     Example:
@@ -30,13 +34,15 @@ def predict(
     from fuzzy.files.packaged import find_fis
     from fuzzy.files.table import table_text, write_table
 
-    system = read_fis(find_fis(fis))
-    x = read(data).columns([v.name for v in system.inputs])
-    found, headers = system(x), [v.name for v in system.outputs]
+    system, text = read_fis(find_fis(fis)), opened(data)
+    table = numbers(text, columns_of(text, system.inputs), skip_bad)
+    found = system(table.values)
+    names, units = [v.name for v in system.outputs], [v.unit for v in system.outputs]
     if out is not None:
-        write_table(out, headers, found)
+        write_table(out, names, found, units)
     if json:
-        outputs = {name: found[:, k] for k, name in enumerate(headers)}
-        print_json({"samples": len(x), "outputs": outputs} | ({"file": str(out)} if out is not None else {}))
+        outputs = {name: found[:, k] for k, name in enumerate(names)}
+        counted = {"samples": len(found), "skipped": len(table.skipped)}
+        print_json({**counted, "outputs": outputs} | ({"file": str(out)} if out is not None else {}))
     elif out is None:
-        print(table_text(headers, found), end="")
+        print(table_text(names, found, units), end="")

@@ -2,14 +2,17 @@
 
 import sys
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from anfis.commands.shared import CommandError, Data, Json, listed, read
+from anfis.commands.shared import CommandError, Data, Json
 from anfis.methods.catalogue import METHODS
 from fuzzy.commands.completion import completed, rule_bases
+from fuzzy.commands.datafile import SkipBad, chosen_columns, columns_of, numbers, opened
+from fuzzy.commands.samples import Inputs, Outputs
 from fuzzy.shell.terminal import INTERRUPTED, print_json
 from fuzzy.shown import shown
 
@@ -21,11 +24,11 @@ if TYPE_CHECKING:
 
 
 class _Samples(NamedTuple):
-    inputs: list[str]
-    outputs: list[str]
+    names: dict[str, list[str]]  # and units, as identify and search_clusters take them
     x: "np.ndarray"  # (samples, inputs)
     y: "np.ndarray"  # (samples, outputs)
     check: "tuple[np.ndarray, np.ndarray] | None"
+    skipped: int  # rows that were left out, checking data included
 
 
 class _Start(NamedTuple):
@@ -45,10 +48,8 @@ def _methods(incomplete: str) -> list[str]:
 def train(
     data: Data,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="NET.fis", help="Where the trained system goes.")],
-    inputs: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Names of columns. Default: all that are no outputs.")
-    ] = None,
-    outputs: Annotated[str | None, typer.Option(metavar="Y", help="Names of columns. Default: the last one.")] = None,
+    inputs: Inputs = None,
+    outputs: Outputs = None,
     check: Annotated[
         Path | None, typer.Option(metavar="CHECK.csv", help="Checking data, not learnt from; same columns.")
     ] = None,
@@ -97,10 +98,13 @@ def train(
     plot: Annotated[
         Path | None, typer.Option(metavar="PICTURE", help="Draw the errors of every epoch: .png, .pdf or .svg.")
     ] = None,
+    skip_bad: SkipBad = False,
     json: Json = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress bar.")] = False,
 ) -> None:
     """Learn a system from a table and write the one of least checking error (training error without --check).
+
+    Columns that are not used may hold anything. Numbers have a decimal point or a decimal comma.
 
     \b
     Example:
@@ -124,11 +128,13 @@ def train(
         seed=seed,
     )
     _say_unread(options)
-    samples = _samples(data, inputs, outputs, check)
-    fis = _starting_system(_Start(start, rules, radius, grid, mf), samples)
+    begin = _Start(start, rules, radius, grid, mf)
+    given = _given_system(begin)
+    samples = _samples(data, inputs, outputs, check, given, skip_bad)
+    fis = _starting_system(begin, samples) if given is None else given
     result = _learn(fis, samples, options, checkpoint, resume, quiet)
     _write(result, out, history, plot)
-    _say(result, out, json)
+    _say(result, out, samples.skipped, json)
     if result.stopped == "interrupted":
         print(f"anfis: interrupted; the best so far is in {out}", file=sys.stderr)
         raise typer.Exit(INTERRUPTED)
@@ -157,35 +163,54 @@ def _say_unread(options: "Options") -> None:
             warnings.warn(f"--{name} changes nothing: the method {options.method} does not read it", stacklevel=2)
 
 
-def _samples(data: Path, inputs: str | None, outputs: str | None, check: Path | None) -> _Samples:
-    table = read(data)
-    wanted = listed(outputs) if outputs is not None else [table.names[-1]]
-    y = table.columns(wanted)
-    used = listed(inputs) if inputs is not None else [n for n in table.names if n not in wanted]
-    both = [name for name in used if name in wanted]
-    if both or not used:
-        what = f"column {both[0]!r} is both an input and an output" if both else "every column is an output"
-        raise CommandError(f"{data}: {what}; say --inputs and --outputs")
-    x = table.columns(used)
-    if check is None:
-        return _Samples(used, wanted, x, y, None)
-    other = read(check)
-    return _Samples(used, wanted, x, y, (other.columns(used), other.columns(wanted)))
-
-
-def _starting_system(start: _Start, samples: _Samples) -> "Sugeno":
-    """The system to start from: a file, clusters or a grid."""
+def _given_system(start: _Start) -> "Sugeno | None":
+    """The system in the file to start from, if there is one."""
     from fuzzy.files.fisfile import read_fis
     from fuzzy.files.packaged import find_fis
-    from fuzzy.fitting.identification import identify
-    from fuzzy.fitting.search import search_clusters
 
     if sum(choice is not None for choice in start[:4]) != 1:
         raise CommandError("say where to start: exactly one of --start, --rules, --radius and --grid")
-    if start.start is not None:
-        return read_fis(find_fis(start.start))
+    return None if start.start is None else read_fis(find_fis(start.start))
+
+
+def _samples(
+    data: Path, inputs: str | None, outputs: str | None, check: Path | None, start: "Sugeno | None", skip_bad: bool
+) -> _Samples:
+    """The chosen columns: those of the system to start from, where the header names all of them and none is chosen."""
+    from fuzzy.files.table import DataError
+
+    text = opened(data)
+    places: list[int] | None = None
+    if start is not None and inputs is None and outputs is None:
+        with suppress(DataError):
+            places = columns_of(text, [*start.inputs, *start.outputs])
+        n = len(start.inputs)
+    if places is None:
+        of, to = chosen_columns(text, inputs, outputs)
+        places, n = [*of, *to], len(of)
+    table = numbers(text, places, skip_bad)
+    names = {
+        "input_names": list(table.names[:n]),
+        "output_names": list(table.names[n:]),
+        "input_units": list(table.units[:n]),
+        "output_units": list(table.units[n:]),
+    }
+    x, y = table.values[:, :n], table.values[:, n:]
+    if check is None:
+        return _Samples(names, x, y, None, len(table.skipped))
+    other = opened(check)
+    held = numbers(other, [other.place(*column) for column in zip(table.names, table.units, strict=True)], skip_bad)
+    checking = held.values[:, :n], held.values[:, n:]
+    return _Samples(names, x, y, checking, len(table.skipped) + len(held.skipped))
+
+
+def _starting_system(start: _Start, samples: _Samples) -> "Sugeno":
+    """The system to start from, made of clusters or a grid."""
+    from fuzzy.fitting.identification import identify
+    from fuzzy.fitting.search import search_clusters
+
     x, y = samples.x, samples.y
-    names: dict[str, Any] = {"input_names": samples.inputs, "output_names": samples.outputs}
+    names: dict[str, Any] = {**samples.names}
     if start.grid is not None:
         return identify(x, y, "grid", mfs=start.grid, kind=start.mf or "gbellmf", **names)
     if start.radius is not None:
@@ -244,7 +269,7 @@ def _write(result: "Training", out: Path, history: Path | None, plot: Path | Non
         save_figure(plot_training(result.history), plot)
 
 
-def _say(result: "Training", out: Path, json: bool) -> None:
+def _say(result: "Training", out: Path, skipped: int, json: bool) -> None:
     first, best, last = result.history[0], result.history[result.best], len(result.history) - 1
     count = len(result.system.rules)
     if json:
@@ -255,13 +280,21 @@ def _say(result: "Training", out: Path, json: bool) -> None:
                 "parameters": result.parameters,
                 "start": first._asdict(),
                 "best": best._asdict(),
+                "rmse": {"train": result.rmse, "check": result.check_rmse},  # of the system as it was written
                 "epochs": last,
                 "stopped": result.stopped,
+                "skipped": skipped,
             }
         )
         return
-    checked = f", {shown(best.check)} checking" if best.check == best.check else ""
+    units = {v.unit for v in result.system.outputs}
+    unit = units.pop() if len(units) == 1 else ""
+
+    def error(value: float) -> str:
+        return f"{shown(value)} {unit}".rstrip()
+
+    checked = f", {error(result.check_rmse)} checking" if result.check_rmse == result.check_rmse else ""
     print(
-        f"{out}: {count} rules; RMSE {shown(first.train)} at the start, {shown(best.train)} training{checked} at epoch "
-        f"{best.epoch} of {last} (stopped: {result.stopped})"
+        f"{out}: {count} rules; RMSE {error(first.train)} at the start, {error(result.rmse)} training{checked} at "
+        f"epoch {best.epoch} of {last} (stopped: {result.stopped})"
     )

@@ -7,10 +7,13 @@ folder, an upload in pieces, which column is which, settings, start, stop, take.
 import asyncio
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from anfis.designer.task import (
     STARTS,
@@ -19,6 +22,7 @@ from anfis.designer.task import (
     TaskError,
     TrainingProcess,
     TrainOutcome,
+    chosen_columns,
     guessed,
     read_columns,
     task_of,
@@ -64,17 +68,20 @@ class TrainSession:
         self.table: Columns | None = None
         self.choice: dict[str, Any] = {
             "start": "present", "radius": 0.5, "mfs": 3, "method": "hybrid", "epochs": 60, "goal": 0.0, "share": 0.2,
-            "seed": 0,
+            "seed": 0, "skip_bad": False,
         }  # fmt: skip
         self.columns: dict[str, str] = {}
         self.pieces: list[str] = []
         self.process: TrainingProcess | None = None
+        self.begun = False  # from the wish to train until its process has ended
+        self.closed = False
         self.doing: asyncio.Task[None] | None = None  # a task that nobody holds may vanish
         self.watching: asyncio.Task[None] | None = None
         self.history: list[tuple[Any, ...]] = []
         self.start: Sugeno | None = None
         self.outcome: TrainOutcome | None = None
         self.words: list[str] = []
+        self.unit = ""  # of the error that is learnt
         self.state = "idle"
         self.made = {generator.name: generator for generator in generators()}
         self.widget = bench.widget(
@@ -89,6 +96,7 @@ class TrainSession:
             before=None,
             after=None,
             problem=None,
+            **self._of_columns(),
         )
         self.widget.on_message(self.heard)
         bench.on_change(self._changed)
@@ -132,12 +140,10 @@ class TrainSession:
         try:
             if path.stat().st_size > _MOST:
                 raise TaskError(f"{name} is larger than {_MOST / 1e6:g} MB; use anfis train for large tables")
-            text = path.read_text(encoding="utf-8-sig")
-        except UnicodeDecodeError:
-            raise TaskError(f"{name} is not text in UTF-8") from None
+            data = path.read_bytes()
         except OSError as error:
             raise TaskError(f"cannot read {name}: {error.strerror or error}") from None
-        self._show(await self.bench.background(read_columns, name, text))
+        self._show(await self.bench.background(read_columns, name, data))
 
     async def _piece(self, message: dict[str, Any]) -> None:
         """A piece of an uploaded file; the first has the number 0."""
@@ -181,7 +187,7 @@ class TrainSession:
         if not isinstance(name, str) or not isinstance(value, str):
             raise TaskError("a choice of a column is a name and a column or role")
         self.columns = {**self.columns, name: value}
-        self.widget.update(columns=self.columns)
+        self.widget.update(columns=self.columns, **self._of_columns())
 
     def _choose(self, message: dict[str, Any]) -> None:
         name = message.get("name")
@@ -190,24 +196,42 @@ class TrainSession:
         self.choice = {**self.choice, name: message.get("value")}
         if name == "start":
             self._guess()
-        self.widget.update(choice=self.choice)
+        self.widget.update(choice=self.choice, **self._of_columns())
 
     async def _train(self, message: dict[str, Any]) -> None:
-        if self.process is not None:
+        # Another wish may come while the process is being started.
+        if self.begun:
             raise TaskError("a training runs already; stop it first")
         if self.table is None:
             raise TaskError("choose data first: a CSV file, or data that are generated")
         present = self._present()
-        task = task_of(self.table, self.columns, present, name=present.name, **self.choice)
+        settings = {**self.choice, "skip_bad": self.choice["skip_bad"] is True}
+        task = task_of(self.table, self.columns, present, name=present.name, **settings)
+        self.begun = True
         self.history, self.start, self.outcome, self.words, self.state = [], None, None, [], "starting"
+        self.unit = self._of_columns()["unit"]
+        if len(task.x) < len(self.table.values):
+            self.words.append(f"{len(self.table.values) - len(task.x)} of {len(self.table.values)} rows are left out")
         self.widget.update(progress=self._progress(), before=None, after=None)
-        self.process = await asyncio.to_thread(TrainingProcess, task)
-        self.watching = asyncio.get_running_loop().create_task(self._watch(self.process))
+        try:
+            process = await asyncio.to_thread(TrainingProcess, task)
+        except BaseException:
+            self.begun, self.state = False, "idle"
+            self.widget.update(progress=self._progress())
+            raise
+        if self.closed:
+            process.close()
+            return
+        self.process = process
+        if self.state == "stopping":
+            process.stop()
+        self.watching = asyncio.get_running_loop().create_task(self._watch(process))
 
     def _stop(self, message: dict[str, Any]) -> None:
-        if self.process is None:
+        if not self.begun:
             raise TaskError("no training runs")
-        self.process.stop()
+        if self.process is not None:
+            self.process.stop()
         self.state = "stopping"
         self.widget.update(progress=self._progress())
 
@@ -230,7 +254,7 @@ class TrainSession:
             if news and self.process is process:
                 self.widget.update(progress=self._progress())
         if self.process is process:
-            self.process = None
+            self.process, self.begun = None, False
             await asyncio.to_thread(process.close)
 
     def _note(self, what: str, about: Any) -> None:
@@ -252,6 +276,7 @@ class TrainSession:
 
     def close(self) -> None:
         """End the training that runs, because its page is closed."""
+        self.closed, self.begun = True, False
         process, self.process = self.process, None
         if process is not None:
             process.close()
@@ -264,7 +289,7 @@ class TrainSession:
 
     def _changed(self) -> None:
         system = self._system()
-        self.widget.update(system=system)
+        self.widget.update(system=system, **self._of_columns())
 
     def _system(self) -> dict[str, Any]:
         fis = self._present()
@@ -286,19 +311,35 @@ class TrainSession:
 
     def _show(self, table: Columns) -> None:
         self.table = table
+        self.choice = {**self.choice, "skip_bad": False}
         self._guess()
-        low, high = table.values.min(axis=0), table.values.max(axis=0)
-        columns = [
-            {"name": name, "low": float(a), "high": float(b)} for name, a, b in zip(table.names, low, high, strict=True)
-        ]
+        columns = []
+        for name, values in zip(table.names, table.values.T, strict=True):
+            numbers = values[np.isfinite(values)]
+            low, high = (float(numbers.min()), float(numbers.max())) if len(numbers) else (None, None)
+            columns.append({"name": name, "unit": table.unit(name), "low": low, "high": high})
         about = {"name": table.name, "rows": len(table.values), "columns": columns}
-        self.widget.update(table=about, columns=self.columns, choice=self.choice, sources=self._sources())
+        self.widget.update(
+            table=about, columns=self.columns, choice=self.choice, sources=self._sources(), **self._of_columns()
+        )
 
     def _guess(self) -> None:
         if self.table is not None:
             present = self._present() if self.choice["start"] == "present" else None
             self.columns = guessed(self.table, present)
             self.widget.update(columns=self.columns)
+
+    def _of_columns(self) -> dict[str, str]:
+        """What follows from the columns: the unit of the error, if all outputs have one, and rows without numbers."""
+        present, fresh = self._present(), self.choice["start"] != "present"
+        units, lack = [] if fresh else [v.unit for v in present.outputs], ""
+        if self.table is not None:
+            with suppress(TaskError):  # said when it is tried
+                inputs, outputs = chosen_columns(self.table, self.columns, present, self.choice["start"])
+                columns = [self.table.unit(name) for name in outputs]
+                units = columns if fresh else [a or b for a, b in zip(units, columns, strict=True)]
+                lack = self.table.lack([*inputs, *outputs])
+        return {"unit": units[0] if len(set(units)) == 1 else "", "lack": lack}
 
     def _progress(self) -> dict[str, Any]:
         rows = self.history
@@ -319,6 +360,7 @@ class TrainSession:
             "outputs": None if self.start is None else len(self.start.outputs),
             "parameters": None if self.outcome is None else self.outcome.parameters,
             "stopped": None if self.outcome is None else self.outcome.stopped,
+            "unit": self.unit,
             "words": self.words,
         }
 

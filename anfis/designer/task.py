@@ -6,19 +6,19 @@ epoch went, and ends with the best so far when it is told to stop, or at once wh
 
 import multiprocessing
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
 from anfis.methods.catalogue import METHODS
-from fuzzy.errors import InputError
-from fuzzy.files.table import DataError, read_table
+from fuzzy.errors import InputError, quoted
+from fuzzy.files.header import labels
+from fuzzy.files.table import DataError, on_lines, parse_table
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 
@@ -37,9 +37,48 @@ class Columns(NamedTuple):
     """A table of samples with named columns."""
 
     name: str  # of the file or the generator
-    names: tuple[str, ...]
-    values: np.ndarray  # (samples, columns)
+    names: tuple[str, ...]  # what the columns are called when they are chosen; all different
+    values: np.ndarray  # (samples, columns); not-a-number where a file has none
     inputs: int = 0  # how many of the first columns are inputs; 0: not known
+    units: tuple[str, ...] = ()  # of the columns; (): not known
+    variables: tuple[str, ...] = ()  # what variables made of the columns are called; (): as the columns
+    lines: np.ndarray | None = None  # (samples,) int: the line of the file at which each begins
+    doubts: tuple[str, ...] = ()  # why a column's numbers cannot be told, as the end of a sentence; (): they can
+    untitled: tuple[str, ...] = ()  # columns that the file's header leaves without a name
+
+    def unit(self, name: str) -> str:
+        """The unit of the column ``name``; empty where it is not known."""
+        return self.units[self.names.index(name)] if self.units else ""
+
+    @property
+    def usable(self) -> list[str]:
+        """The columns that have a name and numbers."""
+        some = np.isfinite(self.values).any(axis=0).tolist()
+        return [n for n, numbers in zip(self.names, some, strict=True) if numbers and n not in self.untitled]
+
+    def lacking(self, chosen: Sequence[str]) -> np.ndarray:
+        """(samples,) bool: which samples have no number in one of the ``chosen`` columns.
+
+        Raises TaskError for a column that holds none at all.
+        """
+        some = np.isfinite(self.values)
+        places = [self.names.index(name) for name in chosen]
+        for place in places:
+            if self.doubts and self.doubts[place]:
+                raise TaskError(f"{self.name}: {quoted(self.names[place])} {self.doubts[place]}")
+            if not some[:, place].any():
+                raise TaskError(f"{self.name}: {quoted(self.names[place])} holds no numbers")
+        return ~some[:, places].all(axis=1)
+
+    def lack(self, chosen: Sequence[str]) -> str:
+        """Say which samples have no number in which of the ``chosen`` columns; empty where all have one."""
+        rows = np.flatnonzero(self.lacking(chosen))
+        if not len(rows):
+            return ""
+        of = [quoted(name) for name in chosen if not np.isfinite(self.values[rows, self.names.index(name)]).all()]
+        lines = (rows + 1 if self.lines is None else self.lines[rows]).tolist()
+        verb = "has" if len(rows) == 1 else "have"
+        return f"{len(rows)} of {len(self.values)} rows {verb} no number in {', '.join(of[:5])} ({on_lines(lines)})"
 
 
 class Ask(NamedTuple):
@@ -74,6 +113,8 @@ class Task:
     y: np.ndarray = field(repr=False)  # (samples, outputs)
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+    input_units: tuple[str, ...] | None = None  # of a new system's variables
+    output_units: tuple[str, ...] | None = None
     start: Literal["present", "subtractive", "grid"] = "present"
     present: Sugeno | None = None  # the system to start from, for "present"
     radius: float = 0.5  # subtractive: of a cluster, as a share of the ranges
@@ -114,51 +155,96 @@ class Task:
         return round(self.share * len(self.x))
 
 
-def task_of(data: Columns, columns: dict[str, str], present: Sugeno | None, **settings: Any) -> Task:
+def task_of(
+    data: Columns, columns: dict[str, str], present: Sugeno | None, *, skip_bad: bool = False, **settings: Any
+) -> Task:
     """Make the task of learning from the table ``data``.
 
     ``columns`` says which column is which: to start from the ``present`` system, the column of every variable; for a
-    new system, the role of every column ("input", "output" or "unused"). ``settings`` are the other fields of
-    :class:`Task`. Raises TaskError.
+    new system, the role of every column ("input", "output" or "unused"). With ``skip_bad`` samples without a number in
+    one of these columns are left out. ``settings`` are the other fields of :class:`Task`. Raises TaskError.
     """
+    names = chosen_columns(data, columns, present, settings.get("start", "present"))
+    n = len(names[0])
+    flat = [*names[0], *names[1]]
+    bad = data.lacking(flat)
+    if bad.any() and not skip_bad:
+        raise TaskError(f"{data.name}: {data.lack(flat)}; leave such rows out, or choose other columns")
+    values = data.values[~bad][:, [data.names.index(name) for name in flat]]
     if settings.get("start", "present") == "present":
+        assert present is not None
+        called = [v.name for v in (*present.inputs, *present.outputs)]
+    else:
+        called = [data.variables[data.names.index(name)] if data.variables else name for name in flat]
+        twice = next((name for name in called if called.count(name) > 1), None)
+        if twice is not None:
+            raise TaskError(
+                f"{data.name}: two chosen columns are called {quoted(twice)}; give each a name of its own in the header"
+            )
+    units = [data.unit(name) for name in flat]
+    given = ("x", "y", "inputs", "outputs", "input_units", "output_units", "present")
+    known = {name for name in Task.__dataclass_fields__ if name not in given}
+    for name in settings:
+        if name not in known:
+            raise TaskError(expected(str(name), known, "setting"))
+    return Task(
+        x=values[:, :n],
+        y=values[:, n:],
+        inputs=tuple(called[:n]),
+        outputs=tuple(called[n:]),
+        input_units=tuple(units[:n]),
+        output_units=tuple(units[n:]),
+        present=present,
+        **settings,
+    )
+
+
+def chosen_columns(
+    data: Columns, columns: dict[str, str], present: Sugeno | None, start: str
+) -> tuple[list[str], list[str]]:
+    """The columns that are inputs and outputs by a choice as :func:`task_of` takes it. Raises TaskError."""
+    if start == "present":
         if present is None:
             raise TaskError("to start from the present system there must be one")
         chosen = [[v.name for v in present.inputs], [v.name for v in present.outputs]]
         lacking = [name for names in chosen for name in names if columns.get(name) not in data.names]
         if lacking:
             raise TaskError(f"no column of {data.name} is chosen for {', '.join(lacking)}")
-        names = [[columns[name] for name in group] for group in chosen]
+        inputs, outputs = ([columns[name] for name in group] for group in chosen)
     else:
-        names = [[n for n in data.names if columns.get(n) == role] for role in ("input", "output")]
-        chosen = names
-        if not names[0] or not names[1]:
+        inputs, outputs = ([n for n in data.names if columns.get(n) == role] for role in ("input", "output"))
+        if not inputs or not outputs:
             raise TaskError("at least one column must be an input and one an output")
-    flat = [*names[0], *names[1]]
+    flat = [*inputs, *outputs]
     twice = next((n for n in flat if flat.count(n) > 1), None)
     if twice is not None:
-        raise TaskError(f"the column {twice!r} is chosen twice")
-    x, y = (data.values[:, [data.names.index(n) for n in group]] for group in names)
-    known = {name for name in Task.__dataclass_fields__ if name not in ("x", "y", "inputs", "outputs", "present")}
-    for name in settings:
-        if name not in known:
-            raise TaskError(expected(str(name), known, "setting"))
-    return Task(x=x, y=y, inputs=tuple(chosen[0]), outputs=tuple(chosen[1]), present=present, **settings)
+        raise TaskError(f"the column {quoted(twice)} is chosen twice")
+    return inputs, outputs
 
 
-def read_columns(name: str, text: str) -> Columns:
-    """Read the table in the ``text`` of a CSV file called ``name``; without a header, columns are column1, column2, ...
+def read_columns(name: str, text: str | bytes) -> Columns:
+    """Read the table in the ``text`` of a file called ``name``, with whatever its columns hold.
 
-    Raises TaskError with the line and the column, in the words of :func:`fuzzy.files.table.read_table`.
+    Raises TaskError where it is no table, in the words of :func:`fuzzy.files.table.read_table`.
     """
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "data.csv"
-        path.write_text(text, encoding="utf-8", newline="")
-        try:
-            names, values = read_table(path)
-        except DataError as error:
-            raise TaskError(str(error).replace(str(path), name)) from None
-    return Columns(name, names or tuple(f"column{k + 1}" for k in range(values.shape[1])), values)
+    try:
+        table = parse_table(text, name)
+        read = table.all_columns()
+    except DataError as error:
+        raise TaskError(str(error)) from None
+    if not len(read.values):
+        raise TaskError(f"{name}: no row of numbers follows the header")
+    called = labels(table.columns)
+    return Columns(
+        name,
+        called,
+        read.values,
+        units=tuple(c.unit for c in table.columns),
+        variables=tuple(c.name for c in table.columns),
+        lines=read.lines,
+        doubts=read.doubts,
+        untitled=tuple(label for label, c in zip(called, table.columns, strict=True) if not c.title),
+    )
 
 
 def guessed(data: Columns, present: Sugeno | None) -> dict[str, str]:
@@ -166,16 +252,22 @@ def guessed(data: Columns, present: Sugeno | None) -> dict[str, str]:
 
     For a ``present`` system, a variable's column is the one of its name, or the one in its place if no name fits and
     there are as many columns as variables. For a new system (None), the last column is the output, unless the table
-    says how many are inputs.
+    says how many are inputs; a column without a name or without numbers is not used.
     """
+    usable = data.usable
     if present is None:
-        first = data.inputs or len(data.names) - 1
-        return {name: "input" if k < first else "output" for k, name in enumerate(data.names)}
+        first = data.inputs or len(usable) - 1
+        roles = {name: "input" if k < first else "output" for k, name in enumerate(usable)}
+        return {name: roles.get(name, "unused") for name in data.names}
     variables = [v.name for v in (*present.inputs, *present.outputs)]
-    folded = {name.casefold(): name for name in data.names}
+    folded: dict[str, str] = {}
+    for k, name in enumerate(data.names):
+        unit = f" [{data.units[k]}]" if data.units and data.units[k] else ""
+        for known in (name, f"{name}{unit}", *data.variables[k : k + 1]):
+            folded.setdefault(known.casefold(), name)
     found = {name: folded[name.casefold()] for name in variables if name.casefold() in folded}
-    if not found and len(variables) == len(data.names):
-        return dict(zip(variables, data.names, strict=True))
+    if not found and len(variables) == len(usable):
+        return dict(zip(variables, usable, strict=True))
     return found
 
 
@@ -207,6 +299,8 @@ def starting_system(task: Task) -> Sugeno:
         task.start,
         input_names=task.inputs,
         output_names=task.outputs,
+        input_units=task.input_units,
+        output_units=task.output_units,
         name=task.name,
         **settings,
     )

@@ -8,6 +8,7 @@ import torch
 
 from anfis.methods.catalogue import METHODS
 from fuzzy.errors import InputError
+from fuzzy.fitting.consequents import LARGEST_RIDGE
 from fuzzy.naming import expected
 
 # These want more than a gradient: a closure, or sparse gradients.
@@ -58,6 +59,8 @@ class Options:
                 or value < least
             ):
                 raise TrainingError(f"{name} must be a finite number >= {least}, got {value!r}")
+        if self.ridge > LARGEST_RIDGE:
+            raise TrainingError(f"ridge must be <= {LARGEST_RIDGE:g}, got {self.ridge!r}")
         if self.decrease > 1:
             raise TrainingError(f"decrease must be <= 1, got {self.decrease!r}")
         if self.dtype not in ("float64", "float32"):

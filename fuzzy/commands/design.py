@@ -33,8 +33,10 @@ def design(
 ) -> None:
     """Design a rule base in the browser: drag membership functions, edit rules, see what they do.
 
-    The page is served on this machine only, and nothing outside the folder is read or written. Unsaved work is kept
-    beside the files and is back after a crash. A packaged rule base is copied: saving writes a new file in the folder.
+    The page is served on this machine only, to whoever has the token in the printed address; the environment variable
+    FUZZYFLEET_TOKEN sets it, and empty asks for none. Nothing outside the folder is read or written. Unsaved work is
+    kept beside the files and is back after a crash. A packaged rule base is copied: saving writes a new file in the
+    folder.
 
     \b
     Example:

@@ -1,19 +1,22 @@
 """The command ``fuzzy evaluate``: a system at every row of a table."""
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
 from fuzzy.commands.shared import FisFile, Json, read_system
 from fuzzy.shell.terminal import plain, print_json
 
 if TYPE_CHECKING:
     import numpy as np
 
+    from fuzzy.files.table import TableText
     from fuzzy.system import Sugeno
+
+_LISTED = 20  # names that a message lists
 
 
 def evaluate(
@@ -22,12 +25,13 @@ def evaluate(
     output_file: Annotated[
         Path | None, typer.Option("-o", "--output-file", metavar="OUTPUTS.csv", help="Instead of stdout.")
     ] = None,
+    skip_bad: SkipBad = False,
     json: Json = False,
 ) -> None:
     """Evaluate the system at every row of a table.
 
-    A header that names the inputs says which column is which, in any order; otherwise the columns are the inputs
-    in their order. The outputs get a header if the inputs have one.
+    A header that names the inputs, as "speed" or "speed [m/s]", says which column is which, in any order; otherwise the
+    columns are the inputs in their order. The outputs get a header of the same kind if the inputs have one.
 
     \b
     Example:
@@ -35,42 +39,52 @@ def evaluate(
       fuzzy evaluate tipper.fis meals.csv -o tips.csv
       fuzzy evaluate lateral errors.csv
     """
-    from fuzzy.files.table import read_table, table_text, write_table
+    from fuzzy.files.table import table_text, write_table
 
     fis = read_system(file)
-    names, table = read_table(inputs)
-    outputs = _evaluated(fis, _columns(fis, inputs, names, table))
-    header = None if names is None else [v.name for v in fis.outputs]
+    text = opened(inputs)
+    table = numbers(text, _columns(fis, text), skip_bad)
+    outputs = _evaluated(fis, table.values)
+    names, units = ([v.name for v in fis.outputs], [v.unit for v in fis.outputs]) if table.headed else (None, None)
     if output_file is not None:
-        write_table(output_file, header, outputs)
+        write_table(output_file, names, outputs, units)
     if json:
         values = {v.name: plain(outputs[:, j]) for j, v in enumerate(fis.outputs)}
-        print_json({"rows": len(outputs), "outputs": values})
+        print_json({"rows": len(outputs), "skipped": len(table.skipped), "outputs": values})
     elif output_file is None:
-        sys.stdout.write(table_text(header, outputs))
+        sys.stdout.write(table_text(names, outputs, units))
 
 
-def _columns(fis: "Sugeno", path: Path, names: Sequence[str] | None, table: "np.ndarray") -> "np.ndarray":
-    """The table's columns (rows, inputs) in the order of the inputs."""
+def _columns(fis: "Sugeno", text: "TableText") -> list[int]:
+    """The table's columns in the order of the inputs."""
     from fuzzy.files.table import DataError
 
-    inputs = [v.name for v in fis.inputs]
-    if names is not None and all(name in names for name in inputs):
-        ignored = [name for name in names if name not in inputs]
+    missing: list[str] = []
+    for variable in fis.inputs:
+        try:
+            text.place(variable.name, variable.unit)
+        except DataError:
+            if variable.name in (column.name for column in text.columns):
+                raise  # several have this name
+            missing.append(variable.name)
+    known = [v.name for v in fis.inputs if v.name not in missing]
+    if not missing:
+        places = columns_of(text, fis.inputs)
+        ignored = [column.title for place, column in enumerate(text.columns) if place not in places and column.title]
         if ignored:
-            print(f"ignored: {', '.join(ignored)}", file=sys.stderr)
-        return table[:, [list(names).index(name) for name in inputs]]
-    known = [name for name in inputs if names is not None and name in names]
+            more = f" and {len(ignored) - _LISTED} more" if len(ignored) > _LISTED else ""
+            print(f"ignored: {', '.join(ignored[:_LISTED])}{more}", file=sys.stderr)
+        return places
     if known:
-        missing = ", ".join(name for name in inputs if name not in known)
-        raise DataError(f"{path}: the header names {', '.join(known)}, but not {missing}")
-    if table.shape[1] != len(inputs):
+        raise DataError(f"{text.file}: the header names {', '.join(known)}, but not {', '.join(missing)}")
+    inputs = [v.name for v in fis.inputs]
+    if len(text.columns) != len(inputs):
         raise DataError(
-            f"{path}: {table.shape[1]} columns, but {fis.name} has {len(inputs)} inputs: {', '.join(inputs)}"
+            f"{text.file}: {len(text.columns)} columns, but {fis.name} has {len(inputs)} inputs: {', '.join(inputs)}"
         )
-    if names is not None:
+    if text.headed:
         print(f"the header names no input: the columns are taken to be {', '.join(inputs)}", file=sys.stderr)
-    return table
+    return list(range(len(inputs)))
 
 
 def _evaluated(fis: "Sugeno", x: "np.ndarray") -> "np.ndarray":

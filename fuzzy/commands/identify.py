@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from fuzzy.commands.datafile import SkipBad
 from fuzzy.commands.samples import (
     Inputs,
     Order,
@@ -64,12 +65,14 @@ def identify(
     ridge: Ridge = 0.0,
     fit: Annotated[bool, typer.Option("--fit/--no-fit", help="Fit the consequents, or leave them 0.")] = True,
     plot: Plot = None,
+    skip_bad: SkipBad = False,
     json: Json = False,
 ) -> None:
     """Make a system from samples: antecedents by a grid or by clusters, consequents by least squares.
 
     With --rules the settings of subtractive clustering are searched for the best system with that number of rules,
-    as `fuzzy search` does. A header "speed [m/s]" names the column speed.
+    as `fuzzy search` does. A header "speed [m/s]" names the column speed. The table's columns are separated by commas,
+    semicolons or tabs; numbers have a decimal point or a decimal comma. Columns that are not used may hold anything.
 
     \b
     Example:
@@ -95,7 +98,7 @@ def identify(
         usage("--rules compares fitted systems: leave --no-fit out")
     check_search_picture(plot)
     target = Path(f"{file.stem}.fis") if output_file is None else output_file
-    samples = sample_table(file, inputs, outputs)
+    samples = sample_table(file, inputs, outputs, skip_bad)
     if mfs is not None:
         counts = [_whole(text) for text in mfs.split(",")]
         settings["mfs"] = counts[0] if len(counts) == 1 else counts
@@ -122,7 +125,8 @@ def identify(
     if json:
         errors = {v.name: float(error) for v, error in zip(fis.outputs, rmse, strict=True)}
         setting = {} if found is None else {"setting": setting_of(found.best)}
-        print_json({"file": str(target), "rules": len(fis.rules), "rmse": errors, **setting})
+        counted = {"samples": len(samples.x), "skipped": samples.skipped}
+        print_json({"file": str(target), "rules": len(fis.rules), "rmse": errors, **counted, **setting})
         return
     if found is not None:
         print(", ".join(f"{name} {shown(value)}" for name, value in setting_of(found.best).items()))

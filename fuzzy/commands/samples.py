@@ -1,12 +1,12 @@
 """What ``fuzzy identify`` and ``fuzzy search`` share: the table of samples, the search and its picture."""
 
-import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from fuzzy.commands.datafile import chosen_columns, numbers, opened
 from fuzzy.commands.shared import usage
 
 if TYPE_CHECKING:
@@ -15,14 +15,19 @@ if TYPE_CHECKING:
     from fuzzy.fitting.search import SearchResult, Trial
 
 Table = Annotated[
-    Path, typer.Argument(metavar="DATA.csv", help="Samples, a row each, with or without a header.", show_default=False)
+    Path,
+    typer.Argument(
+        metavar="DATA.csv",
+        help='Samples, a row each, with or without a header of names "speed [m/s]" or "speed (m/s)".',
+        show_default=False,
+    ),
 ]
 Inputs = Annotated[
     str | None,
-    typer.Option(metavar="A,B", help="Columns by name or number from 1; by default all that are no outputs."),
+    typer.Option(metavar="A,B", help="Columns by name, title or number from 1. Default: all that are no outputs."),
 ]
 Outputs = Annotated[
-    str | None, typer.Option(metavar="Y", help="Columns by name or number from 1; by default the last.")
+    str | None, typer.Option(metavar="Y", help="Columns by name, title or number from 1. Default: the last.")
 ]
 Plot = Annotated[
     Path | None, typer.Option(metavar="PICTURE", help="Draw the search: error against rules, .png, .pdf or .svg.")
@@ -37,54 +42,22 @@ class SampleTable(NamedTuple):
     x: "np.ndarray"  # (samples, inputs)
     y: "np.ndarray"  # (samples, outputs)
     names: dict[str, list[str]]  # the names and units, as identify and search_clusters take them
+    skipped: int  # rows that were left out
 
 
-def sample_table(file: Path, inputs: str | None, outputs: str | None) -> SampleTable:
-    """The chosen columns of the table; a header "name [unit]" is taken apart."""
-    from fuzzy.files.table import DataError, read_table
-
-    header, table = read_table(file)
-    columns = table.shape[1]
-    if columns < 2:
-        raise DataError(f"{file}: one column; inputs and outputs need at least two")
-    parts = [re.fullmatch(r"(.*\S)\s*\[([^\[\]]*)\]", text) for text in header or ()]
-    names = [part[1] if part else text for part, text in zip(parts, header or (), strict=True)]
-    units = [part[2] if part else "" for part in parts]
-    known: dict[str, int] = {str(i + 1): i for i in range(columns)}
-    known |= {text: i for labels in (header or (), names) for i, text in enumerate(labels)}
-    to = [columns - 1] if outputs is None else _places(outputs, known)
-    if outputs is None and inputs is not None and columns - 1 in _places(inputs, known):
-        usage("the last column is among the inputs: say which are the --outputs")
-    of = [i for i in range(columns) if i not in to] if inputs is None else _places(inputs, known)
-    both = [i for i in of if i in to]
-    if both:
-        usage(f"column {both[0] + 1} is both an input and an output")
-    if not of:
-        usage("every column is an output: no inputs are left")
-    named: dict[str, list[str]] = {}
-    if header is not None:
-        named = {
-            "input_names": [names[i] for i in of],
-            "output_names": [names[i] for i in to],
-            "input_units": [units[i] for i in of],
-            "output_units": [units[i] for i in to],
-        }
-    return SampleTable(table[:, of], table[:, to], named)
-
-
-def _places(texts: str, known: dict[str, int]) -> list[int]:
-    from fuzzy.naming import expected
-
-    places: list[int] = []
-    # A name that holds a comma is taken whole.
-    for text in [texts] if texts in known else [part.strip() for part in texts.split(",")]:
-        if text not in known:
-            # Each column by the last of its names: the bare one, or the number in a table without a header.
-            usage(expected(text, {place: name for name, place in known.items()}.values(), "column"))
-        if known[text] in places:
-            usage(f"column {text!r} is named twice")
-        places.append(known[text])
-    return places
+def sample_table(file: Path, inputs: str | None, outputs: str | None, skip_bad: bool = False) -> SampleTable:
+    """The chosen columns of the table. Raises InputError."""
+    text = opened(file)
+    of, to = chosen_columns(text, inputs, outputs)
+    table = numbers(text, [*of, *to], skip_bad)
+    n = len(of)
+    named = {
+        "input_names": list(table.names[:n]),
+        "output_names": list(table.names[n:]),
+        "input_units": list(table.units[:n]),
+        "output_units": list(table.units[n:]),
+    }
+    return SampleTable(table.values[:, :n], table.values[:, n:], named, len(table.skipped))
 
 
 def searched(samples: SampleTable, rules: int, order: int, ridge: float, radii: str | None = None) -> "SearchResult":

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fuzzy.commands.datafile import SkipBad
 from fuzzy.commands.samples import (
     Inputs,
     Order,
@@ -35,6 +36,7 @@ def search(
     order: Order = 1,
     ridge: Ridge = 0.0,
     plot: Plot = None,
+    skip_bad: SkipBad = False,
     json: Json = False,
 ) -> None:
     """Try every setting of subtractive clustering: the best error for each number of rules.
@@ -47,14 +49,15 @@ def search(
       fuzzy search samples.csv --inputs x,y --outputs v --rules 8 --plot error.png
     """
     check_search_picture(plot)
-    samples = sample_table(file, inputs, outputs)
+    samples = sample_table(file, inputs, outputs, skip_bad)
     result = searched(samples, rules, order, ridge, radii)
     if result.by_rules:
         draw_search(result, plot)
     missing = rules not in result.by_rules
     if json:
         rows = [{"rules": t.rules, "error": t.error, "rmse": t.rmse, **setting_of(t)} for t in result.by_rules.values()]
-        print_json({"settings": len(result.trials), "wanted": rules, "found": not missing, "best": rows})
+        counted = {"samples": len(samples.x), "skipped": samples.skipped, "settings": len(result.trials)}
+        print_json({**counted, "wanted": rules, "found": not missing, "best": rows})
     else:
         print(f"{len(result.trials)} settings, {result.fitted} different systems; error: {_error_name(result)}")
         print("  rules  error      radius  squash  accept  reject")

@@ -29,7 +29,9 @@ from fuzzy.compiled.tables import (
     Tables,
     Workspace,
 )
+from fuzzy.inference import never
 
+NEVER = never(np.float64)
 LANES = 256  # points a block: enough to outweigh the calls, few enough for the rows to stay in the second cache
 
 # Without Numba's reference counts (NRT): these functions make no arrays, and counting the users of some thirty
@@ -151,10 +153,10 @@ def _minimum(a: float, b: float) -> float:
 @inlined
 def _piecewise(
     kind: int, parameters: np.ndarray, t: int, x: np.ndarray, i: int, degree: np.ndarray, lanes: int
-) -> bool:
+) -> None:
     """Row ``t`` of degrees, from row ``i`` of x, of a function made of straight lines and parabolas.
 
-    Returns whether the number ``kind`` is known; the degrees of an unknown one are not-a-number.
+    The degrees of an unknown number ``kind`` are not-a-number.
     """
     a, b, c, d = parameters[t, 0], parameters[t, 1], parameters[t, 2], parameters[t, 3]
     if kind == TRIANGLE:
@@ -181,8 +183,6 @@ def _piecewise(
     else:
         for p in range(lanes):
             degree[t, p] = math.nan
-        return False
-    return True
 
 
 @uncounted
@@ -211,10 +211,10 @@ def _log_bell(x: np.ndarray, a: float, b: float, c: float, result: np.ndarray, w
 
 
 @uncounted
-def _log_degree(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work: Workspace) -> bool:
+def _log_degree(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work: Workspace) -> None:
     """A row of logarithms of the degrees of a function that is positive everywhere, but not a Gaussian.
 
-    Returns whether the number ``kind`` is known; the logarithms of an unknown one are not-a-number.
+    The logarithms of an unknown number ``kind`` are not-a-number.
     """
     a, b, c, d = parameters[0], parameters[1], parameters[2], parameters[3]
     if kind == TWO_SIDED_GAUSSIAN:
@@ -236,8 +236,6 @@ def _log_degree(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.nda
     else:
         for p in range(len(x)):
             degree[p] = math.nan
-        return False
-    return True
 
 
 @uncounted
@@ -253,10 +251,9 @@ def _difference(parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, work:
 
 
 @inlined
-def _memberships(tables: Tables, work: Workspace, lanes: int) -> bool:
-    """Layer 1. Returns whether the number of every term's function is known."""
+def _memberships(tables: Tables, work: Workspace, lanes: int) -> None:
+    """Layer 1: degrees of membership, or their logarithms."""
     parameters, x, degree = tables.parameters, work.x, work.degree
-    known = True
     for t in range(len(tables.kind)):
         kind, i = tables.kind[t], tables.place[t]
         if kind == GAUSSIAN:  # by far the most usual in systems that learn
@@ -265,14 +262,13 @@ def _memberships(tables: Tables, work: Workspace, lanes: int) -> bool:
                 z = (x[i, p] - center) / sigma
                 degree[t, p] = -0.5 * (z * z)
         elif kind < SIGMOID_DIFFERENCE:
-            known &= _piecewise(kind, parameters, t, x, i, degree, lanes)
+            _piecewise(kind, parameters, t, x, i, degree, lanes)
         elif kind == SIGMOID_DIFFERENCE:
             _difference(parameters[t], x[i], degree[t], work)
         else:
-            known &= _log_degree(kind, parameters[t], x[i], degree[t], work)
+            _log_degree(kind, parameters[t], x[i], degree[t], work)
         if kind >= GAUSSIAN and not tables.logarithmic:
             exp_nonpositive(degree[t], work.scale, work.bits)
-    return known
 
 
 # Layers 2 and 3: firing strengths and weights -----------------------------------------------------------------
@@ -280,7 +276,12 @@ def _memberships(tables: Tables, work: Workspace, lanes: int) -> bool:
 
 @inlined
 def _clause(degree: np.ndarray, t: int, power: float, negated: bool, result: np.ndarray, lanes: int) -> None:
-    """Row 0 of ``result`` ← row ``t`` of degrees after hedge and "not"."""
+    """Row 0 of ``result`` ← row ``t`` of degrees after hedge and "not".
+
+    1 − μ has few true digits where μ is close to 1, whose last one is 1e-16. Where all rules that fire do so by such a
+    difference, of the sum w, the output is exact to about 1e-16 / w of its range, here as in fuzzy.inference: the two
+    agree within 5e-7 of the range in 5,000 random systems.
+    """
     if power == 1.0:
         for p in range(lanes):
             result[0, p] = degree[t, p]
@@ -335,6 +336,9 @@ def _log_firing(tables: Tables, work: Workspace, lanes: int) -> None:
     clause, power, weight = tables.clause, tables.power, tables.weight
     degree, firing, weights, row = work.degree, work.firing, work.weights, work.row
     rules, inputs = clause.shape
+    for t in range(len(degree)):
+        for p in range(lanes):
+            degree[t, p] = NEVER if degree[t, p] < NEVER else degree[t, p]
     for p in range(lanes):
         row[0, p] = -math.inf
     for r in range(rules):
@@ -349,7 +353,7 @@ def _log_firing(tables: Tables, work: Workspace, lanes: int) -> None:
             for p in range(lanes):
                 row[0, p] = firing[r, p] if firing[r, p] > row[0, p] else row[0, p]
     for p in range(lanes):
-        row[0, p] = row[0, p] if row[0, p] > -math.inf else 0.0
+        row[0, p] = row[0, p] if row[0, p] > NEVER / 1e6 else 0.0
     for r in range(rules):
         # A rule without weight is no part of the greatest strength, and might overflow over it.
         reach = 0.0 if weight[r] > 0.0 else -math.inf
@@ -422,10 +426,10 @@ def _evaluate(tables: Tables, work: Workspace, lanes: int) -> None:
 
     The number is an argument for the sake of :func:`evaluate_point`: inlined with a 1, its loops vanish.
     """
-    x, output, missing, row = work.x, work.output, work.missing, work.row
+    x, degree, output, missing, row = work.x, work.degree, work.output, work.missing, work.row
     inputs = len(x)
     outputs = len(output)
-    known = _memberships(tables, work, lanes)
+    _memberships(tables, work, lanes)
     if tables.logarithmic:
         _log_firing(tables, work, lanes)
     else:
@@ -437,13 +441,21 @@ def _evaluate(tables: Tables, work: Workspace, lanes: int) -> None:
         for p in range(lanes):
             missing[o, p] = not row[0, p] > 0.0
             output[o, p] = default if missing[o, p] else output[o, p]
-    # Also for an unknown function, whose degrees a minimum or "no rule fires" would lose.
+    # Not-a-number in an input or a degree (of an unknown function, or of 0 · ∞) makes the sum so. A minimum or "no
+    # rule fires" would lose it.
+    for p in range(lanes):
+        row[1, p] = 0.0
     for i in range(inputs):
         for p in range(lanes):
-            if math.isnan(x[i, p]) or not known:
-                for o in range(outputs):
-                    output[o, p] = math.nan
-                    missing[o, p] = False
+            row[1, p] += 0.0 if x[i, p] == x[i, p] else math.nan
+    for t in range(len(degree)):
+        for p in range(lanes):
+            row[1, p] += degree[t, p]
+    for p in range(lanes):
+        if math.isnan(row[1, p]):
+            for o in range(outputs):
+                output[o, p] = math.nan
+                missing[o, p] = False
 
 
 @uncounted

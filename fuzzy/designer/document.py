@@ -2,7 +2,6 @@
 
 import hashlib
 import os
-import warnings
 from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -14,9 +13,9 @@ from typing import Any, NamedTuple
 from fuzzy.designer import autosave
 from fuzzy.designer.design import Design, design_of, file_text, point_in, with_disabled
 from fuzzy.designer.edits import edited
-from fuzzy.designer.saving import DocumentError, alone_in, check_untouched, digest_of
+from fuzzy.designer.saving import DocumentError, alone_in, bytes_of, check_untouched
 from fuzzy.designer.variableedits import new_variable
-from fuzzy.files.fisfile import FisFileWarning, read_fis, write_fis
+from fuzzy.files.fisfile import FisText, parse_bytes, write_fis
 from fuzzy.system import Sugeno
 
 DEPTH = 100  # edits that can be undone
@@ -26,6 +25,27 @@ _LONGEST = 200  # bytes of a file's name: file systems take 255, and unsaved wor
 class _Entry(NamedTuple):
     name: str  # of the edit
     design: Design  # before it (undo) or after it (redo)
+
+
+class FileContent(NamedTuple):
+    """What a file held when it was read."""
+
+    digest: str | None  # of its bytes; None: there was none
+    text: FisText | None
+
+
+def read_content(path: Path, mamdani: bool = False, name: str | None = None) -> FileContent:
+    """Read a .fis file that need not exist. Raises DocumentError or FisFileError.
+
+    Args:
+        path: The file.
+        mamdani: Whether a Mamdani system is read as a Sugeno system, see :func:`fuzzy.read_mamdani`.
+        name: What messages call the file, by default its path.
+    """
+    data = bytes_of(path)
+    if data is None:
+        return FileContent(None, None)
+    return FileContent(hashlib.sha256(data).hexdigest(), parse_bytes(data, name or str(path), mamdani))
 
 
 def confined(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> Path:
@@ -61,9 +81,10 @@ class Document:
     """A .fis file under design. All who look at the file share one document: its edits come one after another.
 
     ``path`` is relative to ``folder``, outside which nothing is read or written; by default the file's own. A file
-    that does not exist begins with ``begin``, by default :func:`new_system`. Unsaved work of a run that ended is
+    that does not exist begins with ``begin``, by default :func:`new_system`; ``content`` is what it holds where it was
+    read already. Unsaved work of a run that ended is
     taken up again: then ``restored`` says when it was written, and undoing leads back to the file. ``notes`` are
-    sentences on what was found while opening.
+    sentences on what was found while opening. ``unkept`` says why unsaved work cannot be kept at present.
 
     Raises DocumentError or FisFileError where there is nothing to open.
     """
@@ -73,6 +94,7 @@ class Document:
         path: str | os.PathLike[str],
         folder: str | os.PathLike[str] | None = None,
         begin: Sugeno | None = None,
+        content: FileContent | None = None,
     ) -> None:
         if folder is None:
             path = Path(path).absolute()
@@ -84,6 +106,7 @@ class Document:
         self.compared: Sugeno | None = None
         self.restored: datetime | None = None
         self.notes: tuple[str, ...] = ()
+        self.unkept: str | None = None
         self._undo: deque[_Entry] = deque(maxlen=DEPTH)
         self._redo: list[_Entry] = []
         self._gesture: Any = None
@@ -91,22 +114,19 @@ class Document:
         self._leftover: Path | None = None  # restored work that still stands in a file that is not ours
         if not self.path.parent.is_dir():
             raise DocumentError(f"{self.path}: there is no folder {self.path.parent}")
-        self.design = self._from_file()
+        self.design = self._from_file(content or read_content(self.path))
         self._restore()
 
-    def _from_file(self, first_key: int = 0) -> Design:
-        """The design in the file; what is known of the file is then what it holds now."""
-        digest = digest_of(self.path)
-        if digest is None:
+    def _from_file(self, content: FileContent, first_key: int = 0) -> Design:
+        """The design in the file; what is known of the file is then what it held when it was read."""
+        if content.text is None:
             fis = self._begin or new_system(self.path.stem)
         else:
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always", FisFileWarning)
-                fis = read_fis(self.path)
-            self.notes = (*self.notes, *(str(warning.message) for warning in caught))
+            fis = content.text.system
+            self.notes = (*self.notes, *content.text.warnings)
         design = design_of(fis, first_key)
         # Only now: of a file that cannot be read, this document does not know what saving would replace.
-        self._digest, self._saved_text = digest, file_text(design)
+        self._digest, self._saved_text = content.digest, file_text(design)
         return design
 
     def _restore(self) -> None:
@@ -133,6 +153,11 @@ class Document:
             return datetime.fromtimestamp(self.path.stat().st_mtime, UTC) > when
         except OSError:
             return False
+
+    @property
+    def touched(self) -> bool:
+        """Whether there is anything here that opening the file again would not show."""
+        return bool(self._undo or self._redo or self._leftover is not None or self.compared is not None)
 
     @property
     def saved(self) -> bool:
@@ -281,8 +306,16 @@ class Document:
     def autosave(self) -> None:
         """Write the design beside the file now, or remove what stands there once the file holds it.
 
-        Raises DocumentError where it cannot be written.
+        Raises DocumentError where it cannot be written; ``unkept`` then says so until it can.
         """
+        try:
+            self._keep()
+        except DocumentError as error:
+            self.unkept = str(error)
+            raise
+        self.unkept = None
+
+    def _keep(self) -> None:
         if self.text() == self._saved_text and not _misspelt(self.design):  # nothing that the file does not tell
             self._forget()
             return
@@ -297,12 +330,15 @@ class Document:
             raise DocumentError(f"unsaved work cannot be kept in {target}: {error.strerror or error}") from None
         self._leftover = written
 
-    def discard(self) -> None:
-        """Go back to what the file holds now, as an edit that can be undone."""
+    def discard(self, content: FileContent | None = None) -> None:
+        """Go back to what the file holds now, as an edit that can be undone.
+
+        ``content`` is what it holds where it was read already.
+        """
         self.path, self.notes = confined(self.folder, self.path), ()
         if self._digest is not None and not self.path.exists():
             raise DocumentError(f"{self.path.name} no longer exists; saving writes it again")
-        design = self._from_file(self.design.next_key)
+        design = self._from_file(content or read_content(self.path), self.design.next_key)
         self._forget()
         self.restored = None
         self._record(replace(design, point=point_in(design.system, self.design)), "discard unsaved changes")

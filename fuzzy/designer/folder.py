@@ -1,18 +1,21 @@
 """The folder that was opened: nothing outside it is read or written."""
 
 import os
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
-from fuzzy.errors import InputError
-from fuzzy.files.fisfile import FisFileError, parse_fis
+from fuzzy.errors import InputError, quoted
+from fuzzy.files.fisfile import FisText, MamdaniError, parse_bytes
 from fuzzy.system import Sugeno
 
 LARGEST_FILE = 2_000_000  # bytes
-MOST_RULES = 2000
+# What a page can show; the reader of files takes more.
+MOST_VARIABLES, MOST_TERMS = 100, 500  # inputs or outputs; terms of a variable
+MOST_RULES, MOST_CLAUSES = 2000, 20_000  # rules; clauses of all rules together
 _MOST_FILES, _DEPTH = 500, 3
-_DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))}  # on Windows
+_NOT_ON_WINDOWS = '<>:"|?*'
+_PORTS = (f"{port}{n}" for port in ("com", "lpt") for n in range(10))
+_DEVICES = {"con", "prn", "aux", "nul", "conin$", "conout$", *_PORTS}  # on Windows
 
 
 class FolderError(InputError):
@@ -44,6 +47,8 @@ class Folder:
             real = path.resolve()
         except (OSError, RuntimeError, ValueError):
             raise FolderError(f"{name!r} cannot be opened") from None
+        if not real.exists() and (any(c in name for c in _NOT_ON_WINDOWS) or any(p[-1] in " ." for p in parts)):
+            raise FolderError(f"{name!r}: Windows knows no such name; use letters, digits, '-', '_' and '.'")
         if not real.is_relative_to(self.path):
             raise FolderError(f"{name!r} leads out of the opened folder")
         if real.is_dir():
@@ -82,12 +87,18 @@ class Folder:
 
     def read(self, name: str) -> Sugeno:
         """The system in a file of the folder. Raises FolderError, FisFileError, OSError."""
+        read = self.read_any(name)
+        if read.changes:
+            raise MamdaniError(name, None, "is a Mamdani system; open it, and save it as a Sugeno system first")
+        return read.system
+
+    def read_any(self, name: str) -> FisText:
+        """What a file of the folder holds, a Mamdani system as a Sugeno system; raises as :meth:`read` does."""
         path = self.inside(name)
         if not path.is_file():
             raise FolderError(f"there is no file {name!r} in the opened folder")
-        if path.stat().st_size > LARGEST_FILE:
-            raise FolderError(f"{name!r} is larger than {LARGEST_FILE / 1e6:g} MB")
-        return read_bytes(path.read_bytes(), name)[0]
+        check_size(path, name)
+        return read_bytes(path.read_bytes(), name)
 
 
 def open_folder(path: Path) -> Folder:
@@ -98,20 +109,31 @@ def open_folder(path: Path) -> Folder:
     return Folder(real)
 
 
-def read_bytes(data: bytes, name: str) -> tuple[Sugeno, list[str]]:
-    """The system in the bytes of a .fis file called ``name``, and what the reader warned of.
+def check_size(path: Path, name: str) -> None:
+    """Raise FolderError for a file of more than 2 MB; there may be none."""
+    if path.is_file() and path.stat().st_size > LARGEST_FILE:
+        raise FolderError(f"{name!r} is larger than {LARGEST_FILE / 1e6:g} MB")
 
-    Raises FisFileError with the line, or FolderError for a system of more than 2000 rules.
+
+def read_bytes(data: bytes, name: str) -> FisText:
+    """What the bytes of a .fis file called ``name`` hold, a Mamdani system as a Sugeno system.
+
+    Raises FisFileError with the line, or FolderError for a system that is too large for a page.
     """
-    if b"\0" in data:
-        raise FisFileError(name, None, "is no .fis file: it holds binary data")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = data.decode("latin-1")
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        fis = parse_fis(text, name)
-    if len(fis.rules) > MOST_RULES:
-        raise FolderError(f"{name}: {len(fis.rules)} rules; the designer shows at most {MOST_RULES}")
-    return fis, [str(w.message) for w in caught]
+    read = parse_bytes(data, name, mamdani=True)
+    check_shown(read.system, name)
+    return read
+
+
+def check_shown(fis: Sugeno, name: str) -> None:
+    """Raise FolderError for a system that is too large for a page; ``name`` is its file."""
+    counts = [
+        (len(fis.inputs), MOST_VARIABLES, "inputs"),
+        (len(fis.outputs), MOST_VARIABLES, "outputs"),
+        *((len(v.terms), MOST_TERMS, f"terms of {quoted(v.name)}") for v in (*fis.inputs, *fis.outputs)),
+        (len(fis.rules), MOST_RULES, "rules"),
+        (sum(len(rule.when) for rule in fis.rules), MOST_CLAUSES, "clauses in its rules"),
+    ]
+    for count, most, what in counts:
+        if count > most:
+            raise FolderError(f"{name}: {count} {what}; the designer shows at most {most}")

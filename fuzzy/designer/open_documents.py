@@ -2,57 +2,147 @@
 
 import asyncio
 import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
-from fuzzy.designer.document import Document
-from fuzzy.designer.folder import LARGEST_FILE, MOST_RULES, Folder, FolderError
+from fuzzy.designer.document import Document, FileContent, read_content
+from fuzzy.designer.folder import Folder, FolderError, check_shown, check_size, read_bytes
 from fuzzy.designer.saving import DocumentError
-from fuzzy.designer.workers import DesignerWorkers
+from fuzzy.designer.workers import DesignerWorkers, TimedWorker
+from fuzzy.files.fisfile import FisText
 from fuzzy.system import Sugeno
 
 AUTOSAVE = 0.25  # s between two autosaves of a document while it is being dragged
+AGAIN = 5.0  # s until unsaved work that could not be kept is tried again
+PATIENCE = 20.0  # s that a file may take to be read
+
+
+class MamdaniFileError(FolderError):
+    """A file of the folder that holds a Mamdani system, which can be opened as a Sugeno system.
+
+    Attributes:
+        name: The file.
+        changes: What becomes another thing then, a sentence each.
+        free: The name of a file that there is not yet, for the Sugeno system.
+    """
+
+    def __init__(self, name: str, changes: tuple[str, ...], free: str) -> None:
+        super().__init__(name, changes, free)
+        self.name, self.changes, self.free = name, changes, free
+
+    def __str__(self) -> str:
+        return f"{self.name} is a Mamdani system; it can be opened as a Sugeno system, {self.free}"
+
+
+def _content(path: Path, name: str) -> FileContent:
+    content = read_content(path, mamdani=True, name=name)
+    if content.text is not None:
+        check_shown(content.text.system, name)
+    return content
 
 
 class OpenDocuments:
     """The documents of a folder that are open; all browser tabs with one file share one document."""
 
-    def __init__(self, folder: Folder) -> None:
+    def __init__(self, folder: Folder, patience: float = PATIENCE) -> None:
         self.folder = folder
         self.workers = DesignerWorkers()
+        self._patience = patience
+        self._reader = TimedWorker(patience)
         self._documents: list[Document] = []
-        self._tabs: dict[int, int] = {}  # how many look at a document, by its id
+        self._first: Document | None = None  # began with a system that no file holds: kept even if untouched
+        self._tabs: dict[int, list[Callable[[], None]]] = {}  # who looks at a document, by its id
         self._waiting: set[int] = set()  # documents that were autosaved just now
+        self._failing: set[int] = set()  # documents that are tried again
 
     def document(self, name: str, begin: Sugeno | None = None) -> Document:
-        """The document of the file ``name``, which need not exist yet: then it begins with the system ``begin``.
+        """The document of the file ``name``, read here and now; for the page there is :meth:`opened`.
 
+        The file need not exist yet: then the document begins with the system ``begin``, and stays while nobody looks.
         Raises FolderError, DocumentError or FisFileError for what cannot be opened.
         """
         path = self.folder.inside(name)
-        for document in self._documents:
-            if document.path == path:
-                return document
-        if path.is_file() and path.stat().st_size > LARGEST_FILE:
-            raise FolderError(f"{name!r} is larger than {LARGEST_FILE / 1e6:g} MB")
-        document = Document(path, self.folder.path, begin)
-        if len(document.design.lines) > MOST_RULES:
-            raise FolderError(f"{name}: {len(document.design.lines)} rules; the designer shows at most {MOST_RULES}")
+        found = self._found(path)
+        if found is None:
+            check_size(path, name)
+            found = self._added(name, Document(path, self.folder.path, begin))
+            self._first = found if begin is not None else self._first
+        return found
+
+    async def opened(self, name: str, mamdani: str = "") -> Document:
+        """The document of the file ``name``, which is read in another process, within a time limit.
+
+        Args:
+            name: The file. Where there is none yet, the document begins with a small system.
+            mamdani: A file with the Mamdani system with which a file that is not there yet begins.
+
+        Raises MamdaniFileError, or another InputError or WorkError for what cannot be opened.
+        """
+        path = self.folder.inside(name)
+        content = None if self._found(path) else await self.content(path, name)
+        if content is not None and content.text is not None and content.text.changes:
+            stem = path.relative_to(self.folder.path).with_suffix("").as_posix()
+            raise MamdaniFileError(name, content.text.changes, self.folder.free_name(f"{stem}-sugeno"))
+        begin = await self.read(mamdani) if mamdani and content is not None and content.text is None else None
+        found = self._found(path)  # another tab may have opened it meanwhile
+        if found is not None:
+            return found
+        document = Document(path, self.folder.path, begin and begin.system, content)
+        if begin is not None and begin.changes:
+            document.notes += (f"{mamdani} was a Mamdani system; this Sugeno system comes near it",)
+        return self._added(name, document)
+
+    async def content(self, path: Path, name: str) -> FileContent:
+        """What the file called ``name`` holds, a Mamdani system as a Sugeno system. Raises InputError, WorkError."""
+        check_size(path, name)
+        content: FileContent = await self._read(name, _content, path, name)
+        return content
+
+    async def read(self, name: str) -> FisText:
+        """The system in a file of the folder, read in another process. Raises InputError, WorkError."""
+        read: FisText = await self._read(name, self.folder.read_any, name)
+        return read
+
+    async def read_upload(self, data: bytes, name: str) -> FisText:
+        """The system in the bytes of a file called ``name``. Raises InputError, WorkError."""
+        read: FisText = await self._read(name, read_bytes, data, name)
+        return read
+
+    async def _read(self, name: str, function: Callable[..., Any], *args: Any) -> Any:
+        late = f"{name} was not read within {self._patience:g} s and is given up; it is too large for the designer"
+        return await self._reader.run(late, function, *args)
+
+    def _found(self, path: Path) -> Document | None:
+        return next((document for document in self._documents if document.path == path), None)
+
+    def _added(self, name: str, document: Document) -> Document:
+        check_shown(document.design.system, name)
         document.listen(lambda: self._autosave_soon(document))
         self._documents.append(document)
         return document
 
-    def arrive(self, document: Document) -> None:
-        """Note that a browser tab looks at the document."""
-        self._tabs[id(document)] = self._tabs.get(id(document), 0) + 1
+    def arrive(self, document: Document, told: Callable[[], None] = lambda: None) -> None:
+        """Note that a browser tab looks at the document.
 
-    def leave(self, document: Document) -> None:
-        """Note that a browser tab no longer looks at the document."""
-        self._tabs[id(document)] -= 1
+        ``told`` is called when unsaved work can be kept no longer, or again: see ``Document.unkept``.
+        """
+        self._tabs.setdefault(id(document), []).append(told)
+
+    def leave(self, document: Document, told: Callable[[], None] | None = None) -> None:
+        """Note that a browser tab no longer looks at the document; one that nobody touched is forgotten."""
+        tabs = self._tabs[id(document)]
+        tabs.remove(tabs[0] if told is None else told)
+        if not tabs:
+            del self._tabs[id(document)]
+            if document in self._documents and document is not self._first and not document.touched:
+                self._documents.remove(document)
 
     def save(self, document: Document, name: str | None = None, overwrite: bool = False) -> None:
         """Save the document, under another name if one is given. Raises FolderError, DocumentError, OSError."""
         path = document.path if name is None else self.folder.inside(name)
         for other in [d for d in self._documents if d is not document and d.path == path]:
-            if self._tabs.get(id(other), 0) > 0:
+            if self._tabs.get(id(other)):
                 raise FolderError(f"{name!r} is open in another tab; close that tab first or choose another name")
             self._autosave(other)
             self._documents.remove(other)
@@ -62,6 +152,7 @@ class OpenDocuments:
         """Write what is not saved beside the files, and end the workers."""
         for document in self._documents:
             self._autosave(document)
+        self._reader.close()
         self.workers.close()
 
     def _autosave_soon(self, document: Document) -> None:
@@ -74,9 +165,25 @@ class OpenDocuments:
     def _autosave_again(self, document: Document) -> None:
         self._waiting.discard(id(document))
         self._autosave(document)
+        if document.unkept is not None and id(document) not in self._failing:
+            self._failing.add(id(document))
+            self._try_again(document)
+
+    def _try_again(self, document: Document) -> None:
+        """Try to keep what could not be kept, until it works."""
+        self._autosave(document)
+        if document.unkept is None or document not in self._documents:
+            self._failing.discard(id(document))
+        else:
+            asyncio.get_running_loop().call_later(AGAIN, self._try_again, document)
 
     def _autosave(self, document: Document) -> None:
+        before = document.unkept
         try:
             document.autosave()
         except DocumentError as error:
-            print(f"fuzzy design: {error}", file=sys.stderr)
+            if before != document.unkept:
+                print(f"fuzzy design: {error}", file=sys.stderr)
+        if before != document.unkept:
+            for told in self._tabs.get(id(document), []):
+                told()

@@ -7,6 +7,7 @@ from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 from nicegui import background_tasks, ui
 from nicegui.elements.mixins.text_element import TextElement
@@ -18,9 +19,9 @@ from fuzzy.designer.figures import check_figure, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.keys import KEYS
 from fuzzy.designer.modules import Modules
-from fuzzy.designer.open_documents import OpenDocuments
+from fuzzy.designer.open_documents import MamdaniFileError, OpenDocuments
 from fuzzy.designer.panel import Place, Workbench, find_panels
-from fuzzy.designer.saving import OverwriteError
+from fuzzy.designer.saving import OverwriteError, digest_of
 from fuzzy.designer.tabs import Tab, tab_group
 from fuzzy.designer.views import (
     compared_data,
@@ -34,19 +35,23 @@ from fuzzy.designer.views import (
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.figures.palette import stylesheet
+from fuzzy.shown import typeset
 
+_CHANGES = 50  # of a Mamdani system that are listed
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
 REST = 0.4  # s after the last edit before the rules are checked
+AT_ONCE = 50  # rules up to which that is done here and not in a worker
 _STATIC = Path(str(resources.files("fuzzy") / "designer" / "static"))
 
 
-async def build_page(opened: OpenDocuments, modules: Modules, name: str) -> None:
+async def build_page(opened: OpenDocuments, modules: Modules, name: str, mamdani: str = "") -> None:
     """Fill the page of a new browser tab with the designer of a file, or with what is wrong with the file.
 
     Args:
         opened: The open documents.
         modules: The modules that pages may load.
         name: The file's name in the folder.
+        mamdani: The file with the Mamdani system with which a new file begins.
     """
     ui.add_head_html(f"<style>{stylesheet()}</style>")
     for sheet in ("designer.css", "page.css"):
@@ -56,14 +61,39 @@ async def build_page(opened: OpenDocuments, modules: Modules, name: str) -> None
     if around is not None:
         around.parent.tag = "div"
     try:
-        document = opened.document(name)
-    except (InputError, OSError) as error:
+        document = await opened.opened(name, mamdani)
+    except MamdaniFileError as error:
+        _offer(error)
+        return
+    except (InputError, OSError, WorkError) as error:
         with ui.element("main").classes("shell shell-nothing"):
             TextElement(tag="h1", text="This file cannot be opened")
             TextElement(tag="p", text=str(error)).props('role="alert"')
             TextElement(tag="a", text="Back to the designer").props('href="/"')
         return
     _Page(opened, modules, document)
+
+
+def _offer(error: MamdaniFileError) -> None:
+    """Offer to open a Mamdani system as a Sugeno system."""
+    with ui.element("main").classes("shell shell-nothing"):
+        TextElement(tag="h1", text=f"{error.name} is a Mamdani system")
+        words = (
+            "The designer works with Sugeno systems. It can open this one as such, and saves it as "
+            f"{error.free}; {error.name} stays as it is. Inputs and rules stay. Between the constants the outputs' "
+            "values are others than the Mamdani system's. This changes:"
+        )
+        TextElement(tag="p", text=words)
+        with ui.element("ul"):
+            for change in error.changes[:_CHANGES]:
+                TextElement(tag="li", text=typeset(change))
+            if len(error.changes) > _CHANGES:
+                TextElement(tag="li", text=f"and {len(error.changes) - _CHANGES} more, alike")
+        to = urlencode({"file": error.free, "mamdani": error.name})
+        with ui.element("p"):
+            TextElement(tag="a", text=f"Open as {error.free}").props(f'href="/?{to}"')
+        with ui.element("p"):
+            TextElement(tag="a", text="Back to the designer").props('href="/"')
 
 
 class _Page:
@@ -95,7 +125,7 @@ class _Page:
         self._shown: dict[str, Any] = {}  # the traits as of the last change
         self._build()
         self._unlisten = document.listen(self._changed_soon)
-        opened.arrive(document)
+        opened.arrive(document, self._show_shell)
         self.client.on_connect(self._connected)
         self.client.on_delete(self._gone)
 
@@ -215,8 +245,12 @@ class _Page:
             "files": self.opened.folder.files(),
             "compared": self.compared if self.document.compared is not None else None,
             "largest": LARGEST_FILE,
+            "unkept": self.document.unkept,
             "restored": f"{restored:%Y-%m-%d %H:%M}" if restored is not None else None,
         }
+
+    def _show_shell(self) -> None:
+        self.header.update(shell=self._shell())
 
     def _changed_soon(self) -> None:
         """Show what the edits in hand lead to: once for all that arrive together, the latest wins."""
@@ -254,7 +288,9 @@ class _Page:
             return
         self._checked, self._looking = of, True
         try:
-            findings = await self.bench.background(findings_data, design)
+            # A small system is checked within some hundredths of a second.
+            small = len(design.lines) <= AT_ONCE
+            findings = findings_data(design) if small else await self.bench.background(findings_data, design)
         except (InputError, WorkError) as error:
             findings = [{"severity": "error", "sentence": f"The rules could not be checked: {error}", "places": []}]
         finally:
@@ -280,7 +316,7 @@ class _Page:
 
     async def _gone(self) -> None:
         self._unlisten()
-        self.opened.leave(self.document)
+        self.opened.leave(self.document, self._show_shell)
         await self.bench.close()
 
     def _say(self, sentence: str, problem: bool) -> None:
@@ -332,6 +368,7 @@ class _Page:
         if content.get("show") is True:  # and the focus goes to its name
             self.selected["show"] = next(self._numbers)
             self.editors.show("Memberships")
+        self._shown = self._shown | {"selected": self.selected}  # what hidden tabs are told when they are shown
         for bridge in self._everywhere:
             bridge.update(selected=self.selected)
 
@@ -390,18 +427,28 @@ class _Page:
             self.client.download(data, name)
             self.bench.notify(f"{name} is drawn")
 
-    def _compare(self, content: Mapping[str, Any]) -> None:
+    async def _compare(self, content: Mapping[str, Any]) -> None:
         name = content.get("name")
         if name is None:
             self.compared = None
             self.document.compare(None)
         else:
-            fis = self.opened.folder.read(name if isinstance(name, str) else "")
+            read = await self.opened.read(name if isinstance(name, str) else "")
+            if self.bench.closed:
+                return
             self.compared = name
-            self.document.compare(fis)
+            self.document.compare(read.system)
+            if read.changes:
+                self.bench.notify(f"{name} is a Mamdani system; compared is the Sugeno system that comes near it")
         self.header.update(shell=self._shell())
 
-    def _discard(self, content: Mapping[str, Any]) -> None:
-        self.document.discard()
+    async def _discard(self, content: Mapping[str, Any]) -> None:
+        document = self.document
+        read = await self.opened.content(document.path, document.path.name)
+        if read.digest != digest_of(document.path):  # it was saved meanwhile
+            read = await self.opened.content(document.path, document.path.name)
+        if read.text is not None and read.text.changes:
+            raise InputError(f"{document.path.name} holds a Mamdani system now; open it from the menu")
+        document.discard(read)
         self.header.update(shell=self._shell())
         self.bench.notify("the saved file is shown again; undo brings the changes back")

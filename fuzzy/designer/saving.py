@@ -20,12 +20,18 @@ class OverwriteError(DocumentError):
 
 def digest_of(path: Path) -> str | None:
     """The digest of the file's bytes; None where there is none. DocumentError where it cannot be read."""
+    data = bytes_of(path)
+    return None if data is None else hashlib.sha256(data).hexdigest()
+
+
+def bytes_of(path: Path) -> bytes | None:
+    """The file's bytes; None where there is none. DocumentError where it cannot be read."""
     try:
         if not path.is_file():
             if path.exists():
                 raise DocumentError(f"{path} is not a file")
             return None
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        return path.read_bytes()
     except OSError as error:
         raise DocumentError(f"{path} cannot be read: {error.strerror or error}") from None
 

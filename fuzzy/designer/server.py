@@ -4,18 +4,23 @@ import asyncio
 import contextlib
 import logging
 import os
+import re
+import secrets
+import signal
 import socket
 import sys
+import threading
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from fuzzy.designer.folder import LARGEST_FILE, Folder, FolderError, read_bytes
+from fuzzy.designer.folder import LARGEST_FILE, Folder, FolderError
 from fuzzy.designer.guard import Guard
 from fuzzy.designer.modules import Modules
-from fuzzy.designer.open_documents import OpenDocuments
+from fuzzy.designer.open_documents import PATIENCE, OpenDocuments
 from fuzzy.designer.workers import WorkError
-from fuzzy.errors import InputError
+from fuzzy.errors import InputError, shortened
+from fuzzy.files.fisfile import MamdaniError
 from fuzzy.system import Sugeno
 
 if TYPE_CHECKING:
@@ -23,6 +28,7 @@ if TYPE_CHECKING:
 
 HOST = "127.0.0.1"
 PORT = 8080
+TOKEN = "FUZZYFLEET_TOKEN"  # the environment variable that sets the token; empty: none is asked for
 
 
 def bound_socket(port: int | None) -> socket.socket:
@@ -53,6 +59,20 @@ class ServerError(InputError):
     """A server that cannot start as it was told to."""
 
 
+def token_of(environment: str | None) -> str:
+    """The token of the server's address: what the environment variable says, or without one a new one at random.
+
+    Raises ServerError for what cannot stand in an address, or is easily guessed.
+    """
+    if environment is None:
+        return secrets.token_urlsafe(24)
+    if environment and not re.fullmatch(r"[A-Za-z0-9_-]{8,200}", environment):
+        raise ServerError(
+            f"{TOKEN} must be 8 to 200 letters, digits, '-' and '_', or empty, which lets every user of this machine in"
+        )
+    return environment
+
+
 def serve(
     folder: Folder,
     name: str,
@@ -73,29 +93,49 @@ def serve(
 
     Raises ServerError where it cannot listen, and what opening the file raises.
     """
+    token = token_of(os.environ.get(TOKEN))
     opened = OpenDocuments(folder)
-    opened.document(name, begin)  # what is wrong with the file is said here, before anything starts
+    # What is wrong with the file is said here, before anything starts; a Mamdani system the page offers to convert.
+    with contextlib.suppress(MamdaniError):
+        opened.document(name, begin)
     listening = bound_socket(port)
     number = listening.getsockname()[1]
-    url = f"http://{HOST}:{number}/"
+    url = f"http://{HOST}:{number}/" + (f"?token={token}" if token else "")
     try:
-        server = _server(opened, name, number)
+        server = _server(opened, name, number, token)
 
         def started() -> None:
-            said(f"The designer of {folder.name(opened.document(name).path)} is at {url} (Ctrl-C ends it).")
+            said(f"The designer of {folder.name(folder.inside(name))} is at {url} (Ctrl-C ends it).")
             sys.stdout.flush()
             if browser:
                 webbrowser.open(url)
 
         server.config.app.app.state.started = started
-        with contextlib.suppress(KeyboardInterrupt):
+        with contextlib.suppress(KeyboardInterrupt), _terminated():
             server.run(sockets=[listening])
     finally:
         listening.close()
         opened.close()
 
 
-def _server(opened: OpenDocuments, name: str, port: int) -> Any:
+@contextlib.contextmanager
+def _terminated() -> Iterator[None]:
+    """Let a SIGTERM end the ``with`` block as an exit does, so that what must be closed is closed."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def leave(number: int, frame: Any) -> None:
+        raise SystemExit(128 + number)
+
+    before = signal.signal(signal.SIGTERM, leave)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _server(opened: OpenDocuments, name: str, port: int, token: str) -> Any:
     import uvicorn
     from fastapi import FastAPI
     from nicegui import app as pages
@@ -114,9 +154,9 @@ def _server(opened: OpenDocuments, name: str, port: int) -> Any:
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None, lifespan=lifespan)
     _add_routes(app, opened, modules)
 
-    @ui.page("/")
-    async def designer(file: str = "") -> None:
-        await build_page(opened, modules, file or name)
+    @ui.page("/", response_timeout=2 * PATIENCE)  # a file that is read for so long is given up before
+    async def designer(file: str = "", mamdani: str = "") -> None:
+        await build_page(opened, modules, file or name, mamdani)
 
     ui.run_with(
         app,
@@ -131,7 +171,11 @@ def _server(opened: OpenDocuments, name: str, port: int) -> Any:
     )
     pages.on_exception(_report)
     config = uvicorn.Config(
-        Guard(app, port), log_level="warning", server_header=False, timeout_graceful_shutdown=2, ws_max_size=4_000_000
+        Guard(app, port, token),
+        log_level="warning",
+        server_header=False,
+        timeout_graceful_shutdown=2,
+        ws_max_size=4_000_000,
     )
     server = uvicorn.Server(config)
     # A request that is cut off because the designer is ended is no error.
@@ -172,7 +216,7 @@ def _add_routes(app: Any, opened: OpenDocuments, modules: Modules) -> None:
 
 async def _uploaded(request: "Request", opened: OpenDocuments, file: str, name: str) -> dict[str, Any]:
     """Put the uploaded system in the place of the document's, as one edit."""
-    document = opened.document(file)
+    document = await opened.opened(file)
     name = "".join(c for c in name.replace("\\", "/").rpartition("/")[2] if c.isprintable())[:100] or "the upload"
     too_large = UploadSizeError(f"{name} is larger than {LARGEST_FILE / 1e6:g} MB, the most that can be uploaded")
     length = request.headers.get("content-length", "0")
@@ -183,8 +227,8 @@ async def _uploaded(request: "Request", opened: OpenDocuments, file: str, name: 
         data += part
         if len(data) > LARGEST_FILE:
             raise too_large
-    # A large file takes seconds to read; a worker takes a second to start.
-    large = len(data) > 100_000
-    fis, warned = await opened.workers.run(read_bytes, data, name) if large else read_bytes(data, name)
-    document.replace(fis, f"upload {name}")
-    return {"said": f"{name} is on the page; undo brings the old design back." + "".join(f" {w}." for w in warned)}
+    read = await opened.read_upload(data, name)
+    document.replace(read.system, f"upload {name}")
+    said = [f"{name} is on the page; undo brings the old design back", *read.warnings]
+    said += [f"it was a Mamdani system: {shortened('; '.join(read.changes), 400)}"] if read.changes else []
+    return {"said": "".join(f"{sentence}. " for sentence in said).rstrip()}

@@ -56,9 +56,35 @@ class DesignerWorkers:
             self._pool = None
 
 
+class TimedWorker:
+    """One process for what somebody else's file may make slow: one task after the other, each within a time limit."""
+
+    def __init__(self, limit: float) -> None:
+        self._limit = limit  # s, from when its turn comes
+        self._workers = DesignerWorkers(1)
+        self._turn = asyncio.Lock()
+
+    async def run(self, late: str, function: Callable[..., Any], *args: Any) -> Any:
+        """Run ``function(*args)`` as :meth:`DesignerWorkers.run` does.
+
+        Raises InputError with the sentence ``late``, and ends the process, where that takes too long.
+        """
+        async with self._turn:
+            try:
+                return await asyncio.wait_for(self._workers.run(function, *args), self._limit)
+            except TimeoutError:
+                self._workers.close()
+                raise InputError(late) from None
+
+    def close(self) -> None:
+        """End the process, whatever it is doing."""
+        self._workers.close()
+
+
 def _begin() -> None:
     # Ctrl-C is for the server, which ends its workers itself; where it was killed they go too.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     parent = multiprocessing.parent_process()
 
     def follow() -> None:

@@ -13,7 +13,10 @@ import numpy as np
 
 from fuzzy.errors import InputError
 
+# In shares of the range: below, no sample is near another and the squares of distances lose all meaning.
+LEAST_RADIUS, LARGEST_RADIUS = 1e-6, 1e6
 _TILE = (64, 1024)  # distances computed at a time: half a mebibyte, which stays in the second cache
+_LARGEST_OPTION = 1e6
 _TIE = 1e-12  # densities that differ by less, relatively, are equal: no sum's rounding chooses a center
 
 
@@ -36,10 +39,10 @@ class Options:
     def __post_init__(self) -> None:
         for name in ("squash", "accept", "reject"):
             value = getattr(self, name)
-            if not (isinstance(value, (int, float)) and np.isfinite(value) and value >= 0):
-                raise ClusteringError(f"{name} must be a finite number >= 0, got {value!r}")
-        if self.squash == 0:
-            raise ClusteringError("squash must be > 0")
+            if not (isinstance(value, (int, float)) and 0 <= value <= _LARGEST_OPTION):
+                raise ClusteringError(f"{name} must be a number >= 0 and <= {_LARGEST_OPTION:g}, got {value!r}")
+        if self.squash < LEAST_RADIUS:
+            raise ClusteringError(f"squash must be >= {LEAST_RADIUS:g}, got {self.squash!r}")
         if self.reject > self.accept:
             raise ClusteringError(f"reject ({self.reject:g}) must not exceed accept ({self.accept:g})")
 
@@ -105,8 +108,11 @@ def densities(
         radii = np.asarray(radius, dtype=float)
     except (TypeError, ValueError):
         radii = np.array(np.nan)
-    if radii.shape not in ((), (columns,)) or not (np.isfinite(radii) & (radii > 0)).all():
-        raise ClusteringError(f"radius must be > 0, one number or one for each of {columns} columns; got {radius!r}")
+    if radii.shape not in ((), (columns,)) or not ((radii >= LEAST_RADIUS) & (radii <= LARGEST_RADIUS)).all():
+        raise ClusteringError(
+            f"radius must be >= {LEAST_RADIUS:g} and <= {LARGEST_RADIUS:g}, one number or one for each of {columns} "
+            f"columns; got {radius!r}"
+        )
     low, high = column_ranges(data) if ranges is None else _given_ranges(ranges, columns)
     share = None if weights is None else _given_weights(weights, samples)
     scaled = np.ascontiguousarray((np.clip((data - low) / (high - low), 0.0, 1.0) / radii).T)
@@ -206,7 +212,7 @@ def select_centers(found: Densities, options: Options, most: int | None = None) 
     while most is None or len(rows) < most:
         top = float(density.max())
         share = top / first
-        if rows and share <= options.reject:
+        if rows and not share > options.reject:  # neither where densities are no numbers
             break
         k = int(np.argmax(density >= top * (1 - _TIE)))
         if rows and share <= options.accept:

@@ -26,6 +26,7 @@ from fuzzy.fitting.clustering import DataWarning, finite_table
 from fuzzy.inference import InferenceWarning, infer
 from fuzzy.system import Consequent, Constant, Linear, Sugeno
 
+LARGEST_RIDGE = 1e12  # far above it nothing is left but the outputs' mean
 _LARGEST = 100_000_000  # numbers in the equations, at most: 0.8 GB
 
 
@@ -153,8 +154,8 @@ def _checked(fis: Sugeno, groups: Sequence[OutputGroup], x: Any, y: Any, ridge: 
         )
     if len(x) != len(y):
         raise IdentificationError(f"x has {len(x)} samples, y {len(y)}")
-    if not (isinstance(ridge, (int, float)) and np.isfinite(ridge) and ridge >= 0):
-        raise IdentificationError(f"ridge must be a finite number >= 0, got {ridge!r}")
+    if not (isinstance(ridge, (int, float)) and 0 <= ridge <= LARGEST_RIDGE):
+        raise IdentificationError(f"ridge must be a number >= 0 and <= {LARGEST_RIDGE:g}, got {ridge!r}")
     if not fis.rules:
         raise IdentificationError(f"{fis.name} has no rules, so there are no consequents to fit")
     for group in groups:

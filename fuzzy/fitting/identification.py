@@ -200,8 +200,9 @@ def _grid(data: Data, mfs: int | Sequence[int] = 2, kind: str | Sequence[str] = 
             raise IdentificationError(f"mfs of {label} must be a whole number >= 2, got {count!r}")
     total = math.prod(int(count) for count in counts)
     if total > _MANY_RULES:
+        told = str(total) if total < 10**9 else f"about 10^{math.log10(total):.0f}"
         raise IdentificationError(
-            f"a grid of {shortened(' × '.join(map(str, counts)))} has {total} rules, more than {_MANY_RULES}; "
+            f"a grid of {shortened(' × '.join(map(str, counts)))} has {told} rules, more than {_MANY_RULES}; "
             "take fewer mfs, fewer inputs, or method 'subtractive'"
         )
     terms = [grid_terms(*each) for each in zip(kinds, data.low, data.high, counts, strict=False)]

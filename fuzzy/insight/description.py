@@ -4,6 +4,7 @@ from typing import Any
 
 from fuzzy.membershipfunction import MembershipFunction
 from fuzzy.shown import shown
+from fuzzy.sketch import counted
 from fuzzy.system import Constant, Linear, Sugeno, Variable
 
 _DIGITS = 6
@@ -12,8 +13,8 @@ _DIGITS = 6
 def describe(fis: Sugeno) -> str:
     """Describe the system in words: its choices, its variables with their terms, and its rules, one on each line."""
     lines = [
-        f"{fis.name}: {_count(len(fis.inputs), 'input')}, {_count(len(fis.outputs), 'output')}, "
-        f"{_count(len(fis.rules), 'rule')}",
+        f"{fis.name}: {counted(len(fis.inputs), 'input')}, {counted(len(fis.outputs), 'output')}, "
+        f"{counted(len(fis.rules), 'rule')}",
         f"and = {fis.and_method}, or = {fis.or_method}, defuzzification = {fis.defuzzification}, "
         f"no rule fires = {fis.no_rule_fires}, out of range = {fis.out_of_range}",
     ]
@@ -44,10 +45,6 @@ def as_dict(fis: Sugeno) -> dict[str, Any]:
         "outputs": [_variable(v) for v in fis.outputs],
         "rules": [_rule(number, rule) for number, rule in enumerate(fis.rules, 1)],
     }
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _term(fis: Sugeno, variable: Variable, term: Any) -> str:

@@ -73,10 +73,10 @@ class Explanation:
     def _inputs(self) -> list[str]:
         lines = []
         for variable, value, degrees in zip(self.system.inputs, self.x, self.memberships, strict=True):
-            line = f"{variable.name} = {_quantity(value, variable)}"
             if np.isnan(value):
-                lines.append(line + " is not a number, so no result is one")
+                lines.append(f"{variable.name} is not a number, so no result is one")
                 continue
+            line = f"{variable.name} = {_quantity(value, variable)}"
             terms = sorted(((d, t) for t, d in degrees.items() if d >= 0.005), key=lambda pair: -pair[0])
             line += " is " + (", ".join(f"{term} ({degree:.2f})" for degree, term in terms) or "none of its terms")
             if variable.name in self.outside:
@@ -215,5 +215,7 @@ def _strength(firing: float) -> str:
 
 
 def _quantity(value: float, variable: Variable) -> str:
+    if np.isnan(value):
+        return shown(value)
     low, high = variable.universe
     return f"{shown(value, high - low)} {variable.unit}".rstrip()

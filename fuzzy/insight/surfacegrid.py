@@ -75,5 +75,5 @@ def surface_axes(fis: Sugeno, inputs: Sequence[str | int] | str | int | None) ->
         inputs = [inputs]
     places = [place_of(which, fis.inputs, "input") for which in inputs]
     if len(places) not in (1, 2) or len(set(places)) != len(places):
-        raise FuzzySystemError(f"a surface has one or two different inputs for axes, got {list(inputs)}")
+        raise FuzzySystemError(f"a surface has one or two different inputs for axes, got {', '.join(map(str, inputs))}")
     return places

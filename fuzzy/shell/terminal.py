@@ -4,6 +4,7 @@ import contextlib
 import json
 import math
 import os
+import re
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
@@ -78,7 +79,8 @@ def run(
             return _say("", error.format_message())  # type: ignore[attr-defined]
         context = getattr(error, "ctx", None)
         path = context.command_path if context is not None else prog_name
-        return _say(path, f"{error.format_message()}\n(try '{path} --help')")  # type: ignore[attr-defined]
+        said = _in_our_words(error.format_message())  # type: ignore[attr-defined]
+        return _say(path, f"{said}\n(try '{path} --help')")
     except OSError as error:
         place = f"{error.filename}: " if error.filename is not None else ""
         return _say(prog_name, place + (error.strerror or str(error)))
@@ -102,6 +104,27 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+# What the libraries of command lines say of a value, and what we say of it
+_WORDS = (
+    (r"^Invalid value for '([^']*)': ", r"\1: "),
+    (r"^Invalid value: ", ""),
+    (r"(Value|Assertion) error, ", ""),
+    (r"Input should be greater than or equal to ", "must be >= "),
+    (r"Input should be less than or equal to ", "must be <= "),
+    (r"Input should be greater than ", "must be > "),
+    (r"Input should be less than ", "must be < "),
+    (r"Input should be a valid integer.*", "must be a whole number"),
+    (r"Input should be a valid number.*", "must be a number"),
+    (r"Input should be a finite number", "must be a finite number"),
+)
+
+
+def _in_our_words(message: str) -> str:
+    for theirs, ours in _WORDS:
+        message = re.sub(theirs, ours, message, count=1)
+    return message
 
 
 def _say(name: str, message: str) -> int:

@@ -72,6 +72,8 @@ def certify(
         from fuzzy.figures.drawing import check_picture
 
         check_picture(plot)
+    if speed[0] > speed[1]:
+        raise theory.CertificateError(f"--speed: LOW must be at most HIGH; got {speed[0]:g} and {speed[1]:g} m/s")
     if form not in ("2.31", "2.32"):
         raise theory.CertificateError(f"--form must be 2.31 or 2.32; got {form!r}")
     machine = load_robot(robot)

@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -9,8 +10,10 @@ from typing import Annotated
 import typer
 
 from anfis.methods.catalogue import METHODS
+from fuzzy.commands.datafile import SkipBad
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
+from fuzzy.shown import shown
 from robotics.commands.completion import scenarios
 from robotics.commands.shared import Jobs, Json, Quiet
 
@@ -20,7 +23,9 @@ DRIVES = ("formation-behind", "formation-ahead")  # of a leader and its follower
 
 
 def formation(
-    data: Annotated[Path, typer.Argument(metavar="DATA.csv", help="Formation data with a header line.")],
+    data: Annotated[
+        Path, typer.Argument(metavar="DATA.csv", help='Formation data below a header of names, "v_l" or "v_l [m/s]".')
+    ],
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder into which v_l.fis ... or v_1.fis ... go.")
     ],
@@ -49,6 +54,7 @@ def formation(
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds of each drive, from 0 on.")] = 1,
     jobs: Jobs = None,
+    skip_bad: SkipBad = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -64,9 +70,10 @@ def formation(
     from threadpoolctl import threadpool_limits
 
     from anfis import Options
-    from fuzzy.files.table import read_table
+    from fuzzy.files.table import BadRowsError
     from robotics.experiments.learning.formationlearning import (
         FormationLearningError,
+        formation_table,
         learn_networks,
         outputs_of,
         steps,
@@ -80,14 +87,16 @@ def formation(
     if report is not None and report.suffix != ".html":
         raise FormationLearningError(f"{report}: the page's name must end in .html")
     scenarios = [load_scenario(name) for name in drive or []]
-    names, values = read_table(data)
-    if names is None:
-        raise FormationLearningError(f"{data}: a header line with the columns' names is needed")
-    held = None
-    if check is not None:
-        others, held = read_table(check)
-        if others != names:
-            raise FormationLearningError(f"{check}: its columns must be those of {data}: {', '.join(names)}")
+    try:
+        table = formation_table(data, skip_bad=skip_bad)
+        other = None if check is None else formation_table(check, table.names, skip_bad=skip_bad)
+    except BadRowsError as error:
+        raise BadRowsError(f"{error}; --skip-bad leaves such rows out") from None
+    names, values, held = table.names, table.values, None if other is None else other.values
+    skipped = [0 if read is None else len(read.skipped) for read in (table, other)]
+    for read in (table, other):
+        if read is not None and read.skipped:
+            print(read.omission, file=sys.stderr)
     with threadpool_limits(1, "blas"), progress_bar(quiet) as begin:  # the matrices are small
         outputs = outputs_of(names)
         advance = begin("learning", steps(epochs, len(outputs)))
@@ -103,12 +112,12 @@ def formation(
             write_learning_report(
                 report,
                 networks,
-                Samples(str(data), names, values),
-                None if held is None else Samples(str(check), names, held),
+                Samples(str(data), names, values, skipped[0]),
+                None if held is None else Samples(str(check), names, held, skipped[1]),
                 runs=drive_networks(out, scenarios, range(seeds), begin),
                 title=title,
                 folder=str(out),
-                command=_command(data, check, out, rules, method, epochs, report, title, drive, seeds),
+                command=_command(data, check, out, rules, method, epochs, report, title, drive, seeds, skip_bad),
                 begin=begin,
             )
     rows = []
@@ -133,13 +142,18 @@ def formation(
             }
         )
     if json:
-        print_json({"method": method, "networks": rows} | ({} if report is None else {"report": str(report)}))
+        print_json(
+            {"method": method, "skipped": sum(skipped), "networks": rows}
+            | ({} if report is None else {"report": str(report)})
+        )
         return
-    for row in rows:
-        checked = "" if check is None else f", {row['check_rmse']:.2e} checking"
+    for network, row in zip(networks, rows, strict=True):
+        history, best = network.training.history, network.training.history[network.training.best]
+        first, last, held_error = (shown(error, digits=3) for error in (history[0].train, best.train, best.check))
+        checked = "" if check is None else f", {held_error} checking"
         print(
-            f"{row['file']}: {row['rules']} rules; RMSE {row['clustering_rmse']:.2e} by clustering, then "
-            f"{row['train_rmse']:.2e} training{checked} (epoch {row['best_epoch']})"
+            f"{row['file']}: {row['rules']} rules; RMSE {first} by clustering, then {last} training{checked} "
+            f"(epoch {row['best_epoch']})"
         )
     if report is not None:
         print(report)
@@ -156,9 +170,11 @@ def _command(
     title: str | None,
     drive: Sequence[str] | None,
     seeds: int,
+    skip_bad: bool,
 ) -> str:
     """The command line that makes the same page."""
     words = ["robotics", "learn", "formation", str(data), *(["--check", str(check)] if check else []), "-o", str(out)]
     words += [f"--rules={rules}", f"--method={method}", f"--epochs={epochs}", f"--report={report}"]
     words += [*([f"--title={title}"] if title is not None else []), *(f"--drive={name}" for name in drive or [])]
+    words += ["--skip-bad"] if skip_bad else []
     return shlex.join([*words, f"--seeds={seeds}"])

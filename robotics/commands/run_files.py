@@ -35,6 +35,9 @@ class RunFiles:
         for path, suffix in ((self.save, ".npz"), (self.table, ".csv"), (self.events, ".csv")):
             if path is not None and path.suffix != suffix:
                 raise RunFileError(f"{path}: the file's name must end in {suffix}")
+        for path in (self.save, self.table, self.events, self.plot):  # before the run, not after it
+            if path is not None and not path.parent.is_dir():
+                raise RunFileError(f"{path}: there is no folder {str(path.parent)!r} to write into")
 
     def need_ages(self, runs: int, robots: int, ticks: int) -> bool:
         """Whether such a run shall keep the age of each message, as a saved run and a page show it.

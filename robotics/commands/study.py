@@ -40,7 +40,7 @@ def study(
     \b
     Example:
       robotics new study -o study.toml
-      robotics study study.toml --jobs 2
+      robotics study study.toml --no-report
 
     \b
     A study's file; paths in it are relative to it:

@@ -43,9 +43,11 @@ def _formation(kind: str) -> Any:
     from anfis.designer.task import Columns
     from robotics.experiments.learning.formationdata import FILES
     from robotics.experiments.learning.formationdata import formation_data as made
+    from robotics.experiments.learning.formationlearning import UNITS
 
     table = made(FILES[f"formation-{kind}.csv"])
-    return Columns(f"formation data, {kind}", table.names, table.values, table.inputs)
+    units = tuple(UNITS[name] for name in table.names)
+    return Columns(f"formation data, {kind}", table.names, table.values, table.inputs, units)
 
 
 def _scenario_asks(folder: Path) -> Any:
@@ -86,5 +88,8 @@ def _scenario_formation(folder: Path, chosen: dict[str, str]) -> Any:
     table = scenario_data(scenario, recipe)
     output = column(chosen["output"], robot)
     columns = [*(column(n, robot) for n in table.inputs), output]
-    values = table.values[:, [table.names.index(n) for n in columns]]
-    return Columns(f"{name}, {chosen['teacher']}, robot {robot}", (*table.inputs, output), values, len(table.inputs))
+    places = [table.names.index(n) for n in columns]
+    units = tuple(table.units[place] for place in places)
+    names = (*table.inputs, output)
+    title = f"{name}, {chosen['teacher']}, robot {robot}"
+    return Columns(title, names, table.values[:, places], len(table.inputs), units)

@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from html import escape
 from itertools import islice
 from typing import Any
 
@@ -11,12 +12,14 @@ import numpy as np
 import pandas as pd
 
 from fuzzy.errors import InputError
+from fuzzy.shown import shown
+from fuzzy.sketch import counted, table, titled
 from robotics.experiments.executors import Workers
 from robotics.laws.catalogue import OwnLaws, as_law, chosen_laws, gains_of, law_title, named_laws, shown_gain
 from robotics.laws.law import Law
 from robotics.measures.evidence import student
 from robotics.measures.own import NO_METRICS, OwnMetrics
-from robotics.measures.registry import ALL_METRICS, measure_all, own_metrics
+from robotics.measures.registry import ALL_METRICS, headlines, measure_all, own_metrics
 from robotics.measures.tracking import Metric
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
@@ -44,6 +47,25 @@ class Comparison:
     table: pd.DataFrame  # one row a seed and robot: KEYS, the metrics, diverged and contact (bool) as of rows_of
     runs: dict[tuple[str, str], Run]  # by scenario name and specification
     metrics: Mapping[str, Metric] = field(default_factory=dict)  # the user's own, by name
+
+    def __repr__(self) -> str:
+        names = ", ".join(scenario.name for scenario in self.scenarios)
+        return f"Comparison({names}: {', '.join(self.controllers)}; {counted(len(self.seeds), 'seed')})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: for each scenario the means of its most telling metrics, a row a controller."""
+        parts = []
+        for scenario in self.scenarios:
+            found = headlines(scenario.kind, own=self.metrics)
+            names = [name for name in found if name in self.table and self.table[name].notna().any()]
+            mine = self.table[self.table["scenario"] == scenario.name]
+            rows = [
+                [law, *(shown(float(mine.loc[mine["controller"] == law, name].mean()), 1.0) for name in names)]
+                for law in self.controllers
+            ]
+            heads = [f"{found[name].short or found[name].title} [{found[name].unit}]" for name in names]
+            parts.append(f"<p>{escape(scenario.name)}</p>" + table(("controller", *heads), rows))
+        return titled("Comparison", f"means over {counted(len(self.seeds), 'seed')}", *parts)
 
     @property
     def divergences(self) -> list[str]:

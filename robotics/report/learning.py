@@ -62,6 +62,7 @@ class Samples(NamedTuple):
     file: str  # its name
     names: tuple[str, ...]  # of the columns
     values: np.ndarray  # (rows, columns)
+    skipped: int = 0  # rows of the file that were left out, as they lack a number
 
 
 @dataclass(frozen=True)
@@ -383,6 +384,8 @@ def _data(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -
         head += ("meaning",)
     told = f"{samples.file}: {len(samples.values)} samples"
     told += "" if check is None else f"; {check.file}: {len(check.values)} checking samples"
+    left_out = samples.skipped + (0 if check is None else check.skipped)
+    told += f"; {left_out} rows without all numbers were left out" if left_out else ""
     columns = Grid(f"{told}.", head, rows)
     made = Grid(f"How {samples.file} was made, by its card.", ("fact", "value"), list(card.facts.items()))
     shown = [made] if card.facts else []
@@ -498,20 +501,24 @@ def _drive(k: int, run: Run) -> Chapter:
 
 def _program(networks: Sequence[Learnt], samples: Samples, check: Samples | None, folder: str, path: str | Path) -> str:
     options = networks[0].training.options
-    held = "None" if check is None else f'read_table("{check.file}")[1]'
-    samples_of = "" if check is None else f', Samples("{check.file}", names, check)'
+
+    def read(table: Samples, more: str = "") -> str:
+        return f'formation_table("{table.file}"{more}{", skip_bad=True" if table.skipped else ""})'
+
     return (
         "# Without the drives\n"
         "import anfis\n"
-        "from fuzzy.files.table import read_table\n"
-        "from robotics.experiments.learning.formationlearning import learn_networks, write_networks\n"
+        "from robotics.experiments.learning.formationlearning import formation_table, learn_networks, write_networks\n"
         "from robotics.report.learning import Samples, write_learning_report\n\n"
-        f'names, values = read_table("{samples.file}")\n'
-        f"check = {held}\n"
-        f'options = anfis.Options(method="{options.method}", epochs={options.epochs})\n'
-        f"networks = learn_networks(names, values, check, rules={networks[0].search.wanted}, options=options)\n"
+        f"data = {read(samples)}\n"
+        + ("" if check is None else f"check = {read(check, ', data.names')}\n")
+        + f'options = anfis.Options(method="{options.method}", epochs={options.epochs})\n'
+        f"networks = learn_networks(data.names, data.values, {'None' if check is None else 'check.values'}, "
+        f"rules={networks[0].search.wanted}, options=options)\n"
         f'write_networks(networks, "{folder}")\n'
-        f'write_learning_report("{path}", networks, Samples("{samples.file}", names, values){samples_of})\n'
+        f'samples = Samples("{samples.file}", data.names, data.values, {samples.skipped})\n'
+        + ("" if check is None else f'held = Samples("{check.file}", check.names, check.values, {check.skipped})\n')
+        + f'write_learning_report("{path}", networks, samples{"" if check is None else ", held"})\n'
     )
 
 

@@ -13,6 +13,8 @@ from typing import Literal
 import numpy as np
 
 from fuzzy.errors import InputError
+from fuzzy.shown import shown
+from fuzzy.sketch import counted, lines, table, titled
 from robotics.environment.world import Obstacle, World, compile_world
 from robotics.laws.setting import Kind, Setting
 from robotics.paths.offset import Offset, compile_offset
@@ -29,6 +31,7 @@ from robotics.vehicle.plant import STEP
 from robotics.vehicle.robot import Robot
 
 Pose = tuple[float, float, float]
+_ROBOTS_DRAWN, _POINTS_DRAWN = 12, 200  # in a notebook
 
 
 class ScenarioError(InputError):
@@ -134,6 +137,26 @@ class Scenario:
         object.__setattr__(self, "trajectory", trajectory)
         object.__setattr__(self, "setting", self._compiled())
         self._check_feasible(trajectory)
+
+    def __repr__(self) -> str:
+        title = f", {self.title!r}" if self.title else ""
+        return f"Scenario({self.name!r}{title}: {self._counted()})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the title, the conditions, and the paths from above."""
+        few = slice(_ROBOTS_DRAWN)
+        on = self.trajectory.sampled(np.linspace(0.0, self.duration, _POINTS_DRAWN))
+        paths = [list(zip(x, y, strict=True)) for x, y in zip(on.x.T[few].tolist(), on.y.T[few].tolist(), strict=True)]
+        rows = [
+            ["controller", self.controller or "fuzzy"],
+            ["source", self.source],
+            ["references", lines(paths, size=(320.0, 200.0), equal=True)],
+        ]
+        return titled(self.title or self.name, f"({self.name}): {self._counted()}", table((), rows))
+
+    def _counted(self) -> str:
+        among = f", {counted(len(self.obstacles), 'obstacle')}" if self.obstacles else ""
+        return f"{self.kind}, {counted(len(self.robots), 'robot')}{among}, {shown(self.duration)} s"
 
     @property
     def ticks(self) -> int:

@@ -15,6 +15,8 @@ from fuzzy.files.atomic import replacing
 from fuzzy.files.fisfile import FisFileError, format_fis, parse_fis
 from fuzzy.files.sealed import intact, is_sealed, sealed_archive
 from fuzzy.naming import expected
+from fuzzy.shown import shown
+from fuzzy.sketch import counted, lines, table, titled
 from fuzzy.system import Sugeno
 from robotics.environment.world import Geometry
 from robotics.laws.modes import MODES
@@ -31,6 +33,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 REFERENCE: dict[str, str] = {"x": "m", "y": "m", "heading": "rad", "v": "m/s", "w": "rad/s", "s": "m"}
+
+_ROBOTS_DRAWN, _POINTS_DRAWN = 12, 200  # in a notebook
 
 
 class RunError(InputError):
@@ -51,9 +55,9 @@ class About:
     kind: str  # of the scenario: "tracking", "formation" or "team"
     controller: str
     level: str  # "velocity" or "torque": the meaning of the command
-    robots: tuple[Robot, ...]
-    sensors: tuple[Mapping[str, RangeSensor], ...]  # the sensors that each robot carries, by name
-    rule_bases: Mapping[str, Sugeno] | None = None  # those of the controller, by task; None: an older file, not said
+    robots: tuple[Robot, ...] = field(repr=False)
+    sensors: tuple[Mapping[str, RangeSensor], ...] = field(repr=False)  # the sensors that each robot carries, by name
+    rule_bases: Mapping[str, Sugeno] | None = field(default=None, repr=False)  # by task; None: an older file, not said
 
 
 class Recorded(NamedTuple):
@@ -65,6 +69,12 @@ class Recorded(NamedTuple):
     def only(self, axis: str, which: slice) -> "Recorded":
         """The part ``which`` along ``axis``."""
         return self._replace(values=self.values[(slice(None),) * self.axes.index(axis) + (which,)])
+
+
+def _thinned(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
+    """A few of the points of a track."""
+    places = np.unique(np.linspace(0, len(x) - 1, _POINTS_DRAWN).astype(int))
+    return list(zip(x[places].tolist(), y[places].tolist(), strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +89,29 @@ class Run:
     paths: tuple[np.ndarray, ...] = field(repr=False)  # per robot (2, nodes) m: the path's nodes
     stopped: np.ndarray = field(repr=False)  # (runs, robots) int: the sample at which it diverged, or -1
     obstacles: Geometry | None = field(default=None, repr=False)  # its first axis: the samples, or 1 if all rest
+
+    def __repr__(self) -> str:
+        return f"Run({self.scenario!r} under {self.controller!r}: {self._counted()})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: what ran, and the first seed's tracks from above, over the paths."""
+        robots = range(min(len(self.about.robots), _ROBOTS_DRAWN))
+        x, y = (self[channel][0] for channel in ("x", "y"))  # (robots, samples) m
+        drawn = lines(
+            [_thinned(x[i], y[i]) for i in robots],
+            [_thinned(*self.paths[i]) for i in robots],
+            size=(320.0, 200.0),
+            equal=True,
+        )
+        stopped = [["stopped", sentence] for sentence in self.divergences()[:3]]
+        rows = [["scenario", self.scenario], ["controller", self.controller], *stopped]
+        facts = table((), [*rows, [f"seed {self.seeds[0]}", drawn]])
+        return titled("Run", self._counted(), facts)
+
+    def _counted(self) -> str:
+        robots, first, last = counted(len(self.about.robots), "robot"), self.seeds[0], self.seeds[-1]
+        seeds = f"seed {first}" if len(self.seeds) == 1 else f"{len(self.seeds)} seeds, {first} to {last}"
+        return f"{robots}, {seeds}, {shown(self.time[-1])} s in {len(self.time)} samples"
 
     @property
     def scenario(self) -> str:

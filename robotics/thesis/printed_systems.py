@@ -73,8 +73,8 @@ def thesis_comment(number: int) -> str:
 
 def _columns(path: Path, prefix: str, first: int, count: int) -> np.ndarray:
     """``count`` columns of a table from column ``first`` on (rows, count), whose names begin with ``prefix``."""
-    names, values = read_table(path)
-    wanted = (names or ())[first : first + count]
+    table = read_table(path)
+    wanted = table.names[first : first + count]
     if len(wanted) != count or not all(name.startswith(prefix) for name in wanted):
         raise ThesisTableError(f"{path}: columns {first + 1} to {first + count} must be those of {prefix.rstrip('_')}")
-    return values[:, first : first + count]
+    return table.values[:, first : first + count]

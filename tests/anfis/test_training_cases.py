@@ -1,6 +1,7 @@
 """What training must take: data and systems of every form; and Mackey-Glass, where the answer is known."""
 
 import importlib.util
+import warnings
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -238,6 +239,35 @@ def test_ridge_keeps_the_consequents_small():
     assert held.history[-1].train > free.history[-1].train
 
 
+@pytest.mark.parametrize("constant", [7.0, 1e9])
+def test_a_ridge_lets_a_constant_output_pass(constant):
+    found = anfis.train(FIS, X, np.full(len(X), constant), Options(method="least-squares", ridge=1e-3))
+    assert found.rmse <= 1e-13 * constant
+
+
+def begun(x, y):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DataWarning)
+        return fuzzy.identify(x, y, "subtractive", radius=0.15)
+
+
+def test_an_error_that_the_written_system_does_not_keep_is_said():
+    """Beside 1e12 a number in double precision has only some 1e-4 left."""
+    x = 1e12 + np.random.default_rng(0).uniform(0, 1, (60, 1))
+    y = np.sin(6 * (x[:, 0] - 1e12))
+    options = Options(method="second-order", epochs=3)
+    told = "for the input 'input1', which lies at 1e\\+12 and spreads over only 0.9[0-9]*; subtract a constant from it"
+    with pytest.warns(DataWarning, match=told):
+        far = anfis.train(begun(x, y), x, y, options, check=(x[:20], y[:20]))
+    written = fuzzy.parse_fis(fuzzy.format_fis(far.system))
+    assert far.rmse == pytest.approx(rmse(written, x, y))
+    assert far.check_rmse == pytest.approx(rmse(written, x[:20], y[:20]))
+    assert far.rmse > 2 * far.history[far.best].train
+    near = anfis.train(begun(x - 1e12, y), x - 1e12, y, options)
+    assert near.rmse == pytest.approx(near.history[near.best].train, rel=1e-6)
+    assert np.isnan(near.check_rmse)
+
+
 def test_a_system_without_rules():
     with pytest.raises(TrainingError, match="no rules"):
         anfis.train(replace(FIS, rules=()), X, Y)
@@ -251,6 +281,7 @@ def test_a_system_without_rules():
         ({"epochs": True}, "epochs"),
         ({"step": float("nan")}, "step must be a finite number >= 0"),
         ({"increase": 0.9}, "increase must be a finite number >= 1"),
+        ({"ridge": 1e308}, "ridge must be <= "),
         ({"decrease": 1.2}, "decrease must be <= 1"),
         ({"dtype": "float16"}, "dtype"),
         ({"optimiser": "adam"}, "a class of torch.optim"),

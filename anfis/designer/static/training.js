@@ -10,6 +10,7 @@ import {
   line,
   offer,
   put,
+  quantity,
   said,
   say,
   scale,
@@ -22,7 +23,20 @@ import {
 import { degree, places } from "../../../fuzzy/designer/static/membership.js";
 
 const SHEET = new URL("./training.css", import.meta.url).href;
-const NAMES = ["sources", "accepted", "table", "choice", "columns", "system", "progress", "before", "after", "problem"];
+const NAMES = [
+  "sources",
+  "accepted",
+  "table",
+  "choice",
+  "columns",
+  "system",
+  "progress",
+  "before",
+  "after",
+  "problem",
+  "unit",
+  "lack",
+];
 const PIECE = 200_000; // characters of an upload that travel together
 const STARTS = { present: "the present system", subtractive: "clusters of the data", grid: "a grid of terms" };
 const ROLES = [
@@ -39,6 +53,18 @@ const STOPPED = {
   patience: "no progress",
   interrupted: "interrupted",
 };
+
+/** The text of a file: UTF-8, or UTF-16 with a byte order mark. Throws where it is neither. */
+async function textOf(file) {
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  const [a, b] = bytes;
+  const kind = a === 0xff && b === 0xfe ? "utf-16le" : a === 0xfe && b === 0xff ? "utf-16be" : "utf-8";
+  return new TextDecoder(kind, { fatal: true }).decode(bytes);
+}
+
+/** A column as it is chosen: its name with the unit, and its range. */
+const described = (column) =>
+  `${labelled(column)}, ${column.low === null ? "no numbers" : `${said(column.low, 3)} to ${said(column.high, 3)}`}`;
 
 /** Powers of ten, where there are few of them also their double and fivefold, and within a factor of 4 round numbers. */
 function decades(low, high) {
@@ -112,7 +138,13 @@ export async function render({ model, el }) {
       fail(`${chosen.name} is larger than ${largest / 1e6} MB; use anfis train for large tables`);
       return;
     }
-    const text = await chosen.text();
+    let text;
+    try {
+      text = await textOf(chosen);
+    } catch {
+      fail(`${chosen.name} is not text in UTF-8; save it as UTF-8, in Excel as CSV UTF-8`);
+      return;
+    }
     for (let at = 0, n = 0; at === 0 || at < text.length; at += PIECE, n++) {
       model.send({
         do: "piece",
@@ -125,6 +157,10 @@ export async function render({ model, el }) {
     upload.value = "";
   });
   const about = element("p", { class: "tn-note" });
+  const skip = element("input", { type: "checkbox" });
+  skip.addEventListener("change", () => choose("skip_bad", skip.checked));
+  const lack = element("span"),
+    lackField = element("label", { class: "tn-lack", hidden: true }, skip, lack);
   const mapping = element("div", { class: "tn-columns" });
   const data = element(
     "fieldset",
@@ -152,10 +188,12 @@ export async function render({ model, el }) {
     element("legend", {}, "Start"),
     element("div", { class: "tn-row" }, field("Start from", start), radiusField, mfsField),
     mapping,
+    lackField,
   );
   const method = choices("Method", [], "", (value) => choose("method", value));
   const epochs = number("Epochs", "epochs", { min: 0, max: 100000, step: 1 });
   const goal = number("Error goal, RMSE", "goal", { min: 0, step: "any" });
+  const goalField = field("Error goal (RMSE)", goal);
   const share = number("Share of the samples for checking, in percent", "share", { min: 0, max: 80, step: "any" }, 100);
   const seed = number("Seed of the split", "seed", { min: 0, step: 1 });
   const act = (text, wish, kind) =>
@@ -172,7 +210,7 @@ export async function render({ model, el }) {
       { class: "tn-row" },
       field("Method", method),
       field("Epochs", epochs),
-      field("Error goal (RMSE)", goal),
+      goalField,
       field("Checking share [%]", share),
       field("Seed of the split", seed),
       go,
@@ -231,8 +269,12 @@ export async function render({ model, el }) {
       about,
       table
         ? `${table.name}: ${table.rows} samples, ${table.columns.length} columns`
-        : "The table needs one row per sample, inputs and outputs in columns, a header line and a decimal point.",
+        : 'The table needs one row per sample, inputs and outputs in columns, below a header such as "speed [m/s]".',
     );
+    say(goalField.firstElementChild, `Error goal (RMSE${get("unit") ? ` in ${get("unit")}` : ""})`);
+    lackField.hidden = !get("lack");
+    skip.checked = choice.skip_bad;
+    say(lack, `Leave out rows: ${get("lack")}`);
     const running = ["starting", "learning", "stopping"].includes(progress.state);
     go.disabled = running || !table;
     stop.disabled = !running || progress.state === "stopping";
@@ -253,7 +295,7 @@ export async function render({ model, el }) {
         text,
         choices(label, options, chosen, (value) => model.send({ do: "column", name, value })),
       );
-    const names = table.columns.map((c) => [c.name, `${c.name}, ${said(c.low, 3)} to ${said(c.high, 3)}`]);
+    const names = table.columns.map((c) => [c.name, described(c)]);
     const key = JSON.stringify([choice.start === "present", table, columns, system]);
     if (mapping.dataset.key === key) return;
     const focused = [...mapping.querySelectorAll("select")].indexOf(document.activeElement);
@@ -271,13 +313,7 @@ export async function render({ model, el }) {
     } else {
       mapping.replaceChildren(
         ...table.columns.map((c) =>
-          pick(
-            c.name,
-            `${c.name}, ${said(c.low, 3)} to ${said(c.high, 3)}`,
-            `Role of the column ${c.name}`,
-            ROLES,
-            columns[c.name] ?? "unused",
-          ),
+          pick(c.name, described(c), `Role of the column ${c.name}`, ROLES, columns[c.name] ?? "unused"),
         ),
       );
     }
@@ -298,7 +334,7 @@ export async function render({ model, el }) {
     if (p.epoch.length) words.push(`epoch ${last}`);
     if (p.best)
       words.push(
-        `smallest ${p.best.checked ? "checking" : "training"} error ${said(p.best.error)} at epoch ${p.best.epoch}${p.first ? ` (${said(p.first)} at the start)` : ""}`,
+        `smallest ${p.best.checked ? "checking" : "training"} error ${quantity(p.best.error, p)} at epoch ${p.best.epoch}${p.first ? ` (${quantity(p.first, p)} at the start)` : ""}`,
       );
     if (p.stopped !== null) words.push(STOPPED[p.stopped] ?? p.stopped);
     say(state, words.join(" · "));
@@ -335,7 +371,7 @@ export async function render({ model, el }) {
       log = scale(Math.log10(low), Math.log10(high), box.bottom, box.top);
     const y = (v) => (v > 0 ? log(Math.log10(v)) : NaN);
     y.ends = [low, high];
-    const drawn = axes(box, x, y, ["epoch", "RMSE"], decades(low, high));
+    const drawn = axes(box, x, y, ["epoch", p.unit ? `RMSE [${p.unit}]` : "RMSE"], decades(low, high));
     const over = (values, kind) =>
       shape("path", {
         d: line(

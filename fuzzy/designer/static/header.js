@@ -1,6 +1,6 @@
 // The designer's header: the file and its state, undo and redo, saving, the menu of the file with its dialogs, what is
 // said to the designer, and the keys that work everywhere. Model: "design" and "shell" ({ file, files, compared,
-// largest, restored }) and "keys"
+// largest, restored, unkept }) and "keys"
 // ([key, where, what]); Python's messages: { say, problem }, { say, undo }, { ask, then }, { moved }.
 
 import { watchConnection } from "./connection.js";
@@ -185,6 +185,7 @@ function render({ model, el }) {
     const close = box.querySelector(".buttons button");
     close.textContent = "Close";
     close.focus();
+    box.scrollTop = 0;
   }
 
   const chooser = make("input", {
@@ -306,6 +307,7 @@ function render({ model, el }) {
     "System",
   );
   const restored = make("div", { class: "restored", role: "status" });
+  const unkept = make("div", { class: "restored unkept", role: "alert" });
   el.append(
     make(
       "div",
@@ -321,12 +323,20 @@ function render({ model, el }) {
         make("span", { class: "menu" }, menuButton, menu),
         make(
           "button",
-          { type: "button", title: "all keys (?)", "aria-haspopup": "dialog", onclick: showKeys },
-          "Keys ?",
+          {
+            type: "button",
+            "aria-label": "Keys ?",
+            title: "all keys (?)",
+            "aria-haspopup": "dialog",
+            onclick: showKeys,
+          },
+          make("span", { class: "word" }, "Keys "),
+          "?",
         ),
       ),
     ),
     restored,
+    unkept,
     chooser,
     status,
     alert,
@@ -390,11 +400,21 @@ function render({ model, el }) {
     show();
     if (shell().restored !== shown) showRestored();
     shown = shell().restored;
+    const problem = shell().unkept;
+    const loss = "Until that works again, what is not saved in the file is lost when the designer ends.";
+    if (problem) unkept.replaceChildren(make("span", {}, `${problem[0].toUpperCase()}${problem.slice(1)}. ${loss}`));
+    else unkept.replaceChildren();
   };
   model.on("change:design", show);
   model.on("change:shell", onShell);
   model.on("msg:custom", onMessage);
   onShell();
+  // The cookie does what the token in the address did; it need not stand in the history.
+  const here = new URLSearchParams(location.search);
+  if (here.has("token")) {
+    here.delete("token");
+    history.replaceState(null, "", location.pathname + (here.size ? `?${here}` : ""));
+  }
 
   return () => {
     clearTimeout(timer);

@@ -31,7 +31,8 @@ export function render({ model, el }) {
     added = null, // the keys before a rule was added, which then has the focus
     sought = null, // the number of the last link that led to a rule
     places = new Map(), // by the rules' keys, in the design
-    ids = []; // the keys of what is shown
+    ids = [], // the keys of what is shown
+    vocabulary = ""; // the names that a table offers
 
   const views = ["sentences", "table"].map((name) =>
     element(
@@ -325,7 +326,7 @@ export function render({ model, el }) {
         n,
         form,
         [ids.indexOf(id), ids.length, first, last],
-        asTable ? [...design.inputs, ...design.outputs].map((v) => [v.name, v.terms.map((t) => t.name)]) : 0,
+        asTable ? vocabulary : 0,
       ]);
       if (state === drawn) return;
       drawn = state;
@@ -415,6 +416,7 @@ export function render({ model, el }) {
       focused = document.activeElement,
       asTable = form === "table";
     places = new Map(design.rules.map((rule, i) => [rule.key, i]));
+    vocabulary = JSON.stringify([...design.inputs, ...design.outputs].map((v) => [v.name, v.terms.map((t) => t.name)]));
     root.classList.toggle("fd-as-table", asTable);
     paintHeadings(design);
     for (const view of views) put(view, { "aria-pressed": String(view.dataset.view === form) });

@@ -221,6 +221,13 @@ export function render({ model, el }) {
     }
   }
 
+  // However an item came by the focus, the keys are its own.
+  tree.addEventListener("focusin", (event) => {
+    const id = event.target.closest("[role=treeitem]")?.dataset.id;
+    if (id === undefined || id === current) return;
+    current = id;
+    for (const { item, own } of items) put(own, { tabindex: item.id === id ? 0 : -1 });
+  });
   tree.addEventListener("keydown", (event) => {
     const at = items.findIndex(({ item }) => item.id === current),
       { item, open, own } = items[at];

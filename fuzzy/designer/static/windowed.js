@@ -93,7 +93,12 @@ export function windowed(list, make) {
 
   const scrolled = framed(() => draw(false));
   const moved = () => scrolled();
-  const observer = new ResizeObserver(moved);
+  let width = -1; // only another width, or being shown, is news: the height is our own doing
+  const observer = new ResizeObserver(() => {
+    if (list.clientWidth === width) return;
+    width = list.clientWidth;
+    moved();
+  });
   observer.observe(list);
   document.addEventListener("scroll", moved, { capture: true, passive: true });
   addEventListener("resize", moved);

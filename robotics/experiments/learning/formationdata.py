@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -34,6 +34,8 @@ from robotics.simulation.loop import simulate
 STARTS = (-4.0, -2.0, 0.0, 2.0, 4.0)  # m: the leader's x at the start of the five formations
 CHECKING = (-1.0,)  # m: the leader's x at the start of the checking set, thesis Fig. 5.9
 LITERAL_END = 6.0  # m: the printed centers end at 5.57, and the printed networks leave the curve beyond 6.5
+MOST_SAMPLES = 1_000_000  # rows of a formation, or of a table of a scenario
+MOST_SEED = 2**63 - 1
 OUTPUTS = ("v_l", "w_l", "v_f", "w_f")
 
 
@@ -63,10 +65,8 @@ class Recipe:
         check_quantities(self, FormationDataError)
         if self.kind not in ("literal", "well-posed"):
             raise FormationDataError(f"kind must be 'literal' or 'well-posed', got {self.kind!r}")
-        for name, least in (("samples", 2), ("seed", 0), ("stream", 0)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise FormationDataError(f"{name} must be a whole number >= {least}, got {value!r}")
+        for name, least, most in (("samples", 2, MOST_SAMPLES), ("seed", 0, MOST_SEED), ("stream", 0, MOST_SEED)):
+            check_whole(name, getattr(self, name), least, most)
         if not self.starts or not all(is_number(x) and -10 <= x < self.end - 0.1 for x in self.starts):
             raise FormationDataError(
                 f"formations are the leader's x at the start in m, each >= -10 and < {self.end - 0.1:.4g}; "
@@ -82,6 +82,12 @@ class Recipe:
     def inputs(self) -> tuple[str, ...]:
         """The names of the input columns."""
         return ("x_l", "y_l", "theta_l") if self.kind == "literal" else ("dx", "alpha_l", "kappa_f")
+
+
+def check_whole(name: str, value: Any, least: int, most: int) -> None:
+    """Raise FormationDataError if ``value`` is no whole number from ``least`` to ``most``."""
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        raise FormationDataError(f"{name} must be a whole number >= {least} and <= {most}, got {value!r}")
 
 
 class Table(NamedTuple):

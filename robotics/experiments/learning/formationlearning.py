@@ -24,6 +24,7 @@ import numpy as np
 import anfis
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import write_fis
+from fuzzy.files.table import Table, open_table
 from fuzzy.fitting.clustering import DataWarning
 from fuzzy.fitting.identification import identify
 from fuzzy.fitting.search import SearchResult, Trial, search_clusters
@@ -46,6 +47,7 @@ _TITLES = {
 }
 SETTINGS = 108  # number of settings that the search tries
 _OWN_OUTPUT = re.compile(r"([vw])_([1-9]\d*)")
+_OF_ROBOT = re.compile(r"_([1-9]\d{0,8})$")
 _WORSE, _LEAST = 1.05, 0.01  # times the scatter, plus that share of the output's spread: what matters adds more
 _AROUND = 2  # the most rules more or fewer than wanted that a setting may give
 
@@ -87,6 +89,28 @@ def outputs_of(names: Sequence[str]) -> tuple[str, ...]:
             f"got the columns {', '.join(names)}"
         )
     return tuple(f"{output}_{robot}" for robot, output in wanted)
+
+
+def formation_table(path: str | Path, columns: Sequence[str] | None = None, *, skip_bad: bool = False) -> Table:
+    """Read the columns of a file of formation data that networks are learnt from; what others hold does not matter.
+
+    Args:
+        path: The file, with a header of names, with or without units: "v_l" or "v_l [m/s]".
+        columns: The columns, for checking data those of the data; by default the inputs and outputs that it has.
+        skip_bad: Leave out rows that have no number in one of them.
+
+    Raises DataError for a file that cannot be read, FormationLearningError for one without these columns.
+    """
+    text = open_table(path)
+    if not text.headed:
+        raise FormationLearningError(f"{path}: a header line with the columns' names is needed")
+    if columns is None:
+        names = [column.name for column in text.columns]
+        robots = {robot_of(output) for output in outputs_of(names)}
+        numbers = {name: _OF_ROBOT.search(name) for name in names}
+        own = {name for name, found in numbers.items() if found is not None and int(found[1]) in robots}
+        columns = [name for name in names if name in own or name in INPUTS or name in OUTPUTS]
+    return text.numbers(columns, skip_bad)
 
 
 def robot_of(output: str) -> int:

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robotics.experiments.learning.formationdata import FormationDataError
+from robotics.experiments.learning.formationdata import MOST_SAMPLES, MOST_SEED, FormationDataError, check_whole
 from robotics.experiments.learning.tandem import Tandem, TandemMemory
 from robotics.laws.catalogue import make_controller, preset_of
 from robotics.laws.law import Command, Law, Observation
@@ -60,10 +60,15 @@ class ScenarioRecipe:
 
     def __post_init__(self) -> None:
         check_quantities(self, FormationDataError)
-        for name, least in (("samples", 2), ("runs", 0), ("places", 1), ("starts", 1), ("seed", 0), ("stream", 0)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise FormationDataError(f"{name} must be a whole number >= {least}, got {value!r}")
+        for name, least, most in (
+            ("samples", 2, MOST_SAMPLES),
+            ("runs", 0, 10_000),
+            ("places", 1, 10_000),
+            ("starts", 1, 10_000),
+            ("seed", 0, MOST_SEED),
+            ("stream", 0, MOST_SEED),
+        ):
+            check_whole(name, getattr(self, name), least, most)
         if self.runs == 0 and self.displaced < 1:
             raise FormationDataError("without runs from the scenario's own starts displaced must be 1")
 

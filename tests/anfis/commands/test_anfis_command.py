@@ -60,7 +60,8 @@ def test_resume_is_as_if_it_had_not_stopped(data, capsys):
         (["--grid", "2", "--mf", "gausmf"], "gaussmf"),
         (["--start", "none.fis"], "none.fis"),
         (["--grid", "2", "--resume", "none.pt"], "none.pt"),
-        (["--grid", "2", "--inputs", "a,y"], "column 'y' is both an input and an output"),
+        (["--grid", "2", "--inputs", "a,y"], "the last column is among the inputs: say which are the --outputs"),
+        (["--grid", "2", "--inputs", "a,y", "--outputs", "y"], "column 'y' is both an input and an output"),
         (["--grid", "2", "--inputs", "a,a"], "column 'a' is named twice"),
         (["--rules", "3", "--mf", "trimf"], "--mf says what --grid is made of"),
         (["--grid", "2", "--history", "nowhere/h.csv"], "nowhere/h.csv: cannot be written"),
@@ -81,7 +82,7 @@ def test_predictions_as_json(data, tmp_path, capsys):
     assert main(["predict", str(data / "p.fis"), str(table), "--json", "-o", str(out)]) == 0
     printed = json.loads(capsys.readouterr().out)
     expected = fuzzy.read_fis(data / "p.fis")(pd.read_csv(table)[["a", "b"]].to_numpy())[:, 0]
-    assert printed == {"samples": len(expected), "outputs": {"y": expected.tolist()}, "file": str(out)}
+    assert printed == {"samples": len(expected), "skipped": 0, "outputs": {"y": expected.tolist()}, "file": str(out)}
     np.testing.assert_array_equal(pd.read_csv(out)["y"], expected)
 
 

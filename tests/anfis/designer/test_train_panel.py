@@ -7,7 +7,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -31,7 +31,9 @@ from anfis.designer.task import (
     task_of,
 )
 from anfis.methods.catalogue import METHODS
+from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
+from fuzzy.fitting.clustering import DataWarning
 
 RNG = np.random.default_rng(5)
 X = RNG.uniform([-1, 10], [3, 30], (60, 2))
@@ -155,8 +157,50 @@ def test_tables_are_read_and_guessed() -> None:
     bare = read_columns("bare.csv", TEXT.partition("\n")[2])
     assert bare.names == ("column1", "column2", "column3", "column4")
     assert guessed(bare, START) == dict(zip("abyz", bare.names, strict=True))
-    with pytest.raises(TaskError, match=r"^x\.csv, line 3, column 2 \(b\): expected a number, got 'two'$"):
-        read_columns("x.csv", "a,b\n1,2\n1,two\n")
+    with pytest.raises(TaskError, match=r"^x\.csv, line 2: a quotation mark is not closed$"):
+        read_columns("x.csv", 'a,b\n"1,2\n')
+    with pytest.raises(TaskError, match=r"^x\.csv: no row of numbers follows the header$"):
+        read_columns("x.csv", "a,b\n")
+
+
+LOG = """Time;T [°C];p (bar);T [K];;y [mm];Note
+09:00;1,5;0;300;x;1,0;
+09:01;2,5;1;301;x;2,0;late
+09:02;3,5;;302;x;3,0;
+09:03;4,5;3;303;x;4,0;
+"""
+
+
+def test_columns_that_cannot_be_learnt_from_are_not_in_the_way() -> None:
+    table = read_columns("log.csv", LOG.encode("utf-16"))
+    assert table.names == ("Time", "T [°C]", "p", "T [K]", "column5", "y", "Note")
+    assert table.usable == ["T [°C]", "p", "T [K]", "y"]
+    assert guessed(table, None) == {
+        "Time": "unused", "T [°C]": "input", "p": "input", "T [K]": "input", "column5": "unused", "y": "output",
+        "Note": "unused",
+    }  # fmt: skip
+    chosen = {"T [°C]": "input", "p": "input", "y": "output"}
+    with pytest.raises(
+        TaskError, match=r"log.csv: 1 of 4 rows has no number in 'p' \(line 4\); leave such rows out, or"
+    ):
+        task_of(table, chosen, None, start="grid", share=0)
+    task = task_of(table, chosen, None, start="grid", share=0, skip_bad=True)
+    assert task.x.tolist() == [[1.5, 0], [2.5, 1], [4.5, 3]]
+    assert task.y.tolist() == [[1], [2], [4]]
+    with pytest.warns(DataWarning, match="the 3 samples determine"):
+        fis = starting_system(task)
+    assert [(v.name, v.unit) for v in (*fis.inputs, *fis.outputs)] == [("T", "°C"), ("p", "bar"), ("y", "mm")]
+    assert guessed(table, fis) == {"p": "p", "y": "y", "T": "T [°C]"}
+    for more, says in (
+        ({"T [K]": "input"}, "two chosen columns are called 'T'"),
+        ({"Note": "input"}, "'Note' holds no numbers"),
+    ):
+        with pytest.raises(TaskError, match=says):
+            task_of(table, {**chosen, **more}, None, start="grid", skip_bad=True)
+    doubtful = read_columns("d.csv", "x;y;z\n1.500;2,5;1\n1.750;3;2\n")
+    with pytest.raises(TaskError, match=r"d\.csv: 'x' holds '1\.500', of which the point may mark thousands"):
+        task_of(doubtful, {"x": "input", "z": "output"}, None, start="grid")
+    assert task_of(doubtful, {"y": "input", "z": "output"}, None, start="grid", share=0).x.tolist() == [[2.5], [3]]
 
 
 def test_data_come_from_whoever_makes_some() -> None:
@@ -361,13 +405,115 @@ def test_closing_the_page_ends_the_training(tmp_path: Path, monkeypatch: pytest.
     asyncio.run(scene())
 
 
+def test_rows_without_a_number_are_left_out_by_a_click(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "log.csv").write_text(LOG, encoding="utf-8")
+    monkeypatch.setattr(designpanel, "generators", list)
+    monkeypatch.setattr(designpanel, "TrainingProcess", Idle)
+
+    async def scene() -> None:
+        bench = Bench(START, tmp_path)
+        session = TrainSession(bench)
+        await bench.say({"do": "choose", "name": "start", "value": "grid"})
+        await bench.say({"do": "file", "name": "log.csv"})
+        about = {c["name"]: (c["unit"], c["low"], c["high"]) for c in bench.traits["table"]["columns"]}
+        assert about["p"] == ("bar", 0.0, 3.0)
+        assert about["Time"] == ("", None, None)
+        assert bench.traits["lack"] == "1 of 4 rows has no number in 'p' (line 4)"
+        assert bench.traits["unit"] == "mm"
+        await bench.say({"do": "column", "name": "T [K]", "value": "unused"})
+        await bench.say({"do": "train"})
+        assert (
+            bench.said
+            == "log.csv: 1 of 4 rows has no number in 'p' (line 4); leave such rows out, or choose other columns"
+        )
+        await bench.say({"do": "choose", "name": "skip_bad", "value": True})
+        await bench.say({"do": "train"})
+        assert bench.said == ""
+        process: Any = session.process
+        assert len(process.task.x) == 3
+        assert bench.traits["progress"]["unit"] == "mm"
+        assert bench.traits["progress"]["words"] == ["1 of 4 rows are left out"]
+        session.close()
+        assert session.watching is not None
+        await session.watching
+
+    asyncio.run(scene())
+
+
+class Slow(Idle):
+    """A process that takes its time to start."""
+
+    started: ClassVar[list["Slow"]] = []
+
+    def __init__(self, task: Task) -> None:
+        super().__init__(task)
+        time.sleep(0.05)
+        self.started.append(self)
+
+
+@pytest.mark.parametrize("end", ["stop", "close", "neither"])
+def test_two_wishes_to_train_at_once_start_one_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, end: str
+) -> None:
+    (tmp_path / "made.csv").write_text(TEXT)
+    monkeypatch.setattr(designpanel, "TrainingProcess", Slow)
+    monkeypatch.setattr(designpanel, "generators", list)
+    Slow.started.clear()
+
+    async def scene() -> None:
+        bench = Bench(START, tmp_path)
+        session = TrainSession(bench)
+        await bench.say({"do": "file", "name": "made.csv"})
+        first, second = bench.say({"do": "train"}), bench.say({"do": "train"})
+        await asyncio.sleep(0.01)  # both have been heard, no process is up yet
+        assert Slow.started == []
+        if end == "stop":
+            await bench.say({"do": "stop"})
+        elif end == "close":
+            session.close()
+        await asyncio.gather(first, second)
+        assert len(Slow.started) == 1
+        if end == "close":
+            assert not Slow.started[0].alive
+            return
+        assert Slow.started[0].heard == ("stop" if end == "stop" else "")
+        assert bench.traits["progress"]["state"] == ("stopping" if end == "stop" else "starting")
+        session.close()
+        assert not Slow.started[0].alive
+        assert session.watching is not None
+        await session.watching
+
+    asyncio.run(scene())
+
+
+def test_a_process_that_cannot_be_started_leaves_the_way_free(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "made.csv").write_text(TEXT)
+
+    def refuses(task: Task) -> Any:
+        raise WorkError("no more processes")
+
+    monkeypatch.setattr(designpanel, "TrainingProcess", refuses)
+    monkeypatch.setattr(designpanel, "generators", list)
+
+    async def scene() -> None:
+        bench = Bench(START, tmp_path)
+        TrainSession(bench)
+        await bench.say({"do": "file", "name": "made.csv"})
+        for _ in range(2):
+            await bench.say({"do": "train"})
+            assert bench.said == "no more processes"
+            assert bench.traits["progress"]["state"] == "idle"
+
+    asyncio.run(scene())
+
+
 def test_wrong_wishes_get_sentences(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     secret = tmp_path / "secret.csv"
     secret.write_text("a,b\n1,2\n")
     folder = tmp_path / "open"
     folder.mkdir()
     (folder / "link.csv").symlink_to(secret)
-    (folder / "bad.csv").write_text("a,b\n1,x\n")
+    (folder / "bad.csv").write_text('a,b\n1,"x\n')
     (folder / "bytes.csv").write_bytes(b"\xff\xfe\x00")
     monkeypatch.setattr(designpanel, "_MOST", 1000)
 
@@ -382,8 +528,8 @@ def test_wrong_wishes_get_sentences(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             ({"do": "file", "name": "link.csv"}, "unknown file of the folder 'link.csv'"),
             ({"do": "file", "name": "../secret.csv"}, "unknown file of the folder"),
             ({"do": "file", "name": ["bad.csv"]}, "unknown file of the folder"),
-            ({"do": "file", "name": "bad.csv"}, "bad.csv, line 2, column 2 (b): expected a number, got 'x'"),
-            ({"do": "file", "name": "bytes.csv"}, "bytes.csv is not text in UTF-8"),
+            ({"do": "file", "name": "bad.csv"}, "bad.csv, line 2: a quotation mark is not closed"),
+            ({"do": "file", "name": "bytes.csv"}, "bytes.csv: not text in UTF-16"),
             ({"do": "generate", "name": "formation"}, "unknown generator of data"),
             ({"do": "piece", "name": "x.csv", "number": 3, "text": "1"}, "did not arrive whole"),
             ({"do": "piece", "name": "x.csv", "number": 0, "text": "1" * 1001}, "is larger than"),

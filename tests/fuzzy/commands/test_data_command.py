@@ -78,7 +78,7 @@ def test_identify_by_every_method(capsys, arguments, settings) -> None:
     assert out["rules"] == len(fis.rules) == len(expected.rules)
     assert np.asarray(fis(X)) == pytest.approx(np.asarray(expected(X)), rel=1e-9)
     rmse = np.sqrt(np.mean((np.asarray(expected(X))[:, 0] - Y[:, 0]) ** 2))
-    assert out["rmse"]["output1"] == pytest.approx(rmse, rel=1e-9)
+    assert out["rmse"]["column3"] == pytest.approx(rmse, rel=1e-9)
 
 
 def test_identify_with_a_number_of_rules_searches(capsys) -> None:
@@ -135,9 +135,9 @@ def test_a_constant_column_is_one_line_on_stderr(capsys) -> None:
     [
         ("data.csv --inputs x,q", "unknown column 'q'"),
         ("data.csv --inputs x,q", "Known: x, t, v, w"),
-        ("bare.csv --inputs 7", "unknown column '7'. Known: 1, 2, 3"),
+        ("bare.csv --inputs 7", "unknown column '7'. Known: column1, column2, column3"),
         ("data.csv --inputs x,x", "column 'x' is named twice"),
-        ("data.csv --inputs x,v --outputs v", "column 3 is both an input and an output"),
+        ("data.csv --inputs x,v --outputs v", "column 'v' is both an input and an output"),
         ("data.csv --inputs x,w", "say which are the --outputs"),
         ("bare.csv --outputs 1,2,3", "no inputs are left"),
         ("data.csv --method grid --radius 0.5", "--radius goes with --method subtractive, not grid"),
@@ -150,7 +150,9 @@ def test_a_constant_column_is_one_line_on_stderr(capsys) -> None:
         ("data.csv --method grid --mfs a", "expected a whole number, got 'a'"),
         ("data.csv --method grid --kind sigmf", "unknown kind of membership function"),
         ("data.csv --reject 0.9", "reject (0.9) must not exceed accept (0.5)"),
-        ("data.csv --radius 0", "radius must be > 0"),
+        ("data.csv --radius 0", "radius must be >= 1e-06 and <= 1e+06"),
+        ("data.csv --ridge 1e308", "ridge must be a number >= 0 and <= 1e+12, got 1e+308"),
+        ("data.csv --radius 1e-308", "radius must be >= 1e-06 and <= 1e+06"),
         ("few.csv --rules 21", "none of the 108 settings gives 21 rules; found: "),
         ("none.csv", "none.csv"),
     ],

@@ -168,13 +168,13 @@ def test_evaluate_by_position(fis, capsys) -> None:
     assert succeeds(capsys, "evaluate", fis, "x.csv", "-o", "y.csv") == ""
     assert Path("y.csv").read_text() == said
     data = as_json(capsys, "evaluate", fis, "x.csv")
-    assert data == {"rows": 3, "outputs": {"v": FIS(X)[:, 0].tolist(), "w": FIS(X)[:, 1].tolist()}}
+    assert data == {"rows": 3, "skipped": 0, "outputs": {"v": FIS(X)[:, 0].tolist(), "w": FIS(X)[:, 1].tolist()}}
 
 
 def test_evaluate_by_header(fis, capsys) -> None:
     Path("x.csv").write_text("bearing,distance\n" + "".join(f"{b!r},{a!r}\n" for a, b in X.tolist()))
     header, _, rest = succeeds(capsys, "evaluate", fis, "x.csv").partition("\n")
-    assert header == "v,w"
+    assert header == ",".join(v.label for v in FIS.outputs)
     assert np.array_equal(numbers(rest), FIS(X))
 
 
@@ -210,7 +210,7 @@ def test_nan_is_null_in_json(fis, capsys) -> None:
     Path("x.csv").write_text("1\n4\n")
     assert main(["evaluate", "gap.fis", "x.csv", "--json"]) == 0
     said = capsys.readouterr()
-    assert json.loads(said.out, parse_constant=pytest.fail) == {"rows": 2, "outputs": {"v": [0.25, None]}}
+    assert json.loads(said.out, parse_constant=pytest.fail) == {"rows": 2, "skipped": 0, "outputs": {"v": [0.25, None]}}
     assert said.err.startswith("warning: fuzzy: no rule fires for output v")
     assert said.err.count("\n") == 1
 
@@ -263,13 +263,16 @@ def test_convert_a_mamdani_system(tmp_path, monkeypatch, capsys) -> None:
         (["surface", "drive.fis", "--at", "distance=1"], ["'distance' cannot both be held and be an axis"]),
         (["surface", "drive.fis", "--points", "1"], ["--points", "2"]),
         (["evaluate", "drive.fis", "none.csv"], ["none.csv", "No such file"]),
-        (["evaluate", "drive.fis", "text.csv"], ["text.csv, line 2, column 2", "'two'"]),
+        (
+            ["evaluate", "drive.fis", "text.csv"],
+            ["text.csv: 1 of 2 rows has no number in column 2", "(line 2: 'two'); --skip-bad"],
+        ),
         (["evaluate", "drive.fis", "three.csv"], ["three.csv: 3 columns, but drive has 2 inputs: distance, bearing"]),
         (["evaluate", "drive.fis", "part.csv"], ["part.csv: the header names distance, but not bearing"]),
         (["evaluate", "drive.fis", "good.csv", "-o", "no/y.csv"], ["no/y.csv", "there is no folder"]),
         (["convert", "drive.fis", "no/y.txt"], ["no/y.txt", "there is no folder"]),
         (["convert", "drive.fis"], ["Missing argument 'OUT'"]),
-        (["check", "drive.fis", "--seed", "x"], ["--seed", "integer"]),
+        (["check", "drive.fis", "--seed", "x"], ["--seed", "must be a whole number"]),
         (["paint", "drive.fis"], ["No such command 'paint'"]),
         (["show", "drive.fis", "--loud"], ["--loud"]),
     ],

@@ -21,7 +21,7 @@ from fuzzy.inference import InferenceWarning, infer
 from fuzzy.membership import FUNCTIONS, Gaussian, LinearS, LinearZ, Triangle
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
-from tests.fuzzy.random_systems import PARAMETERS, POSITIVE, conditioning, systems_with_points
+from tests.fuzzy.random_systems import PARAMETERS, POSITIVE, conditioning, systems, systems_with_points
 
 quiet = pytest.mark.filterwarnings("ignore::fuzzy.inference.InferenceWarning")
 law = settings(deadline=None, max_examples=150)
@@ -93,6 +93,28 @@ def test_compiled_equals_infer_where_strengths_are_logarithms(drawn):
     compiled = compile_sugeno(fis)
     assert compiled.tables.logarithmic
     assert_same(fis, compiled(x), x)
+
+
+# Up to where products overflow: 1.7e308 times a slope is not compared.
+EXTREMES = [0.3, 1e10, -1e10, 1e153, 1e154, -1e155, 1e200, -1e300, np.inf, -np.inf, np.nan]
+
+
+@quiet
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("kinds", [FUNCTIONS, POSITIVE])
+@settings(deadline=None, max_examples=100)
+@given(st.data())
+def test_extreme_numbers_give_the_same_with_numpy_torch_and_compiled(kinds, data):
+    """A NaN degree was "no rule fires" for one and unknown for the other; so were strengths below e^(-1e294)."""
+    fis = data.draw(systems(kinds=kinds, plain=kinds is POSITIVE))
+    fis = replace(fis, no_rule_fires="midrange")  # else NaN would be the answer to both
+    x = data.draw(arrays(np.float64, (6, len(fis.inputs)), elements=st.sampled_from(EXTREMES)))
+    expected = infer(fis, x)
+    sure = np.isfinite(conditioning(fis, expected.firing) + 0 * expected.output) | ~np.isfinite(expected.output)
+    sure |= (expected.firing == 0).all(axis=-1)[:, None]
+    others = {"compiled": compile_sugeno(fis)(x), "torch": infer(fis, torch.tensor(x)).output.numpy()}
+    for name, got in others.items():
+        np.testing.assert_allclose(got[sure], expected.output[sure], rtol=1e-6, atol=1e-6, err_msg=name)
 
 
 @quiet

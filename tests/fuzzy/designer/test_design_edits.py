@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import fuzzy
 from fuzzy.designer.conversion import converted
 from fuzzy.designer.design import CHOICES, Design, design_of, file_text
-from fuzzy.designer.edits import EDITS, EditError, apply, edited
+from fuzzy.designer.edits import EDITS, EditError, apply, broken, edited
 from fuzzy.designer.views import design_data, surface_data, viewer_data
 from fuzzy.membership import FUNCTIONS
 from fuzzy.membershipfunction import MATLAB_NAMES
@@ -61,9 +61,23 @@ def test_moved_vertices_stay_in_order():
     assert moved.system["distance"].terms["near"] == fuzzy.trimf(0, 0.25, 1)
     assert list(moved.system["distance"].terms) == ["near", "far"]
     assert d.system == system()  # the design itself is as it was
-    refused(d, "term", "in order", variable="distance", term="near", parameters=[0, 1.25, 1])
-    refused(d, "term", "in order, a <= b <= c <= d; b = 2.5 lies right of c = 2", variable="distance", term="far",
-            parameters=[0.5, 2.5, 2, 2.75])  # fmt: skip
+    # In the words that stand beside the fields
+    refused(d, "term", "^the peak of near, 1.25, must not lie right of its right foot, 1$", variable="distance",
+            term="near", parameters=[0, 1.25, 1])  # fmt: skip
+    refused(d, "term", "^the left shoulder of far, 2.5, must not lie right of its right shoulder, 2$",
+            variable="distance", term="far", parameters=[0.5, 2.5, 2, 2.75])  # fmt: skip
+    refused(d, "term", "^the width σ of right must not be 0$", variable="bearing", term="right", parameters=[0, -2])
+    refused(d, "rename_variable", "^the name must not be empty$", variable="bearing", name=" ")
+    refused(d, "rename_term", "^the name must be a text of at most 100 characters, got 'aaa",
+            variable="bearing", term="right", name="a" * 101)  # fmt: skip
+    refused(
+        d,
+        "universe",
+        "^the highest value must be a finite number, got 1e\\+300$",
+        variable="bearing",
+        low=0,
+        high=1e300,
+    )
     refused(d, "term", "3 parameters", variable="distance", term="near", parameters=[0, 1])
     refused(d, "term", "finite number", variable="distance", term="near", parameters=[0, 1, float("inf")])
     refused(d, "term", "did you mean 'near'", variable="distance", term="naer", parameters=[0, 1, 2])
@@ -75,7 +89,14 @@ def test_vertices_that_a_file_has_crossed_can_be_moved():
                                             system().inputs[1]]))  # fmt: skip
     moved = edit(d, "term", variable="distance", term="near", parameters=[0, 1.25, 1, 2])
     moved = edit(moved, "term", variable="distance", term="near", parameters=[0, 1, 1, 2])
-    refused(moved, "term", "in order", variable="distance", term="near", parameters=[0, 1.25, 1, 2])
+    refused(
+        moved,
+        "term",
+        "the left shoulder of near, 1.25, must not lie right of its right shoulder, 1",
+        variable="distance",
+        term="near",
+        parameters=[0, 1.25, 1, 2],
+    )
 
 
 @pytest.mark.parametrize(
@@ -204,7 +225,7 @@ def test_a_new_name_stands_in_the_rules_too():
     points = np.array([[0.3, -1.0], [1.5, 0.5]])
     assert np.array_equal(d.system(points), system()(points))
     refused(d, "rename_variable", "already a variable named 'v'", variable="course", name="v")
-    refused(d, "rename_term", "not empty", variable="course", term="left", name="  ")
+    refused(d, "rename_term", "must not be empty", variable="course", term="left", name="  ")
     refused(d, "rename_term", "control characters", variable="course", term="left", name="a\nb")
     assert edit(d, "rename_term", variable="course", term="left", name="left") == d
 
@@ -257,6 +278,22 @@ def test_the_universe_moves_no_term_unless_it_is_stretched():
     assert turned.system(points)[:, 1] == pytest.approx(90 * d.system(points)[:, 1], abs=1e-9)
     shifted = edit(d, "universe", variable="bearing", low=0, high=6, scale=True)
     assert shifted.system(points + np.array([0, 3])) == pytest.approx(d.system(points), abs=1e-12)
+
+
+def test_a_removal_says_what_it_did_to_the_rules():
+    d = design_of(system())
+    for op, fields, told in (
+        ("remove_variable", {"variable": "bearing"}, "bearing removed; 1 rule removed and 2 rules changed."),
+        ("remove_variable", {"variable": "w"}, "w removed; 1 rule removed and 1 rule changed."),
+        ("remove_term", {"variable": "distance", "term": "far"}, "far of distance removed; 1 rule changed."),
+        ("remove_rule", {"key": 1}, "Rule 2 removed."),
+    ):
+        message = {"edit": op, **fields}
+        assert broken(d, apply(d, message), message) == told
+    spare = edit(d, "add_term", variable="v", name="spare")
+    message = {"edit": "remove_term", "variable": "v", "term": "spare"}
+    assert broken(spare, apply(spare, message), message) == "spare of v removed; no rule changed."
+    assert broken(d, spare, {"edit": "add_term", "variable": "v"}) is None
 
 
 def test_choices_are_the_systems():

@@ -1,6 +1,8 @@
 """What is shown of a design is what inference says."""
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +10,15 @@ import pytest
 import fuzzy
 from fuzzy.designer.design import Design, design_of
 from fuzzy.designer.edits import apply
-from fuzzy.designer.views import compared_data, design_data, surface_data, viewer_data
+from fuzzy.designer.keys import KEYS
+from fuzzy.designer.views import (
+    compared_data,
+    design_data,
+    findings_data,
+    refusal_data,
+    surface_data,
+    viewer_data,
+)
 from fuzzy.system import Sugeno, Variable
 from tests.fuzzy.designer.design_messages import system
 
@@ -27,7 +37,8 @@ def test_views_show_what_inference_says():
     assert [rule["firing"] for rule in shown["rules"]] == layers.firing.tolist()
     assert [rule["proposed"] for rule in shown["rules"]] == [[0.6875, None], [None, -1.0]]
     assert shown["memberships"] == [m.tolist() for m in layers.memberships]
-    assert shown["words"] == str(fuzzy.explain(d.in_force, [0.75, -0.5]))
+    assert shown["words"].replace("−", "-") == str(fuzzy.explain(d.in_force, [0.75, -0.5]))
+    assert "bearing = −0.5 rad" in shown["words"]  # a page has true minus signs
     picture = surface_data(d, [1, 0], 1)
     assert np.shape(picture["z"]) == (41, 41)
     grid = np.array([[[y, x] for x in picture["x"]] for y in picture["y"]])
@@ -61,3 +72,44 @@ def test_views_mark_where_no_rule_fires(none):
     assert outside["outside"] == ["x"]
     assert "refuses such a point" in outside["words"]
     json.dumps([shown, curve, outside, design_data(d)], allow_nan=False)
+
+
+def test_findings_lead_to_rules_and_terms():
+    """They are those of `fuzzy check` for the rules that are on, numbered as in the table."""
+    fis = system()
+    clash = ["if bearing is right then w is cw", "if bearing is right then w is ccw"]
+    far_out = Variable("w", (-1, 1), {"ccw": 1.0, "cw": -1.0, "wild": -30.0}, "rad/s")
+    fis = Sugeno(fis.inputs, [fis.outputs[0], far_out], [*map(str, fis.rules[:2]), *clash])
+    d = edit(design_of(fis), "rule_enabled", key=0, enabled=False)
+    d = edit(d, "rule_text", key=1, text="if nothing")
+    found = findings_data(d)
+    assert [f["severity"] for f in found] == sorted(
+        (f["severity"] for f in found), key=["error", "warning", "note"].index
+    )
+    checked = {f.sentence for f in fuzzy.check(d.in_force)}
+    assert {f["sentence"].replace("−", "-").replace("rules 3 and 4", "rules 2 and 3") for f in found[1:]} == checked
+    assert found[0]["sentence"].startswith("the sentence of rule 2 is no rule: ")
+    assert found[0]["places"] == [{"rule": 1, "text": "rule 2"}]
+    (pair,) = (f for f in found if f["sentence"].startswith("rules 3 and 4 have the same antecedent"))
+    assert pair["places"] == [{"rule": 2, "text": "rule 3"}, {"rule": 3, "text": "rule 4"}]
+    (wild,) = (f for f in found if "leaves its range" in f["sentence"])
+    assert "wild (−30)" in wild["sentence"]
+    assert wild["places"] == [{"kind": "output", "variable": "w", "term": "wild", "text": "wild of w"}]
+    json.dumps(found, allow_nan=False)
+    with pytest.raises(ValueError, match="the 3 rules need a number each, got 1"):
+        fuzzy.check(d.in_force, numbers=[1])
+
+
+def test_a_refusal_names_the_field_that_asked():
+    error = fuzzy.InputError("the peak, -0.5, is too far left")
+    told = refusal_data(error, {"edit": "term", "field": "f1"}, 7)
+    assert told == {"message": "the peak, −0.5, is too far left", "number": 7, "field": "f1"}
+    assert refusal_data(error, {"field": ["f1"]}, 8)["field"] is refusal_data(error, None, 9)["field"] is None
+
+
+def test_the_keys_of_the_page_are_those_of_its_documentation():
+    text = (Path(__file__).parents[3] / "docs" / "designer.md").read_text(encoding="utf-8")
+    table = re.search(r"\| key \| where \| what \|\n\| --- .*\n((?:\|.*\n)+)", text)
+    assert table is not None
+    rows = [tuple(cell.strip() for cell in line.strip("|\n").split("|")) for line in table[1].splitlines()]
+    assert tuple(rows) == KEYS

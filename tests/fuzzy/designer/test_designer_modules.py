@@ -15,7 +15,7 @@ from fuzzy.membershipfunction import MATLAB_NAMES, register
 from tests.fuzzy.designer.design_bench import Bench, system
 from tests.fuzzy.designer.module_page import drag, touch
 
-MODULES = ("terms", "tree", "rules", "viewer", "surface")
+MODULES = ("terms", "tree", "rules", "check", "viewer", "surface")
 
 
 @pytest.fixture(scope="module")
@@ -355,6 +355,66 @@ def test_rules_as_a_table(bench: Bench) -> None:
     assert bench.texts()[1] == "if d is far then v is mixed"
 
 
+def many(count: int = 300) -> fuzzy.Sugeno:
+    """A system of so many rules that only those in view are drawn."""
+    terms = {f"m{k}": fuzzy.Triangle((k - 1) / 9, k / 9, (k + 1) / 9) for k in range(10)}
+    inputs = [fuzzy.Variable(name, (0.0, 1.0), terms) for name in "abc"]
+    output = fuzzy.Variable("v", (0.0, 1.0), {f"o{k}": k / 9 for k in range(10)})
+    rules = [
+        f"if a is m{n // 100} and b is m{n // 10 % 10} and c is m{n % 10} then v is o{n % 10}" for n in range(count)
+    ]
+    return fuzzy.Sugeno(inputs, [output], rules, name="many")
+
+
+def test_of_many_rules_those_in_view_are_drawn(bench: Bench) -> None:
+    bench.show("rules", many())
+    page, rows = bench.page, bench.page.locator(".fd-rule")
+    assert rows.count() < 80
+    height = "document.documentElement.scrollHeight"
+    assert page.evaluate(height) > 300 * 35
+    first = page.get_by_role("textbox", name="rule 1", exact=True)
+    first.focus()
+    page.evaluate(f"scrollTo(0, {height} / 2)")
+    page.wait_for_selector("[aria-posinset='150']")
+    assert rows.count() < 80
+    # The row with the focus stays, and keys reach it; a row knows its place among all.
+    assert page.evaluate("document.activeElement.ariaLabel") == "rule 1"
+    assert page.locator("[aria-posinset='150']").get_attribute("aria-setsize") == "300"
+    page.keyboard.press("Alt+ArrowDown")
+    bench.settled()
+    assert "c is m1" in bench.texts()[0]
+    page.get_by_role("button", name="Add rule").click()  # it is at the end, in view, and has the focus
+    page.wait_for_function("document.activeElement.ariaLabel === 'rule 301'")
+    assert page.evaluate("document.activeElement.getBoundingClientRect().bottom <= innerHeight")
+    page.get_by_role("button", name="Table").click()
+    assert page.get_by_role("table").get_attribute("aria-rowcount") == "302"
+    assert rows.count() < 80
+    # What one looks for: words, and what fires at the point
+    page.get_by_label("find rules").fill("m5 M2")
+    assert page.get_by_text("of 301 rules").inner_text().split()[0] == str(rows.count())
+    fires = {row["key"] for row in viewer_data(bench.design)["rules"] if row["firing"] > 0}
+    page.get_by_label("find rules").fill("")
+    bench.give(point=[0.2, 0.5, 0.5], viewer=viewer_data(bench.design, [0.2, 0.5, 0.5]))
+    page.get_by_label("fires now").check()
+    fires = {row["key"] for row in viewer_data(bench.design, [0.2, 0.5, 0.5])["rules"] if row["firing"] > 0}
+    assert {int(key) for key in rows.evaluate_all("(rows) => rows.map((row) => row.dataset.key)")} == fires != set()
+    assert bench.leave() == (0, 0)
+
+
+def test_a_link_leads_to_a_rule_and_findings_have_links(bench: Bench) -> None:
+    bench.show("rules", many(), sought={"key": 250, "number": 1})
+    bench.settled()
+    assert bench.page.evaluate("document.activeElement.ariaLabel") == "rule 251"
+    fis = system()
+    bench.show("check", replace(fis, rules=[*fis.rules, "if d is near then v is fast"]))
+    item = bench.page.get_by_role("listitem").filter(has_text="rules 1 and 4")
+    item.get_by_role("button", name="rule 4").click()
+    assert bench.sent()[-1] == {"look": "rule", "key": 3}
+    bench.give(findings=[])
+    assert bench.page.get_by_role("status").inner_text() == "Nothing is wrong with the rules."
+    bench.leave()
+
+
 # Viewer and surface ---------------------------------------------------------------------------------------------
 
 
@@ -384,6 +444,56 @@ def test_the_viewer_follows_the_point(bench: Bench) -> None:
     page.get_by_label("only rules that fire").check()
     fires = sum(row["firing"] > 0 for row in rows["rules"])
     assert page.locator(".fd-firing").count() == fires
+
+
+def test_of_many_rules_the_viewer_shows_those_that_fire(bench: Bench) -> None:
+    bench.show("viewer", many())
+    page, top = bench.page, "document.querySelector('.fd-scroll').scrollTop"
+    assert page.locator(".fd-firing").count() < 40
+    for point in ([0.0, 0.0, 0.05], [0.2, 0.95, 0.95]):
+        shown = viewer_data(bench.design, point)
+        bench.give(point=point, viewer=shown)
+        bench.settled()
+        strongest = max(range(300), key=lambda n: shown["rules"][n]["firing"])
+        at = 56 * strongest - page.evaluate(top)  # a row's height is 56 px
+        assert 0 <= at < page.locator(".fd-scroll").bounding_box()["height"] - 100
+        assert page.locator(f"[data-rule='{strongest}']").count() == 1
+    page.get_by_label("strongest first").check()
+    page.evaluate(f"{top} = 0")
+    bench.settled()
+    firing = page.locator(".fd-firing").evaluate_all("(bars) => bars.map((bar) => Number(bar.dataset.firing))")
+    assert firing == sorted(firing, reverse=True)
+    assert firing[0] == max(rule["firing"] for rule in shown["rules"]) > 0
+    # The red line of an input leaves the names of its terms free.
+    lines = page.locator(".fd-now-line").first.get_attribute("d")
+    labels = page.locator(".fd-clause").evaluate_all("(texts) => texts.map((text) => Number(text.getAttribute('y')))")
+    spans = [tuple(map(float, part.split(" ")[1].split("V"))) for part in lines[1:].split("M")]
+    assert not any(low <= y <= high for low, high in spans for y in labels)
+
+
+def test_dust_is_not_shown_and_the_ends_of_an_axis_stand_apart(bench: Bench) -> None:
+    fis = system()
+    v = replace(fis.outputs[0], terms={"slow": -30.0, "fast": 30.0})
+    bench.show("viewer", replace(fis, outputs=[v], rules=[str(rule) for rule in fis.rules[:2]]), width=600)
+    shown = bench.traits()["viewer"] | {"output": [-8.882e-16]}
+    bench.give(viewer=shown, point=[1e-17, -1.11022e-17])
+    assert bench.page.locator(".fd-told").inner_text() == "v = 0 m/s"
+    assert bench.page.locator("[data-output='v']").text_content() == "= 0 m/s"
+    ends = bench.page.locator(".fd-footline .fd-tick").all()
+    assert [end.text_content() for end in ends] == ["−30", "30"]
+    left, right = (end.bounding_box() for end in ends)
+    assert left["x"] + left["width"] + 4 < right["x"]
+    # A width of 1000: the last number is not clipped, and no slope of a field is taken for dust.
+    bench.show("terms", replace(fis, inputs=[replace(fis.inputs[0], universe=(0.0, 1000.0)), fis.inputs[1]]), width=420)
+    bench.give(point=[-1.11022e-16, 0.5])
+    assert bench.page.get_by_role("spinbutton", name="current value").input_value() == "0"
+    last = bench.page.locator(".fd-axes .fd-tick").filter(has_text="1000").bounding_box()
+    plot = bench.page.locator(".fd-plot").first.bounding_box()
+    assert last["x"] + last["width"] <= plot["x"] + plot["width"]
+    # Every text stands out from what is behind it.
+    pale = bench.page.evaluate("""[...document.querySelectorAll("#here text")].filter((text) =>
+      Number(getComputedStyle(text).opacity) < 1).length""")
+    assert pale == 0
 
 
 @pytest.mark.parametrize(("conjunction", "disjunction"), [("min", "max"), ("min", "probor"), ("prod", "max")])

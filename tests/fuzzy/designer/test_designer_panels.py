@@ -108,6 +108,7 @@ IDLE = {
     "outputs": None,
     "parameters": None,
     "stopped": None,
+    "unit": "",
     "words": [],
 }
 TRAITS: dict[str, Any] = {
@@ -122,6 +123,8 @@ TRAITS: dict[str, Any] = {
     "before": None,
     "after": None,
     "problem": None,
+    "unit": "",
+    "lack": "",
 }
 DATA: dict[str, Any] = {
     "table": {
@@ -184,6 +187,42 @@ def test_data_columns_and_settings_are_chosen(bench: ModulePage) -> None:
     assert page.get_by_label("Role of the column a").input_value() == "input"
     assert page.get_by_label("Terms per input").input_value() == "3"
     assert not page.get_by_label("Radius of a cluster").is_visible()
+
+
+def test_units_are_shown_and_rows_without_numbers_left_out_by_a_click(bench: ModulePage) -> None:
+    page = bench.page
+    bench.render(TRAINING, TRAITS)
+    page.get_by_label("Upload a CSV file").set_input_files(
+        {"name": "wide.csv", "mimeType": "text/csv", "buffer": "T [°C];y\n1,5;2\n".encode("utf-16")}
+    )
+    page.wait_for_function("window.model.sent.length === 1")
+    assert bench.sent()[0]["text"] == "T [°C];y\n1,5;2\n"
+    page.get_by_label("Upload a CSV file").set_input_files(
+        {"name": "old.csv", "mimeType": "text/csv", "buffer": "T [°C];y\n1;2\n".encode("cp1252")}
+    )
+    page.get_by_role("alert").get_by_text("old.csv is not text in UTF-8; save it as UTF-8").wait_for()
+    bench.forget()
+    skip = page.get_by_role("checkbox")
+    assert not skip.is_visible()
+    columns = [
+        {"name": "T", "unit": "°C", "low": 0.0, "high": 1.0},
+        {"name": "Time", "unit": "", "low": None, "high": None},
+    ]
+    bench.give(
+        table={"name": "log.csv", "rows": 60, "columns": columns},
+        choice=TRAITS["choice"] | {"start": "grid", "skip_bad": False},
+        columns={"T": "input", "Time": "unused"},
+        progress=DONE | {"unit": "mm"},
+        unit="mm",
+        lack="1 of 60 rows has no number in 'T' (line 4)",
+    )
+    assert page.get_by_text("T [°C], 0 to 1", exact=True).is_visible()
+    assert page.get_by_text("Time, no numbers", exact=True).is_visible()
+    assert page.get_by_text("Error goal (RMSE in mm)").is_visible()
+    assert "smallest checking error 0.1 mm at epoch 2 (1 mm at the start)" in page.get_by_role("status").inner_text()
+    assert page.locator("svg.tn-plot text", has_text="RMSE [mm]").is_visible()
+    page.get_by_label("Leave out rows: 1 of 60 rows has no number in 'T' (line 4)").check()
+    assert bench.sent() == [{"do": "choose", "name": "skip_bad", "value": True}]
 
 
 def test_the_error_curve_is_logarithmic_with_its_least_checking_error(bench: ModulePage) -> None:

@@ -5,23 +5,28 @@ import os
 import re
 import socket
 import sys
+import time
+from pathlib import Path
 
 import pytest
 
 from fuzzy.commands.application import main
+from fuzzy.designer import autosave
 from fuzzy.designer.esmodule import ModuleError
 from fuzzy.designer.figures import FIGURES, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE, FolderError, open_folder, read_bytes
 from fuzzy.designer.guard import Guard
 from fuzzy.designer.modules import Modules
-from fuzzy.designer.open_documents import OpenDocuments
+from fuzzy.designer.open_documents import MamdaniFileError, OpenDocuments
 from fuzzy.designer.panel import Place, Workbench, find_panels
-from fuzzy.designer.server import ServerError, bound_socket
+from fuzzy.designer.server import ServerError, bound_socket, token_of
 from fuzzy.designer.workers import DesignerWorkers, WorkError
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import FisFileError, format_fis, read_fis, write_fis
 from fuzzy.membership import Triangle
 from fuzzy.system import Sugeno, Variable
+
+CORPUS = Path(__file__).parents[2] / "data" / "fis-corpus"
 
 
 def small(name="small"):
@@ -33,7 +38,7 @@ def small(name="small"):
 # Who may ask
 
 
-def asked(headers, kind="http", method="GET"):
+def asked(headers, kind="http", method="GET", token="", query=""):
     """What the guard lets through (True) or the status and headers of its answer."""
     passed, answers = [], []
 
@@ -45,8 +50,9 @@ def asked(headers, kind="http", method="GET"):
     async def send(message):
         answers.append(message)
 
-    scope = {"type": kind, "method": method, "path": "/", "headers": [(n.encode(), v.encode()) for n, v in headers]}
-    asyncio.run(Guard(app, 8080)(scope, None, send))
+    named = [(n.encode(), v.encode()) for n, v in headers]
+    scope = {"type": kind, "method": method, "path": "/", "query_string": query.encode(), "headers": named}
+    asyncio.run(Guard(app, 8080, token)(scope, None, send))
     return bool(passed), answers
 
 
@@ -79,6 +85,70 @@ def test_guard(headers, http, websocket):
     passed, answers = asked(headers, "websocket")
     assert passed == websocket
     assert websocket or answers[0]["type"] == "websocket.close"
+
+
+FOLLOWED = [OWN, ("sec-fetch-site", "cross-site"), ("sec-fetch-mode", "navigate")]
+
+
+@pytest.mark.parametrize("method", ["GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS"])
+def test_a_followed_link_asks_and_changes_nothing(method):
+    assert asked(FOLLOWED, method=method)[0] == (method in ("GET", "HEAD"))
+
+
+WORD = "a-word-that-nobody-guesses"
+
+
+@pytest.mark.parametrize(
+    ("query", "cookie", "passed"),
+    [
+        ("", "", False),
+        (f"token={WORD}", "", True),
+        (f"file=a.fis&token={WORD}", "", True),
+        ("token=", "", False),
+        ("token=" + WORD[:-1], "", False),
+        (f"token={WORD}x", "", False),
+        ("token=%ff%00\u00e4", "", False),
+        ("&".join(["a=1"] * 200), "", False),
+        ("", f"fuzzy-design-8080={WORD}", True),
+        ("", f"other=1; fuzzy-design-8080={WORD}; more=2", True),
+        ("token=wrong", f"fuzzy-design-8080={WORD}", True),
+        ("", f"fuzzy-design-8081={WORD}", False),
+        ("", "fuzzy-design-8080=wrong", False),
+        ("", f"token={WORD}", False),
+        ("", "\u00e4=\u00e4; ;;=", False),
+    ],
+)
+def test_without_the_token_nothing_is_answered(query, cookie, passed):
+    headers = [OWN, ("origin", "http://127.0.0.1:8080"), *([("cookie", cookie)] if cookie else [])]
+    for kind, method in (("http", "GET"), ("http", "POST"), ("websocket", "GET")):
+        let, answers = asked(headers, kind, method, WORD, query)
+        assert let == passed
+        if kind == "websocket":
+            assert passed or answers[0]["type"] == "websocket.close"
+            continue
+        assert answers[0]["status"] == (200 if passed else 403)
+        told = [v.decode() for n, v in answers[0]["headers"] if n == b"set-cookie"]
+        wanted = (
+            [f"fuzzy-design-8080={WORD}; Path=/; HttpOnly; SameSite=Strict"] if f"token={WORD}" in query[-40:] else []
+        )
+        assert told == (wanted if passed else [])
+        assert passed or "printed in the terminal" in answers[1]["body"].decode()
+        assert passed or WORD not in str(answers)
+
+
+def test_a_token_of_a_foreign_page_does_not_help():
+    assert not asked([OWN, ("origin", "http://evil.example")], token=WORD, query=f"token={WORD}")[0]
+
+
+def test_the_token_is_random_or_the_environments():
+    first, second = token_of(None), token_of(None)
+    assert first != second
+    assert min(len(first), len(second)) >= 32  # 24 random bytes
+    assert token_of(WORD) == WORD
+    assert token_of("") == ""
+    for weak in ("short", "with blank in it", "a" * 300, "täglich-ein-neues"):
+        with pytest.raises(ServerError, match="FUZZYFLEET_TOKEN"):
+            token_of(weak)
 
 
 def test_the_browser_is_told_to_ask_nobody_else():
@@ -140,6 +210,21 @@ def test_folder(tmp_path):
     ]:
         with pytest.raises(FolderError):
             folder.inside(name)
+    for name in (
+        "a?b.fis",
+        'a"b.fis',
+        "a<b>.fis",
+        "a|b.fis",
+        "a*.fis",
+        "CONIN$.fis",
+        "conout$.fis",
+        "a /b.fis",
+        "a./b.fis",
+    ):
+        with pytest.raises(FolderError, match="Windows"):
+            folder.inside(name)
+    (inner / "what?.fis").touch()  # one that is there can be opened
+    assert folder.inside("what?.fis") == inner / "what?.fis"
     with pytest.raises(FolderError, match="no file"):
         folder.read("missing.fis")
     (inner / "large.fis").write_bytes(b" " * (LARGEST_FILE + 1))
@@ -151,9 +236,10 @@ def test_folder(tmp_path):
 
 def test_upload_is_read_with_line_and_warnings():
     text = format_fis(small("größe"))
-    assert read_bytes(text.encode(), "a.fis") == (small("größe"), [])
-    fis, _ = read_bytes(text.encode("latin-1"), "a.fis")
+    assert read_bytes(text.encode(), "a.fis") == (small("größe"), (), ())
+    fis, _, (warning,) = read_bytes(text.encode("latin-1"), "a.fis")
     assert fis.name == "größe"
+    assert "not UTF-8" in warning
     with pytest.raises(FisFileError, match=r"a\.fis:\d+: "):
         read_bytes(text.replace("NumRules=2", "NumRules=3").encode(), "a.fis")
     for data in (b"", b"\0" * 100, bytes(range(256)), text.encode("utf-16")):
@@ -208,6 +294,136 @@ def test_desk(tmp_path):
     asyncio.run(work())
     assert read_fis(tmp_path / "b.fis").name == "changed"
     assert read_fis(tmp_path / "a.fis") == small()
+
+
+def nap(seconds):
+    time.sleep(seconds)
+
+
+def test_a_file_that_takes_too_long_is_given_up_and_the_next_one_is_read(tmp_path):
+    write_fis(small(), tmp_path / "a.fis")
+
+    async def work():
+        opened = OpenDocuments(open_folder(tmp_path))
+        assert await opened.read("a.fis") == (small(), (), ())
+        worker = opened._reader
+        worker._limit = 0.05
+        with pytest.raises(InputError, match=r"^too late$"):
+            await worker.run("too late", nap, 60)
+        worker._limit = 60
+        document, again = await asyncio.gather(opened.opened("a.fis"), opened.opened("a.fis"))
+        assert document is again
+        with pytest.raises(InputError, match="missing"):
+            await opened.read("missing.fis")
+        with pytest.raises(InputError, match=r"b\.fis:1: "):
+            await opened.read_upload(b"x", "b.fis")
+        opened.close()
+
+    asyncio.run(work())
+
+
+def test_a_mamdani_file_is_offered_as_a_sugeno_system_of_another_name(tmp_path):
+    (tmp_path / "old.fis").write_bytes((CORPUS / "m02_auvsl_rgator.fis").read_bytes())
+    write_fis(small(), tmp_path / "old-sugeno.fis")
+
+    async def work():
+        opened = OpenDocuments(open_folder(tmp_path))
+        with pytest.raises(MamdaniFileError, match=r"old\.fis is a Mamdani system.*old-sugeno-2\.fis") as caught:
+            await opened.opened("old.fis")
+        assert "v is low: the set trimf [7.5 22.5 30] became the constant 20, its centroid" in caught.value.changes
+        document = await opened.opened(caught.value.free, "old.fis")
+        assert document.design.system.name == "controller"
+        assert "old.fis was a Mamdani system" in document.notes[0]
+        assert not document.saved
+        opened.save(document)
+        assert (await opened.read("old.fis")).system == document.design.system  # to compare with
+        with pytest.raises(InputError, match="Mamdani"):
+            opened.folder.read("old.fis")
+        opened.close()
+
+    asyncio.run(work())
+    assert read_fis(tmp_path / "old-sugeno-2.fis")["v"].terms["low"].value == 20
+    assert (tmp_path / "old.fis").read_bytes() == (CORPUS / "m02_auvsl_rgator.fis").read_bytes()
+    assert read_fis(tmp_path / "old-sugeno.fis") == small()
+
+
+def test_what_a_page_cannot_show_is_refused_with_the_limit(tmp_path, monkeypatch):
+    def many(inputs=1, terms=1, rules=1):
+        functions = {f"t{n}": Triangle(0, 1, 2) for n in range(terms)}
+        variables = [Variable(f"x{n}", (0, 1), functions) for n in range(inputs)]
+        rule = " and ".join(f"x{n} is t0" for n in range(inputs))
+        return Sugeno(variables, [Variable("y", (0, 1), {"a": 0.0})], [f"if {rule} then y is a"] * rules)
+
+    for name, most in (("VARIABLES", 3), ("TERMS", 4), ("RULES", 5), ("CLAUSES", 6)):
+        monkeypatch.setattr(f"fuzzy.designer.folder.MOST_{name}", most)
+    for large, told in (
+        (many(inputs=4), "4 inputs; the designer shows at most 3"),
+        (many(terms=5), "5 terms of 'x0'; the designer shows at most 4"),
+        (many(rules=6), "6 rules; the designer shows at most 5"),
+        (many(inputs=3, rules=3), "9 clauses in its rules; the designer shows at most 6"),
+    ):
+        with pytest.raises(FolderError, match=rf"a\.fis: {told}"):
+            read_bytes(format_fis(large).encode(), "a.fis")
+        write_fis(large, tmp_path / "a.fis")
+        with pytest.raises(FolderError, match=told):
+            OpenDocuments(open_folder(tmp_path)).document("a.fis")
+
+
+def test_a_document_that_nobody_touched_is_forgotten(tmp_path):
+    async def work():
+        opened = OpenDocuments(open_folder(tmp_path))
+        begun = opened.document("begun.fis", small())
+        for name in ("a.fis", "b.fis", "begun.fis"):
+            document = opened.document(name)
+            opened.arrive(document)
+            opened.arrive(document)
+            opened.leave(document)
+            assert opened.document(name) is document
+            if name == "b.fis":
+                document.apply({"edit": "rename", "name": "changed"})
+                touched = document
+            opened.leave(document)
+        assert opened.document("b.fis") is touched
+        assert opened.document("begun.fis") is begun  # no file and no address tells what it began with
+        assert len(opened._documents) == 2
+        opened.close()
+
+    asyncio.run(work())
+
+
+def test_work_that_cannot_be_kept_is_told_until_it_can(tmp_path, monkeypatch, capsys):
+    write_fis(small(), tmp_path / "a.fis")
+    monkeypatch.setattr("fuzzy.designer.open_documents.AUTOSAVE", 0.01)
+    monkeypatch.setattr("fuzzy.designer.open_documents.AGAIN", 0.01)
+    told, full = [], True
+
+    def write(*args):
+        if full:
+            raise OSError(28, "No space left on device")
+        return written(*args)
+
+    written = autosave.write
+    monkeypatch.setattr(autosave, "write", write)
+
+    async def work():
+        nonlocal full
+        opened = OpenDocuments(open_folder(tmp_path))
+        document = opened.document("a.fis")
+        opened.arrive(document, lambda: told.append(document.unkept))
+        for name in ("once", "twice"):
+            document.apply({"edit": "rename", "name": name})
+            await asyncio.sleep(0.05)
+        assert len(told) == 1
+        assert told[0].endswith("a.fis.json: No space left on device")
+        full = False
+        while len(told) < 2:
+            await asyncio.sleep(0.005)
+        assert told[1] is None
+        opened.close()
+
+    asyncio.run(work())
+    assert capsys.readouterr().err.count("No space left on device") == 1  # once, and not at every edit
+    assert "twice" in (tmp_path / ".fuzzy-design" / "a.fis.json").read_text()
 
 
 def test_a_hidden_panel_rests(tmp_path):

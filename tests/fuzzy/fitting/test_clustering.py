@@ -178,8 +178,8 @@ def test_one_sample_is_one_cluster() -> None:
 def test_extreme_radii() -> None:
     data = np.random.default_rng(6).random((50, 2))
     assert len(subtractive_clusters(data, 1e6).rows) == 1
-    assert len(subtractive_clusters(data, 1e-200).rows) == 50
-    assert len(subtractive_clusters(data, 1e-200, options=Options(1e-200)).rows) == 50
+    assert len(subtractive_clusters(data, 1e-6).rows) == 50
+    assert len(subtractive_clusters(data, 1e-6, options=Options(1e-6)).rows) == 50
 
 
 @pytest.mark.parametrize(
@@ -191,10 +191,11 @@ def test_extreme_radii() -> None:
         ({"data": [[1.0, 2.0], [3.0]]}, "as many in every row"),
         ({"data": [[1.0, 2.0], [3.0, np.nan]]}, "row 2, column 2 is nan"),
         ({"data": [[np.inf, 2.0], [3.0, np.nan]]}, "row 1, column 1 is inf"),
-        ({"radius": 0.0}, "radius must be > 0"),
+        ({"radius": 1e-308}, "radius must be >= 1e-06"),
+        ({"radius": 0.0}, "radius must be >= 1e-06 and <= 1e+06"),
         ({"radius": [0.5]}, "one for each of 2 columns"),
         ({"radius": [0.5, 0.5, 0.5]}, "one for each of 2 columns"),
-        ({"radius": [0.5, np.nan]}, "radius must be > 0"),
+        ({"radius": [0.5, np.nan]}, "radius must be >= 1e-06 and <= 1e+06"),
         ({"radius": "wide"}, "got 'wide'"),
         ({"ranges": [0, 1]}, "ranges must be (2, 2)"),
         ({"ranges": [[0, 1], [1, 0]]}, "lowest and the highest"),
@@ -212,9 +213,9 @@ def test_refusals_say_what_is_wrong(arguments, message) -> None:
 @pytest.mark.parametrize(
     ("ratios", "message"),
     [
-        ((0.0, 0.5, 0.15), "squash must be > 0"),
-        ((-1.0, 0.5, 0.15), "squash must be a finite number >= 0"),
-        ((1.25, float("nan"), 0.15), "accept must be a finite number"),
+        ((0.0, 0.5, 0.15), "squash must be >= 1e-06"),
+        ((-1.0, 0.5, 0.15), "squash must be a number >= 0 and <= 1e+06"),
+        ((1.25, float("nan"), 0.15), "accept must be a number >= 0"),
         ((1.25, 0.5, 0.6), "reject (0.6) must not exceed accept (0.5)"),
         ((1.25, "a", 0.1), "got 'a'"),
     ],

@@ -65,7 +65,7 @@ def test_words() -> None:
     ("choice", "words"),
     [
         ("midrange", "w = 0 rad/s: no rule for it fires, so the middle of its range stands there"),
-        ("nan", "w = nan rad/s: no rule for it fires"),
+        ("nan", "w = not a number: no rule for it fires"),
         ("error", "no rule for it fires, and the system is told to refuse such inputs"),
     ],
 )
@@ -88,8 +88,8 @@ def test_an_input_outside_is_said() -> None:
 
 def test_not_a_number_is_said() -> None:
     said = str(explain(system(), [np.nan, 0.3]))
-    assert "distance = nan m is not a number, so no result is one" in said
-    assert "v = nan m/s, because an input is not a number" in said
+    assert "distance is not a number, so no result is one" in said
+    assert "v = not a number, because an input is not a number" in said
 
 
 def test_plain_data_go_through_json() -> None:

@@ -98,7 +98,12 @@ def test_the_literal_sets_scatter_is_said_as_what_it_is(tmp_path, capsys):
         (["-o", "a.csv", "--formations", "1,two"], "--formations must be numbers in m with commas"),
         (["-o", "a.csv", "--kind", "well-posed", "--formations", "1"], "--formations needs --coverage below 1"),
         (["-o", "a.csv", "--formations", "1", "--check"], "give it or --formations, not both"),
-        (["-o", "a.csv", "--samples", "0"], "samples must be a whole number >= 2, got 0"),
+        (["-o", "a.csv", "--samples", "0"], "samples must be a whole number >= 2 and <= 1000000, got 0"),
+        (["-o", "a.csv", "--samples", str(10**20)], "samples must be a whole number >= 2 and <= 1000000, got 1000"),
+        (
+            ["-o", "a.csv", "--followers", "2", "--samples", str(10**9)],
+            "samples must be a whole number >= 2 and <= 100",
+        ),
         (["-o", "a.csv", "--speed", "3"], "speed must be a finite number in m/s"),
         (["-o", "no/such/folder/a.csv", "--samples", "2", "--formations", "5"], "no/such/folder"),
     ],

@@ -37,8 +37,10 @@ def test_rules_are_learnt_saved_and_flown_on_unseen_seeds(command, tmp_path, cap
     assert "round 0:" in out
     assert "3 rules. Flown on the unseen seeds 3 to 3" in out
     assert f"--controller fuzzy:rule_base={tmp_path / 'learnt.fis'}" in out
-    names, values = read_table(data)
-    assert names[3:] == ("x_err [m]", "y_err [m]", "heading_err [rad]", "v [m/s]", "w [rad/s]")
+    table = read_table(data)
+    names, values = table.names, table.values
+    assert names[3:] == ("x_err", "y_err", "heading_err", "v", "w")
+    assert table.units[3:] == ("m", "m", "rad", "m/s", "rad/s")
     first = (tmp_path / "learnt.fis").read_bytes(), data.read_bytes()
     assert main([*command, "--data", str(data), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)

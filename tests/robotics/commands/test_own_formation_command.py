@@ -28,7 +28,8 @@ def test_a_wedge_of_ones_own_becomes_a_scenario_a_table_and_a_card(tmp_path, cap
     assert main(["dataset", "formation", *options]) == 0
     said = json.loads(capsys.readouterr().out)
     assert (said["robots"], said["rows"], said["inputs"]) == (4, 30, ["leader_ahead", "stretch", "onward_bearing"])
-    names, values = read_table(data)
+    table = read_table(data)
+    names, values = table.names, table.values
     assert list(names) == said["columns"]
     read = load_scenario(scenario)
     assert [offset(member) for member in read.robots] == [(0.0, 0.0), (-0.5, 0.5), (-0.5, -0.5), (-1.0, 1.0)]

@@ -70,8 +70,8 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def network(data: Path) -> tuple[Learnt, Samples, Samples]:
-    names, values = read_table(data / "own.csv")
-    _, held = read_table(data / "check.csv")
+    own, check = read_table(data / "own.csv"), read_table(data / "check.csv")
+    names, values, held = own.names, own.values, check.values
     assert names is not None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -107,8 +107,8 @@ def test_the_command_writes_one_page_that_needs_nothing_else(
     ids = {t[1]["id"] for t in read.tags if t[1].get("id")}
     assert {(a["href"] or "")[1:] for a in read.all("a")} <= ids
     # The table of errors, from the files that were written
-    x, names = read_table(data / "own.csv")[1], read_table(data / "own.csv")[0]
-    held = read_table(data / "check.csv")[1]
+    own, check = read_table(data / "own.csv"), read_table(data / "check.csv")
+    x, names, held = own.values, own.names, check.values
     assert names is not None
     for output in OUTPUTS:
         fis = read_fis(out / f"{output}.fis")

@@ -1,0 +1,20 @@
+"""A bounded assault on every border, with seeds fixed; ``python -m benchmarks.fuzzing`` goes on for longer."""
+
+import pytest
+
+from tests.fuzzing.borders import BORDERS, assault, kinds
+
+SEED = 20261122
+# As many as a second or two allows; runs and sweeps take longer than a line of text.
+COUNTS = {"fis": 400, "scenario": 120, "robot": 250, "sweep": 80, "study": 120, "table": 800, "run": 150}
+
+
+@pytest.mark.parametrize("name", BORDERS)
+def test_only_sentences_come_out(name: str) -> None:
+    count = COUNTS.get(name, 400)
+    tally = assault(BORDERS[name], SEED, range(count))
+    assert not tally.escaped, kinds(tally)
+    assert tally.accepted + tally.refused == count
+    assert tally.refused > count // 10  # the damage is damage
+    assert tally.accepted > count // 100  # and the border lets good files through
+    assert tally.slowest < 20.0  # s of processor time: nothing there is quadratic
