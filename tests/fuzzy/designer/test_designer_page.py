@@ -529,7 +529,6 @@ def test_a_request_that_is_cut_off_by_ctrl_c_is_no_error(tmp_path):
         assert server.end() == (0, "")
 
 
-<<<<<<< HEAD
 SIDES = """() => [".shell-group:has(.fd-terms)", ".shell-group:last-child"].map((each) => {
   const { left, right, top, bottom } = document.querySelector(each).getBoundingClientRect();
   return { left, right, top, bottom };
@@ -600,7 +599,8 @@ def test_the_table_of_rules_scrolls_beside_the_view(tab):
     assert page.locator(".fd-rule:first-child .fd-switch").bounding_box()["x"] >= sheet.bounding_box()["x"] - 1
     page.get_by_role("button", name="Sentences").click()
     page.get_by_role("tab", name="Memberships").click()
-=======
+
+
 def test_sigterm_ends_the_workers_and_leaves_nothing_behind(tmp_path):
     """It left "5 leaked semaphore objects"."""
     import psutil
@@ -615,4 +615,3 @@ def test_sigterm_ends_the_workers_and_leaves_nothing_behind(tmp_path):
     assert server.end(signal.SIGTERM) == (128 + signal.SIGTERM, "")
     assert not any(worker.is_running() and worker.status() != "zombie" for worker in workers)
     assert list((tmp_path / ".fuzzy-design").glob("*.json")) == []  # nothing that the file does not hold
->>>>>>> main
