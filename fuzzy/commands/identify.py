@@ -131,8 +131,7 @@ def identify(
     if found is not None:
         print(", ".join(f"{name} {shown(value)}" for name, value in setting_of(found.best).items()))
     errors_text = ", ".join(
-        f"{v.name} {shown(error, v.universe[1] - v.universe[0])} {v.unit}".rstrip()
-        for v, error in zip(fis.outputs, rmse, strict=True)
+        f"{v.name} {shown(error)} {v.unit}".rstrip() for v, error in zip(fis.outputs, rmse, strict=True)
     )
     print(f"{target}: {len(fis.rules)} rules, RMSE of the samples: {errors_text}")
 

@@ -7,6 +7,7 @@ from typing import Any
 from fuzzy.designer.esmodule import composed
 from fuzzy.designer.notebook import widget_library, with_still
 from fuzzy.figures.palette import stylesheet
+from robotics.playback.animation import still
 from robotics.playback.player import player_data
 from robotics.simulation.run import Run
 
@@ -35,8 +36,6 @@ def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: 
         page = traitlets.Bool(False).tag(sync=True)
 
         def _repr_mimebundle_(self, **kwargs: Any) -> tuple[dict[str, Any], dict[str, Any]] | None:
-            from robotics.playback.animation import still  # matplotlib, only where a notebook shows it
-
             shown = f"Player of {self.run['title']}"
             return with_still(super()._repr_mimebundle_(**kwargs), shown, partial(still, run, seed, **options))
 

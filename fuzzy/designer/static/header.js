@@ -374,7 +374,7 @@ function render({ model, el }) {
   }
 
   // Keys -----------------------------------------------------------------------------------------------------
-  const history = historyKeys(document);
+  const steps = historyKeys(document);
   function onKey(event) {
     if (event.altKey || el.querySelector("dialog[open]")) return;
     if (event.key === "?" && !event.target.matches?.(TYPED)) {
@@ -382,7 +382,7 @@ function render({ model, el }) {
       return void showKeys();
     }
     if (!(event.ctrlKey || event.metaKey)) return;
-    const wish = event.key.toLowerCase() === "s" && !event.shiftKey ? "save" : history.wished(event);
+    const wish = event.key.toLowerCase() === "s" && !event.shiftKey ? "save" : steps.wished(event);
     if (wish === null) return;
     if (!el.closest("[inert]")) send({ do: wish }); // while nobody answers it would come to nothing
     event.preventDefault();
@@ -393,7 +393,7 @@ function render({ model, el }) {
   const onMessage = (message) => {
     if (message.say !== undefined) say(message.say, message.problem, message.undo ?? null);
     if (message.ask !== undefined) ask(message);
-    if (message.moved !== undefined) window.history.replaceState(null, "", address(message.moved));
+    if (message.moved !== undefined) history.replaceState(null, "", address(message.moved));
   };
   let shown = null;
   const onShell = () => {
@@ -423,7 +423,7 @@ function render({ model, el }) {
     model.off("msg:custom", onMessage);
     document.removeEventListener("pointerdown", onOutside);
     document.removeEventListener("keydown", onKey);
-    history.end();
+    steps.end();
     unwatch();
   };
 }
