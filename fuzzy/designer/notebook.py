@@ -1,8 +1,12 @@
 """The designer in a notebook: the page's modules as one anywidget."""
 
 import asyncio
+import contextlib
 import itertools
-from collections.abc import Mapping
+from base64 import b64encode
+from collections.abc import Callable, Mapping
+from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +21,7 @@ from fuzzy.figures.palette import stylesheet
 from fuzzy.system import Sugeno
 
 _SOON = 0.004  # s that edits in hand may take to arrive before they are shown together
+_STILL = 96  # dots per inch of the picture that stays in a saved notebook
 
 
 class NotebookSession:
@@ -133,6 +138,10 @@ def editor(fis: Sugeno) -> Any:
             self._waiting = False
             self.on_msg(self._heard)
 
+        def _repr_mimebundle_(self, **kwargs: Any) -> tuple[dict[str, Any], dict[str, Any]] | None:
+            system = session.design.in_force
+            return with_still(super()._repr_mimebundle_(**kwargs), _described(system), partial(_still, system))
+
         @property
         def fis(self) -> Sugeno:
             return session.design.in_force
@@ -156,6 +165,36 @@ def editor(fis: Sugeno) -> Any:
                     setattr(self, name, value)
 
     return Editor()
+
+
+def with_still(bundle: Any, shown: str, draw: Callable[[], bytes]) -> tuple[dict[str, Any], dict[str, Any]] | None:
+    """What a notebook keeps of a widget: beside the widget itself a sentence and a picture, for where nothing runs.
+
+    Args:
+        bundle: What the widget says of itself, by MIME type; None where it is not to be shown.
+        shown: The sentence.
+        draw: Gives the picture, as the bytes of a .png file; where it raises an InputError there is none.
+    """
+    if bundle is None:
+        return None
+    data, about = bundle if isinstance(bundle, tuple) else (bundle, {})
+    data = {**data, "text/plain": shown}
+    with contextlib.suppress(InputError):  # there is nothing to draw
+        data["image/png"] = b64encode(draw()).decode("ascii")
+    return data, about
+
+
+def _described(fis: Sugeno) -> str:
+    counts = ((fis.inputs, "input"), (fis.outputs, "output"), (fis.rules, "rule"))
+    return f"Editor of {fis.name}: " + ", ".join(f"{len(n)} {word}{'' if len(n) == 1 else 's'}" for n, word in counts)
+
+
+def _still(fis: Sugeno) -> bytes:
+    from fuzzy.figures.plot import plot_memberships
+
+    picture = BytesIO()
+    plot_memberships(fis).savefig(picture, format="png", dpi=_STILL)
+    return picture.getvalue()
 
 
 def widget_library() -> tuple[Any, Any]:

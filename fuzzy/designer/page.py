@@ -56,6 +56,10 @@ async def build_page(opened: OpenDocuments, modules: Modules, name: str, mamdani
     ui.add_head_html(f"<style>{stylesheet()}</style>")
     for sheet in ("designer.css", "page.css"):
         ui.add_head_html(f'<link rel="stylesheet" href="{modules.url(_STATIC / sheet)}">')
+    # NiceGUI's own page is a main landmark round the whole of this one, header and all.
+    around = ui.context.client.content.parent_slot
+    if around is not None:
+        around.parent.tag = "div"
     try:
         document = await opened.opened(name, mamdani)
     except MamdaniFileError as error:
@@ -157,6 +161,8 @@ class _Page:
                     *(Tab(panel.title, partial(self._build_panel, panel)) for panel in panels),
                 ]
                 self.editors = tab_group("Edit the design", left, self.bench, "shell-edit")
+                with ui.element("div").classes("shell-glance"):
+                    self.bench.widget(_STATIC / "glance.js")
                 tab_group("Look and try", right, self.bench, "shell-look")
         self.bench.on_change(self._check_soon)
         self._check_soon()

@@ -66,6 +66,7 @@ class TryoutSession:
         )  # what was chosen; what is empty is chosen to suit the system
         self.trial: TryoutTrial | None = None  # what follows from it; none: the system or the scenario is no good
         self.rival = ""  # empty: what suits the system
+        self.needs: str | None = None  # the group of scenarios for which law and rival were chosen; none: that to come
         self.before, self.label = self._opened()
         self.place: dict[str, Any] = {}
         self.variables: Any = None  # those of the system that found this place
@@ -209,6 +210,7 @@ class TryoutSession:
         if self._course()["kind"] not in kinds:
             self._put_away("scenario")
             wish = replace(wish, scenario="", text=None, robot_of=0)
+            self.needs = None
         self._want(wish)
 
     def _take(self, content: dict[str, Any]) -> None:
@@ -405,6 +407,11 @@ class TryoutSession:
             self.rounds.forget()
             self.widget.update(trial=self._trial(), problem=said, **dict.fromkeys(("course", "seeds", *_RUNS)))
             return
+        group = place["course"]["group"]
+        if self.needs not in (None, group) and (self.wish.law or self.rival):
+            self._forget_laws()
+            return
+        self.needs = group
         trial = TryoutTrial(**place["trial"])
         if trial != self.trial:
             self.wanted |= _RUNS
@@ -412,6 +419,13 @@ class TryoutSession:
             self.widget.update(seeds=None)
         self.trial, self.place = trial, place
         self.widget.update(trial=self._trial(), course=place["course"], problem=None)
+
+    def _forget_laws(self) -> None:
+        """Find laws anew for a scenario of another group: one that is blind to obstacles was not chosen among them."""
+        self.needs = None
+        if "rival" not in self.watched:  # a file was chosen on purpose
+            self.rival = ""
+        self._want(replace(self.wish, law="", task=""))
 
     async def _made(self, what: str) -> dict[str, Any] | None:
         fis, trial = self._present(), self._driven()

@@ -31,7 +31,7 @@ from robotics.measures.registry import headlines, measure_all, tried
 from robotics.measures.tracking import Metric, cross_track_error
 from robotics.playback.player import player_data
 from robotics.quantity import check_quantities, quantity
-from robotics.scenario.conditions import noises
+from robotics.scenario.conditions import GROUPS, MEETINGS, OBSTACLES, group_of, noises
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import scenario_names
 from robotics.scenario.robots import load_robot, robot_names
@@ -103,7 +103,8 @@ def choices() -> dict[str, Any]:
         rivals[preset.kind].append([name, preset.title])
     found = [(name, scenario_of(name, None)) for name in scenario_names()]
     return {
-        "scenarios": [{"name": name, "title": s.title or name, "kind": s.kind} for name, s in found],
+        "groups": list(GROUPS),
+        "scenarios": [{"name": n, "title": s.title or n, "kind": s.kind, "group": group_of(s)} for n, s in found],
         "rivals": rivals,
         "robots": [[name, load_robot(name).title] for name in robot_names()],
     }
@@ -144,7 +145,9 @@ def _chosen(uses: list[Use], wish: TryoutTrial, scenario: Scenario | None) -> Us
     if scenario is None or first.task != "tracking" or scenario.kind != "team":
         return first
     tracking = {use.law: use for use in uses if use.task == "tracking"}
-    return tracking.get(scenario.controller.partition(":")[0]) or tracking["cooperation"]
+    # Where robots would touch each other or an obstacle, one that does not avoid them shows nothing of the rule base.
+    usual = {MEETINGS: "crash-yielding", OBSTACLES: "obstacles"}.get(group_of(scenario), "cooperation")
+    return tracking.get(scenario.controller.partition(":")[0]) or tracking[usual]
 
 
 def driven_law(fis: Sugeno, trial: TryoutTrial) -> Law[Any]:
@@ -231,6 +234,7 @@ def course_data(trial: TryoutTrial) -> dict[str, Any]:
         "scenario": trial.scenario,
         "title": scenario.title or scenario.name,
         "kind": scenario.kind,
+        "group": group_of(scenario),
         "played": _played(scenario),
         "duration": scenario.duration,
         "noises": noises(replace(trial, noise=True).conditioned()),
@@ -260,11 +264,14 @@ def place_data(fis: Sugeno, wish: TryoutTrial, file: str = "") -> dict[str, Any]
     trial = settled(fis, wish, file)
     uses = uses_of(fis, file)
     mine = next(use for use in uses if (use.law, use.task) == (trial.law, trial.task))
-    kind = trial.kind
+    course = course_data(trial)
+    kind = course["kind"]
     rival = mine.rival if preset_of(mine.rival).kind == kind else _RIVALS[kind]
+    if kind == "team" and mine.task == "tracking":
+        rival = {MEETINGS: "right-of-way", OBSTACLES: "fuzzy-team"}.get(course["group"], rival)
     return {
         "trial": asdict(trial),
-        "course": course_data(trial)
+        "course": course
         | {
             "laws": [[use.law, use.task, use.title, list(use.kinds)] for use in uses],
             "suggested": list(mine.scenarios),

@@ -4,6 +4,7 @@ import shutil
 import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from math import ceil, isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -171,6 +172,28 @@ def write_animation(
                 if advance is not None:
                     advance()
     return Written(frames, timing.fps, timing.speed, frames / timing.fps, scene.enlarged)
+
+
+def still(
+    run: Run,
+    seed: int | None = None,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    stale: float | None = None,
+    dpi: float = 80.0,
+) -> bytes:
+    """The last frame of such a picture as the bytes of a .png file; the arguments are :func:`write_animation`'s.
+
+    Raises AnimationError, ReplayError.
+    """
+    timing = frame_times(run, "gif", start=start, end=end, speed=1.0)
+    picture = BytesIO()
+    with style():
+        scene = set_scene(replay(run, _samples(run, timing), seed, stale), timing.speed, dpi)
+        show_frame(scene, float(timing.times[-1]))
+        scene.figure.savefig(picture, format="png", dpi=dpi)
+    return picture.getvalue()
 
 
 def _samples(run: Run, timing: FrameTiming) -> np.ndarray:

@@ -1,29 +1,15 @@
 """The player of a run as a widget for notebooks, with the module of the page (:mod:`robotics.playback.player`)."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fuzzy.designer.esmodule import composed
-from fuzzy.designer.notebook import widget_library
+from fuzzy.designer.notebook import widget_library, with_still
 from fuzzy.figures.palette import stylesheet
+from robotics.playback.animation import still
 from robotics.playback.player import player_data
 from robotics.simulation.run import Run
-
-# The looks of the player are under a class that its page gives to the element round it.
-_REST = """export default {
-  render({ model, el }) {
-    const root = document.createElement("div");
-    root.className = "fleet-player";
-    root.setAttribute("role", "group");
-    root.setAttribute("aria-label", `Player: ${model.get("run").title}`);
-    el.append(root);
-    const end = entry.default.render({ model, el: root });
-    return () => {
-      end?.();
-      root.remove();
-    };
-  },
-};"""
 
 
 def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: Any) -> Any:
@@ -43,10 +29,14 @@ def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: 
     class Player(anywidget.AnyWidget):  # type: ignore[name-defined]
         """The player of one run."""
 
-        _esm = composed(folder / "player.js", _REST)
+        _esm = composed(folder / "notebook.js")
         _css = stylesheet() + (folder / "player.css").read_text(encoding="utf-8")
         run = traitlets.Dict().tag(sync=True)
         speed = traitlets.Float(1.0).tag(sync=True)
         page = traitlets.Bool(False).tag(sync=True)
+
+        def _repr_mimebundle_(self, **kwargs: Any) -> tuple[dict[str, Any], dict[str, Any]] | None:
+            shown = f"Player of {self.run['title']}"
+            return with_still(super()._repr_mimebundle_(**kwargs), shown, partial(still, run, seed, **options))
 
     return Player(run=player_data(run, seed, **options), speed=float(speed))

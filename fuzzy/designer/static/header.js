@@ -3,6 +3,9 @@
 // largest, restored, unkept }) and "keys"
 // ([key, where, what]); Python's messages: { say, problem }, { say, undo }, { ask, then }, { moved }.
 
+import { watchConnection } from "./connection.js";
+import { historyKeys } from "./keys.js";
+
 function make(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -371,9 +374,7 @@ function render({ model, el }) {
   }
 
   // Keys -----------------------------------------------------------------------------------------------------
-  let edited = null; // the text field in which something was typed that is not taken over yet: its undo is its own
-  const onInput = (event) => (edited = event.target);
-  const onTaken = () => (edited = null);
+  const steps = historyKeys(document);
   function onKey(event) {
     if (event.altKey || el.querySelector("dialog[open]")) return;
     if (event.key === "?" && !event.target.matches?.(TYPED)) {
@@ -381,19 +382,14 @@ function render({ model, el }) {
       return void showKeys();
     }
     if (!(event.ctrlKey || event.metaKey)) return;
-    const letter = event.key.toLowerCase();
-    const typing = edited === event.target && event.target.matches?.("input:not([type=range]), textarea");
-    if (letter === "s" && !event.shiftKey) send({ do: "save" });
-    else if (letter === "z" && !typing) send({ do: event.shiftKey ? "redo" : "undo" });
-    else if (letter === "y" && !typing) send({ do: "redo" });
-    else return;
+    const wish = event.key.toLowerCase() === "s" && !event.shiftKey ? "save" : steps.wished(event);
+    if (wish === null) return;
+    if (!el.closest("[inert]")) send({ do: wish }); // while nobody answers it would come to nothing
     event.preventDefault();
   }
   document.addEventListener("keydown", onKey);
-  document.addEventListener("input", onInput);
-  document.addEventListener("change", onTaken);
-  document.addEventListener("focusout", onTaken);
 
+  const unwatch = watchConnection();
   const onMessage = (message) => {
     if (message.say !== undefined) say(message.say, message.problem, message.undo ?? null);
     if (message.ask !== undefined) ask(message);
@@ -427,9 +423,8 @@ function render({ model, el }) {
     model.off("msg:custom", onMessage);
     document.removeEventListener("pointerdown", onOutside);
     document.removeEventListener("keydown", onKey);
-    document.removeEventListener("input", onInput);
-    document.removeEventListener("change", onTaken);
-    document.removeEventListener("focusout", onTaken);
+    steps.end();
+    unwatch();
   };
 }
 

@@ -68,7 +68,9 @@ export function render({ model, el }) {
   const list = element("div", { class: "fd-list", "aria-label": "Rules" });
   // Where the table has room, one line of headings for all rules; each choice has its own name all the same.
   const headings = element("div", { class: "fd-headings" });
-  const frame = element("div", {}, headings, list);
+  const frame = element("div", { class: "fd-sheet" }, headings, list);
+  // A rule's tools stay in sight while its row is moved sideways.
+  frame.addEventListener("scroll", () => frame.style.setProperty("--fd-aside", `${frame.scrollLeft}px`));
   const count = element("p", { class: "fd-note" });
   const problem = problemLine(model, root);
   const bar = element(
@@ -397,7 +399,7 @@ export function render({ model, el }) {
     if (headed === JSON.stringify(names)) return;
     headed = JSON.stringify(names);
     const columns = names.map((_, i) =>
-      i === inputs.length ? "4.2rem" : i < inputs.length ? "minmax(0, 1.3fr)" : "minmax(0, 1fr)",
+      i === inputs.length ? "4.2rem" : i < inputs.length ? "minmax(8.5rem, 1.3fr)" : "minmax(6.5rem, 1fr)",
     );
     root.style.setProperty("--columns", columns.join(" "));
     const head = (text) => element("span", { class: "fd-head", title: text }, text);

@@ -139,6 +139,7 @@ export function render({ model, el }) {
     flat = picture.node,
     over = picture.svg;
   const sections = [0, 1].map(() => sectionChart(own, cross));
+  for (const node of [flat, relief, sections[0].node]) put(node, { "data-glance": "" });
   const main = element("div", { class: "fd-main" }, flat, relief, note),
     aside = element("div", { class: "fd-sections" }, ...sections.map(({ node }) => node));
   const area = element("div", { class: "fd-split" }, main, aside);

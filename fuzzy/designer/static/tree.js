@@ -40,7 +40,7 @@ export function render({ model, el }) {
   );
   const form = element("div", { class: "fd-choices", role: "group", "aria-label": "Choices" });
   const problem = problemLine(model, root);
-  root.append(title.node, tree, add, element("h3", {}, "Inference"), form, problem.node);
+  root.append(title.node, tree, add, element("h2", {}, "Inference"), form, problem.node);
   el.append(root);
 
   const shut = new Set(); // what is folded

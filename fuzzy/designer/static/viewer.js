@@ -39,7 +39,7 @@ export function render({ model, el }) {
   const sorted = element("input", { type: "checkbox", onchange: () => build() });
   const head = shape("svg", { class: "fd-headline", role: "group", "aria-label": "Input point" });
   const body = shape("svg", { class: "fd-grid-of-rules", role: "img" });
-  const foot = shape("svg", { class: "fd-footline", role: "img" });
+  const foot = shape("svg", { class: "fd-footline", role: "img", "data-glance": true });
   const back = shape("g"),
     front = shape("g");
   head.append(back, front);
@@ -68,7 +68,7 @@ export function render({ model, el }) {
       "div",
       { class: "fd-split" },
       scroll,
-      element("div", { class: "fd-side" }, element("h3", {}, "In words"), words),
+      element("div", { class: "fd-side" }, element("h2", {}, "In words"), words),
     ),
   );
   el.append(root);

@@ -29,7 +29,7 @@ export const forgetText = (what, name) => stored((store) => store.removeItem(key
 /** The editor: {node, update(editor), end()}; `send` takes the messages to the desk. */
 export function textEditor(send) {
   const state = { copy: 0, timer: 0, lines: 0, given: null, naming: false };
-  const title = element("h3", { class: "te-title" });
+  const title = element("h2", { class: "te-title" });
   const mark = element("span", { class: "te-mark" });
   const gutter = element("div", { class: "te-gutter", "aria-hidden": "true" });
   const area = element("textarea", {

@@ -47,6 +47,7 @@ const WORDS = {
   rival: "the other law drives",
   choices: "reading the scenarios",
 };
+const PLAN = [76, 46]; // px of the scenario in small
 const LARGEST = 2e6; // bytes of a scenario's file
 const BEFORE = 8; // s before the moment that matters most from which a run is played
 
@@ -141,10 +142,11 @@ export async function render({ model, el }) {
       "Edit",
     );
   const editRobot = edit("robot");
+  const plan = shape("svg", { class: "tr-plan", width: PLAN[0], height: PLAN[1], "aria-hidden": "true", hidden: true });
   const controls = element(
     "div",
     { class: "tr-controls" },
-    element("span", { class: "tr-pair" }, field("Scenario", scenario, "tr-scenario"), edit("scenario")),
+    element("span", { class: "tr-pair" }, field("Scenario", scenario, "tr-scenario"), plan, edit("scenario")),
     file,
     element("span", { class: "tr-pair" }, field("Robot", robot, "tr-robots"), editRobot),
     robotOfField,
@@ -167,7 +169,7 @@ export async function render({ model, el }) {
 
   // Pictures
   const keys = element("div", { class: "tr-keys" });
-  const above = shape("svg", { class: "tr-plot", role: "img" }),
+  const above = shape("svg", { class: "tr-plot", role: "img", "data-glance": true }),
     error = shape("svg", { class: "tr-plot", role: "img" });
   const clock = element("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": "Time" });
   const reading = element("output");
@@ -211,7 +213,9 @@ export async function render({ model, el }) {
   /** The scenarios in their groups: those that show what the system does, the folder's files, and the others. */
   function offerScenarios(known, trial, course) {
     const kinds = [...new Set((course?.laws ?? []).flatMap(([, , , each]) => each))];
-    const title = (name) => known?.scenarios.find((s) => s.name === name)?.title ?? name;
+    // As on the command line, in brackets
+    const full = ({ name, title }) => (title === name ? name : `${title} [${name}]`);
+    const title = (name) => full(known?.scenarios.find((s) => s.name === name) ?? { name, title: name });
     const files = get("files")?.scenarios ?? [];
     const suggested = known ? (course?.suggested ?? []) : [];
     const listed = new Set([...suggested, ...files, ...(known?.scenarios.map((s) => s.name) ?? [])]);
@@ -225,15 +229,37 @@ export async function render({ model, el }) {
         suggested.map((name) => option(name, title(name))),
       ),
       group("Files in this folder", [...files.map((name) => option(name, name)), option(ANOTHER, "Another file …")]),
-      group(
-        "Others",
-        rest
-          .filter(possible)
-          .concat(rest.filter((s) => !possible(s)))
-          .map((s) => option(s.name, s.title, possible(s) ? {} : { disabled: true, title: "no law that it fits" })),
+      ...(known?.groups ?? []).map((name) =>
+        group(
+          name,
+          rest
+            .filter((s) => s.group === name)
+            .map((s) => option(s.name, full(s), possible(s) ? {} : { disabled: true, title: "no law that it fits" })),
+        ),
       ),
     ];
     offerGroups(scenario, groups, trial.scenario);
+    scenario.title = title(trial.scenario);
+    drawPlan(course);
+  }
+
+  /** The scenario in small, beside its name: paths, obstacles, and where robots start. */
+  function drawPlan(course) {
+    plan.toggleAttribute("hidden", course === null);
+    if (course === null || course === state.planned) return;
+    state.planned = course;
+    const lines = [...course.paths.map((p) => [p.x, p.y]), ...(course.obstacles ?? [])];
+    const [across, up] = [0, 1].map((k) => finite([...lines.flatMap((p) => p[k]), ...course.starts.map((s) => s[k])]));
+    const [x0, x1, y0, y1] = [Math.min(...across), Math.max(...across), Math.min(...up), Math.max(...up)];
+    const unit = Math.min((PLAN[0] - 8) / (x1 - x0 || 1), (PLAN[1] - 8) / (y1 - y0 || 1));
+    const x = (value) => PLAN[0] / 2 + unit * (value - (x0 + x1) / 2),
+      y = (value) => PLAN[1] / 2 - unit * (value - (y0 + y1) / 2);
+    plan.replaceChildren(
+      ...lines.map(([xs, ys], k) =>
+        shape("path", { d: line(xs.map(x), ys.map(y)), class: k < course.paths.length ? "tr-course" : "tr-obstacle" }),
+      ),
+      ...course.starts.map(([sx, sy]) => shape("circle", { cx: x(sx), cy: y(sy), r: 2.5, class: "tr-tried" })),
+    );
   }
 
   /** The robots: that of the scenario, the package's and the folder's. */
@@ -595,7 +621,11 @@ export async function render({ model, el }) {
     const head = element(
       "tr",
       {},
-      element("th", { scope: "col" }, seeds ? `median of ${seeds.count} seeds, and the worst${of && `; ${of}`}` : of),
+      element(
+        "th",
+        { scope: "col" },
+        seeds ? `median of ${seeds.count} seeds, and the worst${of && `; ${of}`}` : of || "metric",
+      ),
       ...runs.map(([name, , data]) =>
         element("th", { scope: "col" }, label(name, data) + (!seeds && touched(data) ? " ✕ contact" : "")),
       ),
@@ -768,8 +798,10 @@ export async function render({ model, el }) {
     watch(model, ["editor"], drawEditor),
     whenSized(root, soon),
   ];
-  // Nothing is run for a panel that nobody sees.
-  const watching = new IntersectionObserver((entries) => model.send({ do: "see", on: entries.at(-1).isIntersecting }));
+  // Nothing is run for a panel that is hidden; one further down is seen in the small picture under what is edited.
+  const watching = new IntersectionObserver((entries) => model.send({ do: "see", on: entries.at(-1).isIntersecting }), {
+    rootMargin: "10000px 0px",
+  });
   watching.observe(root);
   draw();
   return () => {

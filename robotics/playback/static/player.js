@@ -116,13 +116,13 @@ function mount(model, el, time) {
     if (times.length) seek(way > 0 ? Math.min(...times) : Math.max(...times));
   };
   const jumps = [
-    ["◂ mode change", "go to the previous change of mode (key P)", -1],
-    ["mode change ▸", "go to the next change of mode (key N)", 1],
+    ["◂ mode change", "◂ mode change: go to the previous one (key P)", -1],
+    ["mode change ▸", "mode change ▸: go to the next one (key N)", 1],
   ];
   const cones = make("input", { type: "checkbox", checked: true, onchange: () => draw() });
   const conesLabel = make("label", { class: "robot" }, cones, "Sonar cones");
   const about = `Top view of ${count} robot${count > 1 ? "s" : ""}, their paths and messages; the table has the numbers`;
-  const scene = make("canvas", { role: "img", "aria-label": about });
+  const scene = make("canvas", { role: "img", "aria-label": about, "data-glance": true });
   const plot = make("canvas", { role: "img", "aria-label": "Chart over time; click to go to a time" });
   const note = make("p", { class: "note" }),
     keys = make("p", { class: "note keys" }),
@@ -193,8 +193,8 @@ function mount(model, el, time) {
         "div",
         { class: "controls" },
         play,
-        step("−1 s", "back 1 s", -1),
-        step("+1 s", "forward 1 s", 1),
+        step("−1 s", "−1 s: back", -1),
+        step("+1 s", "+1 s: forward", 1),
         timeline,
         clock,
       ),
@@ -205,7 +205,7 @@ function mount(model, el, time) {
         trailLabel,
         ...(data.hears === null ? [] : [linksLabel]),
         ...(data.sonar ? [conesLabel] : []),
-        ...(contacts.length ? [button("contact ▸", nextContact, "go to the next contact (key C)")] : []),
+        ...(contacts.length ? [button("contact ▸", nextContact, "contact ▸: go to the next one (key C)")] : []),
         ...(events.length ? jumps.map(([text, label, way]) => button(text, () => jump(way), label)) : []),
       ),
       note,

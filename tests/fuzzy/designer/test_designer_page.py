@@ -1,6 +1,7 @@
 """The designer end to end: a real server process, a real browser with a real mouse and keyboard."""
 
 import http.client
+import itertools
 import os
 import re
 import signal
@@ -493,8 +494,22 @@ def test_after_a_kill_the_design_is_back(tab, server, folder):
         page.wait_for_timeout(20)
     tab.forgiven = True  # the browser complains, rightly, that the server is gone
     assert server.end(signal.SIGKILL)[0] == -signal.SIGKILL
+    # What nobody hears would be lost: the page says so in the middle of its top, and takes nothing.
+    lost = page.get_by_role("alert").filter(has_text="does not answer")
+    lost.wait_for()
+    box = lost.bounding_box()
+    assert box["y"] < 100
+    assert box["x"] + box["width"] / 2 == pytest.approx(800, abs=20)
+    grip = page.locator("[aria-label='poor: right foot']")
+    drag(page, grip, (-60, 0), release=True)
+    for keys in ("Tab", "x", "Control+z", "ArrowRight"):
+        page.keyboard.press(keys)
+    assert grip.get_attribute("aria-valuenow") == at
+    assert page.locator(".fd :focus").count() == 0
     server.start()
     page.wait_for_selector(".restored:not(:empty)")  # the page comes back by itself
+    assert not page.locator(".shell").evaluate("shell => shell.inert")
+    assert page.locator(".shell-lost:not(:empty)").count() == 0
     tab.forgiven = False
     assert foot(page).get_attribute("aria-valuenow") == at
     assert (folder / "tipper.fis").read_bytes() == before
@@ -512,6 +527,78 @@ def test_a_request_that_is_cut_off_by_ctrl_c_is_no_error(tmp_path):
         half.sendall("\r\n".join([*lines, "", "[System]"]).encode())  # and no more
         time.sleep(0.5)
         assert server.end() == (0, "")
+
+
+SIDES = """() => [".shell-group:has(.fd-terms)", ".shell-group:last-child"].map((each) => {
+  const { left, right, top, bottom } = document.querySelector(each).getBoundingClientRect();
+  return { left, right, top, bottom };
+})"""
+GLANCE = """() => document.querySelector(".shell-glance-picture path.fd-section")?.getAttribute("d") ?? null"""
+
+
+def test_what_one_looks_at_stays_in_sight(tab):
+    """Beside what is edited from 900 px, in a small picture below it on narrower screens."""
+    page = tab.page
+    assert page.get_by_role("main").count() == 1
+    levels = page.evaluate("[...document.querySelectorAll('h1, h2, h3')].map((each) => Number(each.localName[1]))")
+    assert levels[0] == 1
+    assert max(b - a for a, b in itertools.pairwise(levels)) <= 1
+    page.get_by_role("tab", name="Surface").click()
+    page.get_by_label("second input").select_option("")
+    page.wait_for_selector(".fd-sections path.fd-section")
+    for width, height in ((1600, 1000), (1093, 614), (900, 800)):
+        page.set_viewport_size({"width": width, "height": height})
+        page.evaluate("scrollTo(0, 0)")
+        edit, look = page.evaluate(SIDES)
+        assert edit["right"] <= look["left"], width
+        assert look["bottom"] <= height
+        assert page.locator(".fd-tree").is_visible() == (width == 1600)
+        page.evaluate("scrollTo(0, document.documentElement.scrollHeight)")
+        page.wait_for_timeout(50)
+        assert page.get_by_role("tab", name="Surface").bounding_box()["y"] < 150, width  # it does not scroll away
+    page.get_by_role("button", name="System").click()
+    assert page.locator(".fd-tree").is_visible()
+    page.get_by_role("button", name="System").click()
+
+    for width, height in ((800, 1000), (390, 844)):
+        page.set_viewport_size({"width": width, "height": height})
+        page.evaluate("scrollTo(0, 0)")
+        page.wait_for_function(f"({GLANCE})() !== null")
+        picture = page.locator(".shell-glance-picture").bounding_box()
+        chart = page.locator(".fd-terms svg").first.bounding_box()
+        assert chart["y"] + chart["height"] <= picture["y"] + 5
+        assert picture["y"] + picture["height"] <= height
+        before = page.evaluate(GLANCE)
+        drag(page, foot(page), (-25, 0), release=True)
+        until_changed(page, GLANCE, before)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.get_by_role("button", name="Hide").click()
+    assert not page.locator(".shell-glance-picture").is_visible()
+    page.get_by_role("button", name="Show", exact=True).click()
+    page.get_by_role("button", name="Go there").click()
+    assert page.locator(".shell-view .fd-surface").bounding_box()["y"] < 400
+    page.get_by_label("second input").select_option("food")
+
+
+def test_the_table_of_rules_scrolls_beside_the_view(tab):
+    page = tab.page
+    page.get_by_role("tab", name="Rules").click()
+    page.get_by_role("button", name="Table", exact=True).click()
+    sheet, view = page.locator(".fd-sheet"), page.locator(".fd-viewer")
+    for width in (1600, 900):
+        page.set_viewport_size({"width": width, "height": 1000})
+        at, beside = sheet.bounding_box(), view.bounding_box()
+        assert at["x"] + at["width"] <= beside["x"], width
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert sheet.evaluate("sheet => sheet.scrollWidth > sheet.clientWidth")
+    # Headings stand over their columns, and the rule's number stays while one scrolls sideways.
+    sheet.evaluate("sheet => sheet.scrollLeft = 200")
+    heads, cells = (page.locator(f"{row} .fd-cells > *").all() for row in (".fd-headings", ".fd-rule:first-child"))
+    for head, cell in zip(heads, cells, strict=True):
+        assert head.bounding_box()["x"] == pytest.approx(cell.bounding_box()["x"], abs=6)  # of 130 pixels
+    assert page.locator(".fd-rule:first-child .fd-switch").bounding_box()["x"] >= sheet.bounding_box()["x"] - 1
+    page.get_by_role("button", name="Sentences").click()
+    page.get_by_role("tab", name="Memberships").click()
 
 
 def test_sigterm_ends_the_workers_and_leaves_nothing_behind(tmp_path):

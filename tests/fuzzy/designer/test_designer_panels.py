@@ -343,6 +343,16 @@ def test_figures_controls_and_keys(bench: ModulePage, traits: dict[str, Any]) ->
     assert figures == pytest.approx(wanted, rel=5e-3)
     assert row.locator(".tr-best").inner_text() == row.get_by_role("cell").nth(int(np.argmin(wanted))).inner_text()
     assert "<img" in page.locator(".tr-note").first.inner_text()  # words of a file are words
+    # Scenarios stand in their groups, with the names of the command line, and the chosen one is drawn beside them.
+    groups = page.evaluate(
+        """Object.fromEntries([...document.querySelectorAll("[aria-label=Scenario] optgroup")]
+          .map((group) => [group.label.split(":")[0], [...group.children].map((each) => each.textContent)]))"""
+    )
+    assert list(groups)[:3] == ["Suited to this rule base", "Files in this folder", "One robot"]
+    assert {"Teams", "Meetings", "Obstacles"} < groups.keys()
+    assert any(text.endswith("[trap-u]") for text in groups["Obstacles"])
+    assert sum(len(names) for names in groups.values()) == len(scenario_names()) + 3  # the folder's, and another file
+    assert page.locator(".tr-plan path.tr-course").count() == 1
     bench.forget()
     page.get_by_label("Scenario", exact=True).select_option("lyapunov-sine")
     page.get_by_label("Compare with", exact=True).select_option("esm")
@@ -537,8 +547,108 @@ def test_editor_in_a_notebook(bench: ModulePage) -> None:
     assert bench.sent()[-1] == {"do": "undo"}
     widget._handle_custom_msg({"do": "undo"}, [])
     assert widget.fis == fis
-    for part in ("fd-tree", "fd-terms", "fd-rules", "fd-viewer", "fd-surface"):
-        assert page.locator(f".{part}").count() == 1
+    # The tree is shut, two views stand side by side, and the whole is not higher than a screen.
+    assert not page.locator(".fd-tree").is_visible()
+    terms, viewer = (page.locator(part).bounding_box() for part in (".fd-terms", ".fd-viewer"))
+    assert terms["x"] + terms["width"] < viewer["x"]
+    assert page.locator(".fuzzy-editor").bounding_box()["height"] < 800
+    for tab, part in (("Rules", "fd-rules"), ("Surface", "fd-surface"), ("Memberships", "fd-terms")):
+        page.get_by_role("tab", name=tab).click()
+        assert page.locator(f".{part}").is_visible()
+    page.get_by_role("tab", name="Viewer").focus()
+    page.keyboard.press("End")
+    assert page.get_by_role("tab", name="Surface").get_attribute("aria-selected") == "true"
+
+
+# As a notebook hears keys: JupyterLab before the page's own elements do, and then by the marks upwards from what has
+# the focus; others after them. Chords with Ctrl are to reach it, other keys not.
+NOTEBOOK = """() => {
+  window.heard = [];
+  document.addEventListener("keydown", (event) => {
+    if (!event.target.hasAttribute("data-lm-suppress-shortcuts")) heard.push(`before ${event.key}`);
+  }, true);
+  document.addEventListener("keydown", (event) => {
+    heard.push(`after ${event.key}`);
+    if (event.key === "s") event.preventDefault();
+  });
+}"""
+
+
+def test_keys_on_widgets_stay_from_the_notebook(browser: Any) -> None:
+    pytest.importorskip("anywidget")
+    import robotics
+    from fuzzy.designer.notebook import NotebookSession, editor
+    from robotics.playback.notebook import player
+
+    bench, fis = ModulePage(browser.new_page(), sheet=f"{STATIC}/designer.css"), system()
+    page = bench.page
+    page.evaluate(NOTEBOOK)
+    widget = editor(fis)
+    bench.render_text(widget._esm, widget._css, NotebookSession(fis).traits())
+    handle = page.get_by_role("slider", name="near: peak")
+    before = bench.page.locator("[data-curve='near']").get_attribute("d")
+    drag(page, handle, (60, 0))
+    page.keyboard.press("Escape")  # is heard before all others, and takes the vertex back
+    page.mouse.up()
+    page.wait_for_timeout(60)
+    assert page.locator("[data-curve='near']").get_attribute("d") == before
+    bench.forget()
+    for key in ("d", "d", "a", "x", "z", "Enter", "ArrowRight"):
+        handle.press(key)
+    page.wait_for_function("window.model.sent.some((message) => message.edit === 'term')")
+    bench.forget()
+    for keys in ("Control+z", "Control+Shift+Z", "Control+y", "Control+s"):
+        handle.press(keys)
+    assert [message["do"] for message in bench.sent()] == ["undo", "redo", "redo"]
+    assert [key for key in page.evaluate("heard") if key[-7:] != "Control" and key[-5:] != "Shift"] == [
+        "before s",
+        "after s",
+    ]
+    name = page.get_by_role("textbox").first
+    name.fill("other")
+    for keys in ("Control+z", "Control+a", "d"):  # what is being typed has its own undo
+        name.press(keys)
+    assert len(bench.sent()) == 3
+    assert "after a" not in page.evaluate("heard")
+
+    run = robotics.simulate(robotics.load_scenario("lyapunov-circle"), robotics.make_controller("lyapunov"), seeds=[3])
+    shown = player(run, end=2.0)
+    page.evaluate("heard.length = 0")
+    bench.render_text(shown._esm, shown._css, {"run": shown.run, "speed": 1.0, "page": False})
+    play = page.get_by_role("button", name="Play")
+    for key in ("d", "d", "a", "End"):
+        play.press(key)
+    assert "2.0" in page.locator(".clock").inner_text()
+    assert page.evaluate("heard") == []
+    assert bench.problems == []
+    page.close()
+
+
+def test_a_saved_notebook_keeps_a_picture_and_a_sentence() -> None:
+    pytest.importorskip("anywidget")
+    from base64 import b64decode
+
+    import robotics
+    from fuzzy.designer.notebook import editor, with_still
+    from robotics.playback.notebook import player
+
+    run = robotics.simulate(robotics.load_scenario("lyapunov-circle"), robotics.make_controller("lyapunov"), seeds=[3])
+    told = ["Editor of small: 2 inputs, 1 output, 3 rules", "Player of Lyapunov on lyapunov-circle, seed 3"]
+    for widget, sentence in zip((editor(system()), player(run, end=2.0)), told, strict=True):
+        data, _ = widget._repr_mimebundle_()
+        assert data["application/vnd.jupyter.widget-view+json"]["model_id"] == widget.model_id
+        assert data["text/plain"] == sentence
+        picture = b64decode(data["image/png"])
+        assert picture.startswith(b"\x89PNG")
+        width, height = (int.from_bytes(picture[k : k + 4], "big") for k in (16, 20))
+        assert 300 < width < 1000
+        assert 200 < height < 1000
+
+    def nothing() -> bytes:
+        raise fuzzy.FuzzySystemError("there is nothing to draw")
+
+    assert with_still(({"a": 1}, {}), "words", nothing) == ({"a": 1, "text/plain": "words"}, {})
+    assert with_still(None, "words", nothing) is None
 
 
 def test_player_in_a_notebook(bench: ModulePage) -> None:

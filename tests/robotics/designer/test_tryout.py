@@ -465,6 +465,37 @@ def test_a_scenario_file_of_the_folder_is_read_again_when_it_changes(tracking: S
     asyncio.run(scene())
 
 
+def test_laws_chosen_for_one_group_of_scenarios_are_not_kept_for_another(tracking: Sugeno) -> None:
+    """A law that is blind to obstacles is not what one chose among them; within a group the choice stays."""
+
+    async def scene() -> None:
+        bench = Bench(tracking, NEW)
+        session = TryoutSession(bench)
+
+        async def background(function: Any, *args: Any) -> Any:
+            return {} if function.__name__ in ("design_data", "rival_data") else function(*args)
+
+        async def chosen(**choices: str) -> tuple[str, str]:
+            for name, value in choices.items():
+                bench.say({"do": "choose", "name": name, "value": value})
+                await settle(session)
+            return bench.traits["trial"]["law"], bench.traits["trial"]["rival"]
+
+        bench.background = background  # type: ignore[method-assign]
+        bench.say({"do": "see", "on": True})
+        await settle(session)
+        picked = ("crash-literal", "virtual-structure-virtual")
+        assert await chosen(scenario="three-cross") == ("crash-yielding", "right-of-way")
+        assert await chosen(law=f"{picked[0]}/tracking", rival=picked[1]) == picked
+        assert await chosen(scenario="two-meetings") == picked
+        assert await chosen(scenario="trap-u") == ("obstacles", "fuzzy-team")
+        assert await chosen(law="cooperation/tracking", rival=picked[1]) == ("cooperation", picked[1])
+        assert await chosen(scenario="wait-for-one") == ("cooperation", picked[1])
+        assert await chosen(scenario="concentric-circles") == ("cooperation", "virtual-structure")
+
+    asyncio.run(scene())
+
+
 def test_a_crash_rule_base_finds_the_crossing_and_another_law(tracking: Sugeno) -> None:
     """The law "fuzzy" lets it steer alone; a law that drives no such scenario brings its own."""
 
