@@ -175,7 +175,7 @@ def _train(page: Any) -> None:
     page.get_by_label("Scenario", exact=True).select_option("table-2-1")
     tab(page, "Train")
     page.get_by_label("Start from").select_option("grid")
-    page.get_by_label("Data from a file").select_option("f:sinc.csv")
+    page.get_by_label("File of the folder").select_option("f:sinc.csv")
     page.wait_for_function("document.querySelector('.fd-training').innerText.includes('400 samples')")
     page.get_by_role("button", name="Train", exact=True).click()
     page.wait_for_function("document.querySelector('.fd-training .tn-said').innerText.includes('all epochs are done')")

@@ -37,6 +37,7 @@ const NAMES = [
   "unit",
   "lack",
 ];
+const FILE = "File of the folder, or generated";
 const PIECE = 200_000; // characters of an upload that travel together
 const STARTS = { present: "the present system", subtractive: "clusters of the data", grid: "a grid of terms" };
 const ROLES = [
@@ -95,7 +96,7 @@ export async function render({ model, el }) {
   };
 
   // Data
-  const file = choices("Data from a file of the folder or generated", [], "", (value) => {
+  const file = choices(FILE, [], "", (value) => {
     const [kind, name] = [value.slice(0, 1), value.slice(2)];
     drawAsks();
     if (name && asked().length === 0) model.send({ do: kind === "g" ? "generate" : "file", name });
@@ -128,7 +129,7 @@ export async function render({ model, el }) {
   const upload = element("input", {
     type: "file",
     accept: ".csv,text/csv,text/plain",
-    "aria-label": "Upload a CSV file",
+    "aria-label": "or upload a CSV file",
   });
   upload.addEventListener("change", async () => {
     const chosen = upload.files[0];
@@ -169,7 +170,7 @@ export async function render({ model, el }) {
     element(
       "div",
       { class: "tn-row" },
-      field("File of the folder, or generated", file),
+      field(FILE, file),
       field("or upload a CSV file", upload),
     ),
     asks,
@@ -178,7 +179,7 @@ export async function render({ model, el }) {
 
   // Start and method
   const start = choices("Start from", [], "", (value) => choose("start", value));
-  const radius = number("Radius of a cluster, as a share of the ranges", "radius", { min: 0.01, max: 2, step: "any" });
+  const radius = number("Cluster radius (share of range)", "radius", { min: 0.01, max: 2, step: "any" });
   const mfs = number("Terms per input", "mfs", { min: 2, max: 20, step: 1 });
   const radiusField = field("Cluster radius (share of range)", radius),
     mfsField = field("Terms per input", mfs);
@@ -192,9 +193,9 @@ export async function render({ model, el }) {
   );
   const method = choices("Method", [], "", (value) => choose("method", value));
   const epochs = number("Epochs", "epochs", { min: 0, max: 100000, step: 1 });
-  const goal = number("Error goal, RMSE", "goal", { min: 0, step: "any" });
+  const goal = number("Error goal (RMSE)", "goal", { min: 0, step: "any" });
   const goalField = field("Error goal (RMSE)", goal);
-  const share = number("Share of the samples for checking, in percent", "share", { min: 0, max: 80, step: "any" }, 100);
+  const share = number("Checking share [%]", "share", { min: 0, max: 80, step: "any" }, 100);
   const seed = number("Seed of the split", "seed", { min: 0, step: 1 });
   const act = (text, wish, kind) =>
     element("button", { type: "button", class: kind, onclick: () => model.send({ do: wish }) }, text);
@@ -271,10 +272,13 @@ export async function render({ model, el }) {
         ? `${table.name}: ${table.rows} samples, ${table.columns.length} columns`
         : 'The table needs one row per sample, inputs and outputs in columns, below a header such as "speed [m/s]".',
     );
-    say(goalField.firstElementChild, `Error goal (RMSE${get("unit") ? ` in ${get("unit")}` : ""})`);
+    const aim = `Error goal (RMSE${get("unit") ? ` in ${get("unit")}` : ""})`;
+    say(goalField.firstElementChild, aim);
+    put(goal, { "aria-label": aim });
     lackField.hidden = !get("lack");
     skip.checked = choice.skip_bad;
     say(lack, `Leave out rows: ${get("lack")}`);
+    put(skip, { "aria-label": lack.textContent });
     const running = ["starting", "learning", "stopping"].includes(progress.state);
     go.disabled = running || !table;
     stop.disabled = !running || progress.state === "stopping";
@@ -290,10 +294,11 @@ export async function render({ model, el }) {
   function drawMapping(table, choice, columns, system) {
     mapping.hidden = !table;
     if (!table) return;
-    const pick = (name, text, label, options, chosen) =>
+    // What is heard begins with what is read, so that it can be said too.
+    const pick = (name, text, what, options, chosen) =>
       field(
         text,
-        choices(label, options, chosen, (value) => model.send({ do: "column", name, value })),
+        choices(`${text}: ${what}`, options, chosen, (value) => model.send({ do: "column", name, value })),
       );
     const names = table.columns.map((c) => [c.name, described(c)]);
     const key = JSON.stringify([choice.start === "present", table, columns, system]);
@@ -305,7 +310,7 @@ export async function render({ model, el }) {
         pick(
           name,
           `${name} (${kind})`,
-          `Column of the ${kind} ${name}`,
+          "its column",
           [["", "choose …"], ...names],
           columns[name] ?? "",
         );
@@ -313,7 +318,7 @@ export async function render({ model, el }) {
     } else {
       mapping.replaceChildren(
         ...table.columns.map((c) =>
-          pick(c.name, described(c), `Role of the column ${c.name}`, ROLES, columns[c.name] ?? "unused"),
+          pick(c.name, described(c), "its role", ROLES, columns[c.name] ?? "unused"),
         ),
       );
     }

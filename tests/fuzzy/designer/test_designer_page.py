@@ -595,7 +595,7 @@ def test_the_table_of_rules_scrolls_beside_the_view(tab):
     sheet.evaluate("sheet => sheet.scrollLeft = 200")
     heads, cells = (page.locator(f"{row} .fd-cells > *").all() for row in (".fd-headings", ".fd-rule:first-child"))
     for head, cell in zip(heads, cells, strict=True):
-        assert head.bounding_box()["x"] == pytest.approx(cell.bounding_box()["x"], abs=6)  # of 130 pixels
+        assert head.bounding_box()["x"] == pytest.approx(cell.bounding_box()["x"], abs=1)
     assert page.locator(".fd-rule:first-child .fd-switch").bounding_box()["x"] >= sheet.bounding_box()["x"] - 1
     page.get_by_role("button", name="Sentences").click()
     page.get_by_role("tab", name="Memberships").click()

@@ -153,7 +153,7 @@ def test_data_columns_and_settings_are_chosen(bench: ModulePage) -> None:
     page = bench.page
     bench.render(TRAINING, TRAITS)
     assert page.get_by_role("button", name="Train").is_disabled()
-    page.get_by_label("Data from a file").select_option("g:formation")
+    page.get_by_label("File of the folder").select_option("g:formation")
     page.get_by_label("Upload a CSV file").set_input_files(
         {"name": "up.csv", "mimeType": "text/csv", "buffer": ("1,2\n" * 60_000).encode()}
     )
@@ -167,10 +167,10 @@ def test_data_columns_and_settings_are_chosen(bench: ModulePage) -> None:
     ]
     bench.forget()
     bench.give(**DATA)
-    page.get_by_label("Column of the output z").select_option("<b>z</b>")
+    page.get_by_label("z (output)").select_option("<b>z</b>")
     page.get_by_label("Epochs", exact=True).fill("12")
     page.keyboard.press("Tab")
-    page.get_by_label("Share of the samples").fill("25")
+    page.get_by_label("Checking share").fill("25")
     page.keyboard.press("Tab")
     page.get_by_label("Epochs", exact=True).fill("-1")  # no number of epochs: no message
     page.keyboard.press("Tab")
@@ -184,9 +184,9 @@ def test_data_columns_and_settings_are_chosen(bench: ModulePage) -> None:
         {"do": "train"},
     ]
     bench.give(choice=TRAITS["choice"] | {"start": "grid"}, columns=ROLES)
-    assert page.get_by_label("Role of the column a").input_value() == "input"
+    assert page.get_by_label("a, 0 to 1: its role").input_value() == "input"
     assert page.get_by_label("Terms per input").input_value() == "3"
-    assert not page.get_by_label("Radius of a cluster").is_visible()
+    assert not page.get_by_label("Cluster radius").is_visible()
 
 
 def test_units_are_shown_and_rows_without_numbers_left_out_by_a_click(bench: ModulePage) -> None:
@@ -261,12 +261,21 @@ def test_the_error_curve_is_logarithmic_with_its_least_checking_error(bench: Mod
     assert page.get_by_role("alert").inner_text() == "made.csv, line 3: <i>no</i>"
 
 
+NAMES = """[...document.querySelectorAll("input, select")].map((c) => [
+  c.ariaLabel, (c.labels[0]?.querySelector(":scope > span") ?? c.labels[0])?.textContent ?? ""])"""
+
+
 @pytest.mark.parametrize("width", [390, 1600])
 def test_training_fits_the_page(bench: ModulePage, width: int) -> None:
     page = bench.page
     bench.render(TRAINING, TRAITS | DATA | {"progress": DONE, "before": variables(START)}, width)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
-    assert page.evaluate("[...document.querySelectorAll('input, select')].every((c) => c.ariaLabel)")
+    grid = {"choice": TRAITS["choice"] | {"start": "grid"}, "columns": ROLES, "lack": "2 rows", "unit": "V"}
+    for extra in ({}, grid):
+        bench.give(**extra)
+        names = page.evaluate(NAMES)
+        assert len(names) > 10
+        assert [(name, seen) for name, seen in names if not name or not name.startswith(seen)] == []
 
 
 # The panel "Try it" ---------------------------------------------------------------------------------------------
