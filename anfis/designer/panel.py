@@ -6,7 +6,7 @@ folder, an upload in pieces, which column is which, settings, start, stop, take.
 
 import asyncio
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import entry_points
@@ -17,6 +17,7 @@ import numpy as np
 
 from anfis.designer.task import (
     STARTS,
+    Ask,
     Columns,
     Generator,
     TaskError,
@@ -25,6 +26,7 @@ from anfis.designer.task import (
     chosen_columns,
     guessed,
     read_columns,
+    read_file,
     task_of,
 )
 from anfis.methods.catalogue import METHODS
@@ -84,6 +86,7 @@ class TrainSession:
         self.unit = ""  # of the error that is learnt
         self.state = "idle"
         self.made = {generator.name: generator for generator in generators()}
+        self.asked: dict[str, Sequence[Ask]] = {}  # what generators ask for, by their names, once that is known
         self.widget = bench.widget(
             MODULE,
             sources=self._sources(),
@@ -101,6 +104,7 @@ class TrainSession:
         self.widget.on_message(self.heard)
         bench.on_change(self._changed)
         bench.on_close(self.close)
+        self.asking = asyncio.get_running_loop().create_task(self._ask())
 
     # Messages
 
@@ -136,14 +140,7 @@ class TrainSession:
         name, known = message.get("name"), self._sources()["files"]
         if not isinstance(name, str) or name not in known:
             raise TaskError(expected(str(name), known, "file of the folder"))
-        path = Path(self.bench.document.folder) / name
-        try:
-            if path.stat().st_size > _MOST:
-                raise TaskError(f"{name} is larger than {_MOST / 1e6:g} MB; use anfis train for large tables")
-            data = path.read_bytes()
-        except OSError as error:
-            raise TaskError(f"cannot read {name}: {error.strerror or error}") from None
-        self._show(await self.bench.background(read_columns, name, data))
+        self._show(await self.bench.read(name, read_file, Path(self.bench.document.folder) / name, _MOST))
 
     async def _piece(self, message: dict[str, Any]) -> None:
         """A piece of an uploaded file; the first has the number 0."""
@@ -160,7 +157,8 @@ class TrainSession:
         self.pieces.append(text)
         if message.get("last"):
             whole, self.pieces = "".join(self.pieces), []
-            self._show(await self.bench.background(read_columns, Path(name).name[:200] or "upload", whole))
+            name = Path(name).name[:200] or "upload"
+            self._show(await self.bench.read(name, read_columns, name, whole))
 
     async def _generate(self, message: dict[str, Any]) -> None:
         name = message.get("name")
@@ -173,8 +171,9 @@ class TrainSession:
         given = message.get("chosen")
         if not isinstance(given, dict) or not all(isinstance(value, str) for value in given.values()):
             raise TaskError(f"{generator.title}: say what is chosen, by name")
-        chosen = {ask.name: given.get(ask.name, ask.value) for ask in generator.asks(folder)}
-        for ask in generator.asks(folder):
+        asks = await self._asks(generator)
+        chosen = {ask.name: given.get(ask.name, ask.value) for ask in asks}
+        for ask in asks:
             known = [value for value, _ in ask.options]
             if known and chosen[ask.name] not in known:
                 raise TaskError(expected(chosen[ask.name], known, ask.title.lower()))
@@ -304,10 +303,22 @@ class TrainSession:
         folder = Path(self.bench.document.folder).resolve()
         # A link that leads out of the folder is none of its files.
         files = [f.name for f in folder.glob("*.csv") if f.is_file() and f.resolve().is_relative_to(folder)]
-        made = [
-            [g.name, g.title, [ask._asdict() for ask in g.asks(folder)] if g.asks else []] for g in self.made.values()
-        ]
+        made = [[g.name, g.title, [ask._asdict() for ask in self.asked.get(g.name, ())]] for g in self.made.values()]
         return {"files": sorted(files), "generators": made}
+
+    async def _asks(self, generator: Generator) -> Sequence[Ask]:
+        """What a generator asks for: that depends on the folder's files, which another process looks at."""
+        assert generator.asks is not None
+        asks: Sequence[Ask] = await self.bench.read("the folder", generator.asks, Path(self.bench.document.folder))
+        self.asked[generator.name] = asks
+        return asks
+
+    async def _ask(self) -> None:
+        with suppress(InputError, WorkError):  # said when the generator is chosen
+            for generator in self.made.values():
+                if generator.asks is not None:
+                    await self._asks(generator)
+        self.widget.update(sources=self._sources())
 
     def _show(self, table: Columns) -> None:
         self.table = table

@@ -93,7 +93,8 @@ class Ask(NamedTuple):
 class Generator(NamedTuple):
     """A source of data other than files. ``make`` can be pickled, and may take seconds.
 
-    One that asks is given the folder that is opened and what was chosen, by name: ``make(folder, chosen)``.
+    One that asks is given the folder that is opened and what was chosen, by name: ``make(folder, chosen)``; ``asks``
+    can be pickled too.
     """
 
     name: str
@@ -245,6 +246,19 @@ def read_columns(name: str, text: str | bytes) -> Columns:
         doubts=read.doubts,
         untitled=tuple(label for label, c in zip(called, table.columns, strict=True) if not c.title),
     )
+
+
+def read_file(path: Path, most: int) -> Columns:
+    """Read the table in a file of at most ``most`` bytes. Raises TaskError."""
+    try:
+        if not path.is_file():
+            raise TaskError(f"there is no file {quoted(path.name)} in the opened folder")
+        if path.stat().st_size > most:
+            raise TaskError(f"{path.name} is larger than {most / 1e6:g} MB; use anfis train for large tables")
+        data = path.read_bytes()
+    except OSError as error:
+        raise TaskError(f"cannot read {path.name}: {error.strerror or error}") from None
+    return read_columns(path.name, data)
 
 
 def guessed(data: Columns, present: Sugeno | None) -> dict[str, str]:

@@ -9,7 +9,7 @@ from typing import Any
 from fuzzy.designer.document import Document, FileContent, read_content
 from fuzzy.designer.folder import Folder, FolderError, check_shown, check_size, read_bytes
 from fuzzy.designer.saving import DocumentError
-from fuzzy.designer.workers import DesignerWorkers, TimedWorker
+from fuzzy.designer.workers import DesignerWorkers, TimedWorkers
 from fuzzy.files.fisfile import FisText
 from fuzzy.system import Sugeno
 
@@ -49,7 +49,7 @@ class OpenDocuments:
         self.folder = folder
         self.workers = DesignerWorkers()
         self._patience = patience
-        self._reader = TimedWorker(patience)
+        self._reader = TimedWorkers(patience)
         self._documents: list[Document] = []
         self._first: Document | None = None  # began with a system that no file holds: kept even if untouched
         self._tabs: dict[int, list[Callable[[], None]]] = {}  # who looks at a document, by its id
@@ -96,20 +96,24 @@ class OpenDocuments:
     async def content(self, path: Path, name: str) -> FileContent:
         """What the file called ``name`` holds, a Mamdani system as a Sugeno system. Raises InputError, WorkError."""
         check_size(path, name)
-        content: FileContent = await self._read(name, _content, path, name)
+        content: FileContent = await self.reading(name, _content, path, name)
         return content
 
     async def read(self, name: str) -> FisText:
         """The system in a file of the folder, read in another process. Raises InputError, WorkError."""
-        read: FisText = await self._read(name, self.folder.read_any, name)
+        read: FisText = await self.reading(name, self.folder.read_any, name)
         return read
 
     async def read_upload(self, data: bytes, name: str) -> FisText:
         """The system in the bytes of a file called ``name``. Raises InputError, WorkError."""
-        read: FisText = await self._read(name, read_bytes, data, name)
+        read: FisText = await self.reading(name, read_bytes, data, name)
         return read
 
-    async def _read(self, name: str, function: Callable[..., Any], *args: Any) -> Any:
+    async def reading(self, name: str, function: Callable[..., Any], *args: Any) -> Any:
+        """Run ``function(*args)``, which reads the file called ``name``, in another process, within a time limit.
+
+        Raises InputError, also where it takes too long, or WorkError.
+        """
         late = f"{name} was not read within {self._patience:g} s and is given up; it is too large for the designer"
         return await self._reader.run(late, function, *args)
 

@@ -102,7 +102,7 @@ class _Page:
     def __init__(self, opened: OpenDocuments, modules: Modules, document: Document) -> None:
         self.opened, self.document = opened, document
         self.client = ui.context.client
-        self.bench = Workbench(document, opened.workers, modules.url, self._say)
+        self.bench = Workbench(document, opened.workers, modules.url, self._say, opened.reading)
         self.selected: dict[str, Any] = {
             "kind": "input",
             "variable": document.design.system.inputs[0].name,

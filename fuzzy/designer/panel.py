@@ -6,7 +6,7 @@ or function that makes one.
 
 import asyncio
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import metadata
@@ -55,10 +55,11 @@ class Workbench:
         workers: DesignerWorkers,
         module_url: Callable[[Path], str],
         say: Callable[[str, bool], None],
+        reading: Callable[..., Awaitable[Any]] | None = None,
     ) -> None:
         self.document = document
         self.closed = False
-        self._workers, self._module_url, self._say = workers, module_url, say
+        self._workers, self._module_url, self._say, self._reading = workers, module_url, say, reading
         self._change_callbacks: list[tuple[Place, Callable[[], Any]]] = []
         self._close_callbacks: list[Callable[[], Any]] = []
         self._here = Place()
@@ -87,6 +88,15 @@ class Workbench:
         Raises InputError where the function did, :class:`fuzzy.designer.workers.WorkError` for any other failure.
         """
         return await self._workers.run(function, *args)
+
+    async def read(self, name: str, function: Callable[..., Any], *args: Any) -> Any:
+        """Run ``function(*args)``, which reads the file called ``name``, in another process, within a time limit.
+
+        For what somebody else's file may make slow. Raises as :meth:`background` does, and InputError where it is late.
+        """
+        if self._reading is None:
+            return await self.background(function, *args)
+        return await self._reading(name, function, *args)
 
     def notify(self, sentence: str, problem: bool = False) -> None:
         """Show a sentence for some seconds; a problem stays until the next one or until it is put away."""

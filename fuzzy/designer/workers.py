@@ -56,29 +56,37 @@ class DesignerWorkers:
             self._pool = None
 
 
-class TimedWorker:
-    """One process for what somebody else's file may make slow: one task after the other, each within a time limit."""
+class TimedWorkers:
+    """Processes for what somebody else's file may make slow: one task after the other in each, within a time limit.
 
-    def __init__(self, limit: float) -> None:
-        self._limit = limit  # s, from when its turn comes
-        self._workers = DesignerWorkers(1)
-        self._turn = asyncio.Lock()
+    A file that takes long keeps one of them busy, and the next file is read in another.
+    """
+
+    def __init__(self, limit: float, count: int = 2) -> None:
+        self._limit = limit  # s, from when a task's turn comes
+        self._workers = [DesignerWorkers(1) for _ in range(count)]
+        self._free = list(self._workers)  # the last one was used last
+        self._turns = asyncio.Semaphore(count)
 
     async def run(self, late: str, function: Callable[..., Any], *args: Any) -> Any:
         """Run ``function(*args)`` as :meth:`DesignerWorkers.run` does.
 
         Raises InputError with the sentence ``late``, and ends the process, where that takes too long.
         """
-        async with self._turn:
+        async with self._turns:
+            worker = self._free.pop()
             try:
-                return await asyncio.wait_for(self._workers.run(function, *args), self._limit)
+                return await asyncio.wait_for(worker.run(function, *args), self._limit)
             except TimeoutError:
-                self._workers.close()
+                worker.close()
                 raise InputError(late) from None
+            finally:
+                self._free.append(worker)
 
     def close(self) -> None:
-        """End the process, whatever it is doing."""
-        self._workers.close()
+        """End the processes, whatever they are doing."""
+        for worker in self._workers:
+            worker.close()
 
 
 def _begin() -> None:

@@ -4,13 +4,15 @@ import ast
 import hashlib
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import fields
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from fuzzy.designer.folder import LARGEST_FILE, Folder
+from fuzzy.designer.folder import LARGEST_FILE, Folder, check_size
 from fuzzy.designer.saving import save_text
+from fuzzy.designer.workers import WorkError
+from fuzzy.errors import InputError
 from robotics.designer.uses import TryoutError
 from robotics.vehicle.robot import Robot
 
@@ -28,22 +30,70 @@ class FolderText(NamedTuple):
 
 def scenario_files(folder: Folder) -> list[str]:
     """The names of the .toml files of the folder that describe robots on their paths, faulty ones too."""
-    return [name for name in folder.files(".toml") if _ROBOTS.search(_bytes(folder.path / name)) is not None]
+    return [name for name in folder.files(".toml") if file_offer(folder, name).scenario]
 
 
-def robot_files(folder: Folder) -> list[str]:
-    """The names of the .toml files of the folder that hold the numbers of one robot."""
-    return [name for name in folder.files(".toml") if _is_robot(_bytes(folder.path / name))]
+class FileOffer(NamedTuple):
+    """What one file of the folder offers; a file of 2 MB or more, or one that cannot be read, offers nothing."""
+
+    scenario: bool = False  # it describes robots on their paths, perhaps with faults
+    robot: bool = False  # it holds the numbers of one robot
+    laws: tuple[str, ...] = ()  # the names of its laws; Python files are read, and not run
 
 
-def law_files(folder: Folder, own: Path) -> list[str]:
-    """What the folder offers to compare with: its rule bases but the ``own`` one, and "file.py:Law" of its laws.
+def file_offer(folder: Folder, name: str) -> FileOffer:
+    """What the .toml or .py file ``name`` of the folder offers."""
+    data = _bytes(folder.path / name)
+    if name.endswith(".py"):
+        return FileOffer(laws=tuple(_laws(data)))
+    return FileOffer(_ROBOTS.search(data) is not None, _is_robot(data))
 
-    Python files are read, and not run.
+
+def files_of(folder: Folder) -> dict[str, list[str]]:
+    """The names of the files of the folder that may offer something, by how they end."""
+    return {ending: folder.files(ending) for ending in (".toml", ".py", ".fis")}
+
+
+class FolderOffers:
+    """What the folder offers to try and to compare with, looked at in another process, each state of a file once.
+
+    ``read(name, function, *args)`` runs a function in that process; it raises InputError where it takes too long.
     """
-    bases = [name for name in folder.files(".fis") if folder.path / name != own]
-    laws = [f"{name}:{law}" for name in folder.files(".py") for law in _laws(_bytes(folder.path / name))]
-    return bases + laws
+
+    def __init__(self, folder: Folder, read: Callable[..., Awaitable[Any]]) -> None:
+        self._folder, self._read = folder, read
+        self._names: dict[str, list[str]] = {".toml": [], ".py": [], ".fis": []}
+        self._known: dict[str, tuple[Any, FileOffer]] = {}  # by name: the state of the file, and what it offered
+
+    async def look(self) -> str:
+        """Look at what is new or changed; give a sentence on a file that could not be looked at, or nothing."""
+        said = ""
+        try:
+            self._names = await self._read("the folder", files_of, self._folder)
+            for name in (*self._names[".toml"], *self._names[".py"]):
+                state = changed_at(self._folder, name)
+                if self._known.get(name, (None,))[0] == state:
+                    continue
+                try:
+                    offer = await self._read(name, file_offer, self._folder, name)
+                except InputError as error:
+                    said, offer = str(error), FileOffer()
+                self._known[name] = state, offer
+        except (InputError, WorkError) as error:
+            said = str(error)
+        return said
+
+    def found(self, own: Path) -> dict[str, list[str]]:
+        """The names of scenarios, of robots, and of what to compare with: rule bases but ``own``, "file.py:Law"."""
+        known = {
+            name: self._known.get(name, (None, FileOffer()))[1] for names in self._names.values() for name in names
+        }
+        bases = [name for name in self._names[".fis"] if self._folder.path / name != own]
+        return {
+            "scenarios": [name for name, offer in known.items() if offer.scenario],
+            "robots": [name for name, offer in known.items() if offer.robot],
+            "laws": bases + [f"{name}:{law}" for name, offer in known.items() for law in offer.laws],
+        }
 
 
 def _bytes(path: Path) -> bytes:
@@ -93,7 +143,7 @@ def _last_name(node: ast.expr) -> str:
 def law_path(folder: Folder, name: str) -> str:
     """The specification of a law in a Python file of the folder, "file.py:Law", with the file's whole path.
 
-    Raises FolderError for a file that is not in the folder, and TryoutError for a law that :func:`law_files` has not.
+    Raises FolderError for a file that is not in the folder, and TryoutError for a law that it does not hold.
     """
     file, _, law = name.rpartition(":")
     path = folder.inside(file, ".py")
@@ -107,6 +157,7 @@ def read_text_file(folder: Folder, name: str) -> FolderText:
     path = folder.inside(name, ".toml")
     if not path.is_file():
         raise TryoutError(f"there is no file {name!r} in the opened folder")
+    check_size(path, name)
     try:
         data = path.read_bytes()
     except OSError as error:

@@ -5,13 +5,15 @@ one at a time: while one is made, only the latest wish waits.
 """
 
 import asyncio
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from fuzzy.designer.folder import open_folder
+from fuzzy.designer.folder import check_size, open_folder
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import read_fis
@@ -20,14 +22,12 @@ from fuzzy.system import Sugeno
 from robotics.designer import tryout
 from robotics.designer.conditions import packaged_text
 from robotics.designer.folderfiles import (
+    FolderOffers,
     FolderText,
     changed_at,
     checked_text,
-    law_files,
     law_path,
     read_text_file,
-    robot_files,
-    scenario_files,
 )
 from robotics.designer.seedrounds import COUNTS, SeedRounds, Work
 from robotics.designer.severalseeds import (
@@ -67,7 +67,10 @@ class TryoutSession:
         self.trial: TryoutTrial | None = None  # what follows from it; none: the system or the scenario is no good
         self.rival = ""  # empty: what suits the system
         self.needs: str | None = None  # the group of scenarios for which law and rival were chosen; none: that to come
-        self.before, self.label = self._opened()
+        # The system to compare with until another is chosen: that of the file, from which the present one may differ.
+        # A new system has no file, and one may have been spoilt meanwhile.
+        self.before, self.label = self._present(), "as opened"
+        self.opening: asyncio.Task[None] | None = None  # reads the file, once the panel is seen
         self.place: dict[str, Any] = {}
         self.variables: Any = None  # those of the system that found this place
         self.last: tuple[Any, ...] = ()  # the latest run: its trial, its system, and what is shown of it
@@ -77,7 +80,12 @@ class TryoutSession:
         self.desks: dict[str, TextDesk] = {}  # the texts under edit, by "scenario" and "robot"
         self.open = ""  # the one that the page shows
         self.copies = 0  # texts that were laid on a desk
-        self.rival_system: Sugeno | None = None  # of the folder's file that was chosen to compare with
+        # Of the folder's file that was chosen to compare with: its system, or its law's specification
+        self.rival_system: Sugeno | None = None
+        self.rival_law: str | InputError = ""
+        self.offers = FolderOffers(self.folder, self._read)
+        self.reads: dict[str, object] = {}  # the latest reading of each kind; what an earlier one gives is dropped
+        self.reading: dict[str, asyncio.Task[None]] = {}
         self.watched: dict[str, tuple[str, Any]] = {}  # files of the folder by what they are, and their state when read
         self.watch: asyncio.TimerHandle | None = None
         self.wanted = set(_ORDER) - {"check"}
@@ -110,18 +118,71 @@ class TryoutSession:
     def _see(self, content: dict[str, Any]) -> None:
         self.seen = bool(content.get("on"))
         if self.seen:
+            if self.opening is None:
+                self.opening = self._begin("before", self._open_before)
             self._list(content)
             self._look()
 
     def _list(self, _: dict[str, Any]) -> None:
-        laws = law_files(self.folder, self.bench.document.path)
-        self.widget.update(
-            files={"scenarios": scenario_files(self.folder), "robots": robot_files(self.folder), "laws": laws}
-        )
+        if "list" not in self.reads:
+            self._begin("list", self._offer)
+
+    async def _offer(self, _: object) -> None:
+        """Show what the folder offers; a file that takes too long is said and left out."""
+        try:
+            late = await self.offers.look()
+            self.widget.update(files=self.offers.found(self.bench.document.path))
+            if late:
+                self.widget.update(problem={"message": late})
+        finally:
+            del self.reads["list"]
+
+    async def _open_before(self, mine: object) -> None:
+        path = self.bench.document.path
+        with suppress(InputError, WorkError):
+            system = await self._read(path.name, _system_in, path)
+            if self.reads["before"] is mine:
+                self.before, self.label = system, "in the file"
 
     def _pin(self, _: dict[str, Any]) -> None:
+        self.reads["before"] = object()
         self.before, self.label = self._present(), "pinned"
         self.wanted |= {"before"}
+
+    # Files, which are read in another process: a page waits for none of them
+
+    async def _read(self, name: str, function: Any, *args: Any) -> Any:
+        return await self.bench.read(name, function, *args)
+
+    def _begin(self, what: str, work: Callable[[object], Coroutine[Any, Any, None]]) -> asyncio.Task[None]:
+        """Begin to read what is ``what``, with its mark in ``reads``; an earlier reading of that is overtaken."""
+        self.reads[what] = mine = object()
+        task = asyncio.get_running_loop().create_task(work(mine))
+        self.reading[what] = task
+        return task
+
+    def _read_then(self, what: str, name: str, then: Callable[[Any], None], function: Any, *args: Any) -> None:
+        """Do ``then`` with what reading the file ``name`` gives, unless something else is ``what`` by then."""
+
+        async def work(mine: object) -> None:
+            self._say_busy("file")
+            try:
+                found = await self._read(name, function, *args)
+                if self.reads[what] is mine:
+                    then(found)
+            except (InputError, WorkError) as error:
+                if self.reads[what] is mine:
+                    self.widget.update(problem={"message": str(error)}, trial=self._trial())
+            finally:
+                self._say_busy(None)
+            self._go()
+
+        self._begin(what, work)
+
+    def _say_busy(self, what: str | None) -> None:
+        """Say what is waited for, unless something is run, which is said all the time."""
+        if self.task is None or self.task.done():
+            self.widget.update(busy=what and {"what": what, "took": None})
 
     def _choose(self, content: dict[str, Any]) -> None:
         name, value = content.get("name"), content.get("value")
@@ -139,14 +200,19 @@ class TryoutSession:
 
     def _choose_text(self, what: str, name: str) -> None:
         """Take another scenario or robot: one of the package, or a file of the folder."""
-        text = None
-        state = changed_at(self.folder, name) if name.endswith(".toml") else None
-        if name.endswith(".toml"):
-            text = read_text_file(self.folder, name).text
-        self._put_away(what)
-        if text is not None:
+        if not name.endswith(".toml"):
+            self._put_away(what)
+            self._want(self._with(what, name, None))
+            return
+        self.folder.inside(name, ".toml")
+        state = changed_at(self.folder, name)
+
+        def take(file: FolderText) -> None:
+            self._put_away(what)
             self.watched[what] = name, state
-        self._want(self._with(what, name, text))
+            self._want(self._with(what, name, file.text))
+
+        self._read_then(what, name, take, read_text_file, self.folder, name)
 
     def _with(self, what: str, name: str, text: str | None) -> Any:
         """The wish with another scenario or robot."""
@@ -156,6 +222,7 @@ class TryoutSession:
 
     def _put_away(self, what: str) -> None:
         """Edit and watch the scenario or the robot no longer."""
+        self.reads[what] = object()
         self.watched.pop(what, None)
         self.desks.pop(what, None)
         if self.open == what:
@@ -164,21 +231,43 @@ class TryoutSession:
 
     def _choose_rival(self, value: Any) -> None:
         """Take another law to compare with; the folder's are looked at only now that they are asked for."""
-        file, system = "", None
         if isinstance(value, str) and value.endswith(".fis"):
-            file, system = value, self.folder.read(value)
+            self.folder.inside(value)
+            self._take_rival(value, value)
         elif isinstance(value, str) and ".py:" in value:
             file = value.rpartition(":")[0]
-            law_path(self.folder, value)
+            self.folder.inside(file, ".py")
+            self._take_rival(value, file)
         else:
             known = [n for pairs in self._rivals().values() for n, _ in pairs]
             if value not in known:
                 raise TryoutError(expected(str(value), known, "law to compare with"))
-        self.watched.pop("rival", None)
-        if file:
-            self.watched["rival"] = file, changed_at(self.folder, file)
-        self.rival_system = system
-        self.rival = value
+            self.reads["rival"] = object()
+            self.watched.pop("rival", None)
+            self._set_rival(value, None)
+
+    def _take_rival(self, value: str, file: str) -> None:
+        """Compare with a rule base or a law of the folder, once its file is read."""
+        state = changed_at(self.folder, file)
+
+        def take(found: Any) -> None:
+            self.watched["rival"] = file, state
+            self._set_rival(value, found)
+
+        self._read_then("rival", file, take, *self._rival_reading(value))
+
+    def _rival_reading(self, value: str) -> tuple[Any, ...]:
+        """The function that reads a rival of the folder, and what it takes."""
+        return (self.folder.read, value) if value.endswith(".fis") else (law_path, self.folder, value)
+
+    def _set_rival(self, value: str, found: Any) -> None:
+        """Compare with ``value``: with the law of the package, or what its file was ``found`` to hold."""
+        self.rival, self.rival_system, self.rival_law = value, None, ""
+        if isinstance(found, Sugeno):
+            self.rival_system = found
+        elif found is not None:
+            self.rival_law = found
+        self.rounds.rows.pop("rival", None)
         self.wanted |= {"rival"}
         self.widget.update(trial=self._trial())
 
@@ -229,18 +318,28 @@ class TryoutSession:
         """Lay the chosen scenario or robot on the desk."""
 
         what = self._what(content)
+        reading = self.reading.get(what)
+        if reading is not None and not reading.done():  # what was chosen just now is edited
+            reading.add_done_callback(lambda _: self.heard(content) if self.seen else None)
+            return
         name, text = self._chosen_text(what)
         if not name:
             raise TryoutError("choose a robot first: what the scenario says of its robots is edited in the scenario")
-        if what not in self.desks:
-            if what in self.watched:
-                file = read_text_file(self.folder, self.watched[what][0])
-            else:
-                file = FolderText(name, packaged_text(what, name) if text is None else text, None)
-            self.desks[what] = TextDesk(what, file, file.text, self._copies())
-        self.open = what
-        self.wanted |= {"check"}
-        self._show_desk()
+
+        def lay(file: FolderText) -> None:
+            self.open = what
+            self.wanted |= {"check"}
+            self._lay(TextDesk(what, file, file.text, self._copies()))
+
+        if what in self.desks:
+            self.open = what
+            self.wanted |= {"check"}
+            self._show_desk()
+        elif what in self.watched:
+            file = self.watched[what][0]
+            self._read_then(what, file, lay, read_text_file, self.folder, file)
+        else:
+            lay(FolderText(name, packaged_text(what, name) if text is None else text, None))
 
     def _chosen_text(self, what: str) -> tuple[str, str | None]:
         """The name of the scenario or the robot, and its text if it does not come with the package."""
@@ -325,21 +424,24 @@ class TryoutSession:
             if state == before:
                 continue
             self.watched[what] = name, state
-            try:
-                self._reread(what, name)
-            except InputError as error:
-                self.widget.update(problem={"message": str(error)})
+            if what == "rival":
+                self._begin(what, self._reread_rival)
+            else:
+                self._read_then(what, name, partial(self._reread, what, name), read_text_file, self.folder, name)
+
+    async def _reread_rival(self, mine: object) -> None:
+        """Compare with the rival's file as it is now, or say that it cannot be."""
+        rival, name = self.rival, self.watched["rival"][0]
+        try:
+            found = await self._read(name, *self._rival_reading(rival))
+        except (InputError, WorkError) as error:
+            found = TryoutError(str(error))
+        if self.reads["rival"] is mine:
+            self._set_rival(rival, found)
             self._go()
 
-    def _reread(self, what: str, name: str) -> None:
+    def _reread(self, what: str, name: str, file: FolderText) -> None:
         """Take a file as it is now; one that is being edited here stays as it is here."""
-        if what == "rival":
-            if name.endswith(".fis"):
-                self.rival_system = self.folder.read(name)
-            self.rounds.rows.pop("rival", None)
-            self.wanted |= {"rival"}
-            return
-        file = read_text_file(self.folder, name)
         if what in self.desks:
             self._lay(self.desks[what].reread(file))
             self.wanted |= {"check"}
@@ -350,6 +452,8 @@ class TryoutSession:
     def _closed(self) -> None:
         self.seen = False
         self.rounds.rest()
+        for task in self.reading.values():
+            task.cancel()
         if self.watch is not None:
             self.watch.cancel()
 
@@ -445,6 +549,8 @@ class TryoutSession:
             self.last = trial, fis, made
             return made
         if what == "before":
+            if self.opening is not None:
+                await self.opening
             label = {"label": self.label}
             if self.last[:2] == (trial, self.before):  # nothing has been edited yet
                 return _beside(self.last[2]) | label
@@ -471,9 +577,10 @@ class TryoutSession:
         return self.known[key]
 
     def _specification(self) -> str:
-        """The rival as robotics.laws.catalogue.make_controller takes it."""
-        rival = self._rival()
-        return law_path(self.folder, rival) if ".py:" in rival else rival
+        """The rival as robotics.laws.catalogue.make_controller takes it. Raises InputError where its file has none."""
+        if isinstance(self.rival_law, InputError):
+            raise self.rival_law
+        return self.rival_law if self.rival_law and self._rival() == self.rival else self._rival()
 
     # Several seeds
 
@@ -534,13 +641,6 @@ class TryoutSession:
 
     # What the page sees
 
-    def _opened(self) -> tuple[Sugeno, str]:
-        """The system to compare with until another is chosen: the file's, from which the present one may differ."""
-        try:
-            return read_fis(self.bench.document.path), "in the file"
-        except InputError:  # a new system, or a file that has been spoilt meanwhile
-            return self._present(), "as opened"
-
     def _present(self) -> Sugeno:
         fis: Sugeno = self.bench.document.design.in_force
         return fis
@@ -570,6 +670,11 @@ class TryoutSession:
             raise TryoutError("the panel is not ready yet")
         rivals: dict[str, list[list[str]]] = self.choices["rivals"]
         return rivals
+
+
+def _system_in(path: Path) -> Sugeno:
+    check_size(path, path.name)
+    return read_fis(path)
 
 
 def _beside(made: dict[str, Any]) -> dict[str, Any]:

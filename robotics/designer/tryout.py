@@ -8,6 +8,7 @@ of a millimetre.
 
 import re
 import warnings
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
@@ -19,7 +20,7 @@ from fuzzy.system import Sugeno
 from robotics.designer.conditions import conditioned, file_name, robot_from, scenario_of
 from robotics.designer.uses import TryoutError, Use, law_of, uses_of
 from robotics.environment.world import outlines
-from robotics.experiments.forewarnings import forewarnings
+from robotics.experiments.forewarnings import forewarnings, shortcomings
 from robotics.laws.catalogue import preset_of, presets
 from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
@@ -259,7 +260,8 @@ def place_data(fis: Sugeno, wish: TryoutTrial, file: str = "") -> dict[str, Any]
     """The place that a system finds (:func:`settled`), in JSON's types: the trial, its course, and what else it fits.
 
     The laws that it fits are [law, task, title, kinds]; "suggested" are scenarios in which the chosen one shows what
-    the system does, and "rival" is a law to compare it with.
+    the system does, "rival" is a law to compare it with, and "marks" tell, by name, what laws that do not suit the
+    scenario leave out of account.
     """
     trial = settled(fis, wish, file)
     uses = uses_of(fis, file)
@@ -276,9 +278,16 @@ def place_data(fis: Sugeno, wish: TryoutTrial, file: str = "") -> dict[str, Any]
             "laws": [[use.law, use.task, use.title, list(use.kinds)] for use in uses],
             "suggested": list(mine.scenarios),
             "rival": rival,
+            "marks": _marks(trial, kind, uses),
             "ahead": has_look_ahead(trial),
         },
     }
+
+
+def _marks(trial: TryoutTrial, kind: str, uses: Sequence[Use]) -> dict[str, str]:
+    """What the laws that can be chosen do not look at in the trial's scenario, in few words, by their names."""
+    names = {name for name, preset in presets().items() if preset.kind == kind} | {use.law for use in uses}
+    return shortcomings(trial.conditioned().setting, {name: law_of(name) for name in sorted(names)})
 
 
 _RIVALS = {"tracking": "lyapunov", "team": "virtual-structure", "formation": "formation-teacher"}

@@ -1,5 +1,6 @@
 """Warnings before a run: what a law does not look at, and what will therefore happen."""
 
+from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
@@ -33,6 +34,23 @@ def forewarnings(setting: Setting, law: Law[Any], name: str) -> list[str]:
             touch = f"{name} takes no care of other robots: on {setting.name}, {when}, these touch: {', '.join(pairs)}"
             return [*sentences, touch]
     return sentences
+
+
+def shortcomings(setting: Setting, laws: Mapping[str, Law[Any]]) -> dict[str, str]:
+    """Few words on each of the ``laws``, given by name, that does not suit a scenario: what :func:`forewarnings` tells.
+
+    That a law "does not avoid obstacles" or "ignores the others"; a law that suits the scenario is left out.
+    """
+    judged = not setting.ensemble and 1 < len(setting.robots) <= MOST
+    meet = judged and bool(meetings(setting) or meetings(setting, LATE))
+    found = {}
+    for name, law in laws.items():
+        words = ["does not avoid obstacles"] if setting.world is not None and not law.looks else []
+        if meet and not law.yields:
+            words.append("ignores the others")
+        if words:
+            found[name] = ", ".join(words)
+    return found
 
 
 def crossing_forewarnings(law: Law[Any], name: str, kind: Literal["A", "B"]) -> list[str]:

@@ -167,12 +167,7 @@ export async function render({ model, el }) {
     "fieldset",
     {},
     element("legend", {}, "Data"),
-    element(
-      "div",
-      { class: "tn-row" },
-      field(FILE, file),
-      field("or upload a CSV file", upload),
-    ),
+    element("div", { class: "tn-row" }, field(FILE, file), field("or upload a CSV file", upload)),
     asks,
     about,
   );
@@ -307,19 +302,11 @@ export async function render({ model, el }) {
     mapping.dataset.key = key;
     if (choice.start === "present") {
       const of = (kind) => (name) =>
-        pick(
-          name,
-          `${name} (${kind})`,
-          "its column",
-          [["", "choose …"], ...names],
-          columns[name] ?? "",
-        );
+        pick(name, `${name} (${kind})`, "its column", [["", "choose …"], ...names], columns[name] ?? "");
       mapping.replaceChildren(...system.inputs.map(of("input")), ...system.outputs.map(of("output")));
     } else {
       mapping.replaceChildren(
-        ...table.columns.map((c) =>
-          pick(c.name, described(c), "its role", ROLES, columns[c.name] ?? "unused"),
-        ),
+        ...table.columns.map((c) => pick(c.name, described(c), "its role", ROLES, columns[c.name] ?? "unused")),
       );
     }
     if (focused >= 0) mapping.querySelectorAll("select")[focused]?.focus();

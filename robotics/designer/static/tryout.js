@@ -46,6 +46,7 @@ const WORDS = {
   before: "the design before drives",
   rival: "the other law drives",
   choices: "reading the scenarios",
+  file: "reading the file",
 };
 const PLAN = [76, 46]; // px of the scenario in small
 const LARGEST = 2e6; // bytes of a scenario's file
@@ -95,7 +96,7 @@ export async function render({ model, el }) {
   const robot = choices("Robot", [], "", (value) => choose("robot", value));
   robot.addEventListener("pointerdown", () => model.send({ do: "list" }));
   robot.addEventListener("focus", () => model.send({ do: "list" }));
-  const robotOf = choices("Which robot is another", [], "", (value) => choose("robot_of", Number(value)));
+  const robotOf = choices("Which one is another robot", [], "", (value) => choose("robot_of", Number(value)));
   const law = choices("Law that holds the rule base", [], "", (value) => choose("law", value));
   const rival = choices("Compare with", [], "", (value) => choose("rival", value));
   rival.addEventListener("pointerdown", () => model.send({ do: "list" }));
@@ -116,8 +117,8 @@ export async function render({ model, el }) {
     });
     return input;
   };
-  const ahead = number("Look-ahead in seconds", "look_ahead", { min: 0, max: 10, step: "any" });
-  const seed = number("Seed of the noise", "seed", { min: 0, step: 1 });
+  const ahead = number("Look-ahead [s]", "look_ahead", { min: 0, max: 10, step: "any" });
+  const seed = number("First seed of the noise", "seed", { min: 0, step: 1 });
   const lawField = field("Law", law),
     rivalField = field("Compare with", rival, "tr-rivals"),
     robotOfField = field("Which one", robotOf),
@@ -199,6 +200,8 @@ export async function render({ model, el }) {
     RUNS.map(([name, kind]) => [name, kind, get(name)]).filter(([, , data]) => data !== null && !data.why);
 
   const option = (value, text, attributes = {}) => element("option", { value, ...attributes }, text);
+  /** A law as it is offered: with what it does not look at in the scenario. */
+  const marked = (course, name, title) => (course?.marks?.[name] ? `${title} (${course.marks[name]})` : title);
   const group = (label, options) => (options.length ? element("optgroup", { label }, ...options) : "");
 
   /** Offer groups of options; an open list is left alone while nothing in it changes. */
@@ -287,7 +290,7 @@ export async function render({ model, el }) {
   }
 
   /** What there is to compare with: laws of the catalogue, and the folder's rule bases and Python files. */
-  function offerRivals(known, trial) {
+  function offerRivals(known, trial, course) {
     const laws = get("files")?.laws ?? [],
       listed = known?.rivals[trial.kind] ?? [];
     const missing = laws.includes(trial.rival) || listed.some(([name]) => name === trial.rival) ? [] : [trial.rival];
@@ -295,7 +298,7 @@ export async function render({ model, el }) {
       ...missing.filter(Boolean).map((name) => option(name, name)),
       group(
         "Laws",
-        listed.map(([name, title]) => option(name, title)),
+        listed.map(([name, title]) => option(name, marked(course, name, title))),
       ),
       group(
         "Files in this folder; Python runs once chosen",
@@ -345,11 +348,11 @@ export async function render({ model, el }) {
     const laws = course?.laws ?? [];
     offer(
       law,
-      laws.map(([name, task, title]) => [`${name}/${task}`, title]),
+      laws.map(([name, task, title]) => [`${name}/${task}`, marked(course, name, title)]),
       `${trial.law}/${trial.task}`,
     );
     offerRobots(known, trial, course);
-    offerRivals(known, trial);
+    offerRivals(known, trial, course);
     offer(
       count,
       COUNTS.map((n) => [n, String(n)]),

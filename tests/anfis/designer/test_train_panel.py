@@ -301,6 +301,9 @@ class Bench:
     async def background(self, function: Any, *args: Any) -> Any:
         return await asyncio.to_thread(function, *args)
 
+    async def read(self, name: str, function: Any, *args: Any) -> Any:
+        return await asyncio.to_thread(function, *args)
+
     @property
     def said(self) -> str:
         return (self.traits["problem"] or {}).get("message", "")

@@ -15,6 +15,7 @@ from fuzzy.designer.views import functions_data
 from fuzzy.membership import FUNCTIONS, membership_function
 from robotics.designer.severalseeds import design_seeds, state_of, summary
 from robotics.designer.tryout import TryoutTrial, choices, course_data, design_data, place_data, rival_data
+from robotics.laws.catalogue import presets
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.scenario.reading import scenario_names
 from tests.fuzzy.designer.design_bench import STATIC, system
@@ -362,14 +363,23 @@ def test_figures_controls_and_keys(bench: ModulePage, traits: dict[str, Any]) ->
     assert any(text.endswith("[trap-u]") for text in groups["Obstacles"])
     assert sum(len(names) for names in groups.values()) == len(scenario_names()) + 3  # the folder's, and another file
     assert page.locator(".tr-plan path.tr-course").count() == 1
+    bench.give(
+        course=traits["course"] | {"marks": {"esm": "ignores the others", "fuzzy-team": "does not avoid obstacles"}}
+    )
+    texts = page.get_by_label("Compare with", exact=True).locator("option").all_inner_texts()
+    assert [text for text in texts if "(ignores the others)" in text] == [
+        f"{presets()['esm'].title} (ignores the others)"
+    ]
+    texts = page.get_by_label("Law that holds the rule base", exact=True).locator("option").all_inner_texts()
+    assert sum(text.endswith("(does not avoid obstacles)") for text in texts) == 1
     bench.forget()
     page.get_by_label("Scenario", exact=True).select_option("lyapunov-sine")
     page.get_by_label("Compare with", exact=True).select_option("esm")
     page.get_by_label("Scenario", exact=True).select_option("mine.toml")
     page.get_by_label("Law that holds the rule base", exact=True).select_option("fuzzy-team/tracking")
-    page.get_by_label("Look-ahead in seconds").fill("0.6")
+    page.get_by_label("Look-ahead [s]").fill("0.6")
     page.keyboard.press("Tab")
-    page.get_by_label("Look-ahead in seconds").fill("99")  # no number of seconds that there is: no message
+    page.get_by_label("Look-ahead [s]").fill("99")  # no number of seconds that there is: no message
     page.keyboard.press("Tab")
     page.get_by_role("button", name="Compare from here").press("Enter")
     assert [message for message in bench.sent() if message["do"] != "list"] == [

@@ -20,7 +20,7 @@ from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import MamdaniFileError, OpenDocuments
 from fuzzy.designer.panel import Place, Workbench, find_panels
 from fuzzy.designer.server import ServerError, bound_socket, token_of
-from fuzzy.designer.workers import DesignerWorkers, WorkError
+from fuzzy.designer.workers import DesignerWorkers, TimedWorkers, WorkError
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import FisFileError, format_fis, read_fis, write_fis
 from fuzzy.membership import Triangle
@@ -532,6 +532,33 @@ def test_workers():
         workers.close()
 
     asyncio.run(work())
+
+
+def until_there(path):
+    while not path.exists():
+        time.sleep(0.01)
+    return path.name
+
+
+def test_a_slow_file_keeps_no_other_waiting(tmp_path):
+    async def read():
+        opened = OpenDocuments(open_folder(tmp_path))
+        slow = asyncio.ensure_future(opened.reading("slow.py", until_there, tmp_path / "go"))
+        fis = await opened.read_upload(format_fis(small()).encode(), "other.fis")
+        assert fis.system.rules == small().rules
+        assert not slow.done()
+        (tmp_path / "go").touch()
+        assert await slow == "go"
+        opened.close()
+
+    async def give_up():
+        workers = TimedWorkers(0.0)
+        with pytest.raises(InputError, match=r"^late$"):
+            await workers.run("late", until_there, tmp_path / "never")
+        workers.close()
+
+    asyncio.run(read())
+    asyncio.run(give_up())
 
 
 def test_figures():

@@ -15,6 +15,7 @@ from fuzzy.errors import InputError
 from fuzzy.files.fisfile import write_fis
 from fuzzy.membership import Gaussian
 from fuzzy.system import Constant, Linear, Sugeno, Variable
+from robotics.designer.folderfiles import read_text_file
 from robotics.designer.panel import formation_data, panel
 from robotics.designer.session import TryoutSession
 from robotics.designer.tryout import (
@@ -32,6 +33,7 @@ from robotics.designer.tryout import (
     shown,
 )
 from robotics.designer.uses import TryoutError, law_of
+from robotics.experiments.forewarnings import forewarnings
 from robotics.experiments.learning.formationdata import FILES, Recipe
 from robotics.experiments.learning.formationdata import formation_data as formation_table
 from robotics.laws.catalogue import make_controller, presets
@@ -224,6 +226,17 @@ def test_the_law_suits_the_scenario(tracking: Sugeno) -> None:
     assert settled(load_rule_base("crash"), TryoutTrial()).scenario == "three-cross"
 
 
+@pytest.mark.parametrize("scenario", ["fuzzy-off-path", "crossing-in-turn", "three-cross", "trap-u"])
+def test_laws_that_do_not_suit_the_scenario_are_marked_with_what_is_warned_of(tracking: Sugeno, scenario: str) -> None:
+    setting = load_scenario(scenario).setting
+    marks = place_data(tracking, TryoutTrial(scenario=scenario))["course"]["marks"]
+    for name in ("cooperation", "crash-yielding", "virtual-structure", "obstacles", "right-of-way", "fuzzy-team"):
+        warned = " ".join(forewarnings(setting, law_of(name), name))
+        words = {"does not avoid obstacles": "senses no obstacles", "ignores the others": "takes no care of other"}
+        assert marks.get(name, "") == ", ".join(mark for mark, said in words.items() if said in warned), name
+    assert ("virtual-structure" in marks) == (scenario in ("three-cross", "trap-u"))
+
+
 ALONE = """
 duration = 6.0
 [[robots]]
@@ -273,6 +286,8 @@ class Bench:
 
     say: Any  # what the panel listens with
 
+    done: asyncio.Event  # of what is slow
+
     def __init__(self, fis: Sugeno, path: Path) -> None:
         folder = path.parent if path.parent.is_dir() else Path()
         self.document: Any = SimpleNamespace(design=SimpleNamespace(in_force=fis), path=path, folder=folder)
@@ -301,6 +316,9 @@ class Bench:
         await self.gate.wait()
         return function(*args)
 
+    async def read(self, name: str, function: Any, *args: Any) -> Any:
+        return function(*args)
+
 
 async def opened(fis: Sugeno, path: Path = NEW) -> tuple[Bench, TryoutSession]:
     bench = Bench(fis, path)
@@ -311,7 +329,9 @@ async def opened(fis: Sugeno, path: Path = NEW) -> tuple[Bench, TryoutSession]:
 
 
 async def settle(session: TryoutSession) -> None:
-    """Wait for all that is being run."""
+    """Wait for all that is being read and run."""
+    while session.reading and not all(task.done() for task in session.reading.values()):
+        await asyncio.wait(session.reading.values())
     assert session.task is not None
     await session.task
 
@@ -392,7 +412,6 @@ def test_wrong_wishes_and_designs_get_sentences(tracking: Sugeno) -> None:
             {"do": "run"},
             {"do": ["see"]},
             {"do": "choose"},
-            {"do": "choose", "name": "scenario", "value": "nowhere.toml"},
             {"do": "choose", "name": "scenario", "value": "../up.toml"},
             {"do": "choose", "name": "law", "value": "lyapunov"},
             {"do": "choose", "name": "rival", "value": "fuzz"},
@@ -408,6 +427,9 @@ def test_wrong_wishes_and_designs_get_sentences(tracking: Sugeno) -> None:
             assert bench.traits["problem"]["message"], message
         assert session.wish == TryoutTrial(folder=str(Path().resolve()))
         # What only reading shows is said once it is read; nothing is shown of another scenario meanwhile.
+        bench.say({"do": "choose", "name": "scenario", "value": "nowhere.toml"})
+        await settle(session)
+        assert "there is no file 'nowhere.toml'" in bench.traits["problem"]["message"]
         for message, says in (
             ({"do": "choose", "name": "scenario", "value": "fuzzy-of-path"}, "did you mean 'fuzzy-off-path'"),
             ({"do": "choose", "name": "scenario", "value": "formation-ahead"}, 'of kind "formation"'),
@@ -459,8 +481,53 @@ def test_a_scenario_file_of_the_folder_is_read_again_when_it_changes(tracking: S
         assert "radius" in bench.traits["problem"]["message"]
         mine.unlink()
         session._look()
+        await settle(session)
         assert "there is no file 'mine.toml'" in bench.traits["problem"]["message"]
         bench.close()
+
+    asyncio.run(scene())
+
+
+def test_a_file_that_is_read_slowly_keeps_nobody_waiting(tracking: Sugeno, tmp_path: Path) -> None:
+    """Neither another tab nor this one: what is chosen later wins."""
+    write_fis(tracking, tmp_path / "mine.fis")
+    (tmp_path / "slow.toml").write_text(ALONE, encoding="utf-8")
+
+    class Slow(Bench):
+        async def read(self, name: str, function: Any, *args: Any) -> Any:
+            if name == "slow.toml" and function is read_text_file:
+                await self.done.wait()
+            return await super().read(name, function, *args)
+
+    async def scene() -> None:
+        bench, other = Slow(tracking, tmp_path / "mine.fis"), Bench(tracking, tmp_path / "mine.fis")
+        bench.done = asyncio.Event()
+        session, another = TryoutSession(bench), TryoutSession(other)
+        for each in (bench, other):
+            each.say({"do": "see", "on": True})
+        await settle(session)
+        bench.say({"do": "choose", "name": "scenario", "value": "slow.toml"})
+        bench.say({"do": "edit", "what": "scenario"})  # that file, once it is there
+        await asyncio.sleep(0)
+        assert bench.traits["busy"] == {"what": "file", "took": None}
+        await settle(another)
+        assert other.traits["tried"]["label"] == "tracking"
+        bench.say({"do": "choose", "name": "look_ahead", "value": 0.5})
+        assert session.task is not None
+        await session.task
+        assert bench.traits["trial"]["look_ahead"] == 0.5
+        assert bench.traits["trial"]["scenario"] == "fuzzy-off-path"
+        bench.done.set()
+        await settle(session)
+        assert bench.traits["trial"]["scenario"] == bench.traits["editor"]["name"] == "slow.toml"
+        bench.done.clear()
+        bench.say({"do": "choose", "name": "scenario", "value": "slow.toml"})
+        bench.say({"do": "choose", "name": "scenario", "value": "lyapunov-circle"})
+        bench.done.set()
+        await settle(session)
+        assert bench.traits["trial"]["scenario"] == "lyapunov-circle"
+        for each in (bench, other):
+            each.close()
 
     asyncio.run(scene())
 
@@ -653,7 +720,13 @@ def test_a_file_of_the_folder_is_the_rival(tracking: Sugeno, slower: Sugeno, tmp
         for wrong in ("own.py:Other", "../own.py:Own", "none.fis"):
             bench.traits["problem"] = None
             bench.say({"do": "choose", "name": "rival", "value": wrong})
+            await settle(session)
             assert bench.traits["problem"]["message"], wrong
+        assert bench.traits["trial"]["rival"] == "own.py:Own"
+        (tmp_path / "own.py").write_text("", encoding="utf-8")
+        session._look()
+        await settle(session)
+        assert "there is no law 'Own' in own.py" in bench.traits["rival"]["why"]
         bench.close()
 
     asyncio.run(scene())

@@ -1,5 +1,6 @@
 """Trials under one's own conditions: robots, noise, several seeds; files of the folder, none of which runs unasked."""
 
+import asyncio
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,9 @@ from fuzzy.files.fisfile import write_fis
 from fuzzy.system import Sugeno
 from robotics.designer.conditions import packaged_text, scenario_of
 from robotics.designer.folderfiles import (
-    law_files,
+    FolderOffers,
     law_path,
     read_text_file,
-    robot_files,
     scenario_files,
     write_text_file,
 )
@@ -176,8 +176,29 @@ def folder(tmp_path: Path, tracking: Sugeno) -> Path:
 def test_what_the_folder_offers(folder: Path, tracking: Sugeno) -> None:
     opened = open_folder(folder)
     assert scenario_files(opened) == ["mine.toml"]
-    assert robot_files(opened) == ["sub/small.toml"]
-    assert law_files(opened, folder / "tracking.fis") == ["other.fis", "own.py:Straight"]
+    looked: list[str] = []
+
+    async def read(name: str, function: Any, *args: Any) -> Any:
+        looked.append(name)
+        if name == "slow.py":
+            raise InputError("slow.py was not read within 20 s")
+        return function(*args)
+
+    (folder / "slow.py").write_text("", encoding="utf-8")
+    offers = FolderOffers(opened, read)
+    # A file that is late is said and left out, and is not looked at again while it stays as it is.
+    assert asyncio.run(offers.look()) == "slow.py was not read within 20 s"
+    assert offers.found(folder / "tracking.fis") == {
+        "scenarios": ["mine.toml"],
+        "robots": ["sub/small.toml"],
+        "laws": ["other.fis", "own.py:Straight"],
+    }
+    assert looked.count("mine.toml") == looked.count("slow.py") == 1
+    looked.clear()
+    (folder / "mine.toml").unlink()
+    assert asyncio.run(offers.look()) == ""
+    assert offers.found(folder)["scenarios"] == []
+    assert looked == ["the folder"]
     specification = law_path(opened, "own.py:Straight")
     assert not (folder / "ran").exists()  # to be listed a law does not run
     assert rival_data(specification, mine(EXACT))["label"] == "Straight"
