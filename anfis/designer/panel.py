@@ -133,7 +133,10 @@ class TrainSession:
             if answer is not None:
                 await answer
         except (InputError, WorkError) as error:
-            self.widget.update(problem={"message": str(error)})
+            about = message if isinstance(message, dict) else {}
+            field = about.get("name") if about.get("do") == "choose" else about.get("do")
+            column = about.get("name") if about.get("do") == "column" else None
+            self.widget.update(problem={"message": str(error), "field": field, "column": column})
 
     async def _file(self, message: dict[str, Any]) -> None:
         """A CSV file of the folder."""

@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from typing import Any
 
+from nicegui.client import Client
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
@@ -13,6 +14,18 @@ from fuzzy.errors import InputError
 from fuzzy.shell.terminal import plain
 
 Callback = Callable[[Any], Any]
+_SHARED = "window.fuzzyfleetShared"  # on the page: values that several modules are given, by their names
+
+
+class Shared:
+    """A value for several modules of a page, encoded and sent to the page once. It stays until the next of its name."""
+
+    def __init__(self, name: str, value: Any) -> None:
+        self.name, self.text = name, _text(value)
+
+    def send(self, client: Client) -> None:
+        """Put the value where the modules of a page take it from."""
+        client.run_javascript(f"({_SHARED} ??= {{}})[{json.dumps(self.name)}] = {self.text}; 0")
 
 
 class Bridge(Element, component="static/bridge.js"):
@@ -35,7 +48,10 @@ class Bridge(Element, component="static/bridge.js"):
         self.on("traits", self._receive_traits)
 
     def update(self, **traits: Any) -> None:
-        """Give the model new values; those that it already has are not sent again."""
+        """Give the model new values; those that it already has are not sent again.
+
+        A :class:`Shared` value must have been sent to the page.
+        """
         if not traits:
             super().update()
             return
@@ -43,7 +59,8 @@ class Bridge(Element, component="static/bridge.js"):
         news = {name: text for name, text in texts.items() if self._sent.get(name) != text}
         if news and not self.is_deleted:
             self._sent |= news
-            self._call("receive", _object(news))
+            shared = {n: f"{_SHARED}[{json.dumps(v.name)}]" for n, v in traits.items() if isinstance(v, Shared)}
+            self._call("receive", _object(news | {name: shared[name] for name in news if name in shared}))
 
     def send(self, content: Any) -> None:
         """Send a message to the module, which hears it with ``model.on("msg:custom", ...)``."""
@@ -88,6 +105,8 @@ class Bridge(Element, component="static/bridge.js"):
 
 
 def _text(value: Any) -> str:
+    if isinstance(value, Shared):
+        return value.text
     try:
         return json.dumps(value, allow_nan=False, separators=(",", ":"))
     except (TypeError, ValueError):

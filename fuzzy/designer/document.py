@@ -111,6 +111,7 @@ class Document:
         self._redo: list[_Entry] = []
         self._gesture: Any = None
         self._listeners: list[Callable[[], None]] = []
+        self._written: tuple[Design, str] | None = None  # the design of which the text was asked for last
         self._leftover: Path | None = None  # restored work that still stands in a file that is not ours
         if not self.path.parent.is_dir():
             raise DocumentError(f"{self.path}: there is no folder {self.path.parent}")
@@ -166,7 +167,9 @@ class Document:
 
     def text(self) -> str:
         """The design as the text of a .fis file."""
-        return file_text(self.design)
+        if self._written is None or self._written[0] is not self.design:
+            self._written = self.design, file_text(self.design)
+        return self._written[1]
 
     # Edits and history ----------------------------------------------------------------------------------------
 

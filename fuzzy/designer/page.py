@@ -8,11 +8,12 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
+from weakref import WeakKeyDictionary
 
 from nicegui import background_tasks, ui
 from nicegui.elements.mixins.text_element import TextElement
 
-from fuzzy.designer.bridge import Bridge
+from fuzzy.designer.bridge import Bridge, Shared
 from fuzzy.designer.document import Document
 from fuzzy.designer.edits import broken
 from fuzzy.designer.figures import check_figure, figure_bytes
@@ -41,6 +42,13 @@ _CHANGES = 50  # of a Mamdani system that are listed
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
 REST = 0.4  # s after the last edit before the rules are checked
 AT_ONCE = 50  # rules up to which that is done here and not in a worker
+DRAWN_WITHIN = 2.0  # s that drawing may take before the next state is sent all the same
+# A page in the background draws nothing until it is looked at.
+_DRAWN = """new Promise((done) => {
+  setTimeout(done, 100);
+  if (!document.hidden) requestAnimationFrame(() => setTimeout(done));
+})"""
+_ENCODED: WeakKeyDictionary[Document, tuple[int, Shared]] = WeakKeyDictionary()  # with the revision
 _STATIC = Path(str(resources.files("fuzzy") / "designer" / "static"))
 
 
@@ -120,6 +128,9 @@ class _Page:
         self._numbers = itertools.count(1)  # of refusals and of what a link leads to
         self._timer: asyncio.TimerHandle | None = None
         self._rested = False  # a change while no browser was connected
+        self._drawing = False  # the page draws what was shown last
+        self._overtaken = False  # a change meanwhile
+        self._sent: Shared | None = None  # the design that stands on the page
         self._name = opened.folder.name(document.path)
         self._everywhere: list[Bridge] = []
         self._shown: dict[str, Any] = {}  # the traits as of the last change
@@ -196,13 +207,20 @@ class _Page:
     # What is shown --------------------------------------------------------------------------------------------
 
     def _traits(self) -> dict[str, Any]:
-        design = self.document.design
         return {
-            "design": document_data(self.document),
-            "point": list(design.point),
+            "design": self._design(),
+            "point": list(self.document.design.point),
             "selected": self.selected,
             "compared": self._compared(),
         }
+
+    def _design(self) -> Shared:
+        """The document as the modules take it, encoded once a revision for all of them and for all tabs."""
+        revision, shared = _ENCODED.get(self.document, (None, None))
+        if shared is None or revision != self.document.revision:
+            shared = Shared("design", document_data(self.document))
+            _ENCODED[self.document] = self.document.revision, shared
+        return shared
 
     def _now(self) -> dict[str, Any]:
         return self._traits() | {"viewer": self._viewer(), "problem": None}
@@ -253,8 +271,13 @@ class _Page:
         self.header.update(shell=self._shell())
 
     def _changed_soon(self) -> None:
-        """Show what the edits in hand lead to: once for all that arrive together, the latest wins."""
-        if self._timer is None:
+        """Show what the edits in hand lead to: once for all that arrive together, the latest wins.
+
+        While the page draws one state, those that follow are dropped but for the latest.
+        """
+        if self._drawing:
+            self._overtaken = True
+        elif self._timer is None:
             self._timer = asyncio.get_running_loop().call_later(SOON, self._show)
 
     def _show(self) -> None:
@@ -265,13 +288,31 @@ class _Page:
             self._rested = True
             return
         self._shown = self._traits() | {"viewer": self._viewer()}
-        self.header.update(design=self._shown["design"])
+        if self._sent is not self._shown["design"]:
+            self._sent = self._shown["design"]
+            self._sent.send(self.client)
+        self.header.update(design=self._sent)
         name = self.opened.folder.name(self.document.path)
         if name != self._name:
             self._name = name
             self.header.update(shell=self._shell())
             self.header.send({"moved": name})
-        background_tasks.create(self.bench.changed())
+        self._drawing = True
+        background_tasks.create(self._told())
+
+    async def _told(self) -> None:
+        """Tell all that is shown, and wait until the page has drawn it."""
+        try:
+            await self.bench.changed()
+            if not self.bench.closed:
+                await self.client.run_javascript(_DRAWN, timeout=DRAWN_WITHIN)
+        except TimeoutError:  # the connection was lost, or the page is very slow
+            pass
+        finally:
+            self._drawing = False
+            if self._overtaken:
+                self._overtaken = False
+                self._changed_soon()
 
     def _check_soon(self) -> None:
         """Look for defects of the rules once the edits rest."""
@@ -392,7 +433,14 @@ class _Page:
             result = tasks[what](content)
             if result is not None:
                 await result
+        except InputError as error:
+            if what != "save_as":
+                raise
+            self.header.send({"refused": str(error)})
         except OSError as error:
+            if what == "save_as":
+                self.header.send({"refused": f"The file cannot be written: {error.strerror or error}."})
+                return
             raise InputError(f"{what}: {error.strerror or error}") from None
         except WorkError as error:
             raise InputError(f"{what}: {error}") from None
@@ -411,6 +459,7 @@ class _Page:
             self.header.send({"ask": f"{error}.", "accept": "Overwrite", "then": again})
             return
         self.header.update(shell=self._shell())
+        self.header.send({"saved": True})
         self.bench.notify(f"the design is saved in {self.document.path.name}")
 
     def _download(self, content: Mapping[str, Any]) -> None:

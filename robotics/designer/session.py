@@ -112,7 +112,8 @@ class TryoutSession:
                 raise TryoutError(expected(str(wish), tasks, "wish"))
             tasks[wish](content)
         except InputError as error:
-            self.widget.update(problem={"message": str(error)}, trial=self._trial())
+            field = content.get("name") if content.get("do") == "choose" else None
+            self.widget.update(problem=_refusal(str(error), field), trial=self._trial())
         self._go()
 
     def _see(self, content: dict[str, Any]) -> None:
@@ -172,7 +173,7 @@ class TryoutSession:
                     then(found)
             except (InputError, WorkError) as error:
                 if self.reads[what] is mine:
-                    self.widget.update(problem={"message": str(error)}, trial=self._trial())
+                    self.widget.update(problem=_refusal(str(error), what), trial=self._trial())
             finally:
                 self._say_busy(None)
             self._go()
@@ -670,6 +671,11 @@ class TryoutSession:
             raise TryoutError("the panel is not ready yet")
         rivals: dict[str, list[list[str]]] = self.choices["rivals"]
         return rivals
+
+
+def _refusal(message: str, field: Any) -> dict[str, Any]:
+    """What the page shows of a refusal: under the field of that choice, if it is one's."""
+    return {"message": message, "field": field if field in _CHOICES else None}
 
 
 def _system_in(path: Path) -> Sugeno:

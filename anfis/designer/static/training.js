@@ -13,9 +13,11 @@ import {
   quantity,
   said,
   say,
+  sayUnder,
   scale,
   shape,
   styled,
+  takes,
   ticks,
   watch,
   whenSized,
@@ -80,12 +82,16 @@ function decades(low, high) {
 export async function render({ model, el }) {
   await styled(SHEET);
   const get = (name) => model.get(name) ?? null;
+  let refused = null; // what this side refuses: { message, field }
   const choose = (name, value) => model.send({ do: "choose", name, value });
   const field = (text, control) => element("label", {}, element("span", {}, text), control);
   const number = (label, name, attributes, factor = 1) => {
     const input = element("input", { type: "number", "aria-label": label, ...attributes });
     input.addEventListener("change", () => {
-      if (input.value !== "" && input.checkValidity()) choose(name, Number(input.value) / factor);
+      const right = input.value !== "" && input.checkValidity();
+      refused = right ? null : { message: takes(input, input.ariaLabel), field: name };
+      if (right) choose(name, Number(input.value) / factor);
+      drawProblem();
     });
     return Object.assign(input, {
       show: (value) => {
@@ -134,6 +140,7 @@ export async function render({ model, el }) {
   upload.addEventListener("change", async () => {
     const chosen = upload.files[0];
     if (!chosen) return;
+    refused = null;
     const { largest } = get("accepted");
     if (chosen.size > largest) {
       fail(`${chosen.name} is larger than ${largest / 1e6} MB; use anfis train for large tables`);
@@ -216,9 +223,31 @@ export async function render({ model, el }) {
   );
   const problem = element("p", { class: "tn-problem", role: "alert", hidden: true });
   const fail = (text) => {
-    problem.hidden = false;
-    say(problem, text);
+    refused = { message: text, field: "piece" };
+    drawProblem();
   };
+  const fields = {
+    file,
+    generate: file,
+    piece: upload,
+    start,
+    radius,
+    mfs,
+    method,
+    epochs,
+    goal,
+    share,
+    seed,
+    skip_bad: skip,
+  };
+  /** What was refused, under the field that asked for it where one did; of the button Train, above it all. */
+  function drawProblem() {
+    const { message = "", field = null, column = null } = refused ?? get("problem") ?? {};
+    const of = column === null ? fields[field] : [...mapping.querySelectorAll("select")].find((s) => s.name === column);
+    const fresh = message !== "" && message !== problem.textContent;
+    sayUnder(problem, message, of, (note) => data.before(note));
+    if (fresh) problem.scrollIntoView({ block: "nearest" }); // the button may be a page below
+  }
 
   // What comes of it
   const bar = element("progress", { "aria-label": "Epochs done", max: 1, value: 0 });
@@ -278,11 +307,7 @@ export async function render({ model, el }) {
     go.disabled = running || !table;
     stop.disabled = !running || progress.state === "stopping";
     take.disabled = running || progress.stopped === null;
-    const wrong = get("problem")?.message ?? "",
-      fresh = wrong !== "" && wrong !== problem.textContent;
-    problem.hidden = wrong === "";
-    say(problem, wrong);
-    if (fresh) problem.scrollIntoView({ block: "nearest" }); // the button may be a page below
+    drawProblem();
     drawMapping(table, choice, get("columns"), get("system"));
   }
 
@@ -293,7 +318,10 @@ export async function render({ model, el }) {
     const pick = (name, text, what, options, chosen) =>
       field(
         text,
-        choices(`${text}: ${what}`, options, chosen, (value) => model.send({ do: "column", name, value })),
+        Object.assign(
+          choices(`${text}: ${what}`, options, chosen, (value) => model.send({ do: "column", name, value })),
+          { name },
+        ),
       );
     const names = table.columns.map((c) => [c.name, described(c)]);
     const key = JSON.stringify([choice.start === "present", table, columns, system]);

@@ -95,6 +95,32 @@ export function offer(select, options, chosen) {
   if (select.value !== String(chosen)) select.value = String(chosen);
 }
 
+let notes = 0; // ids must differ; nothing else is kept
+
+/** Say in `note` why a field was refused, under the field; without one, `home` puts the note where it belongs. */
+export function sayUnder(note, text, field, home) {
+  note.id ||= `fd-note-${++notes}`;
+  for (const old of document.querySelectorAll(`[aria-describedby="${note.id}"]`)) {
+    old.removeAttribute("aria-describedby");
+    old.removeAttribute("aria-invalid");
+  }
+  const under = text ? (field?.closest("label") ?? null) : null;
+  if (under === null) home(note);
+  else {
+    if (note.parentElement !== under) under.append(note);
+    put(field, { "aria-describedby": note.id, "aria-invalid": "true" });
+  }
+  note.hidden = text === "";
+  say(note, text);
+}
+
+/** What a field for numbers takes, in a sentence. */
+export function takes(input, name) {
+  const { min, max, step } = input,
+    kind = step === "1" ? "whole number" : "number";
+  return `${name} takes a ${kind} ${max === "" ? `of at least ${min}` : `from ${min} to ${max}`}.`;
+}
+
 // Numbers ------------------------------------------------------------------------------------------------------
 
 // Rounding leaves about 1e-16 of what was summed; this much of a range is nothing that anybody set (fuzzy/shown.py).

@@ -1,7 +1,8 @@
 // The designer's header: the file and its state, undo and redo, saving, the menu of the file with its dialogs, what is
 // said to the designer, and the keys that work everywhere. Model: "design" and "shell" ({ file, files, compared,
 // largest, restored, unkept }) and "keys"
-// ([key, where, what]); Python's messages: { say, problem }, { say, undo }, { ask, then }, { moved }.
+// ([key, where, what]); Python's messages: { say, problem }, { say, undo }, { ask, then }, { moved },
+// { saved }, { refused }: of "Save as".
 
 import { watchConnection } from "./connection.js";
 import { historyKeys } from "./keys.js";
@@ -45,14 +46,14 @@ function select(label, options, chosen = null) {
   return { field, row: make("label", { class: "row" }, make("span", {}, label), field) };
 }
 
-/** A dialog with a heading; `done` is called when its first button is pressed or Enter is. */
-function dialog(host, heading, rows, accept, done) {
+/** A dialog with a heading; `done` is called when its first button is pressed or Enter is. It may stay open. */
+function dialog(host, heading, rows, accept, done, stays = false) {
   const id = `shell-dialog-${++count}`;
   const box = make("dialog", { "aria-labelledby": id });
   const form = make("form", {
     onsubmit: (event) => {
       event.preventDefault();
-      box.close();
+      if (!stays) box.close();
       done();
     },
   });
@@ -86,6 +87,7 @@ function render({ model, el }) {
     make("button", { type: "button", "aria-label": "Close this message", onclick: () => (alert.hidden = true) }, "×"),
   );
   const undoButton = make("button", { type: "button", onclick: () => send({ do: "undo" }) }, "Undo");
+  let saving = null; // the dialog "Save as" while it is open
   let timer = 0,
     undoable = null; // the name of the edit that the sentence shown speaks of
   function quiet() {
@@ -140,13 +142,29 @@ function render({ model, el }) {
       required: true,
       value: shell().file,
     });
-    dialog(
+    const id = `shell-refused-${++count}`,
+      why = make("p", { class: "problem", role: "alert", id });
+    const box = dialog(
       el,
       "Save as",
-      [make("label", { class: "row" }, make("span", {}, "File in this folder"), name)],
+      [make("label", { class: "row" }, make("span", {}, "File in this folder"), name), why],
       "Save",
       () => send({ do: "save_as", name: withEnding(name.value.trim()) }),
+      true, // until Python has answered
     );
+    saving = {
+      close: () => box.close(),
+      refused(text) {
+        why.textContent = text;
+        for (const [attribute, value] of [
+          ["aria-invalid", "true"],
+          ["aria-describedby", id],
+        ])
+          name.setAttribute(attribute, value);
+        name.focus();
+      },
+    };
+    box.addEventListener("close", () => (saving = null));
     name.select();
   }
 
@@ -392,6 +410,8 @@ function render({ model, el }) {
   const unwatch = watchConnection();
   const onMessage = (message) => {
     if (message.say !== undefined) say(message.say, message.problem, message.undo ?? null);
+    if (message.saved || message.ask !== undefined) saving?.close();
+    if (message.refused !== undefined) saving ? saving.refused(message.refused) : say(message.refused, true);
     if (message.ask !== undefined) ask(message);
     if (message.moved !== undefined) history.replaceState(null, "", address(message.moved));
   };

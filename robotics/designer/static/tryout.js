@@ -12,9 +12,11 @@ import {
   put,
   said,
   say,
+  sayUnder,
   scale,
   shape,
   styled,
+  takes,
   ticks,
   watch,
   whenSized,
@@ -111,9 +113,12 @@ export async function render({ model, el }) {
   const noiseWords = element("span", { class: "tr-aside" });
   const number = (label, name, attributes) => {
     const input = element("input", { type: "number", "aria-label": label, ...attributes });
-    // A number that is none is no message: the field shows by itself that it is wrong.
+    // A number that is none is no message to Python.
     input.addEventListener("change", () => {
-      if (input.value !== "" && input.checkValidity()) choose(name, Number(input.value));
+      const right = input.value !== "" && input.checkValidity();
+      state.refused = right ? null : { message: takes(input, label), field: name };
+      if (right) choose(name, Number(input.value));
+      drawProblem();
     });
     return input;
   };
@@ -371,13 +376,18 @@ export async function render({ model, el }) {
     };
     keep(ahead, trial.look_ahead);
     keep(seed, trial.seed);
-    const wrong = get("problem")?.message ?? "";
-    problem.hidden = wrong === "";
-    say(problem, wrong);
+    drawProblem();
     const found = (get("tried")?.outcomes ?? []).length ? "" : (get("tried")?.verdict ?? "");
     verdict.hidden = found === "";
     say(verdict, found === "" ? "" : `This design: ${found}.`);
     drawEnds();
+  }
+
+  /** What was refused, under the field that asked for it where one did. */
+  function drawProblem() {
+    const { message = "", field = null } = state.refused ?? get("problem") ?? {};
+    const fields = { scenario, robot, robot_of: robotOf, law, look_ahead: ahead, seed, count, rival };
+    sayUnder(problem, message, fields[field], (note) => editor.node.after(note));
   }
 
   /** What was to be feared before the runs, how they ended early, and what else is to be said of them. */

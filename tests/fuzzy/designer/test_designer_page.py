@@ -223,6 +223,37 @@ def test_keyboard_moves_a_vertex_and_reaches_the_tabs_and_the_menu(tab):
     page.wait_for_selector(".state:not(.unsaved)")
 
 
+COUNTED = """() => {
+  const later = window.setTimeout, held = [];
+  let design;
+  window.designs = 0;
+  Object.defineProperty((window.fuzzyfleetShared ??= {}), "design", {
+    configurable: true, get: () => design, set: (value) => ((design = value), (window.designs += 1)) });
+  // What waits for the page to have drawn a state is kept waiting.
+  Object.defineProperty(document, "hidden", { configurable: true, get: () => true });
+  window.setTimeout = (f, ms, ...more) => (ms === 100 ? held.push(f) : later(f, ms, ...more));
+  window.release = () => {
+    window.setTimeout = later;
+    delete document.hidden;
+    held.forEach((f) => f());
+  };
+}"""
+
+
+def test_states_that_a_newer_one_overtakes_are_not_sent(tab, folder):
+    page = tab.page
+    handle = page.get_by_role("slider", name="poor: right foot")
+    page.evaluate(COUNTED)
+    for _ in range(20):
+        handle.press("ArrowLeft")
+    page.evaluate("window.release()")
+    page.wait_for_function("window.fuzzyfleetShared.design?.inputs[0].terms[0].parameters[2] === 4")  # from 5, by 0.05
+    assert 0 < page.evaluate("window.designs") < 10
+    page.keyboard.press("Control+z")
+    page.wait_for_selector(".state:not(.unsaved)")
+    assert page.evaluate("window.fuzzyfleetShared.design.inputs[0].terms[0].parameters[2]") == 5
+
+
 def test_a_removal_is_told_and_undone_and_findings_lead_to_their_places(tab):
     page = tab.page
     check = page.get_by_role("tab", name="Check")
@@ -324,7 +355,13 @@ def test_files_stay_in_the_folder(tab, folder):
         if told is None:
             page.wait_for_function("document.title.includes('tipper2.fis')")
         else:
-            page.get_by_role("alert").filter(has_text=told).wait_for()
+            # Under the field, which can be mended at once
+            page.get_by_role("dialog").get_by_role("alert").filter(has_text=told).wait_for()
+            field = page.get_by_role("dialog").get_by_role("textbox")
+            assert told in page.locator(f"#{field.get_attribute('aria-describedby')}").inner_text()
+            assert field.get_attribute("aria-invalid") == "true"
+            assert field.input_value() == name
+            page.keyboard.press("Escape")
     page.wait_for_url("**tipper2.fis")
     assert sorted(path.name for path in folder.glob("*.fis")) == ["tipper.fis", "tipper2.fis"]
     assert not (folder.parent / "outside.fis").exists()

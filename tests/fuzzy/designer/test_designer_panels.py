@@ -150,6 +150,16 @@ DONE = IDLE | {
 }
 
 
+def under(page: Any, label: str, words: str) -> None:
+    """Check that one refusal is shown: ``words``, below the field with that name, which knows them."""
+    field = page.get_by_label(label, exact=True)
+    told = page.locator(f"#{field.get_attribute('aria-describedby')}")
+    assert told.inner_text() == words
+    assert told.bounding_box()["y"] >= field.bounding_box()["y"] + field.bounding_box()["height"]
+    assert field.get_attribute("aria-invalid") == "true"
+    assert page.locator("[aria-invalid]").count() == 1
+
+
 def test_data_columns_and_settings_are_chosen(bench: ModulePage) -> None:
     page = bench.page
     bench.render(TRAINING, TRAITS)
@@ -173,14 +183,21 @@ def test_data_columns_and_settings_are_chosen(bench: ModulePage) -> None:
     page.keyboard.press("Tab")
     page.get_by_label("Checking share").fill("25")
     page.keyboard.press("Tab")
-    page.get_by_label("Epochs", exact=True).fill("-1")  # no number of epochs: no message
+    page.get_by_label("Epochs", exact=True).fill("-1")  # no number of epochs: no message to Python
     page.keyboard.press("Tab")
+    under(page, "Epochs", "Epochs takes a whole number from 0 to 100000.")
+    bench.give(problem={"message": "no column", "field": "column", "column": "z"})
+    page.get_by_label("Epochs", exact=True).fill("12")
+    page.keyboard.press("Tab")
+    under(page, "z (output): its column", "no column")
+    bench.give(problem=None)
     page.get_by_label("Start from", exact=True).select_option("grid")
     page.get_by_role("button", name="Train").press("Enter")
     assert bench.sent() == [
         {"do": "column", "name": "z", "value": "<b>z</b>"},
         {"do": "choose", "name": "epochs", "value": 12},
         {"do": "choose", "name": "share", "value": 0.25},
+        {"do": "choose", "name": "epochs", "value": 12},
         {"do": "choose", "name": "start", "value": "grid"},
         {"do": "train"},
     ]
@@ -379,14 +396,22 @@ def test_figures_controls_and_keys(bench: ModulePage, traits: dict[str, Any]) ->
     page.get_by_label("Law that holds the rule base", exact=True).select_option("fuzzy-team/tracking")
     page.get_by_label("Look-ahead [s]").fill("0.6")
     page.keyboard.press("Tab")
-    page.get_by_label("Look-ahead [s]").fill("99")  # no number of seconds that there is: no message
+    page.get_by_label("Look-ahead [s]").fill("99")  # no number of seconds that there is: no message to Python
     page.keyboard.press("Tab")
+    under(page, "Look-ahead [s]", "Look-ahead [s] takes a number from 0 to 10.")
+    bench.give(problem={"message": "no such file", "field": "scenario"})
+    page.get_by_label("Look-ahead [s]").fill("0.6")
+    page.keyboard.press("Tab")
+    under(page, "Scenario", "no such file")
+    bench.give(problem=None)
+    assert page.locator("[aria-invalid]").count() == 0
     page.get_by_role("button", name="Compare from here").press("Enter")
     assert [message for message in bench.sent() if message["do"] != "list"] == [
         {"do": "choose", "name": "scenario", "value": "lyapunov-sine"},
         {"do": "choose", "name": "rival", "value": "esm"},
         {"do": "choose", "name": "scenario", "value": "mine.toml"},
         {"do": "choose", "name": "law", "value": "fuzzy-team/tracking"},
+        {"do": "choose", "name": "look_ahead", "value": 0.6},
         {"do": "choose", "name": "look_ahead", "value": 0.6},
         {"do": "pin"},
     ]
