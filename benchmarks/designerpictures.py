@@ -15,7 +15,11 @@ from benchmarks.designersession import browser, menu, missing, served, show, tab
 from fuzzy.files.atomic import replacing
 
 WIDTHS = (390, 800, 1600)
-HEIGHT, TALLEST = 1000, 1250  # px of the window; of a picture
+HEIGHT, TALLEST = (
+    1000,
+    1250,
+)  # px of a narrow window; of a picture, and of a window with two panes, of which one scrolls
+PLAYED = ".fd-tryout .fleet-player canvas"  # the small picture under what is edited, which may be hidden, has one too
 EXACT = 160  # of the 256 colours of a picture: the most frequent, which are flat areas and curves
 
 
@@ -25,19 +29,23 @@ def take(folder: Path, widths: tuple[int, ...] = WIDTHS) -> list[Path]:
     with tempfile.TemporaryDirectory() as place:
         workplace(Path(place))
         with served(Path(place), "tracking.fis") as (url, _), browser() as opened:
-            page = opened.new_page(viewport={"width": 1600, "height": HEIGHT})
+            page = opened.new_page(viewport=_window(1600))
             show(page, url)
             for name, (group, view) in VIEWS.items():
                 view(page)
                 for width in widths:
-                    page.set_viewport_size({"width": width, "height": HEIGHT})
+                    page.set_viewport_size(_window(width))
                     _rest(page)
                     taken.append(_written(folder / f"{name}-{width}.png", _picture(page, group, width)))
-                page.set_viewport_size({"width": 1600, "height": HEIGHT})
+                page.set_viewport_size(_window(1600))
                 _rest(page)
             _edited(page)
             taken.append(_written(folder / "designer.png", _picture(page, 1, 1600)))
     return taken
+
+
+def _window(width: int) -> Any:
+    return {"width": width, "height": TALLEST if width >= 900 else HEIGHT}
 
 
 def _picture(page: Any, group: int, width: int) -> bytes:
@@ -149,7 +157,7 @@ def _editing(page: Any) -> None:
     page.get_by_label("Scenario", exact=True).select_option("past-a-post.toml")
     page.wait_for_selector(".fd-tryout .se-stale")
     _until_seeds(page)
-    page.wait_for_selector(".fleet-player canvas")
+    page.wait_for_selector(PLAYED)
     _until_run(page, columns=4)
     page.get_by_role("button", name="Edit the scenario's file").click()
     page.get_by_label("Text of the scenario past-a-post.toml").press("Control+End")
@@ -166,9 +174,9 @@ def _team(page: Any) -> None:
     page.get_by_role("button", name="Close", exact=True).click()
     page.get_by_label("Seeds at once").select_option("1")
     page.get_by_label("Scenario", exact=True).select_option("outage-10s")
-    page.wait_for_selector(".fleet-player canvas")
+    page.wait_for_selector(PLAYED)
     _until_run(page, columns=4)
-    _set(page.locator(".fleet-player input[type=range]").first, 24.0)
+    _set(page.locator(".fd-tryout .fleet-player input[type=range]").first, 24.0)
 
 
 def _train(page: Any) -> None:

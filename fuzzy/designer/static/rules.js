@@ -297,7 +297,7 @@ export function render({ model, el }) {
     const node = element(
       "div",
       { class: "fd-rule" },
-      element("label", { class: "fd-switch" }, on, number, share),
+      element("div", { class: "fd-switch" }, element("label", {}, on, number, share)),
       text.node,
       table.node,
       // Below the row's right end, where it hides nothing of the row: under the pointer, or with the focus.
@@ -344,7 +344,7 @@ export function render({ model, el }) {
         "aria-posinset": asTable ? null : ids.indexOf(id) + 1,
         "aria-setsize": asTable ? null : ids.length,
       });
-      for (const part of [on.parentNode, text.node, node.lastChild]) put(part, { role: asTable ? "cell" : null });
+      for (const part of [node.firstChild, text.node, node.lastChild]) put(part, { role: asTable ? "cell" : null });
       text.node.hidden = asTable && !rule.problem;
       table.node.hidden = !asTable;
       text.show(rule, n);

@@ -124,6 +124,7 @@ export function render({ model, el }) {
       element("span", { class: "fd-twist", "aria-hidden": "true" }, item.children.length ? (open ? "▾" : "▸") : ""),
       item.color ? element("span", { class: "fd-swatch", style: `background: ${item.color}` }) : null,
       element("span", { class: "fd-text" }, item.text),
+      " ",
       element("span", { class: "fd-more" }, item.more),
     );
     const own = element(

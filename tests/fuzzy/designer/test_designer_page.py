@@ -634,6 +634,9 @@ def test_the_table_of_rules_scrolls_beside_the_view(tab):
     for head, cell in zip(heads, cells, strict=True):
         assert head.bounding_box()["x"] == pytest.approx(cell.bounding_box()["x"], abs=1)
     assert page.locator(".fd-rule:first-child .fd-switch").bounding_box()["x"] >= sheet.bounding_box()["x"] - 1
+    # A label that were a cell would name its field no more.
+    assert page.locator("label[role]").count() == 0
+    assert page.locator(".fd-rule:first-child > [role=cell] > label > input[type=checkbox]").count() == 1
     page.get_by_role("button", name="Sentences").click()
     page.get_by_role("tab", name="Memberships").click()
 
