@@ -15,10 +15,8 @@ from benchmarks.designersession import browser, menu, missing, served, show, tab
 from fuzzy.files.atomic import replacing
 
 WIDTHS = (390, 800, 1600)
-HEIGHT, TALLEST = (
-    1000,
-    1250,
-)  # px of a narrow window; of a picture, and of a window with two panes, of which one scrolls
+HEIGHT = 1000  # px of a narrow window
+TALLEST = 1250  # px of a picture, and of a window with two panes, of which one scrolls by itself
 PLAYED = ".fd-tryout .fleet-player canvas"  # the small picture under what is edited, which may be hidden, has one too
 EXACT = 160  # of the 256 colours of a picture: the most frequent, which are flat areas and curves
 
@@ -55,7 +53,9 @@ def _picture(page: Any, group: int, width: int) -> bytes:
         data: bytes = page.screenshot(full_page=True, clip={"x": 0, "y": 0, "width": width, "height": TALLEST})
         return data
     box = page.locator(".shell-group").nth(group).bounding_box()
-    clip = {"x": 0 if width < 600 else box["x"] - 10, "y": box["y"], "height": min(TALLEST, box["height"] + 10)}
+    # Under what is edited stands a small picture, at the lower end of the window: there the picture ends.
+    most = HEIGHT - box["y"] if group == 0 else TALLEST
+    clip = {"x": 0 if width < 600 else box["x"] - 10, "y": box["y"], "height": min(most, box["height"] + 10)}
     data = page.screenshot(full_page=True, clip=clip | {"width": width - clip["x"]})
     return data
 

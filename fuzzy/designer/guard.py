@@ -128,8 +128,15 @@ def _query_tokens(scope: Scope) -> list[str]:
 
 _FOREIGN = "This server talks to its own pages only: open the address that it printed when it started."
 _NO_TOKEN = (
-    "This designer answers only whoever has its token. Open the address that `fuzzy design` printed in the terminal "
-    "when it started; it ends in ?token=... and is another one after every start."
+    "This designer answers only whoever has its token. Open the address that <code>fuzzy design</code> printed in the "
+    "terminal when it started; it ends in ?token=... and is another one after every start."
+)
+
+
+_PAGE = (
+    '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Not answered – Fuzzy designer</title>'
+    '<meta name="viewport" content="width=device-width"><meta name="color-scheme" content="light dark"></head>'
+    "<body><main><h1>Not answered</h1><p>{}</p></main></body></html>\n"
 )
 
 
@@ -138,7 +145,7 @@ async def _refuse(scope: Scope, send: Send, sentence: str) -> None:
         # Before the socket is accepted this is answered with 403.
         await send({"type": "websocket.close", "code": 1008, "reason": "not for you"})
         return
-    body = f"{sentence}\n".encode()
-    headers = [(b"content-type", b"text/plain; charset=utf-8"), (b"content-length", str(len(body)).encode())]
+    body = _PAGE.format(sentence).encode()
+    headers = [(b"content-type", b"text/html; charset=utf-8"), (b"content-length", str(len(body)).encode())]
     await send({"type": "http.response.start", "status": 403, "headers": headers})
     await send({"type": "http.response.body", "body": b"" if scope["method"] == "HEAD" else body})

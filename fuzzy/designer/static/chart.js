@@ -221,7 +221,10 @@ export function axes(box, x, y, names, ys = null) {
   for (const value of ys ?? ticks(...y.ends, Math.max(2, Math.floor((box.bottom - box.top) / 36)))) {
     const py = y(value);
     group.append(shape("line", { x1: box.left, x2: box.right, y1: py, y2: py, class: "fd-grid" }));
-    group.append(shape("text", { x: box.left - 12, y: py + 4, "text-anchor": "end", class: "fd-tick" }, said(value)));
+    // A number that is wider than the margin is not cut: it reaches into the picture.
+    const text = said(value),
+      at = Math.max(box.left - 12, widthOf(text, 12) + 2);
+    group.append(shape("text", { x: at, y: py + 4, "text-anchor": "end", class: "fd-tick" }, text));
   }
   group.append(shape("line", { x1: box.left, x2: box.right, y1: box.bottom, y2: box.bottom, class: "fd-axis" }));
   const wide = box.right - box.left;

@@ -1,5 +1,5 @@
 // The contour picture of a surface: filled bands with their levels, a scale of colours, and the two sections' lines.
-import { axes, clamp, element, labelled, put, quantity, said, scale, shape } from "./chart.js";
+import { axes, clamp, element, labelled, put, quantity, said, scale, shape, widthOf } from "./chart.js";
 import { isoline, levelLabels, paintBands, tint } from "./field.js";
 
 const rgb = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16));
@@ -27,7 +27,9 @@ export function contourPicture(cross) {
   }
 
   function draw({ drawn, old, levels, map, title, width, colours, a, b, at }) {
-    const box = { left: 52, right: width - 76, top: 22, bottom: 22 + clamp((width - 128) * 0.78, 200, 400) };
+    // The scale of colours is as wide as its numbers.
+    const bar = Math.max(60, 22 + Math.max(...levels.map((level) => widthOf(said(level, 3), 12))));
+    const box = { left: 52, right: width - bar - 16, top: 22, bottom: 22 + clamp((width - 128) * 0.78, 200, 400) };
     const [wide, high] = [box.right - box.left, box.bottom - box.top];
     const x = scale(a.low, a.high, box.left, box.right);
     const y = scale(b.low, b.high, box.bottom, box.top);
@@ -69,7 +71,7 @@ export function contourPicture(cross) {
         label.text,
       ),
     );
-    back.replaceChildren(frame, ...lines, ...texts, ...colourBar(box, levels, map, title, width));
+    back.replaceChildren(frame, ...lines, ...texts, ...colourBar(box, levels, map, title, width, bar));
     if (cross[0].parentNode !== over) over.append(...cross);
     put(cross[0].children[0], { x1: px[0], x2: px[0], y1: box.top, y2: box.bottom });
     put(cross[0].children[1], { x1: px[0], x2: px[0], y1: box.top, y2: box.bottom });
@@ -94,8 +96,8 @@ export function contourPicture(cross) {
 }
 
 // The scale of colours with its numbers
-function colourBar(box, levels, map, title, width) {
-  const left = width - 60,
+function colourBar(box, levels, map, title, width, bar) {
+  const left = width - bar,
     bands = levels.length - 1,
     high = (box.bottom - box.top) / bands,
     out = [];

@@ -17,7 +17,7 @@ export function sectionChart(own, cross) {
       value = along === "x" ? at[1] : at[0],
       here = along === "x" ? at[0] : at[1];
     const cut = section(drawn, along, value ?? 0),
-      frame = { left: 52, right: width - 12, top: 40, bottom: drawn.flat ? 160 : 300 };
+      frame = { left: 52, right: width - 16, top: 40, bottom: drawn.flat ? 160 : 300 };
     const x = scale(variable.low, variable.high, frame.left, frame.right),
       y = scale(levels[0], levels.at(-1), frame.bottom, frame.top),
       px = x(clamp(here, variable.low, variable.high));

@@ -118,18 +118,11 @@ export function render({ model, el }) {
           ...item.children.map((child) => node(child, level + 1)),
         )
       : null;
-    const line = element(
-      "span",
-      { class: item.head ? "fd-leaf fd-head" : "fd-leaf" },
-      element("span", { class: "fd-twist", "aria-hidden": "true" }, item.children.length ? (open ? "▾" : "▸") : ""),
-      item.color ? element("span", { class: "fd-swatch", style: `background: ${item.color}` }) : null,
-      element("span", { class: "fd-text" }, item.text),
-      " ",
-      element("span", { class: "fd-more" }, item.more),
-    );
+    // An item is its line alone: its words are then those of its name. The group below it says by its level whose it is.
     const own = element(
-      "li",
+      "span",
       {
+        class: item.head ? "fd-leaf fd-head" : "fd-leaf",
         role: "treeitem",
         "aria-level": level,
         "aria-label": `${item.text} ${item.more}`,
@@ -137,35 +130,39 @@ export function render({ model, el }) {
         tabindex: item.id === current ? 0 : -1,
         "aria-expanded": item.children.length ? String(open) : null,
         onclick: (event) => {
-          event.stopPropagation();
           if (event.target.closest(".fd-twist")) fold(item.id, open);
           else choose(item);
         },
       },
-      line,
-      group,
+      // A sign, and no text: what is read is what the item is called.
+      element("span", {
+        class: "fd-twist",
+        "aria-hidden": "true",
+        "data-sign": item.children.length ? (open ? "▾" : "▸") : "",
+      }),
+      item.color ? element("span", { class: "fd-swatch", style: `background: ${item.color}` }) : null,
+      element("span", { class: "fd-text" }, item.text),
+      " ",
+      element("span", { class: "fd-more" }, item.more),
     );
     if (item.remove) {
       // The bin is the mouse's; the keyboard has Delete, which a tree's item may have without being two things.
-      line.append(
-        element(
-          "span",
-          {
-            class: "fd-bin",
-            title: `remove ${item.text}`,
-            "aria-hidden": "true",
-            onclick: (event) => {
-              event.stopPropagation();
-              edit("remove_variable", { kind: item.kind, variable: item.remove });
-            },
+      own.append(
+        element("span", {
+          class: "fd-bin",
+          "data-sign": "×",
+          title: `remove ${item.text}`,
+          "aria-hidden": "true",
+          onclick: (event) => {
+            event.stopPropagation();
+            edit("remove_variable", { kind: item.kind, variable: item.remove });
           },
-          "×",
-        ),
+        }),
       );
       put(own, { "aria-keyshortcuts": "Delete" });
     }
     items.push({ item, own, open });
-    return own;
+    return element("li", { role: "none" }, own, group);
   }
 
   function fold(id, on) {
@@ -205,7 +202,7 @@ export function render({ model, el }) {
         item.variable === selected.variable &&
         (item.term ?? null) === (selected.term ?? null);
       put(own, { "aria-selected": String(on) });
-      own.firstChild.classList.toggle("fd-on", on);
+      own.classList.toggle("fd-on", on);
     }
     const names = Object.keys(design.choices ?? {}).filter((name) => (design.accepted?.[name]?.length ?? 0) > 1);
     for (const name of names) {
@@ -245,7 +242,9 @@ export function render({ model, el }) {
       End: () => go(items.at(-1)),
       ArrowRight: () => (open ? go(items[at + 1]) : item.children.length && fold(item.id, false)),
       ArrowLeft: () =>
-        open ? fold(item.id, true) : go(items.find((each) => each.own === own.parentNode.closest("[role=treeitem]"))),
+        open
+          ? fold(item.id, true)
+          : go(items.find((each) => each.own === own.closest("[role=group]")?.previousSibling)),
       Enter: () => choose(item),
       " ": () => choose(item),
       Delete: () => {

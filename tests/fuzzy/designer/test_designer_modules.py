@@ -573,6 +573,28 @@ def test_difference_to_another_design(bench: Bench) -> None:
     assert "v − before's" in bench.page.locator(".fd-over-bands").text_content()
 
 
+CLIPPED = """[...document.querySelectorAll("#here svg text")].filter((text) => {
+  const own = text.getBoundingClientRect(), svg = text.ownerSVGElement.getBoundingClientRect();
+  return own.width > 0 && (own.left < svg.left - 1 || own.right > svg.right + 1);
+}).map((text) => text.textContent)"""
+
+
+@pytest.mark.parametrize("module", ["terms", "viewer", "surface"])
+def test_no_number_is_clipped(bench: Bench, module: str) -> None:
+    x = fuzzy.Variable(
+        "x", (-1000.0, 1000.0), {"low": fuzzy.Triangle(-2000, -1000, 1000), "high": fuzzy.Triangle(-1000, 1000, 2000)}
+    )
+    y = fuzzy.Variable(
+        "y", (-100_000.0, 100_000.0), {"low": fuzzy.Constant(-123_456.0), "high": fuzzy.Constant(123_456.0)}
+    )
+    rules = ["if x is low and z is low then y is low", "if x is high and z is high then y is high"]
+    fis = fuzzy.Sugeno([x, replace(x, name="z")], [y], rules, name="wide")
+    for width in (390, 800):
+        bench.show(module, fis, width=width)
+        assert bench.page.evaluate("document.querySelectorAll('#here svg text').length") > 3
+        assert bench.page.evaluate(CLIPPED) == [], width
+
+
 NAMED = ("slider", "spinbutton", "textbox", "combobox", "checkbox", "button", "treeitem", "img", "group", "list")
 
 
