@@ -40,7 +40,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
             yield target
         return
     if not target.parent.is_dir():
-        raise _no_folder(path, target)
+        raise _no_folder(path)
     _sweep(target)
     # The suffix stays, because writers of pictures choose the format by it.
     temporary = target.with_name(f".{_begin(target)}{secrets.token_hex(4)}{target.suffix}")
@@ -69,7 +69,7 @@ def check_target(path: str | Path, *suffixes: str) -> None:
     if target.exists() and not target.is_file():
         return
     if not target.parent.is_dir():
-        raise TargetError(f"{path}: {_no_folder(path, target).strerror}")
+        raise TargetError(f"{path}: {_no_folder(path).strerror}")
     if not os.access(target.parent, os.W_OK | os.X_OK):
         raise TargetError(f"{path}: nothing can be written into the folder {str(target.parent)!r}")
 
@@ -84,8 +84,8 @@ def check_folder(path: str | Path) -> None:
         raise TargetError(f"{path}: nothing can be written into the folder {str(there)!r}")
 
 
-def _no_folder(path: str | Path, target: Path) -> FileNotFoundError:
-    return FileNotFoundError(errno.ENOENT, f"there is no folder {str(target.parent)!r} to write into", str(path))
+def _no_folder(path: str | Path) -> FileNotFoundError:
+    return FileNotFoundError(errno.ENOENT, f"there is no folder {str(Path(path).parent)!r} to write into", str(path))
 
 
 @contextmanager

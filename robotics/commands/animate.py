@@ -48,7 +48,7 @@ def animate(
       robotics animate team.npz -o team.html
       robotics animate team.npz -o team.gif --speed 20
     """
-    from robotics.playback.animation import DPI, AnimationError, check_animation, write_animation
+    from robotics.playback.animation import DPI, SLOWEST, AnimationError, check_animation, write_animation
     from robotics.simulation.run import load_run
 
     suffix = check_animation(out)
@@ -61,8 +61,8 @@ def animate(
     if suffix == "html":
         from robotics.playback.player import write_player
 
-        if speed is not None and not 0 < speed <= 1e4:
-            raise AnimationError(f"speed must be > 0 and <= 10000, got {speed:g}")
+        if speed is not None and not SLOWEST <= speed <= 1e4:
+            raise AnimationError(f"speed must be >= {SLOWEST:g} and <= 10000, got {speed:g}")
         write_player(result, out, seed, speed=1.0 if speed is None else speed, **span)
         about["bytes"] = out.stat().st_size
         said = f"{out}: a page of {about['bytes'] / 1e6:.2f} MB; any browser opens it"

@@ -5,7 +5,7 @@ import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import BytesIO
-from math import ceil, isfinite
+from math import ceil
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,6 +23,7 @@ from robotics.simulation.spans import span
 FORMATS = ("mp4", "gif", "html")
 FPS = {"mp4": 20.0, "gif": 10.0}  # frames a second, if nothing else is asked for
 DPI = 120
+SLOWEST = 1e-3  # times real time, and frames a second
 _SPEEDS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 _LASTS = 25.0  # s: with the default speed a picture lasts no longer
 _MOST_SAMPLES = 4000  # samples of the trails and the chart, at most
@@ -105,8 +106,8 @@ def frame_times(
     """
     begin, until = span(run, start, end)
     for name, value, most in (("fps", fps, 100 if suffix == "mp4" else 50), ("speed", speed, 1e4)):
-        if value is not None and not (isfinite(value) and 0 < value <= most):
-            raise AnimationError(f"{name} must be > 0 and <= {most:g} for a .{suffix}, got {value:g}")
+        if value is not None and not SLOWEST <= value <= most:
+            raise AnimationError(f"{name} must be >= {SLOWEST:g} and <= {most:g} for a .{suffix}, got {value:g}")
     rate = FPS[suffix] if fps is None else fps
     if suffix == "gif":
         rate = 100 / max(2, round(100 / rate))

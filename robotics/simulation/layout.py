@@ -7,8 +7,11 @@ import numpy as np
 from fuzzy.errors import InputError, quoted
 from fuzzy.files.arrays import Header
 from robotics.laws.modes import MODES
-from robotics.simulation.channels import RECORDS, units_of
+from robotics.simulation.channels import CHANNELS, RECORDS, units_of
 
+LONGEST_STEP = 1.0 + 1e-9  # s between samples: the longest period of a scenario
+FASTEST = 1e6  # m, rad, m/s, rad/s: no robot is farther or faster; contacts are looked for along all of its way
+_DRIVEN = ("x", "y", "heading", "v", "w")
 _OBSTACLES = {"circles": ("bodies", 3), "bodies": ("bodies", 4), "segments": ("segments", 4), "counts": ()}
 _KINDS = {"f": "floating point", "iu": "whole numbers", "i": "whole numbers", "b": "truth values", "U": "a text"}
 Axis = int | str  # the length of an axis, or the name of one that may have any, the same wherever it is named
@@ -49,14 +52,18 @@ def check_headers(found: Mapping[str, Header]) -> None:
 def check_values(arrays: Mapping[str, np.ndarray]) -> None:
     """Raise LayoutError for values by which others are found, or drawn, and that cannot be."""
     time, stopped = arrays["time"], arrays["stopped"]
-    if not (np.isfinite(time).all() and (np.diff(time) > 0).all()):
-        raise LayoutError("'time' does not grow from sample to sample")
+    steps = np.diff(time)
+    if not (np.isfinite(time).all() and (steps > 0).all() and (steps <= LONGEST_STEP).all()):
+        raise LayoutError(f"'time' does not grow from sample to sample, by {LONGEST_STEP:g} s at most")
+    driven = np.abs(arrays["samples"][:, [list(CHANNELS).index(name) for name in _DRIVEN]])
+    if (driven > FASTEST).any():  # not-a-number is a robot that was stopped
+        raise LayoutError(f"'samples' holds places or speeds beyond {FASTEST:g} m, rad, m/s or rad/s")
     if len(set(arrays["seeds"].tolist())) < len(arrays["seeds"]) or (arrays["seeds"] < 0).any():
         raise LayoutError("'seeds' are not different whole numbers from 0 on")
     _check_range("stopped", stopped, -1, len(time) - 1)
     for name in (name for name in arrays if name.startswith("path_") or name == "reference"):
-        if arrays[name].size == 0 or not np.isfinite(arrays[name]).all():
-            raise LayoutError(f"{name!r} holds what is no finite number")
+        if arrays[name].size == 0 or not (np.abs(arrays[name]) <= FASTEST).all():
+            raise LayoutError(f"{name!r} holds what is no number up to {FASTEST:g}")
     if "modes" in arrays:
         _check_range("modes", arrays["modes"], 0, len(MODES) - 1)
     if "obstacles_circles" in arrays:
@@ -67,8 +74,8 @@ def check_values(arrays: Mapping[str, np.ndarray]) -> None:
         _check_range("obstacles_bodies", bodies[..., 2], 0, 1)
         _check_range("obstacles_bodies", bodies[..., 3], 0, max(bodies.shape[1] - 1, 0))
         for name in ("obstacles_circles", "obstacles_segments"):
-            if not np.isfinite(arrays[name]).all():
-                raise LayoutError(f"{name!r} holds what is no finite number")
+            if not (np.abs(arrays[name]) <= FASTEST).all():
+                raise LayoutError(f"{name!r} holds what is no number up to {FASTEST:g}")
 
 
 def _check_obstacles(found: Mapping[str, Header], lengths: dict[str, int]) -> None:

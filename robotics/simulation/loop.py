@@ -12,6 +12,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from robotics.environment.collision import footprints
+from robotics.laws.catalogue import as_law
 from robotics.laws.foreign import begun, commanded
 from robotics.laws.law import Command, Law, Observation, check_needs
 from robotics.laws.setting import Setting
@@ -228,7 +229,7 @@ class Simulation:
 
 def simulate(
     scenario: Scenario,
-    controller: Law[Any],
+    controller: Law[Any] | str,
     seeds: Sequence[int] = (0,),
     *,
     name: str = "",
@@ -243,16 +244,18 @@ def simulate(
 
     Args:
         scenario: The scenario.
-        controller: The law that drives all robots.
+        controller: The law that drives all robots, or its specification, as :func:`make_controller` takes it.
         seeds: Whole numbers >= 0, one for each run.
-        name: What the run calls the controller; by default its class.
+        name: What the run calls the controller; by default its specification, or else its class.
         links: Whether the run keeps how old each robot's knowledge of each other was, as ``Run.links``.
         faults: The faults of every run, which may differ; by default those of the scenario.
         progress: Called after every period.
 
     Raises SimulationError for the seeds, ControllerError where the law cannot drive the scenario.
     """
-    return record(scenario.setting, controller, seeds, name=name, links=links, faults=faults, progress=progress)
+    law = as_law(controller)
+    name = name or (controller if isinstance(controller, str) else "")
+    return record(scenario.setting, law, seeds, name=name, links=links, faults=faults, progress=progress)
 
 
 def record(

@@ -18,8 +18,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 
-from fuzzy import format_fis, parse_fis, parse_rule, read_fis
+from anfis import Options, train
+from fuzzy import format_fis, identify, parse_fis, parse_rule, read_fis
 from fuzzy.designer.design import design_of
 from fuzzy.designer.edits import EDITS, apply
 from fuzzy.errors import InputError
@@ -173,6 +175,42 @@ def _play(run: Run) -> None:
     player_data(run)
 
 
+@cache
+def _learner() -> tuple[Any, ...]:
+    """A small problem of learning: a system, inputs (25, 2) and outputs (25,)."""
+    grid = np.linspace(-1, 1, 5)
+    x = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
+    return identify(x, x[:, 0] * x[:, 1], "grid", mfs=2), x, x[:, 0] * x[:, 1]
+
+
+_OPTIONS = Options(epochs=4)
+
+
+@cache
+def _checkpoints() -> Sequence[bytes]:
+    """A checkpoint as this version writes it, and one without a checksum, as the first did."""
+    with tempfile.TemporaryDirectory() as folder:
+        path, old = Path(folder, "new.ck"), Path(folder, "old.ck")
+        half = train(*_learner(), Options(epochs=2), checkpoint=path)
+        torch.save({**half.state, "format": 1}, old)
+        return [path.read_bytes(), old.read_bytes()]
+
+
+@cache
+def _learnt() -> str:
+    return format_fis(train(*_learner(), _OPTIONS).system)
+
+
+def _learn_on(path: Path) -> str:
+    return format_fis(train(*_learner(), _OPTIONS, resume=path).system)
+
+
+def _as_learnt(system: str) -> None:
+    """What was accepted leads where learning without a stop leads."""
+    if system != _learnt():
+        raise WrongError("another system is learnt")
+
+
 def _read_sentence(path: Path) -> Any:
     terms = {"distance": ["near", "far"], "a b": ["low", "high"], "bearing": ["left", "zero", "right"]}
     text = path.read_bytes().decode("utf-8", "surrogateescape")
@@ -226,6 +264,7 @@ BORDERS: dict[str, Border] = {
     "study": Border(".toml", _files("robotics/studies/*.toml", "docs/examples/own-study/*.toml"), load_study, _nothing),
     "table": Border(".csv", _tables, read_table, _same_table),
     "run": Border(".npz", saved_runs, load_run, _play, (flip_bit, *(forge_archive,) * 9)),
+    "checkpoint": Border(".ck", _checkpoints, _learn_on, _as_learnt, DAMAGE),
     "sentence": Border(".txt", lambda: SENTENCES, _read_sentence, _same_sentence),
     "message": Border(".toml", _messages, _read_message, lambda design: _evaluate(design.system)),
 }

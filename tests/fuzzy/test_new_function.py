@@ -15,7 +15,7 @@ from anfis.premises import premises
 from fuzzy.compiled.sugeno import compile_sugeno
 from fuzzy.designer.conversion import converted
 from fuzzy.designer.design import Design, design_of
-from fuzzy.designer.edits import apply
+from fuzzy.designer.edits import EditError, apply
 from fuzzy.designer.views import design_data, functions_data
 from fuzzy.files.fisfile import format_fis, parse_fis
 from fuzzy.fitting.identification import identify
@@ -110,7 +110,7 @@ def test_the_designer_knows_it() -> None:
     design = edit(design, "add_term", type="cosmf")
     assert isinstance(design.system["x"].terms["mf3"], Cosine)
     design = edit(design, "term", term="near", parameters=[-1.0, 2.0])
-    with pytest.raises(fuzzy.MembershipError, match="left foot and right foot must be in order"):
+    with pytest.raises(EditError, match="the left foot of near, 3, must not lie right of its right foot, 2"):
         edit(design, "term", term="near", parameters=[3.0, 2.0])
     stretched = edit(design, "universe", low=0.0, high=8.0, scale=True)
     assert stretched.system["x"].terms["near"] == Cosine(-2.0, 4.0)

@@ -125,7 +125,7 @@ team = robotics.parse_scenario(
     \"\"\",
     "pair",
 )
-run = robotics.simulate(team, robotics.make_controller("fuzzy:rule_base=keeper.fis,leader=1"))
+run = robotics.simulate(team, "fuzzy:rule_base=keeper.fis,leader=1")
 ```
 """
 

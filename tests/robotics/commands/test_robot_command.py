@@ -74,7 +74,7 @@ def test_it_tunes_and_writes_a_copy_that_keeps_the_comments(mine, capsys):
         (["turtle"], "unknown robot 'turtle'"),
         (["none.toml"], "none.toml: cannot be read"),
         (["mine.toml", "--write", "x.toml"], "--write writes what --tune finds"),
-        (["mine.toml", "--tune", "--write", "x.txt"], "the file of a robot ends in .toml"),
+        (["mine.toml", "--tune", "--write", "x.txt"], "x.txt: the file's name must end in .toml"),
         (["mine.toml", "-o", "x.bmp"], "end it in .png, .pdf or .svg"),
     ],
 )

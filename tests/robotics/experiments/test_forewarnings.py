@@ -36,13 +36,9 @@ def lanes(goal):
     return LANES.replace("GOAL", str(goal))
 
 
-def test_a_blind_law_is_told_of_as_such(capsys):
-    for arguments in (
-        ["run", "obstacles-on-two-paths", "-c", "cooperation"],
-        ["compare", "obstacles-on-two-paths", "--controllers=cooperation", "--seeds=1", "--no-report", "--out"],
-    ):
-        out = ["/dev/null/none"] * (arguments[0] == "compare")  # a folder that cannot be: after the warning
-        main([*arguments, *out, "--json", "-q"])
+def test_a_blind_law_is_told_of_as_such(capsys, tmp_path):
+    for words in ("run {} -c cooperation", "compare {} --controllers=cooperation --seeds=1 --no-report --out={}"):
+        main([*words.format("obstacles-on-two-paths", tmp_path / "out").split(), "--json", "-q"])
         told = capsys.readouterr().err.splitlines()
         sentence = "cooperation drives blind: it senses no obstacles, and obstacles-on-two-paths has 2"
         assert told[0] == f"robotics: warning: {sentence}"

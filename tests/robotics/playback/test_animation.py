@@ -262,8 +262,8 @@ def test_frames_are_evenly_spaced_and_end_at_the_end(run: Run) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"fps": 0.0}, "fps must be > 0 and <= 50 for a .gif, got 0"),
-        ({"speed": float("nan")}, "speed must be > 0 and <= 10000 for a .gif, got nan"),
+        ({"fps": 0.0}, "fps must be >= 0.001 and <= 50 for a .gif, got 0"),
+        ({"speed": float("nan")}, "speed must be >= 0.001 and <= 10000 for a .gif, got nan"),
         ({"dpi": 5}, "dpi must be >= 20 and <= 600, got 5"),
         ({"speed": 0.001}, "are too many for a .gif: raise speed"),
         ({"start": 5.0, "end": 5.0}, "from must be before to"),
@@ -396,7 +396,7 @@ def test_commands_say_what_is_wrong(file: str, tmp_path: Path, capsys: pytest.Ca
         ([str(tmp_path / "none.npz"), "-o", "x.gif"], "none.npz: cannot be read: No such file or directory"),
         ([file, "-o", "x.gif", "--from", "9", "--to", "3"], "the run lasts from 0 to 12 s"),
         ([file, "-o", str(tmp_path / "no" / "x.gif"), "--to", "1"], "there is no folder"),
-        ([file, "-o", str(tmp_path / "x.html"), "--speed", "0"], "speed must be > 0"),
+        ([file, "-o", str(tmp_path / "x.html"), "--speed", "0"], "speed must be >= 0.001"),
     ):
         assert main(["animate", *wrong, "-q"]) == 2
         error = capsys.readouterr().err

@@ -109,7 +109,6 @@ def test_the_command_writes_one_page_that_needs_nothing_else(
     # The table of errors, from the files that were written
     own, check = read_table(data / "own.csv"), read_table(data / "check.csv")
     x, names, held = own.values, own.names, check.values
-    assert names is not None
     for output in OUTPUTS:
         fis = read_fis(out / f"{output}.fis")
         wanted = []
@@ -252,7 +251,7 @@ def driven(data: Path) -> Run:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--report", "page.txt"], "page.txt: the page's name must end in .html"),
+        (["--report", "page.txt"], "page.txt: the file's name must end in .html"),
         (["--drive", "formation-behind"], "--drive belongs to --report PAGE.html"),
         (["--title", "Mine"], "--title belongs to --report PAGE.html"),
         (["--report", "page.html", "--drive", "formation-behnd"], "did you mean 'formation-behind'"),

@@ -148,6 +148,8 @@ WRONG = {
     "a robot less": ("stopped", lambda a: a[:, :-1], "where the others ask for"),
     "texts for times": ("time", lambda a: a.astype(str), "'time' must be floating point"),
     "time that stands": ("time", np.zeros_like, "'time' does not grow"),
+    "time in leaps": ("time", lambda a: a * 1e6, "'time' does not grow from sample to sample, by 1 s at most"),
+    "faster than light": ("samples", lambda a: a * 1e12, "'samples' holds places or speeds beyond 1e+06"),
     "seeds twice": ("seeds", np.zeros_like, "'seeds' are not different"),
     "a mode that is none": ("modes", lambda a: a + 90, "'modes' must lie between 0 and 8"),
     "a sensor less": ("ranges", lambda a: a[..., :-1], "'ranges' has 4 sensors, and the robots have 5"),

@@ -396,7 +396,7 @@ def test_files_that_hold_no_run_are_refused(tmp_path):
     single = tmp_path / "single.npy"
     np.save(single, np.zeros(3))
     for path in (text, other, cut, single):
-        with pytest.raises(RunError, match=f"{path.name}: this file holds no run"):
+        with pytest.raises(RunError, match=f"{path.name}: this (is not a run saved by|saved run is damaged)"):
             load_run(path)
     for path in (tmp_path / "none.npz", tmp_path):
         with pytest.raises(RunError, match="cannot be read"):
@@ -444,3 +444,11 @@ def test_sine_member_is_used():
     member = Member(start=(0.0, 0.0, pi / 4), path=Sine(x_end=3.0), timing=Timing(x_rate=0.3))
     run = simulate(Scenario(name="sine", robots=(member,), duration=5.0), make_controller("lyapunov"))
     np.testing.assert_allclose(run.target("y")[0], np.sin(0.3 * run.time), rtol=0, atol=1e-6)
+
+
+def test_a_specification_drives_as_its_law_does_and_names_the_run():
+    scenario = load_scenario("fuzzy-on-path")
+    said, made = simulate(scenario, "lyapunov:ky=3"), simulate(scenario, make_controller("lyapunov:ky=3"))
+    np.testing.assert_array_equal(said.samples, made.samples)
+    assert said.about.controller == "lyapunov:ky=3"
+    assert simulate(scenario, "lyapunov:ky=3", name="mine").about.controller == "mine"
