@@ -21,7 +21,7 @@ import numpy as np
 import torch
 
 from anfis import Options, train
-from fuzzy import format_fis, identify, parse_fis, parse_rule, read_fis
+from fuzzy import Sugeno, format_fis, identify, parse_fis, parse_rule, read_fis
 from fuzzy.designer.design import design_of
 from fuzzy.designer.edits import EDITS, apply
 from fuzzy.errors import InputError
@@ -176,7 +176,7 @@ def _play(run: Run) -> None:
 
 
 @cache
-def _learner() -> tuple[Any, ...]:
+def _learner() -> tuple[Sugeno, np.ndarray, np.ndarray]:
     """A small problem of learning: a system, inputs (25, 2) and outputs (25,)."""
     grid = np.linspace(-1, 1, 5)
     x = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
