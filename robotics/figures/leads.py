@@ -19,17 +19,23 @@ _MOST = 1000.0  # times the leader's: what is more is drawn at the edge
 _TICKS = (0.2, 0.5, 1, 1.5, 2, 3, 5, 10, 20, 50, 100, 200, 500, 1000)
 
 
-def plot_leads(leads: Sequence[Lead]) -> Figure:
+def plot_leads(leads: Sequence[Lead], width: float = _WIDTH, columns: int = _COLUMNS) -> Figure:
     """Draw a panel for each scenario, in it a row for each law: its mean over the leader's, with the 95 % interval.
 
     Laws that lead, or cannot be told from the leader, are filled; a law with contacts is crossed out; one that never
     arrives or settles in some run stands at the right edge.
+
+    Args:
+        leads: Who leads in each scenario.
+        width: The width of the picture [inches].
+        columns: How many panels stand side by side.
     """
-    columns = min(_COLUMNS, len(leads))
+    columns = min(columns, len(leads))
     rows = [leads[k : k + columns] for k in range(0, len(leads), columns)]
     heights = [max(len(lead.standings) for lead in row) for row in rows]
     with style():
-        figure = new_figure(_WIDTH, sum(0.155 * n + 0.52 for n in heights) + 0.35)
+        legend = 0.17 * (3 - min(columns, 3))  # inches: its three entries stand below each other where it is narrow
+        figure = new_figure(width, sum(0.155 * n + 0.52 for n in heights) + 0.35 + legend)
         grid = figure.subplots(
             len(rows), columns, squeeze=False, gridspec_kw={"height_ratios": [n + 2 for n in heights]}
         )
@@ -46,7 +52,7 @@ def plot_leads(leads: Sequence[Lead]) -> Figure:
             ],
             ["leads, or cannot be told from who does", "behind", "contact: does not count"],
             loc="outside upper right",
-            ncol=3,
+            ncol=min(columns, 3),
             fontsize=7.5,
         )
         return figure

@@ -18,6 +18,7 @@ class Picture(NamedTuple):
     caption: str
     alt: str
     draw: Callable[[], Figure]
+    narrow: Callable[[], Figure] | None = None  # the same for a phone, where the width is not enough
 
 
 class Plate(NamedTuple):
@@ -30,6 +31,7 @@ class Plate(NamedTuple):
     webp: bytes  # the same picture, for the page
     width: int  # pixels
     height: int
+    narrow: "Plate | None" = None  # the same for a phone
 
 
 class Film(NamedTuple):

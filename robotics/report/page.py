@@ -164,6 +164,7 @@ def _leads(found: Sequence[Lead]) -> Picture:
         "that touches something in any run does not lead.",
         f"A panel for each scenario, with a row for each law. Leading: {said}.",
         lambda: plot_leads(found),
+        lambda: plot_leads(found, PAGE, 1),
     )
 
 

@@ -24,7 +24,8 @@ def plate(picture: Picture | Plate) -> Plate:
     width, height = drawn.size
     few = _quantized(drawn)
     png, webp = _written(few, "png", compress_level=6), _webp(few)
-    return Plate(picture.name, picture.caption, picture.alt, png, webp, width, height)
+    narrow = picture.narrow and plate(picture._replace(draw=picture.narrow, narrow=None))
+    return Plate(picture.name, picture.caption, picture.alt, png, webp, width, height, narrow)
 
 
 def _drawn(figure: Figure) -> Image.Image:

@@ -74,7 +74,9 @@ def rendered(
 
 
 def _image(plate: Plate) -> dict[str, Any]:
-    return {"data": base64.b64encode(plate.webp).decode("ascii"), "width": plate.width, "height": plate.height}
+    data = base64.b64encode(plate.webp).decode("ascii")
+    narrow = plate.narrow and _image(plate.narrow)
+    return {"data": data, "width": plate.width, "height": plate.height, "narrow": narrow}
 
 
 def _versions() -> list[tuple[str, str]]:

@@ -58,7 +58,7 @@ CLAIMS = [
     _claim("Three", "Says three.", 0.5, 2.0),
     _claim("Four", "Says four.", 0.5, 1.0),
 ]
-VOID = {"meta", "img", "br", "hr", "link", "input"}
+VOID = {"meta", "img", "br", "hr", "link", "input", "source"}
 
 
 class Page(HTMLParser):

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from fuzzy.figures.drawing import PAGE
 from robotics.experiments.comparison import compare
 from robotics.playback.player import player_fragment
 from robotics.report.chapter import Chapter, Film, Grid
@@ -12,6 +13,8 @@ from robotics.report.page import write_report
 from robotics.scenario.reading import parse_scenario
 from tests.robotics.playback.browser import CHROMIUM, Browser
 from tests.robotics.report.test_report import CLAIMS, SCENARIO
+
+DPI = 60  # drawn quickly
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
 
@@ -26,7 +29,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     film = Film("To play: there.", lambda: player_fragment(run))
     chapter = Chapter("own", "Mine", ("The ESM.",), [wide], [wide], [], [], films=[film])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("robotics.report.plates.DPI", 60)
+        patch.setattr("robotics.report.plates.DPI", DPI)
         page = write_report(comparison, CLAIMS, folder, chapters=[chapter], command="robotics compare there " * 9)
     with Browser(tmp_path_factory.mktemp("chromium")) as opened:
         opened.size(390, 844)
@@ -39,6 +42,10 @@ def test_a_telephone_shows_the_whole_width(browser: Browser) -> None:
     assert browser.js("Math.max(...[...document.querySelectorAll('figure img')].map((i) => i.offsetWidth))") < 390
     first = browser.js("document.querySelector('main img').getBoundingClientRect().top + scrollY")
     assert first < 844  # the first picture begins on the first screen
+    # and is drawn for a telephone: of the width of other figures, not scaled down from a wide one
+    drawn = browser.js("(async () => { const i = document.querySelector('main img'); const p = new Image(); "
+                       "p.src = i.currentSrc; await p.decode(); return p.naturalWidth; })()")  # fmt: skip
+    assert drawn == pytest.approx(PAGE * DPI, abs=2)
     browser.js("document.querySelectorAll('details:not(.film)').forEach((d) => { d.open = true; })")
     assert browser.js("document.documentElement.scrollWidth") == 390
     browser.js("document.querySelectorAll('main details').forEach((d) => { d.open = false; })")
