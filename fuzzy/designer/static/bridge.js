@@ -51,6 +51,7 @@ export default {
     // Made here and not in data(): Vue then leaves it alone.
     this.model = makeModel(JSON.parse(this.traits), (event, value) => this.$emit(event, value));
     this.gone = false;
+    this.early = []; // messages that came before the module could hear them
   },
   async mounted() {
     const el = this.$el;
@@ -61,6 +62,7 @@ export default {
       const cleanUp = await render({ model: this.model, el });
       if (this.gone) cleanUp?.();
       else this.cleanUp = cleanUp;
+      for (const content of this.early.splice(0)) this.model.receiveMessage(content);
       el.dataset.ready = "";
     } catch (error) {
       console.error(error);
@@ -76,7 +78,8 @@ export default {
       this.model.receive(news);
     },
     receiveMessage(content) {
-      this.model.receiveMessage(content);
+      if ("ready" in this.$el.dataset) this.model.receiveMessage(content);
+      else this.early.push(content);
     },
   },
 };

@@ -469,9 +469,16 @@ def test_a_mamdani_file_is_opened_as_a_sugeno_system(tab, server, folder):
     page.goto(f"{server.url}?file=old.fis")
     page.get_by_role("heading", name="old.fis is a Mamdani system").wait_for()
     page.get_by_text("became the constant 20, its centroid").wait_for()
+
+    def late(route):  # what the page has to say waits until it can be shown
+        page.wait_for_timeout(500)
+        route.continue_()
+
+    page.route("**/header.js*", late)
     page.get_by_role("link", name="Open as old-sugeno.fis").click()
+    page.get_by_text("old.fis was a Mamdani system").first.wait_for()  # which is said for some seconds
+    page.unroute("**/header.js*")
     page.wait_for_selector(".fd-terms [role=slider]")
-    page.get_by_text("old.fis was a Mamdani system").first.wait_for()
     page.get_by_role("button", name="Save").click()
     page.wait_for_selector(".state:not(.unsaved)")
     assert read_fis(folder / "old-sugeno.fis")["v"].terms["low"].value == 20
