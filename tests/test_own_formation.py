@@ -38,6 +38,7 @@ def test_a_wedge_on_an_eight_is_learnt_by_the_page_and_keeps_within_three_centim
     assert said["outside"] == []
 
 
+@pytest.mark.long
 def test_robots_abreast_learn_from_a_law_of_tracking(tmp_path, monkeypatch, capsys):
     """A circle, two followers, another teacher, from options to the drive; small, so that it is quick."""
     monkeypatch.chdir(tmp_path)

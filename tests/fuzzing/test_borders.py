@@ -6,12 +6,12 @@ from tests.fuzzing.borders import BORDERS, assault, kinds
 
 SEED = 20261122
 # As many as a second or two allows; runs and sweeps take longer than a line of text.
-COUNTS = {"fis": 400, "scenario": 120, "robot": 250, "sweep": 80, "study": 120, "table": 800, "run": 150}
+COUNTS = {"fis": 250, "scenario": 80, "robot": 150, "sweep": 60, "study": 80, "table": 300, "run": 80, "checkpoint": 120}
 
 
 @pytest.mark.parametrize("name", BORDERS)
 def test_only_sentences_come_out(name: str) -> None:
-    count = COUNTS.get(name, 400)
+    count = COUNTS.get(name, 250)
     tally = assault(BORDERS[name], SEED, range(count))
     assert not tally.escaped, kinds(tally)
     assert tally.accepted + tally.refused == count

@@ -366,6 +366,7 @@ def many(count: int = 300) -> fuzzy.Sugeno:
     return fuzzy.Sugeno(inputs, [output], rules, name="many")
 
 
+@pytest.mark.long
 def test_of_many_rules_those_in_view_are_drawn(bench: Bench) -> None:
     bench.show("rules", many())
     page, rows = bench.page, bench.page.locator(".fd-rule")

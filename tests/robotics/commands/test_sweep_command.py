@@ -306,6 +306,7 @@ def test_a_dask_cluster_gives_the_same_table(place, tmp_path, cluster):
     finish(place, tmp_path / "out", {}, "--dask", cluster)
 
 
+@pytest.mark.long
 def test_what_a_worker_of_a_cluster_refuses_is_said(place, tmp_path, cluster):
     """As if the sweep had been planned with another numpy than the workers have."""
     script = (

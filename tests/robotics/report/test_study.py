@@ -313,6 +313,7 @@ def test_the_record_names_every_file_with_its_digest(own: tuple[Any, Path]) -> N
     assert str(EXAMPLE) not in json.dumps(record)
 
 
+@pytest.mark.long
 def test_several_kinds_in_one_study_and_one_report(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotics.report.plates.DPI", 30)
     plan = replace(load_study(folder / "study.toml"), save_runs=True, text="What I ask.\n\nAnd more.")

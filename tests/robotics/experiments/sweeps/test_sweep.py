@@ -368,6 +368,7 @@ def test_a_chunk_that_is_spoilt_before_it_is_joined_is_done_again(folder, plan, 
     assert again.computed == again.chunks + 1
 
 
+@pytest.mark.long
 def test_a_cluster_without_workers_is_said_once(folder, plan, monkeypatch):
     plan = plan_sweep(replace(plan.sweep, axes=(), chunk=2))
     monkeypatch.setattr(sweeprun, "PATIENCE", 0.0)
