@@ -6,7 +6,16 @@ from tests.fuzzing.borders import BORDERS, assault, kinds
 
 SEED = 20261122
 # As many as a second or two allows; runs and sweeps take longer than a line of text.
-COUNTS = {"fis": 250, "scenario": 80, "robot": 150, "sweep": 60, "study": 80, "table": 300, "run": 80, "checkpoint": 120}
+COUNTS = {
+    "fis": 250,
+    "scenario": 80,
+    "robot": 150,
+    "sweep": 60,
+    "study": 80,
+    "table": 300,
+    "run": 80,
+    "checkpoint": 120,
+}
 
 
 @pytest.mark.parametrize("name", BORDERS)
