@@ -54,12 +54,13 @@ def replacing(path: str | Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
-def check_target(path: str | Path, *suffixes: str) -> None:
+def check_target(path: str | Path, *suffixes: str, folder_is_made: bool = False) -> None:
     """See, before long work, that ``path`` can be written. Raises TargetError.
 
     Args:
         path: The file.
         suffixes: The endings that its name may have, such as ".csv"; none: any.
+        folder_is_made: Whether who writes it makes a folder that is missing.
     """
     target = Path(os.path.realpath(path))
     if suffixes and Path(path).suffix.lower() not in suffixes:
@@ -67,6 +68,9 @@ def check_target(path: str | Path, *suffixes: str) -> None:
     if target.is_dir():
         raise TargetError(f"{path}: is a directory, not a file to write")
     if target.exists() and not target.is_file():
+        return
+    if folder_is_made:
+        check_folder(Path(path).parent)
         return
     if not target.parent.is_dir():
         raise TargetError(f"{path}: {_no_folder(path).strerror}")

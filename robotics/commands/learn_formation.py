@@ -11,7 +11,7 @@ import typer
 
 from anfis.methods.catalogue import METHODS
 from fuzzy.commands.datafile import SkipBad
-from fuzzy.files.atomic import check_folder
+from fuzzy.files.atomic import check_folder, check_target
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
@@ -87,9 +87,7 @@ def formation(
         raise FormationLearningError(f"--{'drive' if drive else 'title'} belongs to --report PAGE.html")
     check_folder(out)
     if report is not None:
-        check_folder(report.parent)  # the page makes it
-        if report.suffix.lower() != ".html":
-            raise FormationLearningError(f"{report}: the file's name must end in .html")
+        check_target(report, ".html", folder_is_made=True)
     scenarios = [load_scenario(name) for name in drive or []]
     try:
         table = formation_table(data, skip_bad=skip_bad)

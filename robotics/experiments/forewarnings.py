@@ -26,13 +26,12 @@ def forewarnings(setting: Setting, law: Law[Any], name: str) -> list[str]:
         name: What the sentences call the law.
     """
     sentences = [*blind(setting, law, name), *law.misgivings(setting)]
-    if law.yields or setting.ensemble or not 1 < len(setting.robots) <= MOST:
-        return sentences
-    for late, when in ((0.0, "if all are on time"), (LATE, f"if one of them is {LATE:g} s late")):
-        if found := meetings(setting, late):
-            pairs = [f"robots {i + 1} and {j + 1} at t = {time:.1f} s" for (i, j), time in sorted(found.items())]
-            touch = f"{name} takes no care of other robots: on {setting.name}, {when}, these touch: {', '.join(pairs)}"
-            return [*sentences, touch]
+    when, found = ("", {}) if law.yields else _first_meetings(setting)
+    if found:
+        pairs = [f"robots {i + 1} and {j + 1} at t = {time:.1f} s" for (i, j), time in sorted(found.items())]
+        sentences.append(
+            f"{name} takes no care of other robots: on {setting.name}, {when}, these touch: {', '.join(pairs)}"
+        )
     return sentences
 
 
@@ -41,8 +40,7 @@ def shortcomings(setting: Setting, laws: Mapping[str, Law[Any]]) -> dict[str, st
 
     That a law "does not avoid obstacles" or "ignores the others"; a law that suits the scenario is left out.
     """
-    judged = not setting.ensemble and 1 < len(setting.robots) <= MOST
-    meet = judged and bool(meetings(setting) or meetings(setting, LATE))
+    _, meet = _first_meetings(setting)
     found = {}
     for name, law in laws.items():
         words = ["does not avoid obstacles"] if setting.world is not None and not law.looks else []
@@ -51,6 +49,15 @@ def shortcomings(setting: Setting, laws: Mapping[str, Law[Any]]) -> dict[str, st
         if words:
             found[name] = ", ".join(words)
     return found
+
+
+def _first_meetings(setting: Setting) -> tuple[str, dict[tuple[int, int], float]]:
+    """Who touch where none takes care, and in words when: all on time, or else one late; empty where nobody does."""
+    if not setting.ensemble and 1 < len(setting.robots) <= MOST:
+        for late, when in ((0.0, "if all are on time"), (LATE, f"if one of them is {LATE:g} s late")):
+            if found := meetings(setting, late):
+                return when, found
+    return "", {}
 
 
 def crossing_forewarnings(law: Law[Any], name: str, kind: Literal["A", "B"]) -> list[str]:
