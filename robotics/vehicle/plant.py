@@ -54,6 +54,10 @@ _BLOCK = 16  # lanes: a multiple of every vector width in use
 _S = CHANNELS + PARAMETERS
 _VOLT_R, _VOLT_L, _COS, _SIN, _OCOS, _OSIN, _OLD_R, _OLD_L = range(_S, _S + 8)
 _ROWS = _S + 8
+SUBSTEPS = 4
+SCRATCH = _ROWS * _BLOCK
+CODES = {"velocity": 0, "torque": 1}
+KINEMATIC = 2
 
 
 def parameters(robot: Robot, step: float = 0.01) -> np.ndarray:
@@ -162,6 +166,16 @@ def saturate(limits: np.ndarray, v: np.ndarray, w: np.ndarray) -> tuple[np.ndarr
     return v * scale, w * scale
 
 
+@kernel(nogil=True, _nrt=False)
+def within(limits, robot, v, w):  # type: ignore[no-untyped-def]
+    """The same as :func:`saturate` for one robot, the ``robot``-th of ``limits``, in compiled functions."""
+    v_max, w_max, half_axle, wheel = limits[0, robot], limits[1, robot], limits[2, robot], limits[3, robot]
+    v = v if not abs(v) > v_max else (v_max if v > 0 else -v_max)
+    w = w if not abs(w) > w_max else (w_max if w > 0 else -w_max)
+    scale = min(1.0, wheel / max(abs(v) + half_axle * abs(w), 1e-12))
+    return v * scale, w * scale
+
+
 @kernel
 def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[no-untyped-def]
     """A motor's torque at a wheel speed. ``hold`` 1: the voltage is held; 0: the drive holds the torque kt · voltage.
@@ -202,9 +216,15 @@ def _accelerations(  # type: ignore[no-untyped-def]
 @kernel
 def _tick(state, parameters, earlier, command, late_steps, steps, step, substeps, code):  # type: ignore[no-untyped-def]
     """Move all lanes by ``steps`` steps; ``code`` is 0 for velocities, 1 for torques, 2 for the kinematic plant."""
-    lanes = state.shape[1]
     out = np.empty_like(state)
     z = np.empty(_ROWS * _BLOCK)
+    tick_into(out, state, parameters, earlier, command, late_steps, steps, step, substeps, code, z)
+    return out
+
+
+@kernel(nogil=True, _nrt=False)
+def tick_into(out, state, parameters, earlier, command, late_steps, steps, step, substeps, code, z):  # type: ignore[no-untyped-def]
+    lanes = state.shape[1]
     for start in range(0, lanes, _BLOCK):
         count = min(_BLOCK, lanes - start)
         for i in range(_BLOCK):
@@ -235,7 +255,6 @@ def _tick(state, parameters, earlier, command, late_steps, steps, step, substeps
         for i in range(count):
             for c in range(CHANNELS):
                 out[c, start + i] = z[c * _BLOCK + i]
-    return out
 
 
 @kernel
