@@ -48,6 +48,7 @@ class Known(NamedTuple):
     dt: float  # s, the control period
     seen: np.ndarray  # (SEEN, lanes)
     heard: np.ndarray  # (HEARD + values, lanes, robots): what each lane heard of each robot of its run
+    ranges: np.ndarray  # (sensors, lanes) m: what the range sensors of Law.needs read, in their order
     road: Road  # the paths and their timing
     path: np.ndarray  # (lanes,) int: the lane's path on the road
     column: np.ndarray  # (lanes,) int: the lane's column of the gains
@@ -59,7 +60,7 @@ class Known(NamedTuple):
 _F1, _F2, _F3 = types.float64[::1], types.float64[:, ::1], types.float64[:, :, ::1]
 _I1, _I, _F = types.int64[::1], types.int64, types.float64
 ROAD_TYPE = types.NamedTuple((_F2, _I1, _I1, _F1, _I, _F1, _F1, _F3, _F2, _F2, _F), Road)
-KNOWN_TYPE = types.NamedTuple((_F, _F, _F2, _F3, ROAD_TYPE, _I1, _I1, _F2, _I1, _F2), Known)
+KNOWN_TYPE = types.NamedTuple((_F, _F, _F2, _F3, _F2, ROAD_TYPE, _I1, _I1, _F2, _I1, _F2), Known)
 EQUATION_TYPE = types.void(_I, _I, KNOWN_TYPE, _F2, _F2, _F1)
 
 uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
@@ -167,7 +168,10 @@ class EquationLaw(Law[Memory]):
         else:
             heard[AGE], heard[HEARS] = np.inf, 0.0
         rows = rows.reshape(SEEN, -1)
-        known = Known(seen.time, dt, rows, heard, *memory.setup)
+        ranges = np.full((len(self.needs), runs * robots), np.inf)
+        if seen.ranges is not None:
+            ranges[...] = seen.ranges.of(self.needs).reshape(runs * robots, -1).T
+        known = Known(float(seen.time), float(dt), rows, heard, ranges, *memory.setup)
         command = fresh_commands(rows, SAYS + len(self.message) + self.inputs)
         after = memory.rows.copy()
         compiled(type(self).equation)(0, runs * robots, known, after, command, np.empty(self.working))

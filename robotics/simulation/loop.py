@@ -158,7 +158,8 @@ class Simulation:
         self.echoes = self.sensors.init() if self.sensors else ()
         self.sizes = footprints(setting.robots)
         self.ranges: Ranges | None = None
-        self.memory = begun(law, setting, len(seeds))
+        self.memory = self.lanes.memory if has_equation(law) else begun(law, setting, len(seeds))
+        self.speaks = True
 
     def period(self, k: int) -> tuple[int, Command]:
         """Do all of period ``k`` but saying and moving; return ``k`` and what the law has commanded."""
@@ -183,6 +184,14 @@ class Simulation:
 
     def decide(self, k: int) -> Command:
         """Ask the law for its command."""
+        if has_equation(self.law):
+            law: Any = self.law
+            if self.ranges is not None:
+                self.lanes.known.ranges[...] = self.ranges.of(law.needs).reshape(len(self.lanes.lost), -1).T
+            machine_code(decide, types.FunctionType(EQUATION_TYPE), types.int64)(
+                compiled(type(law).equation), k, self.lanes
+            )
+            return law.commanded(self.rows(self.lanes.command))
         seen = self.rows(self.lanes.known.seen)
         observation = Observation(
             k * self.setting.period,

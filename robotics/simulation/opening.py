@@ -157,12 +157,13 @@ class Opening:
         setting = self.drivers[0].setting
         robots, each = len(setting.robots), len(self.seeds)
         lanes = np.arange(first * robots, last * robots)
-        seen = np.zeros((SEEN, len(lanes)))
+        seen, needed = np.zeros((SEEN, len(lanes))), len(self.drivers[0].law.needs)
+        ranges = np.full((needed if self.setups else 0, len(lanes)), np.inf)
         if not self.setups:
             road, none = setting.references.road, np.zeros_like(lanes)
             nothing = np.zeros((0, 1)), np.zeros((1, 0))
             path = lanes % len(road.lengths)
-            known = Known(0.0, setting.period, seen, heard, road, path, none, nothing[0], none, nothing[1])
+            known = Known(0.0, setting.period, seen, heard, ranges, road, path, none, nothing[0], none, nothing[1])
             return known, np.zeros((0, len(lanes)))
         of, place = lanes // (robots * each), lanes % (robots * each)
         used = range(of[0], of[-1] + 1)
@@ -179,7 +180,8 @@ class Opening:
             memory[:, here] = self.memories[d][:, place[here]]
         gains = np.concatenate([self.setups[d].gains for d in used], axis=1)
         path = setup.path[place]
-        return Known(0.0, setting.period, seen, heard, setup.road, path, column, gains, of - used[0], rules), memory
+        own = setup.road, path, column, gains, of - used[0], rules
+        return Known(0.0, setting.period, seen, heard, ranges, *own), memory
 
 
 def _start(setting: Setting, starts: np.ndarray, generators: Sequence[np.random.Generator]) -> np.ndarray:

@@ -73,8 +73,9 @@ def decide(law, k, lanes):  # type: ignore[no-untyped-def]
         for i in range(command.shape[1]):
             command[TO_X + c, i] = old.seen[AT_X + c, i]
     known = Known(
-        k * lanes.period, old.dt, old.seen, old.heard, old.road, old.path, old.column, old.gains, old.base, old.rules
-    )
+        k * lanes.period, old.dt, old.seen, old.heard, old.ranges,
+        old.road, old.path, old.column, old.gains, old.base, old.rules,
+    )  # fmt: skip
     law(0, command.shape[1], known, lanes.memory, command, lanes.work)
 
 
