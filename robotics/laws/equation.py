@@ -152,7 +152,10 @@ class EquationLaw(Law[Memory]):
     def init(self, setting: Setting, runs: int) -> Memory:
         """Return its memory at the start of ``runs`` runs. Raises ControllerError where it cannot drive ``setting``."""
         rows = self.begin(setting, runs)
-        return Memory(self.setup(setting, runs), np.ascontiguousarray(rows.reshape(len(rows), runs * len(setting.robots)), dtype=float))
+        return Memory(
+            self.setup(setting, runs),
+            np.ascontiguousarray(rows.reshape(len(rows), runs * len(setting.robots)), dtype=float),
+        )
 
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
         """Return its command for what the robots have ``seen``, and its new memory, ``dt`` seconds after the last."""
@@ -212,4 +215,3 @@ def fresh_commands(seen: np.ndarray, rows: int) -> np.ndarray:
     command[TO_X : TO_S + 1] = seen[AT_X : AT_S + 1]
     command[PROGRESS] = np.nan
     return command
-

@@ -34,11 +34,9 @@ from robotics.laws.equation import (
     TO_X,
     WISH_V,
     WISH_W,
-    EquationLaw,
     V,
     W,
     X,
-    Y,
     compiled,
 )
 from robotics.laws.foreign import begun, commanded
@@ -50,7 +48,7 @@ from robotics.scenario.description import Scenario
 from robotics.sensing.carried import CarriedSensors
 from robotics.sensing.sonar import Ranges
 from robotics.simulation.lanes import Kept, Lanes, machine_code
-from robotics.simulation.opening import Driver, Opening, Supply, has_equation
+from robotics.simulation.opening import Driver, Opening, has_equation
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.state import State
@@ -152,9 +150,7 @@ class Simulation:
         self.name, self.recorder = name, recorder or Recorder(setting, law, len(seeds), nothing=True)
         opening = Opening.of([Driver(setting, law)], seeds, faults)
         self.lanes, self.supply = opening.lanes(0, len(seeds), self.recorder.kept(0, len(seeds)))
-        self.sensors = (
-            CarriedSensors.opened(setting.sensors, seeds, setting.period) if looks(setting, law) else None
-        )
+        self.sensors = CarriedSensors.opened(setting.sensors, seeds, setting.period) if looks(setting, law) else None
         self.echoes = self.sensors.init() if self.sensors else ()
         self.sizes = footprints(setting.robots)
         self.ranges: Ranges | None = None
@@ -175,7 +171,10 @@ class Simulation:
         self.lanes = self.supply.to(self.lanes, k)
         self._step(sense, k)
         if self.sensors is not None and self.setting.world is not None:
-            pose, here = self.rows(self.lanes.body.truth[: p.HEADING + 1]), self.setting.world.at(k * self.setting.period)
+            pose, here = (
+                self.rows(self.lanes.body.truth[: p.HEADING + 1]),
+                self.setting.world.at(k * self.setting.period),
+            )
             self.ranges, self.echoes = self.sensors.sense(self.echoes, k, pose, self.sizes, here)
 
     def hear(self, k: int) -> None:
@@ -192,13 +191,14 @@ class Simulation:
                 compiled(type(law).equation), k, self.lanes
             )
             return law.commanded(self.rows(self.lanes.command))
-        seen = self.rows(self.lanes.known.seen)
+        lanes = self.lanes
+        seen = self.rows(lanes.known.seen.copy())  # a law may keep what it is given
         observation = Observation(
             k * self.setting.period,
             *seen[X : W + 1],
             Reference(*seen[AT_X : AT_S + 1]),
             self.setting.references,
-            self.supply.channel.heard(self.lanes.air),
+            self.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy())),
             self.ranges,
         )
         command, self.memory = commanded(self.law, observation, self.memory, self.setting.period)
