@@ -1,7 +1,7 @@
 """The state of a simulation as columns: what its compiled steps read and write.
 
-A lane is one robot of one run, run after run; a column holds one number of every lane. The steps of a period write these
-arrays in place, so that a period makes no new ones.
+A lane is one robot of one run, run after run; a column holds one number of every lane. The steps of a period write
+these arrays in place, so that a period makes no new ones.
 """
 
 from functools import cache
