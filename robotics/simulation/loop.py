@@ -34,7 +34,6 @@ from robotics.laws.equation import (
     TO_X,
     WISH_V,
     WISH_W,
-    EquationLaw,
     V,
     W,
     X,
@@ -50,7 +49,7 @@ from robotics.scenario.description import Scenario
 from robotics.sensing.carried import CarriedSensors
 from robotics.sensing.sonar import Ranges
 from robotics.simulation.lanes import Kept, Lanes, machine_code
-from robotics.simulation.opening import Driver, Opening, Supply, has_equation
+from robotics.simulation.opening import Driver, Opening, has_equation
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.state import State
@@ -91,7 +90,8 @@ def _drive_compiled(
     ``advance`` is called with how many periods of how many runs have gone by.
     """
     lanes, supply = opening.lanes(first, last, kept)
-    law: Any = compiled(type(opening.drivers[first // len(opening.seeds)].law).equation)
+    one: Any = opening.drivers[0].law
+    law = compiled(type(one).equation)
     loop, k = machine_code(_periods, types.FunctionType(EQUATION_TYPE), *(types.int64,) * 3), 0
     block = max(16, BLOCK // len(lanes.lost))
     while k <= ticks:
@@ -152,9 +152,7 @@ class Simulation:
         self.name, self.recorder = name, recorder or Recorder(setting, law, len(seeds), nothing=True)
         opening = Opening.of([Driver(setting, law)], seeds, faults)
         self.lanes, self.supply = opening.lanes(0, len(seeds), self.recorder.kept(0, len(seeds)))
-        self.sensors = (
-            CarriedSensors.opened(setting.sensors, seeds, setting.period) if looks(setting, law) else None
-        )
+        self.sensors = CarriedSensors.opened(setting.sensors, seeds, setting.period) if looks(setting, law) else None
         self.echoes = self.sensors.init() if self.sensors else ()
         self.sizes = footprints(setting.robots)
         self.ranges: Ranges | None = None
@@ -175,7 +173,10 @@ class Simulation:
         self.lanes = self.supply.to(self.lanes, k)
         self._step(sense, k)
         if self.sensors is not None and self.setting.world is not None:
-            pose, here = self.rows(self.lanes.body.truth[: p.HEADING + 1]), self.setting.world.at(k * self.setting.period)
+            pose, here = (
+                self.rows(self.lanes.body.truth[: p.HEADING + 1]),
+                self.setting.world.at(k * self.setting.period),
+            )
             self.ranges, self.echoes = self.sensors.sense(self.echoes, k, pose, self.sizes, here)
 
     def hear(self, k: int) -> None:
@@ -192,13 +193,18 @@ class Simulation:
                 compiled(type(law).equation), k, self.lanes
             )
             return law.commanded(self.rows(self.lanes.command))
-        seen = self.rows(self.lanes.known.seen)
+        lanes = self.lanes
+        seen = self.rows(lanes.known.seen.copy())  # a law may keep what it is given
         observation = Observation(
             k * self.setting.period,
-            *seen[X : W + 1],
+            seen[X],
+            seen[Y],
+            seen[HEADING],
+            seen[V],
+            seen[W],
             Reference(*seen[AT_X : AT_S + 1]),
             self.setting.references,
-            self.supply.channel.heard(self.lanes.air),
+            self.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy())),
             self.ranges,
         )
         command, self.memory = commanded(self.law, observation, self.memory, self.setting.period)
@@ -217,13 +223,13 @@ class Simulation:
         rows[GUARDED] = 0 if command.guarded is None else command.guarded
         if self.recorder.makes_room(command, self.name):
             self.lanes = self.lanes._replace(kept=self.recorder.kept(0, self.runs))
-        said = command.message is not None
-        for row, name in enumerate(self.law.message if said else (), start=SAYS):
-            rows[row] = command.message[name]
+        if command.message is not None:
+            for row, name in enumerate(self.law.message, start=SAYS):
+                rows[row] = command.message[name]
         if command.inputs is not None:
             first = SAYS + len(self.law.message)
             rows[first : first + len(command.inputs)] = command.inputs
-        self.speaks = said
+        self.speaks = command.message is not None
 
     def obey(self) -> None:
         """Make the order of the command, and notice who is lost."""

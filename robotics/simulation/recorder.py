@@ -79,7 +79,7 @@ class Recorder:
                 arrays[name] = self.arrays[name][which]
             else:
                 arrays[name] = np.zeros((0,) * len(record.axes), dtype=record.dtype)
-        limits = np.tile(p.velocity_limits(self.setting.robots), last - first)
+        limits = np.ascontiguousarray(np.tile(p.velocity_limits(self.setting.robots), last - first))
         return Kept(**arrays, limits=limits)
 
     def keep_ranges(self, k: int, values: np.ndarray) -> None:
@@ -117,9 +117,7 @@ class Recorder:
         }
         gone = stopped[which]
         return Run(
-            About(
-                setting.name, setting.kind, name, self.law.level, setting.robots, setting.sensors, self.rule_bases
-            ),
+            About(setting.name, setting.kind, name, self.law.level, setting.robots, setting.sensors, self.rule_bases),
             seeds,
             times,
             recorded,

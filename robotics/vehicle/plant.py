@@ -224,6 +224,7 @@ def _tick(state, parameters, earlier, command, late_steps, steps, step, substeps
 
 @kernel(nogil=True, _nrt=False)
 def tick_into(out, state, parameters, earlier, command, late_steps, steps, step, substeps, code, z):  # type: ignore[no-untyped-def]
+    """As :func:`_tick`, into ``out``, which may be ``state``; ``z`` has SCRATCH numbers to work in."""
     lanes = state.shape[1]
     for start in range(0, lanes, _BLOCK):
         count = min(_BLOCK, lanes - start)
