@@ -1,7 +1,7 @@
 """Sums over the messages that a robot has heard: differences, the smallest value, and the time of an outage.
 
-In equations of one robot ``heard`` is :attr:`robotics.laws.equation.Known.heard` and ``i`` the robot's lane; a value and
-the rate at which it changes are places in the law's message.
+In equations of one robot ``heard`` is :attr:`robotics.laws.equation.Known.heard` and ``i`` the robot's lane; a value
+and the rate at which it changes are places in the law's message.
 """
 
 import math
@@ -31,7 +31,7 @@ def heard_now(heard, i, j, value, rate):  # type: ignore[no-untyped-def]
 
 @uncounted
 def difference(heard, i, mine, value, rate, weight):  # type: ignore[no-untyped-def]
-    """Σ_j a_ij (mine − theirs_j) over the neighbours that were heard, the weight a_ij of every link being ``weight``."""
+    """Σ_j a_ij (mine − theirs_j) over the neighbours that were heard; a_ij is ``weight`` for every link."""
     total = 0.0
     for j in range(heard.shape[2]):
         if heard[HEARS, i, j] > 0:

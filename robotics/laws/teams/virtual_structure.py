@@ -26,7 +26,6 @@ Chosen here: the leader is no robot, but each robot keeps a copy of its clock, a
 the slowest (a minimum consensus), so that no robot is indispensable. s_i' stays between 0 and v_most / L_i.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import inf

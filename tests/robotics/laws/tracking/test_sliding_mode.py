@@ -142,9 +142,7 @@ def reaching_time(push, s0):
         return s[0] - 1e-9
 
     reached.terminal = True  # type: ignore[attr-defined]
-    solution = solve_ivp(
-        lambda t, s: [-push(max(s[0], 1e-12))], (0, 100), [s0], events=reached, rtol=1e-9, atol=1e-12
-    )
+    solution = solve_ivp(lambda t, s: [-push(max(s[0], 1e-12))], (0, 100), [s0], events=reached, rtol=1e-9, atol=1e-12)
     return solution.t_events[0][0]
 
 
