@@ -174,13 +174,13 @@ class EquationLaw(Law[Memory]):
         if seen.ranges is not None:
             ranges[...] = seen.ranges.of(self.needs).reshape(runs * robots, -1).T
         known = Known(float(seen.time), float(dt), lanes, heard, ranges, *memory.setup)
-        command = fresh_commands(lanes, SAYS + len(self.message) + self.inputs)
+        command = fresh_commands(lanes, SAYS + len(self.message) + self.rule_inputs)
         after = memory.rows.copy()
         compiled(type(self).equation)(0, runs * robots, known, after, command, np.empty(self.working))
         return self.commanded(command.reshape(-1, runs, robots)), Memory(memory.setup, after)
 
     @property
-    def inputs(self) -> int:
+    def rule_inputs(self) -> int:
         """The number of inputs of its rule bases that a command carries."""
         return sum(len(system.inputs) for system in self.fuzzy_systems.values())
 
@@ -203,7 +203,7 @@ class EquationLaw(Law[Memory]):
             rows[PROGRESS] if self.progresses else None,
             rows[REFUSED][:, 0] > 0 if self.may_refuse else None,
             rows[MODE].astype(int) if self.has_modes else None,
-            rows[inputs:] if self.inputs else None,
+            rows[inputs:] if self.rule_inputs else None,
             None,
         )
 
