@@ -76,12 +76,13 @@ def equation(law: Callable[..., None]) -> Any:
     """
     one = inlined(law)
 
-    @uncounted
     def each(first, last, known, memory, command, work):  # type: ignore[no-untyped-def]
         for lane in range(first, last):
             one(lane, known, memory, command, work)
 
-    return each
+    # Machine code from disk is linked by this name: two laws of one name would be one law.
+    each.__qualname__ = f"equation.<locals>.{law.__module__}.{law.__qualname__}"
+    return uncounted(each)
 
 
 @cache

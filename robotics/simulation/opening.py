@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robotics.laws.equation import SAYS, SEEN, EquationLaw, Known, Setup
+from robotics.laws.equation import PROGRESS, SAYS, SEEN, EquationLaw, Known, Setup
 from robotics.laws.law import Law, check_needs
 from robotics.laws.setting import Setting
 from robotics.paths.references import sampled
@@ -106,6 +106,7 @@ class Opening:
         road = setting.references.road
         inputs = sum(len(system.inputs) for system in law.fuzzy_systems.values())
         command = np.zeros((SAYS + len(law.message) + inputs, runs * robots))
+        command[PROGRESS] = np.nan
         lanes = Lanes(
             robots,
             setting.period,
