@@ -10,7 +10,7 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from robotics.paths.joined import PathTable, nearest_abscissa
-from robotics.paths.path import point
+from robotics.paths.path import abscissa_by_x, point, point_beside
 
 TABULATED, EVEN, PLANNED = range(3)  # how a road is timed: by a table of abscissae, evenly, or by a plan's shares
 CELLS = 160  # ticks of a plan in its nominal duration
@@ -119,6 +119,24 @@ def _tabulated(timing, path, end, length, time):  # type: ignore[no-untyped-def]
 def at(road, path, s):  # type: ignore[no-untyped-def]
     """The point of one path at an abscissa [m]: x, y [m], heading [rad], curvature [1/m]."""
     return point(road.table, road.first[path], road.cells[path], road.lengths[path], s)
+
+
+@uncounted
+def beside(road, path, x):  # type: ignore[no-untyped-def]
+    """The point of one path, along which x grows, with that x [m]: x, y [m], heading [rad], curvature [1/m]."""
+    return point_beside(road.table, road.first[path], road.cells[path], road.lengths[path], x)
+
+
+@uncounted
+def by_x(road, path, x):  # type: ignore[no-untyped-def]
+    """The abscissa [m] where one path, along which x grows, has that x [m]; linear between nodes."""
+    return abscissa_by_x(road.table, road.first[path], road.cells[path], road.lengths[path], x)
+
+
+@uncounted
+def last_x(road, path):  # type: ignore[no-untyped-def]
+    """The x [m] of the end of one path."""
+    return road.table[0, road.first[path] + road.cells[path]]
 
 
 @uncounted
