@@ -76,13 +76,12 @@ def equation(law: Callable[..., None]) -> Any:
     """
     one = inlined(law)
 
+    @uncounted
     def each(first, last, known, memory, command, work):  # type: ignore[no-untyped-def]
         for lane in range(first, last):
             one(lane, known, memory, command, work)
 
-    # Machine code from disk is linked by this name: two laws of one name would be one law.
-    each.__qualname__ = f"equation.<locals>.{law.__module__}.{law.__qualname__}"
-    return uncounted(each)
+    return each
 
 
 @cache
