@@ -82,8 +82,8 @@ def _periods(law, k, end, last, lanes):  # type: ignore[no-untyped-def]
         k += 1
 
 
-def _drive_compiled(
-    opening: Opening, first: int, last: int, kept: Kept, ticks: int, advance: Callable[[int], None]
+def drive_chunk(
+    opening: Opening, first: int, last: int, kept: Kept, ticks: int, advance: Callable[[int], None] | None = None
 ) -> np.ndarray:
     """Drive the runs from ``first`` to before ``last`` to their end; return when each robot was stopped, or -1.
 
@@ -98,7 +98,8 @@ def _drive_compiled(
         lanes = supply.to(lanes, k)
         end = min(k + block, supply.lasts(lanes, k), ticks + 1)
         loop(law, k, end, ticks, lanes)
-        advance((end - k) * (last - first))
+        if advance is not None:
+            advance((end - k) * (last - first))
         k = end
     return stopped(lanes, ticks)
 
@@ -380,13 +381,18 @@ def driven(
     chunks = [(first, min(first + size, opening.runs)) for first in range(0, opening.runs, size)]
 
     def one(chunk: tuple[int, int]) -> np.ndarray:
-        return _drive_compiled(opening, *chunk, kept(*chunk), setting.ticks, advance)
+        return drive_chunk(opening, *chunk, kept(*chunk), setting.ticks, advance)
 
-    workers = min(len(chunks), len(os.sched_getaffinity(0)) if threads is None else threads)
+    return share_out(one, chunks, threads)
+
+
+def share_out(one: Callable[[Any], Any], jobs: Sequence[Any], threads: int | None = None) -> list[Any]:
+    """Do ``one`` thing for each of ``jobs``, shared out over ``threads``; by default as many as there are cores."""
+    workers = min(len(jobs), len(os.sched_getaffinity(0)) if threads is None else threads)
     if workers <= 1:
-        return [one(chunk) for chunk in chunks]
+        return [one(job) for job in jobs]
     with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(one, chunks))
+        return list(pool.map(one, jobs))
 
 
 def looks(setting: Setting, law: Law[Any]) -> bool:
