@@ -28,9 +28,11 @@ import numpy as np
 import robotics
 from benchmarks.reporting import heading, machine, start
 from benchmarks.simulation import CONTROLLERS, scenario, seconds
+from fuzzy.shell.progress import progress_bar
 from robotics.experiments.stress.crew import in_chunks
 from robotics.experiments.stress.crossing_runs import stress_crossing
 from robotics.laws.catalogue import make_controller
+from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
@@ -147,7 +149,7 @@ def differences(library: ctypes.CDLL, about: Scenario, seeds: int) -> dict[str, 
     With encoders so FINE that this does not happen they agree to a nanometre at the end.
     """
     fine = replace(about, robots=tuple(replace(m, robot=replace(m.robot, counts_per_turn=FINE)) for m in about.robots))
-    found = {}
+    found: dict[str, float] = {}
     for name, case in (("encoders as they are", about), ("fine encoders", fine)):
         kept = c_program(library, Numbers.of(case, seeds))
         run = ours(case, Lyapunov(), seeds)
@@ -187,8 +189,8 @@ def population() -> float | None:
     together = getattr(robotics, "simulate_many", None)
     if together is None:
         return None
-    about, law = scenario(1, TRIAL, noise=True), make_controller("fuzzy")
-    laws = [replace(law, look_ahead=ahead) for ahead in np.linspace(0.3, 0.6, CANDIDATES).tolist()]
+    about, law = scenario(1, TRIAL, noise=True), FuzzyTracking()
+    laws: list[Any] = [replace(law, look_ahead=ahead) for ahead in np.linspace(0.3, 0.6, CANDIDATES).tolist()]
     together(about, laws[:2], range(2), keep="metrics", threads=THREADS[-1])
     return seconds(lambda: together(about, laws, range(TRIALS), keep="metrics", threads=THREADS[-1]))
 
@@ -196,8 +198,9 @@ def population() -> float | None:
 def stress(runs: int, robots: int) -> float:
     """Seconds for so many random crossings under right of way, as `robotics stress crossing` simulates them."""
     one = partial(stress_crossing, "right-of-way", robots)
-    in_chunks(one, robots, range(2), jobs=1)
-    return seconds(lambda: in_chunks(one, robots, range(runs), jobs=THREADS[-1]))
+    with progress_bar(quiet=True) as begin:
+        in_chunks(one, robots, range(2), jobs=1, begin=begin)
+        return seconds(lambda: in_chunks(one, robots, range(runs), jobs=THREADS[-1], begin=begin))
 
 
 def large(quick: bool) -> dict[str, float | None]:
