@@ -23,11 +23,16 @@ def signed_distances(nodes: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndar
         x: Of the points (runs, samples) [m]; along a row they follow each other.
         y: Likewise.
     """
+    out = np.empty(x.shape)
+    _search(*boxed(nodes), x, y, out)
+    return out
+
+
+def boxed(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A path's ``nodes`` (2, nodes) with their boxes and these boxes' boxes (4, boxes), for :func:`nearest_node`."""
     nodes = np.ascontiguousarray(nodes, dtype=float)
     small = _boxes(np.concatenate([nodes, nodes]))
-    out = np.empty(x.shape)
-    _search(nodes, small, _boxes(small), x, y, out)
-    return out
+    return nodes, small, _boxes(small)
 
 
 @kernel
@@ -55,17 +60,20 @@ def _from_box(boxes, b, x, y):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _nearest(nodes, small, large, x, y, guess):  # type: ignore[no-untyped-def]
-    """The first of the nodes that are nearest to a point. A good ``guess`` saves time, and changes nothing."""
+def nearest_node(nodes, small, large, x, y, guess, low, high):  # type: ignore[no-untyped-def]
+    """The first of the nodes from ``low`` to ``high`` that are nearest to a point; the arrays are of :func:`boxed`.
+
+    A good ``guess`` from low to high saves time, and changes nothing.
+    """
     dx, dy = nodes[0, guess] - x, nodes[1, guess] - y
     best, least = guess, dx * dx + dy * dy
-    for c in range(large.shape[1]):
+    for c in range(low // (BOX * BOX), high // (BOX * BOX) + 1):
         if _from_box(large, c, x, y) > least:
             continue
-        for b in range(c * BOX, min((c + 1) * BOX, small.shape[1])):
+        for b in range(max(c * BOX, low // BOX), min((c + 1) * BOX, high // BOX + 1)):
             if _from_box(small, b, x, y) > least:
                 continue
-            for n in range(b * BOX, min((b + 1) * BOX, nodes.shape[1])):
+            for n in range(max(b * BOX, low), min((b + 1) * BOX, high + 1)):
                 dx, dy = nodes[0, n] - x, nodes[1, n] - y
                 squared = dx * dx + dy * dy
                 if squared < least or (squared == least and n < best):
@@ -83,7 +91,7 @@ def _search(nodes, small, large, x, y, out):  # type: ignore[no-untyped-def]
             if not (np.isfinite(here_x) and np.isfinite(here_y)):
                 out[r, k] = np.nan
                 continue
-            near = _nearest(nodes, small, large, here_x, here_y, near)
+            near = nearest_node(nodes, small, large, here_x, here_y, near, 0, last)
             least, signed = np.inf, 0.0
             for n in (max(near - 1, 0), min(near, last - 1)):
                 chord_x, chord_y = nodes[0, n + 1] - nodes[0, n], nodes[1, n + 1] - nodes[1, n]
