@@ -6,7 +6,8 @@ for this machine; Python hands it the parameters, the references and the noise, 
 first has to give our answer, to a nanometre. What our time contains and the C program's does not is the
 drawing of the noise, which is listed beside it. The cases take turns, one round after another; numbers are medians.
 
-Run ``python -m benchmarks.closedloop [--quick] [--json]``; --quick leaves out population and stress.
+Run ``python -m benchmarks.closedloop [--quick] [--json]``; --quick leaves out population, stress
+and the other simulators, which get virtual environments of their own in build/.
 """
 
 import ctypes
@@ -27,6 +28,7 @@ import numpy as np
 
 import robotics
 from benchmarks.reporting import heading, machine, start
+from benchmarks.robotsimulators import PEERS, measured
 from benchmarks.simulation import CONTROLLERS, scenario, seconds
 from fuzzy.shell.progress import progress_bar
 from robotics.experiments.stress.crew import in_chunks
@@ -229,6 +231,12 @@ def measure(quick: bool = False) -> dict[str, Any]:
     for _ in range(ROUNDS):
         for name, call in turns.items():
             times[name].append(seconds(call))
+    peers: dict[str, Any] = {}
+    for name in () if quick else PEERS:
+        try:
+            peers[name] = measured(name)
+        except ImportError as error:
+            notes.append(f"{name} is left out: {error}.")
     # The loaded machine disturbs the two of a pair alike only within a round.
     ratios = {}
     for name in times:
@@ -246,6 +254,7 @@ def measure(quick: bool = False) -> dict[str, Any]:
             name: SEEDS * ROBOTS * ticks / median(values) for name, values in times.items() if name.startswith("many")
         },
         "once_s": large(quick),
+        "peers": peers,
         "rounds": ROUNDS,
         "seeds": SEEDS,
         "notes": notes,
@@ -271,6 +280,14 @@ def report(result: dict[str, Any]) -> str:
         lines.append(f"  {name[6:]:22}{rate / 1e6:>9.2f}   {ratio.get(name, '')}")
     share = SEEDS * ROBOTS * round(MANY_DURATION / 0.05) / taken["draw: many"] / 1e6
     lines.append(f"  {'drawing the noise':22}{share:>9.2f}")
+    if result["peers"]:
+        lines += [
+            "",
+            "Other simulators, robot-ticks a second of robots that have their velocity at once, without a law",
+        ]
+    for name, peer in result["peers"].items():
+        rates = "; ".join(f"{case} {rate:,.0f}" for case, rate in peer["robot_ticks_per_s"].items())
+        lines.append(f"  {name + ' ' + peer['version']:22}{rates} ({PEERS[name].models})")
     if result["once_s"]:
         lines += ["", "Once, on two cores"]
     for name, value in result["once_s"].items():
@@ -280,7 +297,7 @@ def report(result: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    start(__doc__, measure, report, quick="leave out population and stress")
+    start(__doc__, measure, report, quick="leave out population, stress and the other simulators")
 
 
 if __name__ == "__main__":
