@@ -141,13 +141,21 @@ def _nearest_of_all(table, first, cells, lengths, x, y, around, reach):  # type:
     out = np.empty(x.shape)
     for r in range(x.shape[0]):
         for i in range(x.shape[1]):
-            h = lengths[i] / cells[i]
-            low = min(max(around[r, i] - reach[r, i], 0.0), lengths[i])
-            high = max(min(around[r, i] + reach[r, i], lengths[i]), low)
-            best = _nearest_node(table, first[i], cells[i], h, x[r, i], y[r, i], around[r, i], low, high)
-            s = _nearest_beside(table, first[i], cells[i], h, x[r, i], y[r, i], best, low, high)
-            out[r, i] = min(max(s, low), high)
+            out[r, i] = nearest_abscissa(
+                table, first[i], cells[i], lengths[i], x[r, i], y[r, i], around[r, i], reach[r, i]
+            )
     return out
+
+
+@kernel
+def nearest_abscissa(table, first, cells, length, x, y, around, reach):  # type: ignore[no-untyped-def]
+    """The abscissa [m] of one path's nearest point to (x, y), looked for ``reach`` [m] to both sides of ``around``."""
+    h = length / cells
+    low = min(max(around - reach, 0.0), length)
+    high = max(min(around + reach, length), low)
+    best = _nearest_node(table, first, cells, h, x, y, around, low, high)
+    s = _nearest_beside(table, first, cells, h, x, y, best, low, high)
+    return min(max(s, low), high)
 
 
 @kernel

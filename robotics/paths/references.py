@@ -2,11 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from robotics.paths.joined import PathTable
+from robotics.paths.road import EVEN, Road, road_of
 from robotics.paths.trajectory import Reference, Trajectory
 
 
@@ -24,6 +26,11 @@ class References(Protocol):
     @property
     def ends(self) -> np.ndarray:
         """The times [s] at which the references reach the ends of their paths, of the shape ``robots``."""
+        ...
+
+    @property
+    def road(self) -> Road:
+        """The same as plain arrays, for compiled functions."""
         ...
 
     def at(self, time: float) -> Reference:
@@ -58,6 +65,11 @@ class Later:
         """The times [s] at which the references reach the ends of their paths."""
         return self.whole.ends - self.time
 
+    @cached_property
+    def road(self) -> Road:
+        """The same as plain arrays."""
+        return self.whole.road._replace(since=self.whole.road.since + float(self.time))
+
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]."""
         return self.whole.at(time + self.time)
@@ -78,6 +90,11 @@ class EvenTiming:
     def ends(self) -> np.ndarray:
         """The times [s] (runs, robots) at which the references reach the ends of their paths."""
         return np.broadcast_to(self.durations[:, None], self.joined.lengths.shape)
+
+    @cached_property
+    def road(self) -> Road:
+        """The same as plain arrays."""
+        return road_of(self.joined, EVEN, self.ends, durations=self.durations[:, None])
 
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]; each field is (runs, robots)."""
@@ -103,6 +120,11 @@ class SideBySide:
     def ends(self) -> np.ndarray:
         """The times [s] (runs, robots) at which the references reach the ends of their paths."""
         return self.flat.ends.reshape(self.joined.lengths.shape)
+
+    @cached_property
+    def road(self) -> Road:
+        """The same as plain arrays."""
+        return self.flat.road
 
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]; each field is (runs, robots)."""

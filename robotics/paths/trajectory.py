@@ -4,6 +4,7 @@ A path says where, a :class:`Timing` says how fast; together they are the moving
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import inf
 from typing import NamedTuple
 
@@ -12,6 +13,7 @@ import numpy as np
 from fuzzy.compiled.jit import kernel
 from robotics.paths.joined import PathTable, join_paths
 from robotics.paths.path import Path, PathError, X, point
+from robotics.paths.road import TABULATED, Road, road_of
 from robotics.quantity import check_quantities, quantity
 
 
@@ -70,6 +72,11 @@ class Trajectory:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "joined", join_paths(self.paths))
+
+    @cached_property
+    def road(self) -> Road:
+        """The same as plain arrays."""
+        return road_of(self.joined, TABULATED, self.ends, timing=self.tables)
 
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]; after its end a reference rests there."""

@@ -3,19 +3,20 @@
 The model, and the meaning of its numbers, is that of :mod:`robotics.radio.description`.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from robotics.radio.description import Radio
-from robotics.radio.faults import Condition
 from robotics.random_streams import RADIO_STREAM
 
-_BLOCK = 2_000_000  # random numbers drawn at a time: bounds memory
-_NO_CUT = np.zeros((0, 0, 0), dtype=bool)
+_MOST_DRAWS = 2_000_000  # random numbers drawn at a time: bounds memory
+_MESSAGES = 256  # drawn at a time, at most
+AGE, HEARS, HEARD = range(3)  # planes of what is heard: a message's age, whether the graph lets it pass, its values
 BELIEVED = 0.5  # s for which a rate that was heard is believed; after that the value stays as predicted
 
 
@@ -53,131 +54,104 @@ class Heard:
 NOTHING = Heard.nothing(0, 0)
 
 
-class _Flight(NamedTuple):
-    """One broadcast of all robots, on its way."""
-
-    sent: int  # period
-    first: int  # period before which none of it is heard
-    last: int  # period after which none of it is
-    values: np.ndarray  # (fields, runs, robots)
-    arrives: np.ndarray  # (runs, receivers, senders) int32: the period in which it is heard; -1 never
-
-
 class Air(NamedTuple):
-    """The state of a channel: the messages heard last, and those on their way."""
+    """A radio as columns, for compiled functions; a lane is one robot of one run, here as the receiver."""
 
-    values: np.ndarray  # (fields, runs, receivers, senders): heard last
-    born: np.ndarray  # (runs, receivers, senders) int32: the period in which that was sent, -1 before the first
-    flying: tuple[_Flight, ...]  # oldest first
-    bad: np.ndarray  # (runs, receivers, senders) bool: links in a burst of losses
+    values: int  # in a message; 0: nothing is said
+    every: int  # control periods from message to message
+    latency: float  # s
+    jitter: float  # s
+    loss: float  # 1
+    burst_start: float  # 1
+    burst_end: float  # 1
+    burst_loss: float  # 1
+    range: float  # m; infinite: none
+    graph: np.ndarray  # (robots, robots) bool
+    heard: np.ndarray  # (HEARD + values, lanes, robots): age [s], 1 where the graph lets it pass, and values heard last
+    born: np.ndarray  # (lanes, robots) int32: the period in which that was sent; -1 before the first
+    bad: np.ndarray  # (lanes, robots) bool: links in a burst of losses
+    said: np.ndarray  # (flights, values, lanes): messages on their way
+    arrives: np.ndarray  # (flights, lanes, robots) int32: the period in which each is heard; -1 never
+    sent: np.ndarray  # (flights,) int: the period in which they were sent; -1: none
+    draws: np.ndarray  # (messages, streams, runs, robots, robots): uniform numbers
+    drawn: int  # the number of the first of these messages
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Channel:
-    """The radio of one simulation; its state is an :class:`Air`."""
+    """The radio of one simulation: its state as columns, and the random numbers of each run."""
 
     radio: Radio
     fields: tuple[str, ...]  # the names of the values of a message
-    graph: np.ndarray  # (robots, robots) bool
     tick: float  # s, the control period
-    every: int  # periods from message to message
-    draws: Iterator[np.ndarray] | None  # uniform numbers (streams, runs, receivers, senders), message by message
+    streams: int  # uniform numbers for each message of a link
+    generators: tuple[np.random.Generator, ...]  # one for each run
 
     @classmethod
     def opened(cls, radio: Radio, fields: Sequence[str], robots: int, seeds: Sequence[int], tick: float) -> "Channel":
-        """Open the channel of a simulation. Raises RadioError where the graph names a robot that does not exist.
+        """Open the channel of a simulation. Raises RadioError where the messages of a period do not fit.
 
         Args:
             radio: Its description.
-            fields: The names of the values of a message.
+            fields: The names of the values of a message; none: nothing is said.
             robots: The number of robots.
             seeds: One for each run.
             tick: The control period [s].
         """
         streams = sum((radio.loss > 0 or radio.burst_start > 0, radio.burst_start > 0, radio.jitter > 0))
-        draws = _uniform(seeds, streams, robots) if streams else None
-        every = max(1, round(radio.period / tick))
-        return cls(radio, tuple(fields), radio.adjacency(robots).astype(bool), tick, every, draws)
+        if fields:
+            radio.check_bandwidth(robots, len(fields))
+        generators = tuple(np.random.default_rng([seed, RADIO_STREAM]) for seed in seeds if streams and fields)
+        return cls(radio, tuple(fields), tick, streams, generators)
 
-    def init(self, runs: int) -> Air:
-        """Begin ``runs`` runs in silence. Raises RadioError where the messages of a period do not fit."""
-        robots = len(self.graph)
-        self.radio.check_bandwidth(robots, len(self.fields))
-        shape = (runs, robots, robots)
+    def silence(self, runs: int, robots: int) -> Air:
+        """The state at the start of ``runs`` runs. Raises RadioError where the graph names an unknown robot."""
+        radio, lanes, values = self.radio, runs * robots, len(self.fields)
+        graph = radio.adjacency(robots).astype(bool) if values else np.zeros((robots, robots), dtype=bool)
+        every = max(1, round(radio.period / self.tick))
+        longest = max(1, math.ceil((radio.latency + radio.jitter) / self.tick - 1e-9))
+        flights = -(-longest // every) if values else 0
+        heard = np.full((HEARD + values, lanes, robots), np.nan)
+        heard[AGE], heard[HEARS] = np.inf, np.tile(graph, (runs, 1))
         return Air(
-            np.full((len(self.fields), *shape), np.nan), np.full(shape, -1, np.int32), (), np.zeros(shape, dtype=bool)
+            values,
+            every,
+            float(radio.latency),
+            float(radio.jitter),
+            float(radio.loss),
+            float(radio.burst_start),
+            float(radio.burst_end),
+            float(radio.burst_loss),
+            np.inf if radio.range is None else float(radio.range),
+            graph,
+            heard,
+            np.full((lanes, robots), -1, np.int32),
+            np.zeros((lanes, robots), dtype=bool),
+            np.zeros((flights, values, lanes)),
+            np.full((flights, lanes, robots), -1, np.int32),
+            np.full(flights, -1),
+            np.empty((0, 0, 0, 0, 0)),
+            0,
         )
 
-    def hear(self, air: Air, k: int, condition: Condition | None) -> tuple[Heard, Air]:
-        """Return what every robot knows of the others in period ``k``, and the state after it."""
-        values, born = air.values, air.born
-        landing = [flight for flight in air.flying if flight.first <= k <= flight.last]
-        cut = _NO_CUT if condition is None else condition.cut
-        for flight in landing:
-            values, born = _land(values, born, flight.values, flight.arrives, cut, flight.sent, k)
-        flying = tuple(flight for flight in air.flying if flight.last > k)
-        return Heard(self.fields, values, _ages(born, k, self.tick), self.graph), Air(values, born, flying, air.bad)
-
-    def send(
-        self,
-        air: Air,
-        k: int,
-        message: Mapping[str, np.ndarray],
-        x: np.ndarray,
-        y: np.ndarray,
-        condition: Condition | None,
-    ) -> Air:
-        """Broadcast a message of each robot, and return the state after it.
-
-        Args:
-            air: The state.
-            k: The control period.
-            message: The values by name, (runs, robots) each.
-            x: The robots' true x (runs, robots) [m].
-            y: The robots' true y (runs, robots) [m].
-            condition: The faults of this period; None where no robot is at fault.
-        """
-        if k % self.every:
+    def supplied(self, air: Air, k: int) -> Air:
+        """The same with the random numbers that the message of period ``k`` needs, and of some after it."""
+        message = k // air.every
+        if not self.generators or air.drawn <= message < air.drawn + len(air.draws):
             return air
-        radio, bad = self.radio, air.bad
-        passes = np.broadcast_to(self.graph, bad.shape)
-        if radio.range is not None:
-            passes = passes & _within(np.ascontiguousarray(x), np.ascontiguousarray(y), radio.range)
-        if condition is not None:
-            passes = passes & ~condition.cut
-        draws = iter(()) if self.draws is None else iter(next(self.draws))
-        if radio.loss > 0 or radio.burst_start > 0:
-            lost, chance = next(draws), np.asarray(radio.loss)
-            if radio.burst_start > 0:
-                turn = next(draws)
-                bad = np.where(bad, turn >= radio.burst_end, turn < radio.burst_start)
-                chance = np.where(bad, max(radio.burst_loss, radio.loss), radio.loss)
-            passes = passes & (lost >= chance)
-        arrives: Any = np.int32(k + self._periods(radio.latency))
-        if radio.jitter > 0:
-            arrives = (k + self._periods(radio.latency + radio.jitter * next(draws))).astype(np.int32)
-        arrives = np.where(passes, arrives, np.int32(-1))
-        said = np.empty((len(self.fields), *bad.shape[:2]))
-        for row, name in zip(said, self.fields, strict=True):
-            row[...] = message[name]
-        first, last = (k + int(self._periods(late)) for late in (radio.latency, radio.latency + radio.jitter))
-        return air._replace(flying=(*air.flying, _Flight(k, first, last, said, arrives)), bad=bad)
-
-    def _periods(self, late: Any) -> Any:
-        """The number of control periods after which a message that takes ``late`` [s] is heard."""
-        return np.maximum(1.0, np.ceil(late / self.tick - 1e-9))
-
-
-def _uniform(seeds: Sequence[int], streams: int, robots: int) -> Iterator[np.ndarray]:
-    """Uniform numbers (streams, runs, robots, robots), message by message; each run draws from its own generator."""
-    generators = [np.random.default_rng([seed, RADIO_STREAM]) for seed in seeds]
-    size = streams * robots * robots
-    count = max(1, min(256, _BLOCK // (size * len(generators))))
-    draws = np.empty((len(generators), count, streams, robots, robots))
-    while True:
-        for generator, rows in zip(generators, draws, strict=True):
+        robots = len(air.graph)
+        size = self.streams * robots * robots
+        count = max(1, min(_MESSAGES, _MOST_DRAWS // (size * len(self.generators))))
+        draws = np.empty((len(self.generators), count, self.streams, robots, robots))
+        for generator, rows in zip(self.generators, draws, strict=True):
             generator.random(out=rows)
-        yield from np.moveaxis(draws, 0, 2)
+        return air._replace(draws=np.ascontiguousarray(np.moveaxis(draws, 0, 2)), drawn=message)
+
+    def heard(self, air: Air) -> Heard:
+        """What every robot knows of the others."""
+        robots = len(air.graph)
+        planes = air.heard.reshape(len(air.heard), -1, robots, robots)
+        return Heard(self.fields, planes[HEARD:], planes[AGE], air.graph)
 
 
 @kernel
@@ -190,42 +164,68 @@ def _predicted(values, rates, age, longest):  # type: ignore[no-untyped-def]
     return out
 
 
-@kernel
-def _land(values, born, said, arrives, cut, sent, k):  # type: ignore[no-untyped-def]
-    """``values`` and ``born`` after the arrivals of one flight in period ``k``, where nothing newer was heard."""
-    fields, runs, robots, _ = values.shape
-    heard, when = np.empty_like(values), np.empty_like(born)
-    new = np.empty(robots, np.bool_)
-    for r in range(runs):
-        for i in range(robots):
+uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
+
+
+@uncounted
+def receive(air, k, tick, cut):  # type: ignore[no-untyped-def]
+    """Take from the air what arrives in period ``k``, where nothing newer was heard and the link is not ``cut``."""
+    heard, born, robots = air.heard, air.born, len(air.graph)
+    for flight in range(len(air.sent)):
+        sent = air.sent[flight]
+        if sent < 0:
+            continue
+        for i in range(born.shape[0]):
+            first = i - i % robots
             for j in range(robots):
-                new[j] = arrives[r, i, j] == k and sent > born[r, i, j]
-                if cut.size and cut[r, i, j]:
-                    new[j] = False
-                when[r, i, j] = sent if new[j] else born[r, i, j]
-            for f in range(fields):
-                for j in range(robots):
-                    heard[f, r, i, j] = said[f, r, j] if new[j] else values[f, r, i, j]
-    return heard, when
+                if air.arrives[flight, i, j] == k and sent > born[i, j] and not cut[i, j]:
+                    born[i, j] = sent
+                    for f in range(air.values):
+                        heard[HEARD + f, i, j] = air.said[flight, f, first + j]
+    for i in range(born.shape[0]):
+        for j in range(robots):
+            heard[AGE, i, j] = (k - born[i, j]) * tick if born[i, j] >= 0 else np.inf
 
 
-@kernel
-def _ages(born, k, tick):  # type: ignore[no-untyped-def]
-    age = np.empty(born.shape)
-    for r in range(born.shape[0]):
-        for i in range(born.shape[1]):
-            for j in range(born.shape[2]):
-                age[r, i, j] = (k - born[r, i, j]) * tick if born[r, i, j] >= 0 else np.inf
-    return age
+@uncounted
+def broadcast(air, k, tick, cut, rows, first_row, x, y):  # type: ignore[no-untyped-def]
+    """Send the messages of all robots in period ``k``, if it is time for one.
+
+    A message's values are the rows from ``first_row`` of ``rows`` (rows, lanes); ``x`` and ``y`` (lanes,) [m] are where
+    the robots are.
+    """
+    if air.values == 0 or k % air.every != 0:
+        return
+    message, robots = k // air.every, len(air.graph)
+    flight = message % len(air.sent)
+    air.sent[flight] = k
+    for i in range(len(x)):
+        run, receiver = i // robots, i % robots
+        for f in range(air.values):
+            air.said[flight, f, i] = rows[first_row + f, i]
+        for j in range(robots):
+            dx, dy = x[i] - x[run * robots + j], y[i] - y[run * robots + j]
+            passes = air.graph[receiver, j] and dx * dx + dy * dy <= air.range * air.range and not cut[i, j]
+            late = _lateness(air, message - air.drawn, run, receiver, j, i)
+            periods = max(1.0, math.ceil(late / tick - 1e-9)) if passes and late < np.inf else 0.0
+            air.arrives[flight, i, j] = np.int32(k + periods) if periods > 0 else np.int32(-1)
 
 
-@kernel
-def _within(x, y, reach):  # type: ignore[no-untyped-def]
-    """Whether two robots are within ``reach`` [m] of each other (runs, robots, robots) bool."""
-    runs, robots = x.shape
-    near = np.empty((runs, robots, robots), np.bool_)
-    for r in range(runs):
-        for i in range(robots):
-            for j in range(robots):
-                near[r, i, j] = (x[r, i] - x[r, j]) ** 2 + (y[r, i] - y[r, j]) ** 2 <= reach * reach
-    return near
+@uncounted
+def _lateness(air, place, run, receiver, sender, lane):  # type: ignore[no-untyped-def]
+    """How late [s] a message arrives by chance; infinite: it is lost. Bursts go on whether it passes or not."""
+    stream, late = 0, air.latency
+    if air.loss > 0 or air.burst_start > 0:
+        lost, chance = air.draws[place, 0, run, receiver, sender], air.loss
+        stream = 1
+        if air.burst_start > 0:
+            turn, bad = air.draws[place, 1, run, receiver, sender], air.bad[lane, sender]
+            stream = 2
+            bad = turn >= air.burst_end if bad else turn < air.burst_start
+            air.bad[lane, sender] = bad
+            chance = max(air.burst_loss, air.loss) if bad else air.loss
+        if lost < chance:
+            return np.inf
+    if air.jitter > 0:
+        late += air.jitter * air.draws[place, stream, run, receiver, sender]
+    return late

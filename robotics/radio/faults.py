@@ -6,6 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from fuzzy.compiled.jit import kernel
 from robotics.quantity import check_quantities, described, quantity, whole
 from robotics.radio.description import RadioError, expect_one_of
 from robotics.random_streams import FAULT_STREAM
@@ -50,13 +51,27 @@ class Fault:
             )
 
 
-class Condition(NamedTuple):
-    """The robots that are at fault at one time."""
+class Trouble(NamedTuple):
+    """The faults of every run as columns, and who is at fault now; a lane is one robot of one run."""
 
-    failed: np.ndarray  # (runs, robots) bool: wheel references are 0
-    held: np.ndarray  # (runs, robots) bool: the last command is held
-    cut: np.ndarray  # (runs, receivers, senders) bool: no message passes
-    code: np.ndarray  # (runs, robots) int: of FAULTS, the gravest of several; 0: none, or only of a link
+    kind: np.ndarray  # (faults,) int: of FAULTS
+    robot: np.ndarray  # (faults,) int, from 0
+    other: np.ndarray  # (faults,) int: the other end of a link; -1: it is the robot's own fault
+    starts: np.ndarray  # (runs, faults) s
+    ends: np.ndarray  # (runs, faults) s
+    failed: np.ndarray  # (lanes,) bool: wheel references are 0
+    held: np.ndarray  # (lanes,) bool: the last command is held
+    cut: np.ndarray  # (lanes, robots) bool: no message passes from that robot
+    code: np.ndarray  # (lanes,) int: of FAULTS, the gravest of several; 0: none, or only of a link
+
+
+def untroubled(runs: int, robots: int) -> Trouble:
+    """The columns of runs without faults."""
+    none, lanes = np.zeros(0, dtype=np.int64), runs * robots
+    times = np.zeros((runs, 0))
+    ill = np.zeros(lanes, dtype=bool)
+    cut = np.zeros((lanes, robots), dtype=bool)
+    return Trouble(none, none, none, times, times, ill, ill.copy(), cut, np.zeros(lanes, dtype=np.int64))
 
 
 @dataclass(frozen=True)
@@ -77,25 +92,53 @@ class Faults:
         starts = start + draws.reshape(len(seeds), len(faults)) * (until - start)
         return cls(tuple(faults), robots, starts, starts + [f.duration for f in faults])
 
-    def at(self, time: float) -> Condition | None:
-        """The condition at ``time`` [s]; None while no robot of any run is at fault."""
-        active = (self.starts <= time + 1e-9) & (time + 1e-9 < self.ends)
-        if not active.any():
-            return None
-        runs, n = len(self.starts), self.robots
-        at_fault = {kind: np.zeros((runs, n), dtype=bool) for kind in FAULTS}
-        cut = np.zeros((runs, n, n), dtype=bool)
-        for f, now in zip(self.faults, active.T, strict=True):
-            i = f.robot - 1
-            if f.other is not None:
-                cut[:, i, f.other - 1] |= now
-                cut[:, f.other - 1, i] |= now
+    def trouble(self, runs: np.ndarray) -> Trouble:
+        """The columns of ``runs``, their places (n,)."""
+        return untroubled(len(runs), self.robots)._replace(
+            kind=np.array([FAULTS[f.kind] for f in self.faults], dtype=np.int64),
+            robot=np.array([f.robot - 1 for f in self.faults], dtype=np.int64),
+            other=np.array([-1 if f.other is None else f.other - 1 for f in self.faults], dtype=np.int64),
+            starts=np.ascontiguousarray(self.starts[runs], dtype=float),
+            ends=np.ascontiguousarray(self.ends[runs], dtype=float),
+        )
+
+
+_FAILURE, _STALL, _DELAY = FAULTS["failure"], FAULTS["stall"], FAULTS["delay"]
+_GRAVEST_FIRST = tuple(FAULTS.values())
+
+
+@kernel(nogil=True, _nrt=False)
+def notice(trouble, time, robots):  # type: ignore[no-untyped-def]
+    """Find out who of the ``robots`` of every run is at fault at ``time`` [s], and which links are cut."""
+    if len(trouble.kind) == 0:
+        return
+    trouble.code[:] = 0
+    trouble.failed[:] = False
+    trouble.held[:] = False
+    trouble.cut[:] = False
+    now = time + 1e-9
+    for run in range(len(trouble.starts)):
+        for f in range(len(trouble.kind)):
+            if not trouble.starts[run, f] <= now < trouble.ends[run, f]:
                 continue
-            at_fault[f.kind][:, i] |= now
-            if f.kind != "stall":
-                cut[:, i, :] |= now[:, None]
-                cut[:, :, i] |= now[:, None]
-        code = np.zeros((runs, n), dtype=int)
-        for kind in reversed(FAULTS):
-            code[at_fault[kind]] = FAULTS[kind]
-        return Condition(at_fault["failure"] | at_fault["stall"], at_fault["delay"], cut, code)
+            kind, i = trouble.kind[f], run * robots + trouble.robot[f]
+            if trouble.other[f] >= 0:
+                trouble.cut[i, trouble.other[f]] = True
+                trouble.cut[run * robots + trouble.other[f], trouble.robot[f]] = True
+                continue
+            trouble.failed[i] |= kind in (_FAILURE, _STALL)
+            trouble.held[i] |= kind == _DELAY
+            trouble.code[i] = _graver(kind, trouble.code[i])
+            if kind != _STALL:
+                for j in range(robots):
+                    trouble.cut[i, j] = True
+                    trouble.cut[run * robots + j, trouble.robot[f]] = True
+
+
+@kernel(nogil=True, _nrt=False)
+def _graver(one, other):  # type: ignore[no-untyped-def]
+    """The graver of two kinds of faults; 0 is none."""
+    for kind in _GRAVEST_FIRST:
+        if kind in (one, other):
+            return kind
+    return 0

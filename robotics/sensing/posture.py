@@ -5,10 +5,11 @@ size a little wrong drifts. A pose sensor is noisy but does not drift. The compl
 and corrects the prediction by a share of its difference from the pose sensor.
 """
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
-from typing import Any, Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -85,35 +86,35 @@ class Sensing:
 LABORATORY = Sensing(posture="pose", position_noise=0.003, heading_noise=0.003)
 
 
-@dataclass(frozen=True)
-class PostureSensors:
-    """The posture sensors of all robots. Arrays are (robots,), or (3, robots) for x, y, heading."""
+class Senses(NamedTuple):
+    """The posture sensors of all robots as columns, for compiled functions; a lane is one robot of one run."""
 
-    pose: np.ndarray  # bool: whether by a pose sensor; else by odometry
-    posed: int  # the number of robots with a pose sensor
+    posed: np.ndarray  # (robots,) bool: by a pose sensor; else by odometry
     noise: np.ndarray  # (3, robots) m, m, rad: standard deviations
-    relative: np.ndarray  # 1: standard deviation of x and y as a share of each
-    since: np.ndarray  # s: the noise begins
-    until: np.ndarray  # s: the noise ends
-    always: bool  # all noise acts from the start to the end
-    gain: np.ndarray  # 1: of the filter; 1 where there is none
-    draws: Iterator[np.ndarray] | None  # normal numbers (3, runs, robots), period by period
-    relative_draws: Iterator[np.ndarray] | None
-    noisy: Any  # an index of the robots with absolute noise
-    scaled: Any  # of those with relative noise
-    filtered: Any  # of those with a filter; None: no robot
-    noise_ends: float  # s: no robot has absolute noise after that
-    relative_ends: float  # s: no robot has relative noise after that
+    relative: np.ndarray  # (robots,) 1: standard deviation of x and y as a share of each
+    since: np.ndarray  # (robots,) s: the noise begins
+    until: np.ndarray  # (robots,) s: the noise ends
+    gain: np.ndarray  # (robots,) 1: of the filter; 1 where there is none
+    counts: np.ndarray  # (2, lanes): of the encoders in the last period
+    draws: np.ndarray  # (runs, periods, 3, robots): normal numbers; no periods: there is no such noise
+    relative_draws: np.ndarray  # likewise, of the relative noise
+    drawn: int  # the period of the first of them
+
+
+@dataclass(frozen=True, eq=False)
+class PostureNoise:
+    """The noise of the posture sensors of a simulation; each run draws from its own generators."""
+
+    sensing: tuple[Sensing, ...]  # one for each robot
+    periods: int  # drawn at a time
+    generators: tuple[np.random.Generator, ...]  # of the absolute noise; none where there is none
+    relative: tuple[np.random.Generator, ...]
 
     @classmethod
-    def of(
-        cls,
-        sensing: Sequence[Sensing],
-        ticks: int,
-        generators: Sequence[np.random.Generator],
-        seeds: Sequence[int],
-    ) -> "PostureSensors":
-        """Make the posture sensors of a simulation.
+    def opened(
+        cls, sensing: Sequence[Sensing], ticks: int, generators: Sequence[np.random.Generator], seeds: Sequence[int]
+    ) -> "PostureNoise":
+        """Open the noise of a simulation.
 
         Args:
             sensing: One for each robot.
@@ -121,83 +122,41 @@ class PostureSensors:
             generators: One for each run; the absolute noise comes from these.
             seeds: One for each run; the relative noise comes from these.
         """
-        pose = np.array([s.posture == "pose" for s in sensing])
-        noise = np.array([[s.position_noise] * 2 + [s.heading_noise] for s in sensing]).T
-        relative = np.array([s.relative_noise for s in sensing])
-        until = np.array([np.inf if s.noise_end is None else s.noise_end for s in sensing])
-        gain = np.array([s.filter_gain for s in sensing])
-        noisy, scaled = noise.max(axis=0) > 0, relative > 0
+        noisy = any(s.position_noise or s.heading_noise for s in sensing)
+        scaled = any(s.relative_noise for s in sensing)
+        own = tuple(np.random.default_rng([seed, RELATIVE_STREAM]) for seed in seeds if scaled)
         periods = min(_NOISE_BLOCK, ticks + 1, max(1, _MOST_DRAWS // (3 * len(sensing) * len(seeds))))
-        own = [np.random.default_rng([seed, RELATIVE_STREAM]) for seed in seeds] if relative.any() else []
-        return cls(
-            pose,
-            int(pose.sum()),
-            noise,
-            relative,
-            np.array([s.noise_start for s in sensing]),
-            until,
-            all(s.noise_start == 0 and s.noise_end is None for s in sensing),
-            gain,
-            _normal(generators, periods, len(sensing)) if noise.any() else None,
-            _normal(own, periods, len(sensing)) if own else None,
-            _which(noisy),
-            _which(scaled),
-            _which(gain < 1) if (gain < 1).any() else None,
-            until[noisy].max(initial=0.0),
-            until[scaled].max(initial=0.0),
+        return cls(tuple(sensing), periods, tuple(generators) if noisy else (), own)
+
+    def senses(self, counts: np.ndarray) -> Senses:
+        """The columns before the first period, with the encoders' ``counts`` (2, lanes)."""
+        sensing = self.sensing
+        none = np.empty((0, 0, 3, len(sensing)))
+        return Senses(
+            np.array([s.posture == "pose" for s in sensing]),
+            np.array([[s.position_noise] * 2 + [s.heading_noise] for s in sensing], dtype=float).T.copy(),
+            np.array([s.relative_noise for s in sensing], dtype=float),
+            np.array([s.noise_start for s in sensing], dtype=float),
+            np.array([np.inf if s.noise_end is None else s.noise_end for s in sensing], dtype=float),
+            np.array([s.filter_gain for s in sensing], dtype=float),
+            counts,
+            none,
+            none,
+            0,
         )
 
-    def measure(
-        self, time: float, state: np.ndarray, estimate: np.ndarray | None, v: np.ndarray, w: np.ndarray, dt: float
-    ) -> np.ndarray:
-        """Measure the postures (3, runs, robots): x [m], y [m], heading [rad].
+    def supplied(self, senses: Senses, k: int) -> Senses:
+        """The same with the random numbers of period ``k`` and of some after it; every period needs its own."""
+        if k < senses.drawn + max(senses.draws.shape[1], senses.relative_draws.shape[1]):
+            return senses
+        draws, relative_draws = (self._normal(own) for own in (self.generators, self.relative))
+        return senses._replace(draws=draws, relative_draws=relative_draws, drawn=k)
 
-        Args:
-            time: The time [s].
-            state: The plant's state (channels, runs, robots).
-            estimate: The postures of the period before (3, runs, robots); None before the first.
-            v: The speed since then by the encoders (runs, robots) [m/s].
-            w: The angular velocity since then by the encoders (runs, robots) [rad/s].
-            dt: The time since then [s].
-        """
-        odometry = state[p.ODO_X : p.ODO_HEADING + 1]
-        if not self.posed:
-            return odometry.copy()
-        truth = state[p.X : p.HEADING + 1]
-        measured = truth.copy() if self.posed == len(self.pose) else np.where(self.pose, truth, odometry)
-        now = time + 1e-9
-        # Noise that is over need not be drawn; noise that is yet to come must be, or it would come too early.
-        if self.relative_draws is not None and now < self.relative_ends:
-            share = next(self.relative_draws)[:2, :, self.scaled] * (self.relative * self._active(now))[self.scaled]
-            measured[:2, :, self.scaled] *= 1 + share
-        if self.draws is not None and now < self.noise_ends:
-            noise = self.noise if self.always else self.noise * self._active(now)
-            measured[:, :, self.noisy] += next(self.draws)[:, :, self.noisy] * noise[:, None, self.noisy]
-        if self.filtered is not None and estimate is not None:
-            forward, turn = v[:, self.filtered] * dt, w[:, self.filtered] * dt
-            predicted = estimate[:, :, self.filtered]
-            middle = predicted[2] + turn / 2
-            predicted = predicted + np.stack([forward * np.cos(middle), forward * np.sin(middle), turn])
-            gap = measured[:, :, self.filtered] - predicted
-            measured[:, :, self.filtered] = predicted + self.gain[self.filtered] * gap
-        return measured
-
-    def _active(self, now: float) -> np.ndarray:
-        return (self.since <= now) & (now < self.until)
-
-
-def _which(robots: np.ndarray) -> Any:
-    """An index of the ``robots`` (robots,) bool; for all of them a slice, which copies nothing."""
-    return slice(None) if robots.all() else np.flatnonzero(robots)
-
-
-def _normal(generators: Sequence[np.random.Generator], periods: int, robots: int) -> Iterator[np.ndarray]:
-    """Normal numbers (3, runs, robots), period by period; each run draws from its own generator."""
-    draws = np.empty((len(generators), periods, 3, robots))
-    while True:
+    def _normal(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        draws = np.empty((len(generators), self.periods if generators else 0, 3, len(self.sensing)))
         for generator, rows in zip(generators, draws, strict=True):
             generator.standard_normal(out=rows)
-        yield from draws.transpose(1, 2, 0, 3)
+        return draws
 
 
 def wheel_errors(sensing: Sequence[Sensing], seeds: Sequence[int]) -> np.ndarray | None:
@@ -212,23 +171,63 @@ def wheel_errors(sensing: Sequence[Sensing], seeds: Sequence[int]) -> np.ndarray
     return np.concatenate([1 + np.clip(spread * d, -0.5, 0.5) for d in draws], axis=1)
 
 
-@kernel
-def wheel_odometry(parameters, state, before, period):  # type: ignore[no-untyped-def]
-    """Return the encoders' counts (2, lanes), and v [m/s] and ω [rad/s] (2, lanes) since the last   thesis (2.25).
+uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
+
+
+@uncounted
+def read_encoders(parameters, truth, counts, period, velocity):  # type: ignore[no-untyped-def]
+    """Read all encoders, and the velocities since the last ``counts`` (2, lanes), which are brought up to date.
 
     Args:
         parameters: The plant's (PARAMETERS, lanes).
-        state: The plant's state (CHANNELS, lanes).
-        before: The counts of the last period (2, lanes).
+        truth: The plant's state (CHANNELS, lanes).
+        counts: Of the last period (2, lanes).
         period: The time since then [s].
+        velocity: Where v [m/s] and ω [rad/s] are written (2, lanes)   thesis (2.25).
     """
-    counts, velocities = np.empty_like(before), np.empty_like(before)
-    for lane in range(before.shape[1]):
-        for wheel in range(2):
-            counts[wheel, lane] = np.floor(state[p.ANGLE_R + wheel, lane] * parameters[p.P_COUNT, lane])
-        a_second = (counts[:, lane] - before[:, lane]) / period / parameters[p.P_COUNT, lane]
-        right = a_second[0] * parameters[p.P_ODO_RIGHT, lane]
-        left = a_second[1] * parameters[p.P_ODO_LEFT, lane]
-        velocities[0, lane] = (right + left) / 2
-        velocities[1, lane] = (right - left) / (2 * parameters[p.P_ODO_HALF_AXLE, lane])
-    return counts, velocities
+    for i in range(truth.shape[1]):
+        per_radian = parameters[p.P_COUNT, i]
+        right, left = np.floor(truth[p.ANGLE_R, i] * per_radian), np.floor(truth[p.ANGLE_L, i] * per_radian)
+        right_speed = (right - counts[0, i]) / period / per_radian * parameters[p.P_ODO_RIGHT, i]
+        left_speed = (left - counts[1, i]) / period / per_radian * parameters[p.P_ODO_LEFT, i]
+        counts[0, i], counts[1, i] = right, left
+        velocity[0, i] = (right_speed + left_speed) / 2
+        velocity[1, i] = (right_speed - left_speed) / (2 * parameters[p.P_ODO_HALF_AXLE, i])
+
+
+@uncounted
+def measure(senses, truth, posture, velocity, k, dt):  # type: ignore[no-untyped-def]
+    """Measure all postures in period ``k``: by odometry, or the truth with noise, filtered where there is a filter.
+
+    Args:
+        senses: The sensors.
+        truth: The plant's state (CHANNELS, lanes).
+        posture: Those of the period before, where the new ones are written (3, lanes): x [m], y [m], heading [rad].
+        velocity: v [m/s] and ω [rad/s] since then, by the encoders (2, lanes).
+        k: The control period.
+        dt: The time since the last [s].
+    """
+    robots, now, place = len(senses.posed), k * dt + 1e-9, k - senses.drawn
+    for i in range(truth.shape[1]):
+        run, robot = i // robots, i % robots
+        if not senses.posed[robot]:
+            for c in range(3):
+                posture[c, i] = truth[p.ODO_X + c, i]
+            continue
+        x, y, heading = truth[p.X, i], truth[p.Y, i], truth[p.HEADING, i]
+        if senses.since[robot] <= now < senses.until[robot]:
+            if len(senses.relative_draws) > 0:
+                x *= 1 + senses.relative_draws[run, place, 0, robot] * senses.relative[robot]
+                y *= 1 + senses.relative_draws[run, place, 1, robot] * senses.relative[robot]
+            if len(senses.draws) > 0:
+                x += senses.draws[run, place, 0, robot] * senses.noise[0, robot]
+                y += senses.draws[run, place, 1, robot] * senses.noise[1, robot]
+                heading += senses.draws[run, place, 2, robot] * senses.noise[2, robot]
+        gain = senses.gain[robot]
+        if gain < 1 and k > 0:
+            forward, turn = velocity[0, i] * dt, velocity[1, i] * dt
+            middle = posture[2, i] + turn / 2
+            px, py = posture[0, i] + forward * math.cos(middle), posture[1, i] + forward * math.sin(middle)
+            predicted = posture[2, i] + turn
+            x, y, heading = px + gain * (x - px), py + gain * (y - py), predicted + gain * (heading - predicted)
+        posture[0, i], posture[1, i], posture[2, i] = x, y, heading

@@ -7,7 +7,7 @@ import numpy as np
 from fuzzy.errors import InputError, quoted
 from fuzzy.files.arrays import Header
 from robotics.laws.modes import MODES
-from robotics.simulation.channels import CHANNELS, RECORDS, units_of
+from robotics.simulation.channels import CHANNELS, RECORDS
 
 LONGEST_STEP = 1.0 + 1e-9  # s between samples: the longest period of a scenario
 FASTEST = 1e6  # m, rad, m/s, rad/s: no robot is farther or faster; contacts are looked for along all of its way
@@ -37,7 +37,7 @@ def check_headers(found: Mapping[str, Header]) -> None:
     lengths["sender"] = lengths["robot"]
     for name, record in RECORDS.items():
         if name in found:
-            channels = {"channel": len(units_of(record.scalars))} if record.scalars else {}
+            channels = {"channel": len(record.units)} if record.units else {}
             axes = tuple(channels.get(axis, axis) for axis in record.axes)
             _check(name, found[name], np.dtype(record.dtype).kind, axes, lengths)
     for robot in range(lengths["robot"]):

@@ -1,36 +1,114 @@
-"""The one simulation: sense, hear, decide, obey, say, move; all seeds of a setting in one array pass.
+"""The one simulation: sense, hear, decide, obey, record, say, move, for all robots of all runs.
 
-Every run draws from its own generator, seeded by its own seed: a run's result does not depend, to the last bit,
-on which runs are beside it.
+The loop over periods exists twice, with the same steps and the same bits: compiled, for laws that have an equation, and
+in Python, for any other law and for whoever looks at every period. Every run draws from its own generators, seeded by
+its own seed, and no lane's arithmetic depends on another run: a run's result does not depend, to the last bit, on which
+runs are beside it, nor on how many threads share them out.
 """
 
+import os
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from threading import Lock
 from typing import Any
 
 import numpy as np
+from numba import types
 
+from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.environment.collision import footprints
 from robotics.laws.catalogue import as_law
+from robotics.laws.equation import (
+    AT_S,
+    AT_X,
+    EQUATION_TYPE,
+    FIRST,
+    GUARDED,
+    HEADING,
+    MODE,
+    PROGRESS,
+    SAYS,
+    SECOND,
+    TO_S,
+    TO_X,
+    WISH_V,
+    WISH_W,
+    V,
+    W,
+    X,
+    Y,
+    compiled,
+)
 from robotics.laws.foreign import begun, commanded
-from robotics.laws.law import Command, Law, Observation, check_needs
+from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
-from robotics.paths.references import sampled
 from robotics.paths.trajectory import Reference
-from robotics.radio.channel import Channel, Heard
 from robotics.radio.faults import Faults
 from robotics.scenario.description import Scenario
 from robotics.sensing.carried import CarriedSensors
-from robotics.sensing.posture import PostureSensors, wheel_errors, wheel_odometry
+from robotics.sensing.sonar import Ranges
+from robotics.simulation.lanes import Kept, Lanes, machine_code
+from robotics.simulation.opening import Driver, Opening, has_equation
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.state import State
+from robotics.simulation.steps import decide, hear, move, obey, record, say, sense
 from robotics.vehicle import plant as p
+
+CHUNK = 96  # lanes that a compiled loop drives together: their columns stay in a core's own cache
+BLOCK = 100_000  # periods of lanes that it drives at a time: between two blocks it can be interrupted
 
 
 class SimulationError(InputError):
     """A simulation that cannot start: no seeds, or a seed that is no whole number >= 0."""
+
+
+# The loop, compiled ----------------------------------------------------------------------------------------------
+
+
+@kernel(nogil=True, _nrt=False)
+def _periods(law, k, end, last, lanes):  # type: ignore[no-untyped-def]
+    """Drive from period ``k`` to before ``end``; in ``last``, the last of all, nobody moves any more."""
+    while k < end:
+        sense(k, lanes)
+        hear(k, lanes)
+        decide(law, k, lanes)
+        obey(lanes)
+        record(k, lanes)
+        if k < last:
+            say(k, lanes)
+            move(k, lanes)
+        k += 1
+
+
+def _drive_compiled(
+    opening: Opening, first: int, last: int, kept: Kept, ticks: int, advance: Callable[[int], None]
+) -> np.ndarray:
+    """Drive the runs from ``first`` to before ``last`` to their end; return when each robot was stopped, or -1.
+
+    ``advance`` is called with how many periods of how many runs have gone by.
+    """
+    lanes, supply = opening.lanes(first, last, kept)
+    one: Any = opening.drivers[0].law
+    law = compiled(type(one).equation)
+    loop, k = machine_code(_periods, types.FunctionType(EQUATION_TYPE), *(types.int64,) * 3), 0
+    block = max(16, BLOCK // len(lanes.lost))
+    while k <= ticks:
+        lanes = supply.to(lanes, k)
+        end = min(k + block, supply.lasts(lanes, k), ticks + 1)
+        loop(law, k, end, ticks, lanes)
+        advance((end - k) * (last - first))
+        k = end
+    return stopped(lanes, ticks)
+
+
+def stopped(lanes: Lanes, k: int) -> np.ndarray:
+    """The period in which each robot was stopped, or -1 (runs, robots), after period ``k``."""
+    return np.where(lanes.lost, k, lanes.stopped).reshape(-1, lanes.robots)
+
+
+# The loop, in Python ---------------------------------------------------------------------------------------------
 
 
 def drive(setting: Setting, law: Law[Any], seeds: Sequence[int], faults: Faults | None = None) -> Iterator[State]:
@@ -46,185 +124,165 @@ def drive(setting: Setting, law: Law[Any], seeds: Sequence[int], faults: Faults 
 
     Raises SimulationError, and what the law raises.
     """
-    simulation = Simulation.opened(setting, law, seeds, faults)
-    state = simulation.start()
-    while True:
-        for step in (simulation.sense, simulation.hear, simulation.decide, simulation.obey):
-            state = step(state)
-        yield state
-        if state.k == setting.ticks:
-            return
-        state = simulation.move(simulation.say(state))
+    simulation = Simulation(setting, law, checked_seeds(seeds), faults)
+    for k in range(setting.ticks + 1):
+        yield simulation.state(*simulation.period(k))
+        if k < setting.ticks:
+            simulation.say(k)
+            simulation.move(k)
 
 
-@dataclass(frozen=True, eq=False)
 class Simulation:
-    """What does not change while a simulation goes on, and the steps of a period, each from a State to a State.
+    """The simulation that the loop in Python drives: the steps of a period, one after the other.
 
-    A step changes no state. Noise and losses are drawn from the seeds' generators in the order of time, so a step with
-    noise is taken once in every period.
+    Its columns, :attr:`lanes`, are those of the compiled loop, and its steps call the same compiled functions.
     """
 
-    setting: Setting
-    law: Law[Any]
-    seeds: tuple[int, ...]
-    faults: Faults | None
-    plant: p.Plant
-    postures: PostureSensors
-    sensors: CarriedSensors | None  # none: the law needs none, or there is nothing to see
-    channel: Channel | None  # none: the law says nothing
-    sizes: np.ndarray  # of the robots, as of robotics.environment.collision
-    known: np.ndarray | None  # (fields, samples, robots): references that are the same for all runs, looked up at once
-    late: tuple[int, int]  # latency: whole periods, and steps of the plant beyond them
-    begin: np.ndarray  # (plant channels, lanes)
+    def __init__(
+        self,
+        setting: Setting,
+        law: Law[Any],
+        seeds: tuple[int, ...],
+        faults: Faults | None = None,
+        recorder: Recorder | None = None,
+        name: str = "",
+    ) -> None:
+        """Open it; arguments as of :func:`drive`. Raises RadioError, or ControllerError."""
+        self.setting, self.law, self.runs, self.robots = setting, law, len(seeds), len(setting.robots)
+        self.name, self.recorder = name, recorder or Recorder(setting, law, len(seeds), nothing=True)
+        opening = Opening.of([Driver(setting, law)], seeds, faults)
+        self.lanes, self.supply = opening.lanes(0, len(seeds), self.recorder.kept(0, len(seeds)))
+        self.sensors = CarriedSensors.opened(setting.sensors, seeds, setting.period) if looks(setting, law) else None
+        self.echoes = self.sensors.init() if self.sensors else ()
+        self.sizes = footprints(setting.robots)
+        self.ranges: Ranges | None = None
+        self.memory = self.lanes.memory if has_equation(law) else begun(law, setting, len(seeds))
+        self.speaks = True
 
-    @classmethod
-    def opened(
-        cls, setting: Setting, law: Law[Any], seeds: Sequence[int], faults: Faults | None = None
-    ) -> "Simulation":
-        """Open a simulation; arguments as of :func:`drive`. Raises SimulationError, RadioError, or ControllerError."""
-        seeds = checked_seeds(seeds)
-        check_needs(setting, law)
-        robots = len(setting.robots)
-        parameters = np.tile(np.stack([p.parameters(robot, p.STEP) for robot in setting.robots], axis=1), len(seeds))
-        errors = wheel_errors(setting.sensing, seeds)
-        if errors is not None:
-            parameters[p.P_ODO_RIGHT : p.P_ODO_HALF_AXLE + 1] *= errors
-        steps = round(setting.period / p.STEP)
-        generators = [np.random.default_rng(seed) for seed in seeds]
-        begin = _start(setting, generators)
-        looks = law.looks and setting.world is not None and any(setting.sensors)
-        if faults is None and setting.faults:
-            faults = Faults.drawn(setting.faults, robots, seeds)
-        return cls(
-            setting,
-            law,
-            seeds,
-            faults,
-            p.Plant(parameters, steps=steps, step=p.STEP, kinematic=setting.plant == "kinematic"),
-            PostureSensors.of(setting.sensing, setting.ticks, generators, seeds),
-            CarriedSensors.opened(setting.sensors, seeds, setting.period) if looks else None,
-            Channel.opened(setting.radio, law.message, robots, seeds, setting.period) if law.message else None,
-            footprints(setting.robots),
-            None if setting.ensemble else np.stack(sampled(setting.references, setting.times)),
-            divmod(round(setting.latency / p.STEP), steps),
-            begin,
-        )
+    def period(self, k: int) -> tuple[int, Command]:
+        """Do all of period ``k`` but saying and moving; return ``k`` and what the law has commanded."""
+        self.sense(k)
+        self.hear(k)
+        command = self.decide(k)
+        self.obey()
+        self.record(k)
+        return k, command
 
-    def start(self) -> State:
-        """The state before the first period: at rest, nothing sensed, nothing heard."""
-        shape = len(self.seeds), len(self.setting.robots)
-        rest, none = np.zeros((2, shape[0] * shape[1])), np.zeros(shape)
-        counts, _ = wheel_odometry(self.plant.parameters, self.begin, rest, self.setting.period)
-        reference = self._reference(0, 0.0)
-        return State(
-            k=0,
-            time=0.0,
-            truth=self.begin.reshape(-1, *shape),
-            counts=counts,
-            reference=reference,
-            posture=None,
-            v=none,
-            w=none,
-            echoes=self.sensors.init() if self.sensors else (),
-            ranges=None,
-            air=self.channel.init(shape[0]) if self.channel else None,
-            condition=None,
-            heard=Heard.nothing(*shape),
-            memory=begun(self.law, self.setting, shape[0]),
-            command=Command(none, none, none, none),
-            target=reference,
-            order=np.zeros((2, *shape)),
-            held_for=0.0,
-            stopped=np.full(shape, -1),
-            lost=np.zeros(shape, dtype=bool),
-            all_drive=True,
-            pending=(rest,) * (self.late[0] + 2),
-        )
+    def sense(self, k: int) -> None:
+        """Measure encoders, postures and ranges, and look up where the references are."""
+        self.lanes = self.supply.to(self.lanes, k)
+        self._step(sense, k)
+        if self.sensors is not None and self.setting.world is not None:
+            pose, here = (
+                self.rows(self.lanes.body.truth[: p.HEADING + 1]),
+                self.setting.world.at(k * self.setting.period),
+            )
+            self.ranges, self.echoes = self.sensors.sense(self.echoes, k, pose, self.sizes, here)
 
-    def sense(self, state: State) -> State:
-        """Measure encoders, postures and ranges, and look up where the reference is by now."""
-        period, truth = self.setting.period, state.truth
-        lanes = truth.reshape(len(truth), -1)
-        counts, velocities = wheel_odometry(self.plant.parameters, lanes, state.counts, period)
-        v, w = velocities.reshape(2, *truth.shape[1:])
-        posture = self.postures.measure(state.time, truth, state.posture, v, w, period)
-        state = state.then(counts=counts, v=v, w=w, posture=posture, reference=self._reference(state.k, state.time))
-        if self.sensors is None or self.setting.world is None:
-            return state
-        pose, here = truth[: p.HEADING + 1], self.setting.world.at(state.time)
-        ranges, echoes = self.sensors.sense(state.echoes, state.k, pose, self.sizes, here)
-        return state.then(ranges=ranges, echoes=echoes)
-
-    def hear(self, state: State) -> State:
+    def hear(self, k: int) -> None:
         """Find out who is at fault, and receive what the radio brings."""
-        if self.faults is not None:
-            state = state.then(condition=self.faults.at(state.time))
-        if self.channel is None or state.air is None:
-            return state
-        heard, air = self.channel.hear(state.air, state.k, state.condition)
-        return state.then(heard=heard, air=air)
+        self._step(hear, k)
 
-    def decide(self, state: State) -> State:
+    def decide(self, k: int) -> Command:
         """Ask the law for its command."""
-        assert state.posture is not None
-        x, y, heading = state.posture
-        references = self.setting.references
-        seen = Observation(
-            state.time, x, y, heading, state.v, state.w, state.reference, references, state.heard, state.ranges
+        if has_equation(self.law):
+            law: Any = self.law
+            if self.ranges is not None:
+                self.lanes.known.ranges[...] = self.ranges.of(law.needs).reshape(len(self.lanes.lost), -1).T
+            machine_code(decide, types.FunctionType(EQUATION_TYPE), types.int64)(
+                compiled(type(law).equation), k, self.lanes
+            )
+            return law.commanded(self.rows(self.lanes.command))
+        lanes = self.lanes
+        seen = self.rows(lanes.known.seen.copy())  # a law may keep what it is given
+        observation = Observation(
+            k * self.setting.period,
+            seen[X],
+            seen[Y],
+            seen[HEADING],
+            seen[V],
+            seen[W],
+            Reference(*seen[AT_X : AT_S + 1]),
+            self.setting.references,
+            self.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy())),
+            self.ranges,
         )
-        command, memory = commanded(self.law, seen, state.memory, self.setting.period)
-        return state.then(command=command, memory=memory, target=command.target or state.reference)
+        command, self.memory = commanded(self.law, observation, self.memory, self.setting.period)
+        self.told(command)
+        return command
 
-    def obey(self, state: State) -> State:
-        """Make the order of the command: a robot at fault holds its last one or stands. Notice who is lost."""
-        command, target, condition = state.command, state.target, state.condition
-        wish = np.empty_like(state.order)
-        wish[0], wish[1] = command.first, command.second
-        offset = (state.truth[p.X] - target.x) ** 2 + (state.truth[p.Y] - target.y) ** 2
-        finite = np.isfinite(wish)
-        lost = ~(finite[0] & finite[1] & (offset < self.setting.divergence**2))
-        if not state.all_drive:
-            lost &= state.stopped < 0
-        if condition is None:
-            return state.then(order=wish, lost=lost, held_for=0.0)
-        # Without a new command a robot holds its last, until its watchdog stops it.
-        held_for = np.where(condition.held, state.held_for + self.setting.period, 0.0)
-        wish = np.where(condition.held, state.order, wish)
-        wish = np.where(condition.failed | (held_for > self.law.watchdog + 1e-9), 0.0, wish)
-        return state.then(order=wish, lost=lost, held_for=held_for)
+    def told(self, command: Command) -> None:
+        """Write a command into the columns."""
+        rows = self.rows(self.lanes.command)
+        rows[FIRST], rows[SECOND], rows[WISH_V], rows[WISH_W] = command[:4]
+        target = self.rows(self.lanes.known.seen)[AT_X : AT_S + 1] if command.target is None else command.target
+        for row, of in zip(rows[TO_X : TO_S + 1], target, strict=True):
+            row[...] = of
+        rows[PROGRESS] = np.nan if command.progress is None else command.progress
+        rows[MODE] = 0 if command.mode is None else command.mode
+        rows[GUARDED] = 0 if command.guarded is None else command.guarded
+        if self.recorder.makes_room(command, self.name):
+            self.lanes = self.lanes._replace(kept=self.recorder.kept(0, self.runs))
+        if command.message is not None:
+            for row, name in enumerate(self.law.message, start=SAYS):
+                rows[row] = command.message[name]
+        if command.inputs is not None:
+            first = SAYS + len(self.law.message)
+            rows[first : first + len(command.inputs)] = command.inputs
+        self.speaks = command.message is not None
 
-    def say(self, state: State) -> State:
+    def obey(self) -> None:
+        """Make the order of the command, and notice who is lost."""
+        self._step(obey)
+
+    def record(self, k: int) -> None:
+        """Keep the samples of the period."""
+        self._step(record, k)
+        if self.ranges is not None:
+            self.recorder.keep_ranges(k, self.ranges.values)
+
+    def say(self, k: int) -> None:
         """Broadcast the message of every robot."""
-        if self.channel is None or state.air is None or state.command.message is None:
-            return state
-        x, y = state.truth[p.X], state.truth[p.Y]
-        return state.then(air=self.channel.send(state.air, state.k, state.command.message, x, y, state.condition))
+        if self.speaks:
+            self._step(say, k)
 
-    def move(self, state: State) -> State:
+    def move(self, k: int) -> None:
         """Stop the robots that are lost, and move the plant by one period."""
-        order, stopped = state.order, state.stopped
-        all_drive = state.all_drive and np.count_nonzero(state.lost) == 0
-        if not all_drive:
-            stopped = np.where(state.lost, state.k, stopped)
-            order = np.where(stopped >= 0, 0.0, order)
-        periods, steps = self.late
-        pending = (order.reshape(2, -1), *state.pending[:-1])
-        lanes = state.truth.reshape(len(state.truth), -1)
-        moved = self.plant.advance(lanes, pending[periods + 1], pending[periods], steps, self.law.level)
-        k = state.k + 1
-        return state.then(
-            k=k,
-            time=k * self.setting.period,
-            truth=moved.reshape(state.truth.shape),
-            order=order,
-            stopped=stopped,
-            all_drive=all_drive,
-            pending=pending,
+        self._step(move, k)
+
+    def _step(self, step: Any, *k: int) -> None:
+        machine_code(step, *(types.int64 for _ in k))(*k, self.lanes)
+
+    def rows(self, columns: np.ndarray) -> np.ndarray:
+        """Columns (..., lanes) as (..., runs, robots)."""
+        return columns.reshape(*columns.shape[:-1], self.runs, self.robots)
+
+    def state(self, k: int, command: Command) -> State:
+        """The state of period ``k``, of which nothing changes any more."""
+        lanes = self.lanes
+        seen = self.rows(lanes.known.seen.copy())
+        reference = Reference(*seen[AT_X : AT_S + 1])
+        return State(
+            k,
+            k * self.setting.period,
+            self.rows(lanes.body.truth.copy()),
+            seen[X : HEADING + 1],
+            seen[V],
+            seen[W],
+            reference,
+            self.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy())),
+            self.ranges,
+            self.memory,
+            command,
+            command.target or reference,
+            self.rows(lanes.trouble.code.copy()),
+            self.rows(lanes.order.copy()),
+            self.rows(lanes.stopped.copy()),
+            self.rows(lanes.lost.copy()),
         )
 
-    def _reference(self, k: int, time: float) -> Reference:
-        return self.setting.references.at(time) if self.known is None else Reference(*self.known[:, k])
+
+# Whole runs ------------------------------------------------------------------------------------------------------
 
 
 def simulate(
@@ -236,6 +294,7 @@ def simulate(
     links: bool = False,
     faults: Faults | None = None,
     progress: Callable[[], None] | None = None,
+    threads: int | None = None,
 ) -> Run:
     """Run ``controller`` on ``scenario`` once for every seed.
 
@@ -250,15 +309,17 @@ def simulate(
         links: Whether the run keeps how old each robot's knowledge of each other was, as ``Run.links``.
         faults: The faults of every run, which may differ; by default those of the scenario.
         progress: Called after every period.
+        threads: How many threads share out the runs; by default as many as there are cores. The result is the same.
 
     Raises SimulationError for the seeds, ControllerError where the law cannot drive the scenario.
     """
     law = as_law(controller)
     name = name or (controller if isinstance(controller, str) else "")
-    return record(scenario.setting, law, seeds, name=name, links=links, faults=faults, progress=progress)
+    setting = scenario.setting
+    return record_run(setting, law, seeds, name=name, links=links, faults=faults, progress=progress, threads=threads)
 
 
-def record(
+def record_run(
     setting: Setting,
     law: Law[Any],
     seeds: Sequence[int],
@@ -267,15 +328,70 @@ def record(
     links: bool = False,
     faults: Faults | None = None,
     progress: Callable[[], None] | None = None,
+    threads: int | None = None,
 ) -> Run:
     """:func:`simulate` for a setting: a compiled scenario, or an ensemble of one run."""
-    seeds = checked_seeds(seeds)
-    recorded = Recorder(setting, law, len(seeds), links=links)
-    for state in drive(setting, law, seeds, faults):
-        recorded.keep(state)
+    seeds, name = checked_seeds(seeds), name or type(law).__name__
+    recorder = Recorder(setting, law, len(seeds), links=links)
+    if has_equation(law) and not looks(setting, law):
+        opening = Opening.of([Driver(setting, law)], seeds, faults)
+        gone = np.concatenate(driven(opening, recorder.kept, Periods(setting.ticks + 1, len(seeds), progress), threads))
+        return recorder.run(setting, seeds, name, gone, setting.ticks + 1)
+    simulation = Simulation(setting, law, seeds, faults, recorder, name)
+    for k in range(setting.ticks + 1):
+        simulation.period(k)
+        if k < setting.ticks:
+            simulation.say(k)
+            simulation.move(k)
         if progress is not None:
             progress()
-    return recorded.run(setting, seeds, name or type(law).__name__)
+    return recorder.run(setting, seeds, name, stopped(simulation.lanes, setting.ticks), setting.ticks + 1)
+
+
+class Periods:
+    """Tells a display of periods how far runs are that go on apart from each other."""
+
+    def __init__(self, periods: int, runs: int, progress: Callable[[], None] | None) -> None:
+        """``progress`` is called ``periods`` times in all, for ``runs`` runs of so many."""
+        self.periods, self.runs, self.progress = periods, runs, progress
+        self.done = self.told = 0
+        self.lock = Lock()
+
+    def __call__(self, more: int) -> None:
+        """Count ``more`` periods of single runs."""
+        if self.progress is None:
+            return
+        with self.lock:
+            self.done += more
+            while self.told < self.done // self.runs:
+                self.told += 1
+                self.progress()
+
+
+def driven(
+    opening: Opening, kept: Callable[[int, int], Kept], advance: Callable[[int], None], threads: int | None = None
+) -> list[np.ndarray]:
+    """Drive all runs of a law with an equation, shared out over ``threads``; ``kept`` is where runs are recorded.
+
+    Returns when each robot was stopped, or -1, chunk by chunk (runs, robots).
+    """
+    setting = opening.drivers[0].setting
+    size = max(1, CHUNK // len(setting.robots))
+    chunks = [(first, min(first + size, opening.runs)) for first in range(0, opening.runs, size)]
+
+    def one(chunk: tuple[int, int]) -> np.ndarray:
+        return _drive_compiled(opening, *chunk, kept(*chunk), setting.ticks, advance)
+
+    workers = min(len(chunks), len(os.sched_getaffinity(0)) if threads is None else threads)
+    if workers <= 1:
+        return [one(chunk) for chunk in chunks]
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(one, chunks))
+
+
+def looks(setting: Setting, law: Law[Any]) -> bool:
+    """Whether robots look at something with range sensors."""
+    return law.looks and setting.world is not None and any(setting.sensors)
 
 
 def checked_seeds(seeds: Sequence[int]) -> tuple[int, ...]:
@@ -286,12 +402,3 @@ def checked_seeds(seeds: Sequence[int]) -> tuple[int, ...]:
     if len(seeds) == 0:
         raise SimulationError("at least one seed is needed")
     return tuple(int(seed) for seed in seeds)
-
-
-def _start(setting: Setting, generators: Sequence[np.random.Generator]) -> np.ndarray:
-    """The state at time 0: each robot a little off where it believes to stand, as its sensing says."""
-    shape = (len(generators), len(setting.robots), 3)
-    believed = np.broadcast_to(setting.starts, shape).reshape(-1, 3)
-    spread = [(s.start_position, s.start_position, s.start_heading) for s in setting.sensing]
-    draws = np.concatenate([g.standard_normal(shape[1:]) for g in generators])
-    return p.initial_state(believed + draws * np.tile(spread, (len(generators), 1)), believed)

@@ -12,6 +12,7 @@ tells when each robot comes to which place, hence who passes first where two pat
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from robotics.laws.avoidance.sidestep import roundabout, sidestepped
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.paths.joined import PathTable, join_tables
+from robotics.paths.road import PLANNED, Road, road_of
 from robotics.paths.trajectory import Reference
 
 CLOCK_MARGIN = 1.2  # s: how far two robots' clocks may differ before the plan's clearance is lost
@@ -84,6 +86,13 @@ class PlannedTiming:
         """The times [s] at which the plans end, of the shape of the lengths."""
         robots = self.progress.shape[1]
         return np.broadcast_to(self.end, (len(self.end), robots)).reshape(self.joined.lengths.shape)
+
+    @cached_property
+    def road(self) -> Road:
+        """The same as plain arrays."""
+        durations = self.durations if self.joined.lengths.ndim > 1 else self.durations[0]
+        plan = self.progress.reshape(self.joined.lengths.size, -1)
+        return road_of(self.joined, PLANNED, self.ends, durations=durations, plan=plan)
 
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]; each field has the shape of the lengths."""

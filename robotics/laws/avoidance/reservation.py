@@ -20,8 +20,8 @@ from math import ceil
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
+from robotics.paths.road import CELLS  # of each path, and ticks of the nominal duration
 
-CELLS = 160  # of each path, and ticks of the nominal duration
 FACTORS = (1.0, 1.1, 1.2, 1.35, 1.6, 2.0, 2.6, 3.4)  # times the nominal duration: the horizons tried
 PARKED = 0.035  # m: a robot nearer to its end may count as arrived
 _STOP = 2e-4  # cost of a tick at rest, in squared shares of the path

@@ -1,0 +1,176 @@
+"""References of any kind as plain arrays, for compiled functions that look up one robot's own at a time.
+
+A road holds the paths of all lanes and when each is driven: a lane is one robot of one run. Robots that have the same
+paths in all runs have as many columns as there are robots; otherwise every lane has its own.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fuzzy.compiled.jit import kernel
+from robotics.paths.joined import PathTable, nearest_abscissa
+from robotics.paths.path import point
+
+TABULATED, EVEN, PLANNED = range(3)  # how a road is timed: by a table of abscissae, evenly, or by a plan's shares
+CELLS = 160  # ticks of a plan in its nominal duration
+
+uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
+
+
+class Road(NamedTuple):
+    """The paths and the timing of all robots; where nothing else is said, arrays are (paths,)."""
+
+    table: np.ndarray  # (5, nodes of all paths): as of robotics.paths.path.Path, one path after the other
+    first: np.ndarray  # int: the column at which each begins
+    cells: np.ndarray  # int: the number of its nodes minus 1
+    lengths: np.ndarray  # m
+    kind: int  # TABULATED, EVEN or PLANNED
+    ends: np.ndarray  # s: when each reference reaches the end of its path
+    durations: np.ndarray  # s: of even timing, or of CELLS ticks of a plan
+    timing: np.ndarray  # (paths, 2, times): abscissa [m] and its rate [m/s] at equal steps of time, if TABULATED
+    plan: np.ndarray  # (paths, ticks + 1): share of the path at every tick, if PLANNED
+    shares: np.ndarray  # (2, nodes of all paths) progress and the way for each unit of it; (2, 0): shares of the length
+    since: float  # s: the time of the road when a run begins
+
+
+def road_of(
+    joined: PathTable,
+    kind: int,
+    ends: np.ndarray,
+    *,
+    durations: np.ndarray | None = None,
+    timing: np.ndarray | None = None,
+    plan: np.ndarray | None = None,
+) -> Road:
+    """The road of ``joined`` paths; the other arguments are the fields of :class:`Road` that its ``kind`` needs."""
+    lengths = np.ascontiguousarray(joined.lengths, dtype=float).ravel()
+    shares = np.empty((2, 0)) if joined.shares is None else np.concatenate(joined.shares, axis=1)
+
+    def each(values: np.ndarray | None) -> np.ndarray:
+        given = lengths if values is None else np.broadcast_to(values, np.shape(joined.lengths))
+        return np.array(given, dtype=float).ravel()  # a copy: what was spread out cannot be written to
+
+    return Road(
+        np.ascontiguousarray(joined.table),
+        np.ascontiguousarray(joined.first, dtype=np.int64),
+        np.ascontiguousarray(joined.cells, dtype=np.int64),
+        lengths,
+        kind,
+        each(ends),
+        each(durations),
+        np.empty((0, 2, 0)) if timing is None else np.ascontiguousarray(timing),
+        np.empty((0, 0)) if plan is None else np.ascontiguousarray(plan),
+        np.ascontiguousarray(shares),
+        0.0,
+    )
+
+
+@uncounted
+def timed(road, path, time):  # type: ignore[no-untyped-def]
+    """How far the reference of one path is at a time [s] of the run: abscissa [m] and speed [m/s]."""
+    time = time + road.since
+    length = road.lengths[path]
+    if road.kind == TABULATED:
+        return _tabulated(road.timing, path, road.ends[path], length, time)
+    if road.kind == EVEN:
+        share = min(max(time / road.durations[path], 0.0), 1.0)
+        return share * length, length / road.durations[path] if share < 1 else 0.0
+    share, slope = planned(road, path, time)
+    return share * length, slope * CELLS / road.durations[path] * length if time < road.ends[path] else 0.0
+
+
+@uncounted
+def moving(road, path, time):  # type: ignore[no-untyped-def]
+    """The reference of one path at a time [s] of the run: x, y [m], heading [rad], v [m/s], ω [rad/s], abscissa [m]."""
+    s, v = timed(road, path, time)
+    x, y, heading, curvature = at(road, path, s)
+    return x, y, heading, v, v * curvature, s
+
+
+@uncounted
+def planned(road, path, time):  # type: ignore[no-untyped-def]
+    """A plan's share of the path at a time [s], and its slope a tick."""
+    last = road.plan.shape[1] - 1
+    t = min(max(time / road.durations[path] * CELLS, 0.0), last - 1e-9)
+    k = int(t)
+    a, b = road.plan[path, k], road.plan[path, k + 1]
+    return a + (t - k) * (b - a), b - a
+
+
+@uncounted
+def _tabulated(timing, path, end, length, time):  # type: ignore[no-untyped-def]
+    """Abscissa [m] and speed [m/s]: between the times of the table by a cubic Hermite spline."""
+    if time >= end:
+        return length, 0.0
+    last = timing.shape[2] - 1
+    h = end / last
+    place = max(time, 0.0) / h
+    k = min(int(place), last - 1)
+    t = place - k
+    right = t * t * (3 - 2 * t)
+    a, b = timing[path, 1, k], timing[path, 1, k + 1]
+    s = (1 - right) * timing[path, 0, k] + right * timing[path, 0, k + 1]
+    s += (t * (1 - t) * (1 - t) * a - t * t * (1 - t) * b) * h
+    return s, (1 - t) * a + t * b
+
+
+@uncounted
+def at(road, path, s):  # type: ignore[no-untyped-def]
+    """The point of one path at an abscissa [m]: x, y [m], heading [rad], curvature [1/m]."""
+    return point(road.table, road.first[path], road.cells[path], road.lengths[path], s)
+
+
+@uncounted
+def share(road, path, s):  # type: ignore[no-untyped-def]
+    """The progress, 0 to 1, at an abscissa [m]; in a formation it is that of the virtual path."""
+    if road.shares.shape[1] == 0:
+        return s / road.lengths[path]
+    first, cells = road.first[path], road.cells[path]
+    h = road.lengths[path] / cells
+    place = min(max(s / h, 0.0), float(cells))
+    k = min(int(place), cells - 1)
+    a, b = road.shares[0, first + k], road.shares[0, first + k + 1]
+    return a + (place - k) * (b - a)
+
+
+@uncounted
+def place(road, path, progress):  # type: ignore[no-untyped-def]
+    """The abscissa [m] at a progress; what :func:`share` inverts."""
+    length = road.lengths[path]
+    if road.shares.shape[1] == 0:
+        return progress * length
+    k, t = _share_cell(road, path, progress)
+    return (k + t) * (length / road.cells[path])
+
+
+@uncounted
+def stretch(road, path, progress):  # type: ignore[no-untyped-def]
+    """The way [m] for each unit of progress, at a progress: the path's length, or nearly so."""
+    if road.shares.shape[1] == 0:
+        return road.lengths[path]
+    k, t = _share_cell(road, path, progress)
+    k += road.first[path]
+    return road.shares[1, k] + t * (road.shares[1, k + 1] - road.shares[1, k])
+
+
+@uncounted
+def _share_cell(road, path, progress):  # type: ignore[no-untyped-def]
+    """The cell in which a path has a progress, and where in it, 0 to 1."""
+    first, cells = road.first[path], road.cells[path]
+    low, high = 0, cells
+    while high - low > 1:
+        middle = (low + high) // 2
+        if road.shares[0, first + middle] <= progress:
+            low = middle
+        else:
+            high = middle
+    a, b = road.shares[0, first + low], road.shares[0, first + low + 1]
+    t = (progress - a) / (b - a) if b > a else 0.0
+    return low, min(max(t, 0.0), 1.0)
+
+
+@uncounted
+def nearest(road, path, x, y, around, reach):  # type: ignore[no-untyped-def]
+    """The abscissa [m] of a path's nearest point to (x, y) [m], within ``reach`` [m] of the abscissa ``around``."""
+    return nearest_abscissa(road.table, road.first[path], road.cells[path], road.lengths[path], x, y, around, reach)

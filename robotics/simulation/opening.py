@@ -1,0 +1,195 @@
+"""What a simulation begins with: the columns of its lanes, and the random numbers that come as time goes on."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from robotics.laws.equation import PROGRESS, SAYS, SEEN, EquationLaw, Known, Setup
+from robotics.laws.law import Law, check_needs
+from robotics.laws.setting import Setting
+from robotics.paths.references import sampled
+from robotics.radio.channel import Channel
+from robotics.radio.faults import Faults, Trouble, untroubled
+from robotics.sensing.posture import PostureNoise, read_encoders, wheel_errors
+from robotics.simulation.lanes import Body, Kept, Lanes, check
+from robotics.vehicle import plant as p
+
+
+class Driver(NamedTuple):
+    """A law that drives some of the runs of a pass, and the setting as it is in these: the robots are its own."""
+
+    setting: Setting
+    law: Law[Any]
+
+
+def has_equation(law: Law[Any]) -> bool:
+    """Whether compiled code drives by a law."""
+    return isinstance(law, EquationLaw) and law.has_equation
+
+
+@dataclass(frozen=True, eq=False)
+class Supply:
+    """The random numbers of some lanes, which are drawn as time goes on."""
+
+    noise: PostureNoise
+    channel: Channel
+
+    def to(self, lanes: Lanes, k: int) -> Lanes:
+        """The lanes with the random numbers of period ``k``."""
+        senses, air = self.noise.supplied(lanes.senses, k), self.channel.supplied(lanes.air, k)
+        return lanes if senses is lanes.senses and air is lanes.air else lanes._replace(senses=senses, air=air)
+
+    def lasts(self, lanes: Lanes, k: int) -> int:
+        """The period up to which random numbers are there, ``k`` being one for which they are."""
+        ends = []
+        if noise := max(lanes.senses.draws.shape[1], lanes.senses.relative_draws.shape[1]):
+            ends.append(lanes.senses.drawn + noise)
+        if len(lanes.air.draws):
+            ends.append((lanes.air.drawn + len(lanes.air.draws)) * lanes.air.every)
+        return min(ends, default=k + 1_000_000)
+
+
+@dataclass(frozen=True, eq=False)
+class Opening:
+    """A simulation before its start: every driver's runs, one for each seed, driver after driver.
+
+    All settings are the same but for their robots, and all laws have one equation, or there is but one law.
+    """
+
+    drivers: tuple[Driver, ...]
+    seeds: tuple[int, ...]  # of each driver's runs
+    faults: Faults | None
+    references: np.ndarray  # (6, samples, robots): of all runs; no samples: each run has its own
+    setups: tuple[Setup, ...]  # of each driver; none for a law without an equation
+    memories: tuple[np.ndarray, ...]  # likewise: (numbers, lanes of the driver)
+
+    @classmethod
+    def of(cls, drivers: Sequence[Driver], seeds: Sequence[int], faults: Faults | None = None) -> "Opening":
+        """Look at all laws and settings. Raises RadioError, or ControllerError where a law cannot drive."""
+        setting = drivers[0].setting
+        setups, memories = [], []
+        for own, law in drivers:
+            check_needs(own, law)
+            if isinstance(law, EquationLaw) and law.has_equation:
+                memory = law.init(own, len(seeds))
+                setups.append(memory.setup)
+                memories.append(memory.rows)
+        if faults is None and setting.faults:
+            faults = Faults.drawn(setting.faults, len(setting.robots), seeds)
+        shared = np.empty((6, 0, 0)) if setting.ensemble else np.stack(sampled(setting.references, setting.times))
+        return cls(tuple(drivers), tuple(seeds), faults, shared, tuple(setups), tuple(memories))
+
+    @property
+    def runs(self) -> int:
+        """The number of all runs."""
+        return len(self.drivers) * len(self.seeds)
+
+    def lanes(self, first: int, last: int, kept: Kept) -> tuple[Lanes, Supply]:
+        """Begin the runs from ``first`` to before ``last``; ``kept`` is where they are recorded."""
+        setting, law = self.drivers[0]
+        robots, each, runs = len(setting.robots), len(self.seeds), last - first
+        seeds = [self.seeds[run % each] for run in range(first, last)]
+        generators = [np.random.default_rng(seed) for seed in seeds]
+        parameters = self._parameters(first, last)
+        if (errors := wheel_errors(setting.sensing, seeds)) is not None:
+            parameters[p.P_ODO_RIGHT : p.P_ODO_HALF_AXLE + 1] *= errors
+        starts = setting.starts[first:last] if setting.ensemble else setting.starts
+        body = self._body(_start(setting, starts, generators), parameters)
+        counts = np.zeros((2, runs * robots))
+        read_encoders(parameters, body.truth, counts, setting.period, np.empty((2, runs * robots)))
+        noise = PostureNoise.opened(setting.sensing, setting.ticks, generators, seeds)
+        channel = Channel.opened(setting.radio, law.message, robots, seeds, setting.period)
+        air = channel.silence(runs, robots)
+        known, memory = self._known(first, last, air.heard)
+        road = setting.references.road
+        inputs = sum(len(system.inputs) for system in law.fuzzy_systems.values())
+        command = np.zeros((SAYS + len(law.message) + inputs, runs * robots))
+        command[PROGRESS] = np.nan
+        lanes = Lanes(
+            robots,
+            setting.period,
+            float(setting.divergence),
+            float(law.watchdog),
+            body,
+            noise.senses(counts),
+            road,
+            np.arange(first * robots, last * robots) % len(road.lengths),
+            self.references,
+            self._trouble(first, last),
+            air,
+            known,
+            memory,
+            command,
+            np.empty(law.working if isinstance(law, EquationLaw) else 0),
+            np.zeros((2, runs * robots)),
+            np.zeros(runs * robots),
+            np.full(runs * robots, -1),
+            np.zeros(runs * robots, dtype=bool),
+            kept,
+        )
+        check(lanes)
+        return lanes, Supply(noise, channel)
+
+    def _parameters(self, first: int, last: int) -> np.ndarray:
+        """The plant's parameters of the lanes (PARAMETERS, lanes)."""
+        each = len(self.seeds)
+        rows = {}
+        for d in {run // each for run in range(first, last)}:
+            rows[d] = np.stack([p.parameters(robot, p.STEP) for robot in self.drivers[d].setting.robots], axis=1)
+        return np.concatenate([rows[run // each] for run in range(first, last)], axis=1)
+
+    def _body(self, truth: np.ndarray, parameters: np.ndarray) -> Body:
+        setting, law = self.drivers[0]
+        steps = round(setting.period / p.STEP)
+        late_periods, late_steps = divmod(round(setting.latency / p.STEP), steps)
+        code = p.KINEMATIC if setting.plant == "kinematic" else p.CODES[law.level]
+        pending = np.zeros((late_periods + 2, 2, truth.shape[1]))
+        return Body(parameters, truth, pending, np.empty(p.SCRATCH), steps, p.STEP, code, late_periods, late_steps)
+
+    def _trouble(self, first: int, last: int) -> Trouble:
+        robots, each = len(self.drivers[0].setting.robots), len(self.seeds)
+        if self.faults is None:
+            return untroubled(last - first, robots)
+        return self.faults.trouble(np.arange(first, last) % each)
+
+    def _known(self, first: int, last: int, heard: np.ndarray) -> tuple[Known, np.ndarray]:
+        """What the equation may read, and the memory with which it begins (numbers, lanes)."""
+        setting = self.drivers[0].setting
+        robots, each = len(setting.robots), len(self.seeds)
+        lanes = np.arange(first * robots, last * robots)
+        seen, needed = np.zeros((SEEN, len(lanes))), len(self.drivers[0].law.needs)
+        ranges = np.full((needed if self.setups else 0, len(lanes)), np.inf)
+        if not self.setups:
+            road, none = setting.references.road, np.zeros_like(lanes)
+            nothing = np.zeros((0, 1)), np.zeros((1, 0))
+            path = lanes % len(road.lengths)
+            known = Known(0.0, setting.period, seen, heard, ranges, road, path, none, nothing[0], none, nothing[1])
+            return known, np.zeros((0, len(lanes)))
+        of, place = lanes // (robots * each), lanes % (robots * each)
+        used = range(of[0], of[-1] + 1)
+        setup = self.setups[used[0]]
+        begin = np.cumsum([0, *(self.setups[d].gains.shape[1] for d in used)])
+        longest = max(self.setups[d].rules.shape[1] for d in used)
+        rules = np.zeros((len(used), longest))
+        column = np.empty_like(lanes)
+        memory = np.empty((len(self.memories[0]), len(lanes)))
+        for n, d in enumerate(used):
+            here = of == d
+            rules[n, : self.setups[d].rules.shape[1]] = self.setups[d].rules
+            column[here] = begin[n] + self.setups[d].column[place[here]]
+            memory[:, here] = self.memories[d][:, place[here]]
+        gains = np.concatenate([self.setups[d].gains for d in used], axis=1)
+        path = setup.path[place]
+        own = setup.road, path, column, gains, of - used[0], rules
+        return Known(0.0, setting.period, seen, heard, ranges, *own), memory
+
+
+def _start(setting: Setting, starts: np.ndarray, generators: Sequence[np.random.Generator]) -> np.ndarray:
+    """The state at time 0: each robot a little off where it believes to stand, as its sensing says."""
+    shape = (len(generators), len(setting.robots), 3)
+    believed = np.broadcast_to(starts, shape).reshape(-1, 3)
+    spread = [(s.start_position, s.start_position, s.start_heading) for s in setting.sensing]
+    draws = np.concatenate([g.standard_normal(shape[1:]) for g in generators])
+    return p.initial_state(believed + draws * np.tile(spread, (len(generators), 1)), believed)
