@@ -416,7 +416,24 @@ def evaluate_packed(system: np.ndarray, x: np.ndarray, output: np.ndarray, work:
     return told
 
 
-@kernel(nogil=True)
-def evaluate_one(system: np.ndarray, x: np.ndarray, output: np.ndarray) -> int:
-    """Evaluate one point as :func:`evaluate_packed` does, with memory of its own to work in, for calls from Python."""
-    return evaluate_packed(system, x, output, np.empty(packed_work(system)))
+def one_point(system: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Make all that :func:`evaluate_one` needs, in one array: the system, a point, its outputs and memory to work in.
+
+    Returns:
+        The array, and its parts (inputs,) and (outputs,), where a point is written before and its outputs stand after.
+    """
+    x = len(system)
+    output = x + int(system[INPUTS])
+    work = output + int(system[OUTPUTS])
+    memory = np.zeros(work + packed_work(system) + 1)
+    memory[:x], memory[-1] = system, x
+    return memory, memory[x:output], memory[output:work]
+
+
+@uncounted
+def evaluate_one(memory: np.ndarray) -> int:
+    """Evaluate the point in what :func:`one_point` made, as :func:`evaluate_packed` does, for calls from Python."""
+    x = whole(memory, len(memory) - 1)
+    output = x + whole(memory, INPUTS)
+    work = output + whole(memory, OUTPUTS)
+    return evaluate_packed(memory, memory[x:output], memory[output:work], memory[work:])
