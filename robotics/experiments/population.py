@@ -137,7 +137,7 @@ def simulate_many(
         opening = Opening.of([drivers[place] for place in places], seeds)
 
         def one(job: _Job, opening: Opening = opening, places: list[int] = places) -> list[tuple[int, Any]]:
-            runs = _driven(opening, job, seeds, [_name(laws[places[n]]) for n in job.drivers], keep == "runs")
+            runs = _driven(opening, job, seeds, [_name(laws[places[n]]) for n in job.drivers])
             told(job.last - job.first)
             return [(places[n], made(run)) for n, run in runs]
 
@@ -170,20 +170,17 @@ def _jobs(places: Sequence[int], drivers: Sequence[Driver], each: int, whole: bo
         return None
     if lanes >= CHUNK:
         size = max(1, CHUNK // len(setting.robots))
-        parts = [
-            (n * each + k, min(n * each + k + size, (n + 1) * each))
+        return [
+            _Job(n * each + k, n * each + min(k + size, each), range(n, n + 1))
             for n in range(len(places))
             for k in range(0, each, size)
         ]
-        return [_Job(first, last, range(first // each, first // each + 1)) for first, last in parts]
     number = 1 if apart else max(1, CHUNK // lanes)
     groups = [range(n, min(n + number, len(places))) for n in range(0, len(places), number)]
     return [_Job(group.start * each, group.stop * each, group) for group in groups]
 
 
-def _driven(
-    opening: Opening, job: _Job, seeds: tuple[int, ...], names: list[str], whole: bool
-) -> list[tuple[int, Run]]:
+def _driven(opening: Opening, job: _Job, seeds: tuple[int, ...], names: list[str]) -> list[tuple[int, Run]]:
     """Drive a job; return the runs of each of its drivers, with the driver's place."""
     each, (setting, law) = len(seeds), opening.drivers[job.drivers.start]
     recorder = Recorder(setting, law, job.last - job.first)
@@ -193,9 +190,8 @@ def _driven(
         first, last = max(n * each, job.first), min((n + 1) * each, job.last)
         mine = seeds[first - n * each : last - n * each]
         which = slice(first - job.first, last - job.first)
-        found.append(
-            (n, recorder.run(setting, mine, name, gone, end, which, opening.drivers[n].law, opening.references))
-        )
+        driver = opening.drivers[n]
+        found.append((n, recorder.run(driver.setting, mine, name, gone, end, which, driver.law, opening.references)))
     return found
 
 
