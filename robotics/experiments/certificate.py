@@ -28,9 +28,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.extras import install_command
-from robotics.laws.law import Observation
 from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.vehicle.robot import Robot
 
@@ -364,11 +362,7 @@ def error_rates(law: Lyapunov, e: np.ndarray, v_r: np.ndarray, w_r: np.ndarray) 
         w_r: The reference's turn rates (n,) [rad/s].
     """
     x, y, psi = e.T
-    zero = np.zeros_like(x)
-    target = Reference(x=x, y=y, heading=psi, v=v_r, w=w_r, s=zero)  # as a robot at the origin, heading 0, sees it
-    seen = Observation(0.0, zero, zero, zero, zero, zero, target, None)  # type: ignore[arg-type]
-    command, _ = law.control(seen, None, 0.0)
-    v, w = command.v, command.w
+    v, w = law.velocities(e, v_r, w_r)
     return np.stack([v_r * np.cos(psi) - v + y * w, v_r * np.sin(psi) - x * w, w_r - w], axis=-1)
 
 

@@ -9,7 +9,7 @@ from robotics.environment.world import World, compile_worlds
 from robotics.laws.catalogue import make_controller
 from robotics.paths.references import side_by_side
 from robotics.scenario.description import Scenario
-from robotics.simulation.loop import drive
+from robotics.simulation.loop import Simulation, stopped
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.vehicle import plant as p
@@ -52,13 +52,21 @@ def run_together(
         world=compile_worlds(worlds) if any(s.obstacles for s in settings) else None,
     )
     law = make_controller(controller)
-    recorded = Recorder(ensemble, law, len(repeated))
+    recorder = Recorder(ensemble, law, len(repeated))
     goals = references.joined.at(references.joined.lengths)
-    reached = np.inf
-    for state in drive(ensemble, law, seeds * len(settings)):
-        recorded.keep(state)
-        if np.isinf(reached) and (np.hypot(state.truth[p.X] - goals.x, state.truth[p.Y] - goals.y) < _GOAL).all():
-            reached = state.time
-        if state.time > reached + _REST:
+    simulation = Simulation(ensemble, law, seeds * len(settings), recorder=recorder, name=controller)
+    reached, k = np.inf, 0
+    for k in range(ensemble.ticks + 1):
+        simulation.period(k)
+        x, y = simulation.rows(simulation.lanes.body.truth[: p.Y + 1])
+        if np.isinf(reached) and (np.hypot(x - goals.x, y - goals.y) < _GOAL).all():
+            reached = k * ensemble.period
+        if k == ensemble.ticks or k * ensemble.period > reached + _REST:
             break
-    return [recorded.run(s.setting, seeds, controller, slice(r * each, (r + 1) * each)) for r, s in enumerate(settings)]
+        simulation.say(k)
+        simulation.move(k)
+    gone = stopped(simulation.lanes, k)
+    parts = [slice(r * each, (r + 1) * each) for r in range(len(settings))]
+    return [
+        recorder.run(s.setting, seeds, controller, gone, k + 1, part) for s, part in zip(settings, parts, strict=True)
+    ]

@@ -1,8 +1,9 @@
 """A law's equation: one compiled function of one robot, and what it may read and write.
 
 A law that has one is written once, for one robot, in scalars. Everything else is made of it: the loop over all robots,
-that the compiled simulation calls through a pointer, and :meth:`EquationLaw.control` for arrays. All arrays are columns,
-a lane after the other; a lane is one robot of one run, and no lane reads what another one writes in the same period.
+that the compiled simulation calls through a pointer, and :meth:`EquationLaw.control` for arrays. All arrays are
+columns, a lane after the other; a lane is one robot of one run, and no lane reads what another one writes in the same
+period.
 
     @equation
     def law(i, known, memory, command, work):
@@ -152,7 +153,8 @@ class EquationLaw(Law[Memory]):
     def init(self, setting: Setting, runs: int) -> Memory:
         """Return its memory at the start of ``runs`` runs. Raises ControllerError where it cannot drive ``setting``."""
         rows = self.begin(setting, runs)
-        return Memory(self.setup(setting, runs), np.ascontiguousarray(rows.reshape(len(rows), runs * len(setting.robots)), dtype=float))
+        rows = np.ascontiguousarray(rows, dtype=float).reshape(len(rows), runs * len(setting.robots))
+        return Memory(self.setup(setting, runs), rows)
 
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
         """Return its command for what the robots have ``seen``, and its new memory, ``dt`` seconds after the last."""
@@ -167,18 +169,18 @@ class EquationLaw(Law[Memory]):
             heard[HEARD:] = seen.heard.values.reshape(-1, *heard.shape[1:])
         else:
             heard[AGE], heard[HEARS] = np.inf, 0.0
-        rows = rows.reshape(SEEN, -1)
+        lanes = rows.reshape(SEEN, -1)
         ranges = np.full((len(self.needs), runs * robots), np.inf)
         if seen.ranges is not None:
             ranges[...] = seen.ranges.of(self.needs).reshape(runs * robots, -1).T
-        known = Known(float(seen.time), float(dt), rows, heard, ranges, *memory.setup)
-        command = fresh_commands(rows, SAYS + len(self.message) + self.inputs)
+        known = Known(float(seen.time), float(dt), lanes, heard, ranges, *memory.setup)
+        command = fresh_commands(lanes, SAYS + len(self.message) + self.rule_inputs)
         after = memory.rows.copy()
         compiled(type(self).equation)(0, runs * robots, known, after, command, np.empty(self.working))
         return self.commanded(command.reshape(-1, runs, robots)), Memory(memory.setup, after)
 
     @property
-    def inputs(self) -> int:
+    def rule_inputs(self) -> int:
         """The number of inputs of its rule bases that a command carries."""
         return sum(len(system.inputs) for system in self.fuzzy_systems.values())
 
@@ -201,7 +203,7 @@ class EquationLaw(Law[Memory]):
             rows[PROGRESS] if self.progresses else None,
             rows[REFUSED][:, 0] > 0 if self.may_refuse else None,
             rows[MODE].astype(int) if self.has_modes else None,
-            rows[inputs:] if self.inputs else None,
+            rows[inputs:] if self.rule_inputs else None,
             None,
         )
 
@@ -212,4 +214,3 @@ def fresh_commands(seen: np.ndarray, rows: int) -> np.ndarray:
     command[TO_X : TO_S + 1] = seen[AT_X : AT_S + 1]
     command[PROGRESS] = np.nan
     return command
-

@@ -170,6 +170,4 @@ def _share_cell(road, path, progress):  # type: ignore[no-untyped-def]
 @uncounted
 def nearest(road, path, x, y, around, reach):  # type: ignore[no-untyped-def]
     """The abscissa [m] of a path's nearest point to (x, y) [m], within ``reach`` [m] of the abscissa ``around``."""
-    return nearest_abscissa(
-        road.table, road.first[path], road.cells[path], road.lengths[path], x, y, around, reach
-    )
+    return nearest_abscissa(road.table, road.first[path], road.cells[path], road.lengths[path], x, y, around, reach)

@@ -126,7 +126,7 @@ def notice(trouble, time, robots):  # type: ignore[no-untyped-def]
                 trouble.cut[i, trouble.other[f]] = True
                 trouble.cut[run * robots + trouble.other[f], trouble.robot[f]] = True
                 continue
-            trouble.failed[i] |= kind == _FAILURE or kind == _STALL  # noqa: PLR1714 (a tuple would not compile)
+            trouble.failed[i] |= kind in (_FAILURE, _STALL)
             trouble.held[i] |= kind == _DELAY
             trouble.code[i] = _graver(kind, trouble.code[i])
             if kind != _STALL:
@@ -139,6 +139,6 @@ def notice(trouble, time, robots):  # type: ignore[no-untyped-def]
 def _graver(one, other):  # type: ignore[no-untyped-def]
     """The graver of two kinds of faults; 0 is none."""
     for kind in _GRAVEST_FIRST:
-        if one == kind or other == kind:  # noqa: PLR1714
+        if kind in (one, other):
             return kind
     return 0

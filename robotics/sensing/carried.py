@@ -233,15 +233,18 @@ def exact_echoes(
     """
     if not sensors:
         raise SonarError("at least one range sensor is needed")
-    exact = {"noise": 0.0, "relative_noise": 0.0, "minimum": 0.0, "dropout": 0.0, "crosstalk": 0.0, "period": 1.0}
-    never = {"failure_start": None, "failure_end": None}
-    carried = {str(n): replace(sensor, **exact, **never) for n, sensor in enumerate(sensors)}
+    carried = {str(n): _exact(sensor) for n, sensor in enumerate(sensors)}
     opened = CarriedSensors.opened([carried], x.shape[1], [0] * x.shape[0], 1.0)
     looks = opened.looks(for_runs(geometry, len(x)), Moving.nothing(), np.tile(sizes, len(x)))
-    look(
-        looks, 0, np.stack([np.ravel(row) for row in (x, y, heading)]).astype(float), x.shape[1], np.empty((0, x.size))
-    )
+    poses = np.stack([np.ravel(row) for row in (x, y, heading)]).astype(float)
+    look(looks, 0, poses, x.shape[1], np.empty((0, x.size)))
     return looks.readings.reshape(*x.shape, len(sensors))
+
+
+def _exact(sensor: RangeSensor) -> RangeSensor:
+    """A sensor that reads the distance itself, every second."""
+    sensor = replace(sensor, noise=0.0, relative_noise=0.0, minimum=0.0, dropout=0.0, crosstalk=0.0)
+    return replace(sensor, period=1.0, failure_start=None, failure_end=None)
 
 
 def _periods(sensor: RangeSensor, tick: float) -> int:

@@ -291,7 +291,7 @@ def _hidden(ax, ay, bx, by, here, g):  # type: ignore[no-untyped-def]
 def _covered(ax, ay, bx, by, i, j, first, robots, x, y, turned, sizes):  # type: ignore[no-untyped-def]
     """Whether a robot of the run other than ``i`` and ``j`` is between the points a and b."""
     for k in range(first, first + robots):
-        if k == i or k == j:
+        if k in (i, j):
             continue
         c, s = turned[0, k], turned[1, k]
         dx, dy, ex, ey = ax - x[k], ay - y[k], bx - x[k], by - y[k]

@@ -25,19 +25,30 @@ class Record:
 
 # The channels of every run, in the order of ``Run.samples``, with their units
 CHANNELS = {
-    **{"x": "m", "y": "m", "heading": "rad", "v": "m/s", "w": "rad/s"},  # the truth
-    **{"x_measured": "m", "y_measured": "m", "heading_measured": "rad"},  # as the law saw it
+    "x": "m",
+    "y": "m",
+    "heading": "rad",
+    "v": "m/s",
+    "w": "rad/s",  # the truth
+    "x_measured": "m",
+    "y_measured": "m",
+    "heading_measured": "rad",  # as the law saw it
     # v and ω, or the torques of the right and the left wheel
-    **{"command_1": "m/s or N m", "command_2": "rad/s or N m"},
+    "command_1": "m/s or N m",
+    "command_2": "rad/s or N m",
     # the velocities that the law tries to reach, brought within the robot's limits
-    **{"v_demand": "m/s", "w_demand": "rad/s"},
+    "v_demand": "m/s",
+    "w_demand": "rad/s",
     # ∫ τr² + τl² dt so far; Σ |Δτr| + |Δτl| so far, at the wheel loops' 100 Hz
-    **{"effort": "N² m² s", "torque_variation": "N m"},
+    "effort": "N² m² s",
+    "torque_variation": "N m",
 }
 # Further channels of a team's run, in the order of ``Run.team``
 TEAM_CHANNELS = {
     "progress": "1",  # the law's own path parameter; not-a-number if it has none
-    **{"x_target": "m", "y_target": "m", "heading_target": "rad"},  # the target that the law has chosen
+    "x_target": "m",
+    "y_target": "m",
+    "heading_target": "rad",  # the target that the law has chosen
     "fault": "1",  # 0 none, 1 failure, 2 delay, 3 silence, 4 stall
 }
 

@@ -1,7 +1,7 @@
 """The state of a simulation as columns: what its compiled steps read and write.
 
-A lane is one robot of one run, run after run; a column holds one number of every lane. The steps of a period write these
-arrays in place, so that a period makes no new ones.
+A lane is one robot of one run, run after run; a column holds one number of every lane. The steps of a period write
+these arrays in place, so that a period makes no new ones.
 """
 
 from functools import cache
@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
+from numba.np.numpy_support import as_dtype
 
 from robotics.environment.world import Geometry, Moving
 from robotics.laws.equation import KNOWN_TYPE, ROAD_TYPE, Known
@@ -85,9 +86,7 @@ def _any(kind: Any, axes: int) -> Any:
 
 _F, _I, _B, _I4 = types.float64, types.int64, types.boolean, types.int32
 _BODY = types.NamedTuple((_c(_F, 2), _c(_F, 2), _c(_F, 3), _c(_F, 1), _I, _F, _I, _I, _I), Body)
-_SENSES = types.NamedTuple(
-    (_c(_B, 1), _c(_F, 2), *(_c(_F, 1),) * 4, _c(_F, 2), _c(_F, 4), _c(_F, 4), _I), Senses
-)
+_SENSES = types.NamedTuple((_c(_B, 1), _c(_F, 2), *(_c(_F, 1),) * 4, _c(_F, 2), _c(_F, 4), _c(_F, 4), _I), Senses)
 _EYES = types.NamedTuple((*(_c(_F, 2),) * 2, _c(_I, 1), _c(_B, 1)), Eyes)
 _GEOMETRY = types.NamedTuple((_c(_F, 3), _c(_I, 3), _c(_F, 3), _c(_I, 1)), Geometry)
 _MOVING = types.NamedTuple((*(_c(_F, 3),) * 2, _c(_I, 2), _c(_F, 3)), Moving)
@@ -99,9 +98,7 @@ _LOOKS = types.NamedTuple(
     ),
     Looks,
 )  # fmt: skip
-_TROUBLE = types.NamedTuple(
-    (*(_c(_I, 1),) * 3, *(_c(_F, 2),) * 2, _c(_B, 1), _c(_B, 1), _c(_B, 2), _c(_I, 1)), Trouble
-)
+_TROUBLE = types.NamedTuple((*(_c(_I, 1),) * 3, *(_c(_F, 2),) * 2, _c(_B, 1), _c(_B, 1), _c(_B, 2), _c(_I, 1)), Trouble)
 _AIR = types.NamedTuple(
     (
         *(_I,) * 2, *(_F,) * 7, _c(_B, 2), _c(_F, 3), _c(_I4, 2), _c(_B, 2),
@@ -136,3 +133,16 @@ def machine_code(function: Any, *kinds: Any) -> Any:
         return function
     function.compile((*kinds, LANES_TYPE))
     return function.get_overload((*kinds, LANES_TYPE))
+
+
+def check(values: Any, kind: Any = LANES_TYPE) -> None:
+    """Raise TypeError unless ``values`` are of ``kind``: machine code takes them as such, and looks at nothing."""
+    for value, expected, name in zip(values, kind.types, kind.fields, strict=True):
+        if isinstance(expected, types.NamedTuple):
+            check(value, expected)
+        elif isinstance(expected, types.Array):
+            good = value.dtype == as_dtype(expected.dtype) and value.ndim == expected.ndim and value.flags.writeable
+            if not (good and (expected.layout == "A" or value.flags.c_contiguous)):
+                raise TypeError(f"{name} must be {expected}; got {value.dtype}, {value.ndim} axes, {value.flags}")
+        elif type(value) is not (float if expected == _F else int):
+            raise TypeError(f"{name} must be {expected}; got {value!r}")

@@ -33,7 +33,6 @@ from robotics.laws.equation import (
     TO_X,
     WISH_V,
     WISH_W,
-    EquationLaw,
     V,
     W,
     X,
@@ -48,7 +47,7 @@ from robotics.radio.faults import Faults
 from robotics.scenario.description import Scenario
 from robotics.sensing.sonar import Ranges
 from robotics.simulation.lanes import Kept, Lanes, machine_code
-from robotics.simulation.opening import Driver, Opening, Supply, has_equation
+from robotics.simulation.opening import Driver, Opening, has_equation
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.state import State
@@ -89,7 +88,8 @@ def _drive_compiled(
     ``advance`` is called with how many periods of how many runs have gone by.
     """
     lanes, supply = opening.lanes(first, last, kept)
-    law: Any = compiled(type(opening.drivers[first // len(opening.seeds)].law).equation)
+    one: Any = opening.drivers[0].law
+    law = compiled(type(one).equation)
     loop, k = machine_code(_periods, types.FunctionType(EQUATION_TYPE), *(types.int64,) * 3), 0
     block = max(16, BLOCK // len(lanes.lost))
     while k <= ticks:
@@ -188,13 +188,18 @@ class Simulation:
                 compiled(type(law).equation), k, self.lanes
             )
             return law.commanded(self.rows(self.lanes.command))
-        seen = self.rows(self.lanes.known.seen)
+        lanes = self.lanes
+        seen = self.rows(lanes.known.seen.copy())  # a law may keep what it is given
         observation = Observation(
             k * self.setting.period,
-            *seen[X : W + 1],
+            seen[X],
+            seen[Y],
+            seen[HEADING],
+            seen[V],
+            seen[W],
             Reference(*seen[AT_X : AT_S + 1]),
             self.setting.references,
-            self.supply.channel.heard(self.lanes.air),
+            self.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy())),
             self.ranges,
         )
         command, self.memory = commanded(self.law, observation, self.memory, self.setting.period)
@@ -213,13 +218,13 @@ class Simulation:
         rows[GUARDED] = 0 if command.guarded is None else command.guarded
         if self.recorder.makes_room(command, self.name):
             self.lanes = self.lanes._replace(kept=self.recorder.kept(0, self.runs))
-        said = command.message is not None
-        for row, name in enumerate(self.law.message if said else (), start=SAYS):
-            rows[row] = command.message[name]
+        if command.message is not None:
+            for row, name in enumerate(self.law.message, start=SAYS):
+                rows[row] = command.message[name]
         if command.inputs is not None:
             first = SAYS + len(self.law.message)
             rows[first : first + len(command.inputs)] = command.inputs
-        self.speaks = said
+        self.speaks = command.message is not None
 
     def obey(self) -> None:
         """Make the order of the command, and notice who is lost."""

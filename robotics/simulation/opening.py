@@ -15,7 +15,7 @@ from robotics.radio.channel import Channel
 from robotics.radio.faults import Faults, Trouble, untroubled
 from robotics.sensing.carried import CarriedSensors, Looks, nothing_to_see
 from robotics.sensing.posture import PostureNoise, read_encoders, wheel_errors
-from robotics.simulation.lanes import Body, Kept, Lanes
+from robotics.simulation.lanes import Body, Kept, Lanes, check
 from robotics.vehicle import plant as p
 
 
@@ -142,6 +142,7 @@ class Opening:
             np.zeros(runs * robots, dtype=bool),
             kept,
         )
+        check(lanes)
         return lanes, Supply(noise, channel, sensors)
 
     def _parameters(self, first: int, last: int) -> np.ndarray:

@@ -11,8 +11,8 @@ from robotics.laws.equation import EquationLaw
 from robotics.laws.law import Command, ControllerError, Law
 from robotics.laws.setting import Setting
 from robotics.paths.references import sampled
-from robotics.simulation.channels import CHANNELS, RECORDS, TEAM_CHANNELS
 from robotics.sensing.carried import sensor_names
+from robotics.simulation.channels import CHANNELS, RECORDS, TEAM_CHANNELS
 from robotics.simulation.lanes import Kept
 from robotics.simulation.opening import looks
 from robotics.simulation.run import About, Recorded, Run
@@ -83,7 +83,7 @@ class Recorder:
                 arrays[name] = self.arrays[name][which]
             else:
                 arrays[name] = np.zeros((0,) * len(record.axes), dtype=record.dtype)
-        limits = np.tile(p.velocity_limits(self.setting.robots), last - first)
+        limits = np.ascontiguousarray(np.tile(p.velocity_limits(self.setting.robots), last - first))
         return Kept(**arrays, limits=limits)
 
     def run(
@@ -113,9 +113,7 @@ class Recorder:
         }
         gone = stopped[which]
         return Run(
-            About(
-                setting.name, setting.kind, name, self.law.level, setting.robots, setting.sensors, self.rule_bases
-            ),
+            About(setting.name, setting.kind, name, self.law.level, setting.robots, setting.sensors, self.rule_bases),
             seeds,
             times,
             recorded,

@@ -15,7 +15,7 @@ from robotics.experiments.stress.obstaclecourse import disturbed_course, run_cou
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.laws.law import ControllerError, Law
 from robotics.scenario.description import ScenarioError
-from robotics.simulation.loop import record
+from robotics.simulation.loop import record_run
 from robotics.simulation.run import Run
 
 AFTER = 2.0  # s for which a run goes on after the last arrival
@@ -91,4 +91,4 @@ def single_run(
         ensemble = replace(ensemble, ticks=min(ensemble.ticks, end))
     advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1) if begin else None
     links = links and robots > 1
-    return record(ensemble, controller, [seed], name=name, links=links, faults=faults, progress=advance), outcome
+    return record_run(ensemble, controller, [seed], name=name, links=links, faults=faults, progress=advance), outcome

@@ -18,6 +18,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
+from fuzzy.compiled.jit import kernel
 from robotics.laws.equation import (
     AT_HEADING,
     AT_V,
@@ -63,6 +66,16 @@ def track(x, y, heading, to_x, to_y, to_heading, v_d, w_d, gains, at, g):  # typ
     return v, faster if gains[at + FORM_2_32, g] > 0 else plain
 
 
+@kernel
+def _of_errors(errors, v_d, w_d, gains):  # type: ignore[no-untyped-def]
+    """The velocities of robots that see a target at ``errors`` (n, 3) from themselves."""
+    found = np.empty((2, len(errors)))
+    for n in range(len(errors)):
+        x, y, heading = errors[n, 0], errors[n, 1], errors[n, 2]
+        found[0, n], found[1, n] = track(0.0, 0.0, 0.0, x, y, heading, v_d[n], w_d[n], gains, 0, 0)
+    return found
+
+
 @equation
 def lyapunov(i, known, memory, command, work):  # type: ignore[no-untyped-def]
     """Track the reference."""
@@ -95,7 +108,16 @@ class Lyapunov(EquationLaw):
 
     equation = lyapunov
 
-    def gain_rows(self, setting: Setting) -> Sequence[float]:
+    def velocities(self, errors: np.ndarray, v_d: np.ndarray, w_d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return v [m/s] and ω [rad/s] (n,) for tracking errors (n, 3) of (5.9): x [m], y [m], heading [rad].
+
+        ``v_d`` [m/s] and ``w_d`` [rad/s] are the target's (n,).
+        """
+        gains = np.array(self.gain_rows(), dtype=float)[:, None]
+        v, w = _of_errors(np.ascontiguousarray(errors, dtype=float), v_d, w_d, gains)
+        return v, w
+
+    def gain_rows(self, setting: Setting | None = None) -> Sequence[float]:
         """The gains in the order that :func:`track` reads them."""
         options = self.form == "2.32", self.feed_forward == "full", self.signs == "corrected"
         return self.kx, self.ky, self.kpsi, self.catch_up, *map(float, options)

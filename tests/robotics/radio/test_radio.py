@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 import robotics.radio.channel
 from robotics.laws.teams.neighbours import alone_for, differences, smallest_heard
-from robotics.radio.channel import Channel, Heard
+from robotics.radio.channel import Channel, Heard, broadcast, receive
 from robotics.radio.description import PRESETS, Radio, RadioError
-from robotics.radio.faults import FAULTS, Condition, Fault, Faults
+from robotics.radio.faults import FAULTS, Fault, Faults, notice, untroubled
 from robotics.radio.graph import adjacency
 
 TICK = 0.05
@@ -21,19 +21,35 @@ TICK = 0.05
 
 def talk(radio, robots=3, seeds=(0,), periods=60, tick=TICK, place=None, faults=()):
     """Every robot says the time and its number; values (periods, 2, runs, i, j), age (periods, runs, i, j)."""
+    runs, lanes = len(seeds), len(seeds) * robots
     channel = Channel.opened(radio, ("time", "number"), robots, seeds, tick)
-    air = channel.init(len(seeds))
-    drawn = Faults.drawn(faults, robots, seeds) if faults else None
-    number = np.broadcast_to(np.arange(1.0, robots + 1), (len(seeds), robots))
-    values, ages = [], []
+    air = channel.silence(runs, robots)
+    trouble = untroubled(runs, robots)
+    if faults:
+        trouble = Faults.drawn(faults, robots, seeds).trouble(np.arange(runs))
+    values, ages, said = [], [], np.empty((2, lanes))
     for k in range(periods):
-        condition = drawn.at(k * tick) if drawn else None
-        heard, air = channel.hear(air, k, condition)
-        values.append(heard.values)
-        ages.append(heard.age)
-        x, y = np.zeros((2, len(seeds), robots)) if place is None else place(k * tick)
-        air = channel.send(air, k, {"time": np.full_like(number, k * tick), "number": number}, x, y, condition)
+        air = channel.supplied(air, k)
+        notice(trouble, k * tick, robots)
+        receive(air, k, tick, trouble.cut)
+        heard = channel.heard(air)
+        values.append(heard.values.copy())
+        ages.append(heard.age.copy())
+        said[0], said[1] = k * tick, np.tile(np.arange(1.0, robots + 1), runs)
+        x, y = np.zeros((2, runs, robots)) if place is None else place(k * tick)
+        broadcast(air, k, tick, trouble.cut, said, 0, *(np.array(row, dtype=float).ravel() for row in (x, y)))
     return np.array(values), np.array(ages)
+
+
+def troubled(drawn, time):
+    """Who is at fault at a time, (runs, robots, ...) each."""
+    found = drawn.trouble(np.arange(len(drawn.starts)))
+    notice(found, time, drawn.robots)
+    shape = len(drawn.starts), drawn.robots
+    return found._replace(**{n: getattr(found, n).reshape(*shape, *getattr(found, n).shape[1:]) for n in ACTING})
+
+
+ACTING = ("failed", "held", "cut", "code")
 
 
 def off_diagonal(robots):
@@ -220,19 +236,8 @@ def test_a_seed_has_the_same_radio_alone_and_among_others():
 def test_how_many_numbers_are_drawn_at_a_time_does_not_matter(monkeypatch):
     _, age = talk(HARD, 4, (1, 2), periods=300)  # more than a block of 256
     for block in (1, 500, 10_000):
-        monkeypatch.setattr(robotics.radio.channel, "_BLOCK", block)
+        monkeypatch.setattr(robotics.radio.channel, "_MOST_DRAWS", block)
         assert talk(HARD, 4, (1, 2), periods=300)[1].tobytes() == age.tobytes()
-
-
-def test_what_a_law_does_to_its_message_afterwards_is_not_heard():
-    channel = Channel.opened(Radio(latency=0.2), ("value",), 2, (0,), TICK)
-    air = channel.init(1)
-    place, message = np.zeros((1, 2)), {"value": np.array([[1.0, 2.0]])}
-    air = channel.send(air, 0, message, place, place, None)
-    message["value"][:] = 9.0
-    heard, _ = channel.hear(air, 4, None)
-    assert heard.values[0, 0].tolist()[1][0] == 1.0
-    assert heard.values[0, 0].tolist()[0][1] == 2.0
 
 
 # Who hears whom -------------------------------------------------------------------------------------------------
@@ -334,7 +339,7 @@ def test_silence_of_one_link_leaves_the_others():
         assert age[1:, 0, i, j].max() == pytest.approx(longest)
     grows = np.diff(age[:, 0, 0, 2])[(time[1:] > 0.5) & (time[1:] < 1.55 - 1e-9)]
     np.testing.assert_allclose(grows, TICK, rtol=1e-9)  # one period a period
-    condition = Faults.drawn((fault,), 3, (0,)).at(1.0)
+    condition = troubled(Faults.drawn((fault,), 3, (0,)), 1.0)
     assert condition.cut.sum() == 2
     assert not condition.code.any()  # no robot's fault
 
@@ -353,10 +358,9 @@ def test_a_fault_of_a_robot_is_told_by_its_code_and_that_of_no_other():
     codes: dict[Any, int] = {"failure": 1, "delay": 2, "silence": 3, "stall": 4}
     for kind, code in codes.items():
         drawn = Faults.drawn((Fault(robot=2, kind=kind, start=1.0, duration=1.0),), 2, (0, 1))
-        assert drawn.at(0.95) is None
-        assert drawn.at(2.0) is None
-        condition = drawn.at(1.0)
-        assert isinstance(condition, Condition)
+        for time in (0.95, 2.0):
+            assert not any(getattr(troubled(drawn, time), name).any() for name in ACTING)
+        condition = troubled(drawn, 1.0)
         assert condition.code.tolist() == [[0, code]] * 2
         assert condition.failed.tolist() == [[False, kind in ("failure", "stall")]] * 2
         assert condition.held.tolist() == [[False, kind == "delay"]] * 2
@@ -373,9 +377,9 @@ def test_the_gravest_of_several_faults_is_told_and_all_of_them_act():
         Fault(robot=2, kind="failure", start=0.0, duration=9.0),
     )
     drawn = Faults.drawn(faults, 3, (0,))
-    told = [drawn.at(t).code[0].tolist() for t in (0.5, 1.2, 1.7, 2.2, 2.7, 3.5, 5.0)]
+    told = [troubled(drawn, t).code[0].tolist() for t in (0.5, 1.2, 1.7, 2.2, 2.7, 3.5, 5.0)]
     assert told == [[c, 1, 4] for c in (3, 2, 4, 1, 1, 3, 0)]
-    both = drawn.at(1.7)
+    both = troubled(drawn, 1.7)
     assert both.failed[0, 0]
     assert both.held[0, 0]
     assert both.cut[0, 0].all()
@@ -397,7 +401,7 @@ def test_random_starts_are_even_and_each_seed_has_its_own():
     np.testing.assert_array_equal(Faults.drawn(faults, 2, (400, 3)).starts, drawn.starts[[400, 3]])
     for time in (12.0, 20.0, 29.0):
         inside = (starts <= time) & (time < starts + 2)
-        np.testing.assert_array_equal(drawn.at(time).failed[:, 0], inside)
+        np.testing.assert_array_equal(troubled(drawn, time).failed[:, 0], inside)
 
 
 # What cannot be -------------------------------------------------------------------------------------------------
@@ -421,7 +425,7 @@ def test_the_preset_fits_three_robots_and_not_twenty():
     Radio(baud=9600.0, period=0.1, header_bytes=0).check_bandwidth(12, 4)  # 96 bytes: exactly
     Radio().check_bandwidth(1000, 100)  # no baud rate, no limit
     with pytest.raises(RadioError, match="do not fit"):
-        Channel.opened(zigbee, tuple("abcd"), 20, (0,), TICK).init(1)
+        Channel.opened(zigbee, tuple("abcd"), 20, (0,), TICK)
 
 
 @given(st.integers(1, 60), st.integers(1, 12), st.integers(0, 20), st.sampled_from([1200.0, 9600.0, 115200.0]))

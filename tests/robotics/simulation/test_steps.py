@@ -1,20 +1,25 @@
-"""Each step of a period alone: from a state to a state, against what it must do by hand."""
+"""Each step of a period alone, against what it must do by hand; and the two loops over them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+import robotics.simulation.loop
 from robotics.environment.world import Disc
+from robotics.laws.catalogue import make_controller
+from robotics.laws.equation import AT_S, AT_X, FIRST, HEADING, SECOND, TO_S, TO_X, X
 from robotics.laws.law import Command, Law
 from robotics.paths.path import Line
 from robotics.paths.trajectory import Timing
+from robotics.radio.channel import AGE, HEARD
 from robotics.radio.description import Radio
 from robotics.radio.faults import Fault
 from robotics.scenario.description import Member, Scenario
-from robotics.sensing.posture import Sensing
-from robotics.simulation.loop import Simulation, drive
+from robotics.scenario.reading import load_scenario
+from robotics.sensing.posture import LABORATORY, Sensing
+from robotics.simulation.loop import Simulation, drive, simulate
 from robotics.vehicle import plant as p
 
 
@@ -56,123 +61,152 @@ def simulation(**settings):
         "sensing": Sensing(posture="pose"),
     } | settings
     scenario = Scenario(name="steps", robots=members(2), **given)
-    return Simulation.opened(scenario.setting, Told(), (4,))
+    return Simulation(scenario.setting, Told(), (4,))
 
 
-def ready(simulated, *steps):
-    state = simulated.start()
+def after(simulated, *steps, k=0):
+    """The columns of a simulation after some steps of period ``k``."""
     for step in steps:
-        state = getattr(simulated, step)(state)
-    return state
+        getattr(simulated, step)(*([] if step == "obey" else [k]))
+    return simulated.lanes
 
 
 def test_sense_measures_and_looks_up_the_reference_and_moves_nothing():
     simulated = simulation(obstacles=(Disc(position=(0.0, 1.5), radius=0.2),))
-    before = simulated.start()
-    before = before.then(k=10, time=0.5, truth=before.truth + 0.0)
-    before.truth[p.X] = 0.3
-    after = simulated.sense(before)
-    np.testing.assert_array_equal(after.posture, [[[0.3, 0.3]], [[0.0, 1.0]], [[0.0, 0.0]]])
-    np.testing.assert_allclose(after.reference.x, [0.1, 0.1])  # 5 m in 25 s, after 0.5 s
-    assert after.truth is before.truth
-    assert np.isinf(after.ranges["right"][0, 0])
-    assert abs(after.ranges["right"][0, 1] - 0.8) < 0.05  # the first robot: 1 m less half a width and the mounting
-    alone = simulated.sense(simulated.start())
+    simulated.lanes.body.truth[p.X] = 0.3
+    before = simulated.lanes.body.truth.copy()
+    lanes = after(simulated, "sense", k=10)
+    np.testing.assert_array_equal(lanes.known.seen[X : HEADING + 1], [[0.3, 0.3], [0.0, 1.0], [0.0, 0.0]])
+    np.testing.assert_allclose(lanes.known.seen[AT_X], [0.1, 0.1])  # 5 m in 25 s, after 0.5 s
+    assert lanes.body.truth.tobytes() == before.tobytes()
+    assert np.isinf(simulated.ranges["right"][0, 0])
+    assert abs(simulated.ranges["right"][0, 1] - 0.8) < 0.05  # the first robot: 1 m less half a width and the mounting
+    alone = simulation(obstacles=(Disc(position=(0.0, 1.5), radius=0.2),))
+    after(alone, "sense")
     assert abs(alone.ranges["left"][0, 1] - 0.2) < 0.05  # 0.5 m less the radius and the mounting
     assert abs(alone.ranges["left"][0, 0] - 0.8) < 0.05  # the second robot
 
 
 def test_hear_brings_what_was_said_a_period_ago_and_who_is_at_fault():
-    simulated = simulation(faults=(Fault(robot=2, kind="failure", start=0.05, duration=0.5),))
-    state = ready(simulated, "sense", "hear")
-    assert state.condition is None
-    assert np.isnan(state.heard["x"]).all()
-    state = simulated.say(simulated.decide(state))
-    heard = simulated.hear(state.then(k=1, time=0.05, condition=None))
-    assert heard.condition.failed.tolist() == [[False, True]]
-    free = simulated.hear(state.then(k=1, time=0.04))  # before the fault
-    assert free.heard["x"][0].tolist()[0][1] == free.posture[0, 0, 1]
-    assert np.isnan(heard.heard["x"][0, 0, 1])  # nobody hears a robot that failed
+    faults = (Fault(robot=2, kind="failure", start=0.1, duration=0.5),)
+    simulated = simulation(faults=faults)
+    lanes = after(simulated, "sense", "hear")
+    assert not lanes.trouble.failed.any()
+    assert np.isnan(lanes.air.heard[HEARD:]).all()
+    after(simulated, "decide", "obey", "say", "move")
+    told = lanes.known.seen[X].copy()
+    lanes = after(simulated, "sense", "hear", "decide", "obey", "say", "move", k=1)
+    assert lanes.air.heard[HEARD, 0].tolist()[1] == told[1]
+    lanes = after(simulated, "sense", "hear", k=2)
+    assert lanes.trouble.failed.tolist() == [False, True]
+    assert lanes.air.heard[HEARD, 0, 1] == told[1]  # nobody hears a robot that failed: it is the old message
+    assert lanes.air.heard[AGE, 0, 1] == 2 * simulated.setting.period
 
 
 def test_decide_asks_the_law_and_aims_at_the_reference():
     simulated = simulation()
-    state = ready(simulated, "sense", "hear", "decide")
-    assert state.memory == 1
-    assert (state.command.first == 0.2).all()
-    assert state.target is state.reference
-    assert (state.order == 0).all()  # not obeyed yet
+    lanes = after(simulated, "sense", "hear", "decide")
+    assert simulated.memory == 1
+    assert (lanes.command[FIRST] == 0.2).all()
+    np.testing.assert_array_equal(lanes.command[TO_X : TO_S + 1], lanes.known.seen[AT_X : AT_S + 1])
+    assert (lanes.order == 0).all()  # not obeyed yet
 
 
 @pytest.mark.parametrize(("kind", "order"), [("failure", 0.0), ("stall", 0.0), ("delay", 0.07), ("silence", 0.2)])
 def test_obey_lets_a_fault_hold_or_stop_its_robot_only(kind, order):
     simulated = simulation(faults=(Fault(robot=2, kind=kind, start=0.0, duration=0.5),))
-    state = ready(simulated, "sense", "hear", "decide")
-    state = simulated.obey(state.then(order=np.full((2, 1, 2), 0.07)))
-    assert state.order[0].tolist() == [[0.2, order]]
-    assert not state.lost.any()
+    lanes = after(simulated, "sense", "hear", "decide")
+    lanes.order[:] = 0.07
+    after(simulated, "obey")
+    assert lanes.order[0].tolist() == [0.2, order]
+    assert not lanes.lost.any()
 
 
 def test_obey_stops_by_the_watchdog_a_robot_without_commands():
     simulated = simulation(faults=(Fault(robot=1, kind="delay", start=0.0, duration=0.5),))
-    state = ready(simulated, "sense", "hear", "decide")
+    lanes = after(simulated, "sense", "hear", "decide")
     orders = []
+    lanes.order[:] = 0.07
     for _ in range(4):
-        state = simulated.obey(state.then(order=np.full((2, 1, 2), 0.07)))
-        orders.append(float(state.order[0, 0, 0]))
+        after(simulated, "obey")
+        orders.append(float(lanes.order[0, 0]))
     assert orders == [0.07, 0.07, 0.0, 0.0]  # it holds for 0.1 s
 
 
 @pytest.mark.parametrize("far", [False, True])
 def test_obey_notices_who_is_lost(far):
     simulated = simulation(divergence=0.5)
-    state = ready(simulated, "sense", "hear", "decide")
+    lanes = after(simulated, "sense", "hear", "decide")
     if far:
-        state.truth[p.Y, 0, 1] += 0.6
+        lanes.body.truth[p.Y, 1] += 0.6
     else:
-        state.command.second[0, 1] = np.nan
-    assert simulated.obey(state).lost.tolist() == [[False, True]]
+        lanes.command[SECOND, 1] = np.nan
+    after(simulated, "obey")
+    assert lanes.lost.tolist() == [False, True]
 
 
 def test_say_puts_a_message_on_its_way_once():
     simulated = simulation(radio=Radio(period=0.1))
-    state = ready(simulated, "sense", "hear", "decide", "obey")
-    assert len(simulated.say(state).air.flying) == 1
-    assert simulated.say(state.then(k=1)).air.flying == ()  # it speaks every other period
+    lanes = after(simulated, "sense", "hear", "decide", "obey", "say")
+    assert lanes.air.sent.tolist() == [0]
+    assert lanes.air.arrives[0].tolist() == [[-1, 1], [1, -1]]  # nobody hears itself
+    after(simulated, "say", k=1)
+    assert lanes.air.sent.tolist() == [0]  # it speaks every other period
 
 
 def test_move_advances_the_plant_by_the_orders_and_keeps_the_lost_at_rest():
     simulated = simulation()
-    state = ready(simulated, "sense", "hear", "decide", "obey")
-    state = state.then(lost=np.array([[False, True]]))
-    after = simulated.move(state)
-    assert (after.k, after.time) == (1, 0.05)
+    lanes = after(simulated, "sense", "hear", "decide", "obey")
+    lanes.lost[:] = [False, True]
+    after(simulated, "move")
     # A kinematic robot drives the exact arc: 0.2 m/s and 0.5 rad/s for 0.05 s
     turn = 0.5 * 0.05
-    found = after.truth[[p.X, p.Y, p.HEADING], 0, 0]
+    found = lanes.body.truth[[p.X, p.Y, p.HEADING], 0]
     np.testing.assert_allclose(found, [0.4 * np.sin(turn), 0.4 * (1 - np.cos(turn)), turn], atol=1e-12)
-    np.testing.assert_allclose(after.truth[[p.X, p.Y, p.HEADING], 0, 1], [0.0, 1.0, 0.0], atol=1e-12)
-    assert after.stopped.tolist() == [[-1, 0]]
-    assert after.order[:, 0, 1].tolist() == [0.0, 0.0]
+    np.testing.assert_allclose(lanes.body.truth[[p.X, p.Y, p.HEADING], 1], [0.0, 1.0, 0.0], atol=1e-12)
+    assert lanes.stopped.tolist() == [-1, 0]
+    assert lanes.order[:, 1].tolist() == [0.0, 0.0]
 
 
 def test_move_delays_orders_by_the_latency():
     simulated = simulation(latency=0.1)
-    state = ready(simulated, "sense", "hear", "decide", "obey")
+    lanes = after(simulated, "sense", "hear", "decide", "obey")
     places = []
-    for _ in range(3):
-        state = simulated.move(state)
-        places.append(float(state.truth[p.X, 0, 0]))
+    for k in range(3):
+        after(simulated, "move", k=k)
+        places.append(float(lanes.body.truth[p.X, 0]))
     np.testing.assert_allclose(places, [0.0, 0.0, 0.4 * np.sin(0.025)], atol=1e-12)
 
 
-def test_a_drive_is_its_steps_one_after_the_other():
+def test_a_drive_is_its_steps_one_after_the_other_and_its_states_stay():
     simulated = simulation(faults=(Fault(robot=2, kind="delay", start=0.2, duration=0.2),))
-    state = simulated.start()
-    for driven in drive(simulated.setting, simulated.law, simulated.seeds):
-        for step in ("sense", "hear", "decide", "obey"):
-            state = getattr(simulated, step)(state)
-        assert driven.order.tobytes() == state.order.tobytes()
-        assert driven.truth.tobytes() == state.truth.tobytes()
-        state = simulated.move(simulated.say(state))
-    assert driven.k == simulated.setting.ticks
+    states = list(drive(simulated.setting, Told(), (4,)))
+    assert [state.k for state in states] == list(range(simulated.setting.ticks + 1))
+    for state in states:
+        lanes = after(simulated, "sense", "hear", "decide", "obey", k=state.k)
+        assert state.order.tobytes() == lanes.order.tobytes()
+        assert state.truth.tobytes() == lanes.body.truth.tobytes()
+        after(simulated, "say", "move", k=state.k)
+
+
+@pytest.mark.parametrize("seeds", [(1,), (1, 2, 3)])
+def test_both_loops_give_the_same_bits(seeds):
+    scenario = replace(
+        load_scenario("reference"),
+        duration=2.0,
+        latency=0.03,
+        sensing=replace(LABORATORY, filter_gain=0.3, wheel_error=0.01),
+        faults=(Fault(robot=1, kind="delay", start=0.5, start_until=1.0, duration=0.4),),
+    )
+    law = make_controller("lyapunov")
+    run, states = simulate(scenario, law, seeds), list(drive(scenario.setting, law, seeds))
+    truth = np.stack([state.truth[: p.W + 1] for state in states])
+    assert np.ascontiguousarray(run.samples[:, :5]).tobytes() == truth.tobytes()
+
+
+def test_the_number_of_threads_and_of_runs_in_a_chunk_change_no_bit(monkeypatch):
+    scenario = replace(load_scenario("reference"), duration=1.0, sensing=LABORATORY)
+    one = simulate(scenario, "lyapunov", range(5), threads=1).samples
+    for chunk, threads in ((2, 1), (2, 3), (1000, 2)):
+        monkeypatch.setattr(robotics.simulation.loop, "CHUNK", chunk * len(scenario.robots))
+        assert simulate(scenario, "lyapunov", range(5), threads=threads).samples.tobytes() == one.tobytes()
