@@ -11,8 +11,10 @@ from robotics.laws.equation import EquationLaw
 from robotics.laws.law import Command, ControllerError, Law
 from robotics.laws.setting import Setting
 from robotics.paths.references import sampled
+from robotics.sensing.carried import sensor_names
 from robotics.simulation.channels import CHANNELS, RECORDS, TEAM_CHANNELS
 from robotics.simulation.lanes import Kept
+from robotics.simulation.opening import looks
 from robotics.simulation.run import About, Recorded, Run
 from robotics.vehicle import plant as p
 
@@ -42,6 +44,8 @@ class Recorder:
             self._room("inputs", sum(len(system.inputs) for system in self.rule_bases.values()))
         if isinstance(law, EquationLaw) and law.has_equation and law.has_modes:
             self._room("modes")
+        if looks(setting, law):
+            self._room("ranges", len(sensor_names(setting.sensors)))
 
     def _room(self, name: str, channels: int = 0) -> None:
         """Room for one of RECORDS; ``channels`` is the length of its axis of channels, inputs or sensors."""
@@ -72,7 +76,7 @@ class Recorder:
     def kept(self, first: int, last: int) -> Kept:
         """The room of the runs from ``first`` to before ``last``."""
         arrays = {}
-        for name in ("samples", "team", "links", "modes", "guarded", "inputs"):
+        for name in Kept._fields[:-1]:
             record = RECORDS[name]
             if name in self.arrays:
                 which = (slice(None),) * record.axes.index("run") + (slice(first, last),)
@@ -81,14 +85,6 @@ class Recorder:
                 arrays[name] = np.zeros((0,) * len(record.axes), dtype=record.dtype)
         limits = np.ascontiguousarray(np.tile(p.velocity_limits(self.setting.robots), last - first))
         return Kept(**arrays, limits=limits)
-
-    def keep_ranges(self, k: int, values: np.ndarray) -> None:
-        """Keep the readings (runs, robots, sensors) [m] of the range sensors in period ``k``."""
-        if self.nothing:
-            return
-        if "ranges" not in self.arrays:
-            self._room("ranges", values.shape[-1])
-        self.arrays["ranges"][k] = values
 
     def run(
         self,
