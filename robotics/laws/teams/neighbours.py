@@ -3,7 +3,8 @@
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.radio.channel import Heard
+from robotics.laws.equation import uncounted
+from robotics.radio.channel import AGE, HEARS, Heard
 
 OUTAGE = 0.5  # s without a message: the robot is alone, and its watchdog stops it
 SEARCH_REACH = 0.5  # m: how far from its last place on the path a robot looks for the next
@@ -36,6 +37,19 @@ def alone_for(heard: Heard, time: float) -> np.ndarray:
 def search_reach(heard: Heard, time: float) -> np.ndarray:
     """The distance [m] (runs, robots) from its last place within which each robot looks for the next on its path."""
     return np.where(alone_for(heard, time) > OUTAGE, SEARCH_REACH_AFTER_OUTAGE, SEARCH_REACH)
+
+
+@uncounted
+def reach_of(heard, i, time):  # type: ignore[no-untyped-def]
+    """The distance [m] from its last place within which the robot of lane i looks for the next: :func:`search_reach`.
+
+    ``heard`` (planes, lanes, robots) is what the lanes hear.
+    """
+    alone = time
+    for j in range(heard.shape[2]):
+        if heard[HEARS, i, j] > 0 and heard[AGE, i, j] < alone:
+            alone = heard[AGE, i, j]
+    return SEARCH_REACH_AFTER_OUTAGE if alone > OUTAGE else SEARCH_REACH
 
 
 @kernel
