@@ -403,27 +403,27 @@ def _points(table, length, s):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def abscissa_by_x(table, first, cells, length, x):  # type: ignore[no-untyped-def]
-    """The abscissa [m] where one path has that ``x`` [m], linear between nodes, or its nearer end.
+def cell_by_x(table, first, cells, x):  # type: ignore[no-untyped-def]
+    """The cell of one path, along which x grows, that has that ``x`` [m], or its first or last.
 
-    x must grow along the path, whose nodes begin at column ``first`` of ``table``.
+    Its nodes begin at column ``first`` of ``table``.
     """
-    low, high = 0, cells  # the cell with table[0, low] <= x < table[0, low + 1], or the first or last
+    low, high = 0, cells
     while high - low > 1:
         middle = (low + high) // 2
         if table[0, first + middle] <= x:
             low = middle
         else:
             high = middle
-    k = first + low
-    share = low + (x - table[0, k]) / (table[0, k + 1] - table[0, k])
-    return min(max(share, 0.0), cells) * (length / cells)
+    return low
 
 
 @kernel
 def point_beside(table, first, cells, length, x):  # type: ignore[no-untyped-def]
     """The point of one path with that ``x`` [m], or its nearer end: as of :meth:`Path.beside`."""
-    s = abscissa_by_x(table, first, cells, length, x)
+    low = cell_by_x(table, first, cells, x)
+    share = low + (x - table[0, first + low]) / (table[0, first + low + 1] - table[0, first + low])
+    s = min(max(share, 0.0), cells) * (length / cells)
     for _ in range(2):  # Newton: dx/ds = cos(heading)
         there = point(table, first, cells, length, s)
         s = min(max(s + (x - there[0]) / np.cos(there[2]), 0.0), length)
