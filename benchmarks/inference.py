@@ -180,6 +180,10 @@ def report(result: dict[str, Any]) -> str:
     lines += ["", f"ratio: time over that of '{OURS}'. Without a call from Python, one point is its share of a loop."]
     lines.append(f"'-': the engine has one thread, whose time is compared with that of '{OURS}' on all processors.")
     lines += verdicts(one, many, everywhere)
+    if result["load"] and result["load"] > result["processors"]:
+        lines.append(
+            "The machine was busy, from which long measurements suffer more than short ones: these ratios flatter."
+        )
     worst = max(result["difference_from_infer"].values())
     lines.append(f"Engines of the same system agree within {worst:.1e}.")
     return "\n".join(lines + result["notes"])
