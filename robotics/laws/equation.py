@@ -23,7 +23,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numba import types
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import fingerprint, kernel
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.paths.references import References
@@ -88,6 +88,8 @@ def equation(law: Callable[..., None]) -> Any:
 def compiled(each: Any) -> Any:
     """The machine code of an equation's loop, which then takes the types of EQUATION_TYPE only."""
     if hasattr(each, "compile"):  # not with NUMBA_DISABLE_JIT
+        # The pointer to the loop is found by its name, and all equations' loops have the same one but for this.
+        each.py_func.__qualname__ = f"equation.<locals>.each_{fingerprint(each)[:16]}"
         each.compile(EQUATION_TYPE.args)
         each.disable_compile()
     return each
