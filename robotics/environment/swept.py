@@ -459,7 +459,7 @@ def _crossing(out, into, pair, motion, sizes, world):  # type: ignore[no-untyped
     return into
 
 
-@kernel
+@kernel(nogil=True)
 def _sweep(  # type: ignore[no-untyped-def]
     times, poses, circles, bodies, segments, counts, spans, sizes, going, least, first, begun, ends, floor, since, depth
 ):

@@ -23,7 +23,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numba import types
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import fingerprint, kernel
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.paths.references import References
@@ -88,6 +88,8 @@ def equation(law: Callable[..., None]) -> Any:
 def compiled(each: Any) -> Any:
     """The machine code of an equation's loop, which then takes the types of EQUATION_TYPE only."""
     if hasattr(each, "compile"):  # not with NUMBA_DISABLE_JIT
+        # The pointer to the loop is found by its name, and all equations' loops have the same one but for this.
+        each.py_func.__qualname__ = f"equation.<locals>.each_{fingerprint(each)[:16]}"
         each.compile(EQUATION_TYPE.args)
         each.disable_compile()
     return each
@@ -158,6 +160,10 @@ class EquationLaw(Law[Memory]):
 
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
         """Return its command for what the robots have ``seen``, and its new memory, ``dt`` seconds after the last."""
+        return self.by(type(self).equation, seen, memory, dt)
+
+    def by(self, each: Any, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
+        """Do as :meth:`control`, by an equation ``each`` that need not be the law's own."""
         runs, robots = seen.x.shape
         rows = np.empty((SEEN, runs, robots))
         for row, of in zip(rows, (*seen[1:6], *seen.reference), strict=True):
@@ -176,7 +182,7 @@ class EquationLaw(Law[Memory]):
         known = Known(float(seen.time), float(dt), lanes, heard, ranges, *memory.setup)
         command = fresh_commands(lanes, SAYS + len(self.message) + self.rule_inputs)
         after = memory.rows.copy()
-        compiled(type(self).equation)(0, runs * robots, known, after, command, np.empty(self.working))
+        compiled(each)(0, runs * robots, known, after, command, np.empty(self.working))
         return self.commanded(command.reshape(-1, runs, robots)), Memory(memory.setup, after)
 
     @property

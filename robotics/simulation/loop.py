@@ -45,13 +45,14 @@ from robotics.laws.setting import Setting
 from robotics.paths.trajectory import Reference
 from robotics.radio.faults import Faults
 from robotics.scenario.description import Scenario
+from robotics.sensing.carried import look, see_nothing
 from robotics.sensing.sonar import Ranges
-from robotics.simulation.lanes import Kept, Lanes, machine_code
+from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, Kept, Lanes, looking, machine_code
 from robotics.simulation.opening import Driver, Opening, has_equation
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.state import State
-from robotics.simulation.steps import decide, hear, look, move, obey, record, say, sense
+from robotics.simulation.steps import decide, hear, move, obey, record, say, sense
 
 CHUNK = 96  # lanes that a compiled loop drives together: their columns stay in a core's own cache
 BLOCK = 100_000  # periods of lanes that it drives at a time: between two blocks it can be interrupted
@@ -65,11 +66,11 @@ class SimulationError(InputError):
 
 
 @kernel(nogil=True, _nrt=False)
-def _periods(law, k, end, last, lanes):  # type: ignore[no-untyped-def]
+def _periods(law, look, looks, k, end, last, lanes):  # type: ignore[no-untyped-def]
     """Drive from period ``k`` to before ``end``; in ``last``, the last of all, nobody moves any more."""
     while k < end:
         sense(k, lanes)
-        look(k, lanes)
+        look(looks, k, lanes.body.truth, lanes.robots, lanes.known.ranges)
         hear(k, lanes)
         decide(law, k, lanes)
         obey(lanes)
@@ -80,8 +81,8 @@ def _periods(law, k, end, last, lanes):  # type: ignore[no-untyped-def]
         k += 1
 
 
-def _drive_compiled(
-    opening: Opening, first: int, last: int, kept: Kept, ticks: int, advance: Callable[[int], None]
+def drive_chunk(
+    opening: Opening, first: int, last: int, kept: Kept, ticks: int, advance: Callable[[int], None] | None = None
 ) -> np.ndarray:
     """Drive the runs from ``first`` to before ``last`` to their end; return when each robot was stopped, or -1.
 
@@ -90,13 +91,17 @@ def _drive_compiled(
     lanes, supply = opening.lanes(first, last, kept)
     one: Any = opening.drivers[0].law
     law = compiled(type(one).equation)
-    loop, k = machine_code(_periods, types.FunctionType(EQUATION_TYPE), *(types.int64,) * 3), 0
+    functions = types.FunctionType(EQUATION_TYPE), types.FunctionType(LOOK_TYPE)
+    loop, k = machine_code(_periods, *functions, LOOKS_TYPE, *(types.int64,) * 3), 0
+    see = see_nothing if supply.sensors is None else look
+    looking(see)
     block = max(16, BLOCK // len(lanes.lost))
     while k <= ticks:
         lanes = supply.to(lanes, k)
         end = min(k + block, supply.lasts(lanes, k), ticks + 1)
-        loop(law, k, end, ticks, lanes)
-        advance((end - k) * (last - first))
+        loop(law, see, supply.looks, k, end, ticks, lanes)
+        if advance is not None:
+            advance((end - k) * (last - first))
         k = end
     return stopped(lanes, ticks)
 
@@ -172,8 +177,9 @@ class Simulation:
     def look(self, k: int) -> None:
         """Read the range sensors."""
         if self.supply.sensors is not None:
-            self._step(look, k)
-            readings = self.lanes.looks.readings.reshape(self.runs, self.robots, -1).copy()
+            lanes = self.lanes
+            looking(look)(self.supply.looks, k, lanes.body.truth, self.robots, lanes.known.ranges)
+            readings = lanes.readings.reshape(self.runs, self.robots, -1).copy()
             self.ranges = Ranges(self.supply.sensors.names, readings)
 
     def hear(self, k: int) -> None:
@@ -373,13 +379,18 @@ def driven(
     chunks = [(first, min(first + size, opening.runs)) for first in range(0, opening.runs, size)]
 
     def one(chunk: tuple[int, int]) -> np.ndarray:
-        return _drive_compiled(opening, *chunk, kept(*chunk), setting.ticks, advance)
+        return drive_chunk(opening, *chunk, kept(*chunk), setting.ticks, advance)
 
-    workers = min(len(chunks), len(os.sched_getaffinity(0)) if threads is None else threads)
+    return share_out(one, chunks, threads)
+
+
+def share_out(one: Callable[[Any], Any], jobs: Sequence[Any], threads: int | None = None) -> list[Any]:
+    """Do ``one`` thing for each of ``jobs``, shared out over ``threads``; by default as many as there are cores."""
+    workers = min(len(jobs), len(os.sched_getaffinity(0)) if threads is None else threads)
     if workers <= 1:
-        return [one(chunk) for chunk in chunks]
+        return [one(job) for job in jobs]
     with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(one, chunks))
+        return list(pool.map(one, jobs))
 
 
 def checked_seeds(seeds: Sequence[int]) -> tuple[int, ...]:

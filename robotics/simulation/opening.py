@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robotics.environment.collision import footprints
-from robotics.laws.equation import SAYS, SEEN, EquationLaw, Known, Setup
+from robotics.laws.equation import PROGRESS, SAYS, SEEN, EquationLaw, Known, Setup
 from robotics.laws.law import Law, check_needs
 from robotics.laws.setting import Setting
 from robotics.paths.references import sampled
@@ -15,7 +15,7 @@ from robotics.radio.channel import Channel
 from robotics.radio.faults import Faults, Trouble, untroubled
 from robotics.sensing.carried import CarriedSensors, Looks, nothing_to_see
 from robotics.sensing.posture import PostureNoise, read_encoders, wheel_errors
-from robotics.simulation.lanes import Body, Kept, Lanes, check
+from robotics.simulation.lanes import LOOKS_TYPE, Body, Kept, Lanes, check
 from robotics.vehicle import plant as p
 
 
@@ -43,11 +43,12 @@ class Supply:
     noise: PostureNoise
     channel: Channel
     sensors: CarriedSensors | None  # None: nobody looks
+    looks: Looks
 
     def to(self, lanes: Lanes, k: int) -> Lanes:
         """The lanes with the random numbers of period ``k``."""
         if self.sensors is not None:
-            self.sensors.supply(lanes.looks, k)
+            self.sensors.supply(self.looks, k)
         senses, air = self.noise.supplied(lanes.senses, k), self.channel.supplied(lanes.air, k)
         return lanes if senses is lanes.senses and air is lanes.air else lanes._replace(senses=senses, air=air)
 
@@ -59,7 +60,7 @@ class Supply:
         if len(lanes.air.draws):
             ends.append((lanes.air.drawn + len(lanes.air.draws)) * lanes.air.every)
         if self.sensors is not None:
-            ends.append(self.sensors.lasts(lanes.looks))
+            ends.append(self.sensors.lasts(self.looks))
         return int(min([*ends, k + 1_000_000]))
 
 
@@ -119,6 +120,7 @@ class Opening:
         road = setting.references.road
         inputs = sum(len(system.inputs) for system in law.fuzzy_systems.values())
         command = np.zeros((SAYS + len(law.message) + inputs, runs * robots))
+        command[PROGRESS] = np.nan
         lanes = Lanes(
             robots,
             setting.period,
@@ -126,7 +128,7 @@ class Opening:
             float(law.watchdog),
             body,
             noise.senses(counts),
-            looks,
+            looks.readings,
             road,
             np.arange(first * robots, last * robots) % len(road.lengths),
             self.references,
@@ -143,7 +145,8 @@ class Opening:
             kept,
         )
         check(lanes)
-        return lanes, Supply(noise, channel, sensors)
+        check(looks, LOOKS_TYPE)
+        return lanes, Supply(noise, channel, sensors, looks)
 
     def _parameters(self, first: int, last: int) -> np.ndarray:
         """The plant's parameters of the lanes (PARAMETERS, lanes)."""

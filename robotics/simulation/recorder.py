@@ -94,6 +94,8 @@ class Recorder:
         stopped: np.ndarray,
         end: int,
         which: slice = slice(None),
+        law: Law[Any] | None = None,
+        references: np.ndarray | None = None,
     ) -> Run:
         """The run of ``setting`` with the law called ``name``.
 
@@ -104,6 +106,8 @@ class Recorder:
             stopped: The period in which each robot was stopped, or -1 (runs, robots).
             end: The number of samples that were kept; the run ends with the setting, or before.
             which: Those of the runs that are its seeds.
+            law: The law that drove these, if it is another than that of the first.
+            references: The references of all samples (6, samples, robots), where they are known already.
         """
         end = min(setting.ticks + 1, end)
         times = setting.times[:end]
@@ -111,13 +115,13 @@ class Recorder:
             array: Recorded(values[:end], RECORDS[array].axes).only("run", which)
             for array, values in self.arrays.items()
         }
-        gone = stopped[which]
+        gone, bases = stopped[which], self.rule_bases if law is None else dict(law.fuzzy_systems)
         return Run(
-            About(setting.name, setting.kind, name, self.law.level, setting.robots, setting.sensors, self.rule_bases),
+            About(setting.name, setting.kind, name, self.law.level, setting.robots, setting.sensors, bases),
             seeds,
             times,
             recorded,
-            np.stack(sampled(setting.references, times)),
+            np.stack(sampled(setting.references, times)) if references is None else references[:, :end],
             tuple(path.table[:2] for path in setting.references.joined.paths),
             np.where(gone < end, gone, -1),
             _obstacles(setting, times),

@@ -8,8 +8,7 @@ encoders, run the wheel loops, hold the voltage. Inside a step the velocities ar
 (order 4) and the pose follows the exact arc of each substep.
 
 The state is an array (channels, lanes): a lane is one robot of one run, and no lane sees another. Lanes are computed
-in blocks of a few vectors: the compiler turns every loop over a block into vector instructions without changing a bit
-of the result, and the loops are short, so that the processor works at several vectors at a time.
+in blocks of a constant size, which the compiler turns into vector instructions without changing a bit of the result.
 """
 
 from collections.abc import Sequence
@@ -20,7 +19,6 @@ from typing import Literal
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from fuzzy.compiled.trigonometry import sincos
 from robotics.vehicle.robot import Robot
 
 Level = Literal["velocity", "torque"]
@@ -51,21 +49,21 @@ CHANNELS = 28
 PARAMETERS = 28
 
 _ANY_RATE = 1e300  # m/s², rad/s²: no bound of the acceleration; finite, so that parameters can be subtracted
-_VECTOR = 8  # lanes: a multiple of every vector width in use
-_BLOCK = 32  # lanes at most: a few vectors, whose chains of arithmetic the processor overlaps
-_ROW = _BLOCK + _VECTOR  # of the scratch: no power of two, which would fall on few lines of the cache
-# Rows of a block's scratch beyond the state: its parameters, what is made of them once a tick, what a step passes on
+uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
+
+_BLOCK = 32  # lanes of a block, whose rows of numbers stay in the first cache
+_VECTOR = 8  # lanes: a block is filled up to a multiple of it
+# Rows of a block's scratch beyond the state and the parameters
+_S = CHANNELS + PARAMETERS
 (
-    _PER_R, _RADIAN, _ODO_R, _ODO_L, _ODO_TURN_R, _ODO_TURN_L, _KT_KE, _KT_SUPPLY, _SLOW2, _BACK,
-    _OWN, _CROSS, _OWN_DRAG, _CROSS_DRAG, _SPIN, _BEND, _FORWARD, _TURN, _SIDEWAYS,
-    _DRIVE_R, _DRIVE_L, _WHEEL_R, _WHEEL_L, _COS, _SIN, _OCOS, _OSIN, _OLD_R, _OLD_L,
-    _STAGE_R, _STAGE_L, _SUM_R, _SUM_L, _GAIN_R, _GAIN_L, _WORK, _LOSS,
-) = range(CHANNELS + PARAMETERS, CHANNELS + PARAMETERS + 37)  # fmt: skip
-_ROWS = CHANNELS + PARAMETERS + 37
+    _VOLT_R, _VOLT_L, _COS, _SIN, _OCOS, _OSIN, _OLD_R, _OLD_L, _PER_MASS, _PER_INERTIA, _PER_R,
+    _V, _W, _SUM_A, _SUM_B, _SUM_V, _SUM_W, _SUM_P, _SUM_Q,  # of the four stages of Runge-Kutta
+) = range(_S, _S + 19)  # fmt: skip
+_ROWS = _S + 19
+SCRATCH = _ROWS * _BLOCK  # numbers that :func:`tick_into` works in
 CODES = {"velocity": 0, "torque": 1}  # of what a command is,
 KINEMATIC = 2  # or of the plant that needs no wheel loops
 SUBSTEPS = 4  # Runge-Kutta steps a step: the pose is then within 1e-7 m of the limit after 5 s
-SCRATCH = _ROWS * _ROW  # numbers of scratch that tick_into needs
 
 
 def parameters(robot: Robot, step: float = 0.01) -> np.ndarray:
@@ -176,7 +174,7 @@ def saturate(limits: np.ndarray, v: np.ndarray, w: np.ndarray) -> tuple[np.ndarr
     return v * scale, w * scale
 
 
-@kernel(nogil=True, _nrt=False)
+@uncounted
 def within(limits, robot, v, w):  # type: ignore[no-untyped-def]
     """The same as :func:`saturate` for one robot, the ``robot``-th of ``limits``, in compiled functions."""
     v_max, w_max, half_axle, wheel = limits[0, robot], limits[1, robot], limits[2, robot], limits[3, robot]
@@ -186,38 +184,63 @@ def within(limits, robot, v, w):  # type: ignore[no-untyped-def]
     return v * scale, w * scale
 
 
-@kernel
-def _wheel_torque(drive, speed, kt_ke, hold, most, limit):  # type: ignore[no-untyped-def]
-    """A motor's torque at a wheel speed, of ``drive``, the voltage times kt, as are ``most``, the supply, and kt_ke.
+@uncounted
+def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[no-untyped-def]
+    """A motor's torque at a wheel speed. ``hold`` 1: the voltage is held; 0: the drive holds the torque kt · voltage.
 
-    ``hold`` 1: the voltage is held; 0: the drive holds the torque. Either way the supply minus the back-EMF bounds the
-    torque, and the tyre slips at the limit.
+    Either way the supply minus the back-EMF bounds the torque, and the tyre slips at the limit.
     """
-    back = kt_ke * speed
-    return min(max(min(max(drive - hold * back, -most - back), most - back), -limit), limit)
+    back = ke * speed
+    torque = kt * min(max(voltage - hold * back, -supply - back), supply - back)
+    return min(max(torque, -limit), limit)
 
 
-@kernel(nogil=True)
+@uncounted
+def _accelerations(  # type: ignore[no-untyped-def]
+    v, w, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
+):
+    """Return v' and ω' at the axle midpoint, the motors' power and the friction's, from the wheels' drives.
+
+    (m + 2 J_w/r²) v'     = (τr + τl)/r + m_c d ω²
+    (I0 + 2 J_w L²/r²) ω' = L (τr − τl)/r − m_c d v ω
+
+    the reduced form of thesis (2.1)-(2.9) with d ≠ 0 at the axle midpoint; d = 0 gives (2.10). Radius, mass and
+    inertia are given as their reciprocals, since this is the innermost loop.
+    """
+    speed_r = (v + half * w) * per_r
+    speed_l = (v - half * w) * per_r
+    motor_r = _wheel_torque(ur, speed_r, kt, ke, hold, supply, limit)
+    motor_l = _wheel_torque(ul, speed_l, kt, ke, hold, supply, limit)
+    # Coulomb friction, smooth through standstill
+    drag_r = friction * speed_r / np.sqrt(speed_r * speed_r + slow * slow)
+    drag_l = friction * speed_l / np.sqrt(speed_l * speed_l + slow * slow)
+    tr = motor_r - drag_r
+    tl = motor_l - drag_l
+    a = ((tr + tl) * per_r + coupling * w * w) * per_mass
+    b = (half * (tr - tl) * per_r - coupling * v * w) * per_inertia
+    return a, b, motor_r * speed_r + motor_l * speed_l, drag_r * speed_r + drag_l * speed_l
+
+
+@uncounted
 def tick_into(  # type: ignore[no-untyped-def]
-    out, state, parameters, earlier, command, late_steps, steps, step, substeps, code, scratch
+    out, state, parameters, earlier, command, late_steps, steps, step, substeps, code, z
 ):
     """Write the state one tick later into ``out`` (CHANNELS, lanes), which may be ``state``; nothing is allocated.
 
-    Arguments as of :meth:`Plant.advance`; ``code`` is 0 for velocities, 1 for torques, 2 for the kinematic plant, and
-    ``scratch`` (SCRATCH,) of the caller's, one for each thread.
+    The arguments are as of :meth:`Plant.advance`; ``code`` is 0 for velocities, 1 for torques, 2 for the kinematic
+    plant, and ``z`` has SCRATCH numbers to work in, one such array for each thread.
     """
     lanes = state.shape[1]
-    z = scratch
     hold = 0.0 if code == 1 else 1.0
     for start in range(0, lanes, _BLOCK):
         count = min(_BLOCK, lanes - start)
         width = -(-count // _VECTOR) * _VECTOR
         _load(z, width, state, start, count)
-        _load(z[CHANNELS * _ROW :], width, parameters, start, count)
-        _begin(z, width, step / substeps)
+        _load(z[CHANNELS * _BLOCK :], width, parameters, start, count)
+        _begin(z, width)
         for k in range(steps):
             held = earlier if k < late_steps else command
-            _load(z[_DRIVE_R * _ROW :], width, held, start, count)
+            _load(z[_VOLT_R * _BLOCK :], width, held, start, count)
             _loops(z, width, step, code)
             if code == 2:
                 _glide(z, width, step)
@@ -225,315 +248,245 @@ def tick_into(  # type: ignore[no-untyped-def]
                 for _ in range(substeps):
                     _move(z, width, step / substeps, hold)
             _odometry(z, width, step)
-        if code != 2:
-            _body_speed(z, width)
         for c in range(CHANNELS):
             for i in range(count):
-                out[c, start + i] = z[c * _ROW + i]
+                out[c, start + i] = z[c * _BLOCK + i]
 
 
-@kernel
+@uncounted
 def _load(z, width, array, start, count):  # type: ignore[no-untyped-def]
     """Copy a block's columns of ``array`` to the rows of ``z``; the last lane fills up an incomplete vector."""
     for r in range(len(array)):
         for i in range(count):
-            z[r * _ROW + i] = array[r, start + i]
+            z[r * _BLOCK + i] = array[r, start + i]
         for i in range(count, width):
-            z[r * _ROW + i] = array[r, start + count - 1]
+            z[r * _BLOCK + i] = array[r, start + count - 1]
 
 
-@kernel
-def _begin(z, width, h):  # type: ignore[no-untyped-def]
-    """Make what all steps of a tick need of the parameters, ``h`` being a substep [s], and of the state."""
+@uncounted
+def _begin(z, width):  # type: ignore[no-untyped-def]
+    """Make what all steps of a tick need of the parameters and of the state."""
     for i in range(width):
-        radius = z[(CHANNELS + P_RADIUS) * _ROW + i]
-        per_r = 1 / radius
-        half = z[(CHANNELS + P_HALF_AXLE) * _ROW + i]
-        kt = z[(CHANNELS + P_KT) * _ROW + i]
-        slow = z[(CHANNELS + P_FRICTION_SPEED) * _ROW + i]
-        z[_PER_R * _ROW + i] = per_r
-        z[_KT_KE * _ROW + i] = kt * z[(CHANNELS + P_KE) * _ROW + i]
-        z[_KT_SUPPLY * _ROW + i] = kt * z[(CHANNELS + P_VOLTAGE) * _ROW + i]
-        z[_SLOW2 * _ROW + i] = slow * slow
-        z[_BACK * _ROW + i] = z[(CHANNELS + P_KI) * _ROW + i] / max(z[(CHANNELS + P_KP) * _ROW + i], 1e-12)
-        # A wheel's acceleration by its own torque and by the other's; by ω² and by v ω, if the mass is off the axle
-        forth = per_r * per_r / z[(CHANNELS + P_MASS) * _ROW + i]
-        around = (half * per_r) * (half * per_r) / z[(CHANNELS + P_INERTIA) * _ROW + i]
-        coupling = z[(CHANNELS + P_COUPLING) * _ROW + i] * radius
-        z[_OWN * _ROW + i] = h / 2 * (forth + around)
-        z[_CROSS * _ROW + i] = h / 2 * (forth - around)
-        z[_OWN_DRAG * _ROW + i] = z[_OWN * _ROW + i] * z[(CHANNELS + P_FRICTION) * _ROW + i]
-        z[_CROSS_DRAG * _ROW + i] = z[_CROSS * _ROW + i] * z[(CHANNELS + P_FRICTION) * _ROW + i]
-        z[_SPIN * _ROW + i] = h / 2 * coupling / (4 * half * half) / z[(CHANNELS + P_MASS) * _ROW + i]
-        z[_BEND * _ROW + i] = h / 2 * coupling / 4 / z[(CHANNELS + P_INERTIA) * _ROW + i]
-        # Of the sums of the wheels' four speeds in a substep to the way, the turn, and the second term of Magnus
-        z[_FORWARD * _ROW + i] = h / 12 * radius
-        z[_TURN * _ROW + i] = h / 12 * radius / half
-        z[_SIDEWAYS * _ROW + i] = h * h / 24 * radius * radius / half
-        # thesis (2.25), with 2 L between the wheels
-        radian = 1 / z[(CHANNELS + P_COUNT) * _ROW + i]
-        odo_half = z[(CHANNELS + P_ODO_HALF_AXLE) * _ROW + i]
-        z[_RADIAN * _ROW + i] = radian
-        z[_ODO_R * _ROW + i] = radian * z[(CHANNELS + P_ODO_RIGHT) * _ROW + i] / 2
-        z[_ODO_L * _ROW + i] = radian * z[(CHANNELS + P_ODO_LEFT) * _ROW + i] / 2
-        z[_ODO_TURN_R * _ROW + i] = z[_ODO_R * _ROW + i] / odo_half
-        z[_ODO_TURN_L * _ROW + i] = z[_ODO_L * _ROW + i] / odo_half
+        z[_PER_MASS * _BLOCK + i] = 1 / z[(CHANNELS + P_MASS) * _BLOCK + i]
+        z[_PER_INERTIA * _BLOCK + i] = 1 / z[(CHANNELS + P_INERTIA) * _BLOCK + i]
+        z[_PER_R * _BLOCK + i] = 1 / z[(CHANNELS + P_RADIUS) * _BLOCK + i]
+        z[_OLD_R * _BLOCK + i] = np.floor(z[ANGLE_R * _BLOCK + i] * z[(CHANNELS + P_COUNT) * _BLOCK + i])
+        z[_OLD_L * _BLOCK + i] = np.floor(z[ANGLE_L * _BLOCK + i] * z[(CHANNELS + P_COUNT) * _BLOCK + i])
     for i in range(width):
-        way = z[(CHANNELS + P_HALF_AXLE) * _ROW + i] * z[W * _ROW + i]
-        per_r = z[_PER_R * _ROW + i]
-        _enter(z, i, (z[V * _ROW + i] + way) * per_r, (z[V * _ROW + i] - way) * per_r)
-        z[_OLD_R * _ROW + i] = np.floor(z[ANGLE_R * _ROW + i] * z[(CHANNELS + P_COUNT) * _ROW + i])
-        z[_OLD_L * _ROW + i] = np.floor(z[ANGLE_L * _ROW + i] * z[(CHANNELS + P_COUNT) * _ROW + i])
-        z[_SIN * _ROW + i], z[_COS * _ROW + i] = sincos(z[HEADING * _ROW + i])
-        z[_OSIN * _ROW + i], z[_OCOS * _ROW + i] = sincos(z[ODO_HEADING * _ROW + i])
+        z[_COS * _BLOCK + i] = np.cos(z[HEADING * _BLOCK + i])
+        z[_SIN * _BLOCK + i] = np.sin(z[HEADING * _BLOCK + i])
+        z[_OCOS * _BLOCK + i] = np.cos(z[ODO_HEADING * _BLOCK + i])
+        z[_OSIN * _BLOCK + i] = np.sin(z[ODO_HEADING * _BLOCK + i])
 
 
-@kernel
+@uncounted
 def _loops(z, width, step, code):  # type: ignore[no-untyped-def]
-    """Turn the held command (in the rows of the drives) into the drives of this step, or the velocity if kinematic."""
-    per_step = 1 / step
+    """Turn the held command (in the voltage rows) into the voltages of this step, or the velocity if kinematic."""
     for i in range(width):
-        per_r = z[_PER_R * _ROW + i]
-        half = z[(CHANNELS + P_HALF_AXLE) * _ROW + i]
-        kt = z[(CHANNELS + P_KT) * _ROW + i]
-        limit = z[(CHANNELS + P_TORQUE_LIMIT) * _ROW + i]
-        volts = z[(CHANNELS + P_VOLTAGE) * _ROW + i]
-        first = z[_DRIVE_R * _ROW + i]
-        second = z[_DRIVE_L * _ROW + i]
-        true_r = z[_WHEEL_R * _ROW + i]
-        true_l = z[_WHEEL_L * _ROW + i]
+        r = z[(CHANNELS + P_RADIUS) * _BLOCK + i]
+        half = z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i]
+        kt = z[(CHANNELS + P_KT) * _BLOCK + i]
+        ke = z[(CHANNELS + P_KE) * _BLOCK + i]
+        limit = z[(CHANNELS + P_TORQUE_LIMIT) * _BLOCK + i]
+        volts = z[(CHANNELS + P_VOLTAGE) * _BLOCK + i]
+        first = z[_VOLT_R * _BLOCK + i]
+        second = z[_VOLT_L * _BLOCK + i]
+        true_r = (z[V * _BLOCK + i] + half * z[W * _BLOCK + i]) / r
+        true_l = (z[V * _BLOCK + i] - half * z[W * _BLOCK + i]) / r
         hold = 1.0
         if code == 1:
             # The drive holds the commanded torque, as a current loop faster than 10 ms does.
             hold = 0.0
-            drive_r = first
-            drive_l = second
+            ur = first / kt
+            ul = second / kt
         else:
-            top_v = z[(CHANNELS + P_V_MAX) * _ROW + i]
-            top_w = z[(CHANNELS + P_W_MAX) * _ROW + i]
+            top_v = z[(CHANNELS + P_V_MAX) * _BLOCK + i]
+            top_w = z[(CHANNELS + P_W_MAX) * _BLOCK + i]
             v = min(max(first, -top_v), top_v)
             w = min(max(second, -top_w), top_w)
             # thesis (5.1): |v'| and |ω'| of the command are bounded. The wheels' limit comes last, and wins.
-            most_v = z[(CHANNELS + P_V_RATE) * _ROW + i] * step
-            most_w = z[(CHANNELS + P_W_RATE) * _ROW + i] * step
-            held_v = z[HELD_V * _ROW + i]
-            held_w = z[HELD_W * _ROW + i]
+            most_v = z[(CHANNELS + P_V_RATE) * _BLOCK + i] * step
+            most_w = z[(CHANNELS + P_W_RATE) * _BLOCK + i] * step
+            held_v = z[HELD_V * _BLOCK + i]
+            held_w = z[HELD_W * _BLOCK + i]
             v = min(max(v, held_v - most_v), held_v + most_v)
             w = min(max(w, held_w - most_w), held_w + most_w)
-            ref_r = (v + half * w) * per_r  # thesis (2.6), with the labels the right way round
-            ref_l = (v - half * w) * per_r
+            ref_r = (v + half * w) / r  # thesis (2.6), with the labels the right way round
+            ref_l = (v - half * w) / r
             fastest = max(abs(ref_r), abs(ref_l))
-            top = z[(CHANNELS + P_WHEEL_MAX) * _ROW + i]
+            top = z[(CHANNELS + P_WHEEL_MAX) * _BLOCK + i]
             scale = min(1.0, top / max(fastest, 1e-12))
             ref_r = ref_r * scale
             ref_l = ref_l * scale
-            z[HELD_V * _ROW + i] = v * scale
-            z[HELD_W * _ROW + i] = w * scale
+            z[HELD_V * _BLOCK + i] = v * scale
+            z[HELD_W * _BLOCK + i] = w * scale
             if code == 2:
-                z[V * _ROW + i] = v * scale
-                z[W * _ROW + i] = w * scale
-            kp = z[(CHANNELS + P_KP) * _ROW + i]
-            ki = z[(CHANNELS + P_KI) * _ROW + i]
-            kd = z[(CHANNELS + P_KD) * _ROW + i]
-            speed_r = z[SPEED_R * _ROW + i]
-            speed_l = z[SPEED_L * _ROW + i]
-            rate_r = (speed_r - z[PAST_R * _ROW + i]) * per_step
-            rate_l = (speed_l - z[PAST_L * _ROW + i]) * per_step
-            wish_r = kp * (ref_r - speed_r) + z[INTEGRAL_R * _ROW + i] - kd * rate_r
-            wish_l = kp * (ref_l - speed_l) + z[INTEGRAL_L * _ROW + i] - kd * rate_l
+                z[V * _BLOCK + i] = v * scale
+                z[W * _BLOCK + i] = w * scale
+            kp = z[(CHANNELS + P_KP) * _BLOCK + i]
+            ki = z[(CHANNELS + P_KI) * _BLOCK + i]
+            kd = z[(CHANNELS + P_KD) * _BLOCK + i]
+            speed_r = z[SPEED_R * _BLOCK + i]
+            speed_l = z[SPEED_L * _BLOCK + i]
+            rate_r = (speed_r - z[PAST_R * _BLOCK + i]) / step
+            rate_l = (speed_l - z[PAST_L * _BLOCK + i]) / step
+            wish_r = kp * (ref_r - speed_r) + z[INTEGRAL_R * _BLOCK + i] - kd * rate_r
+            wish_l = kp * (ref_l - speed_l) + z[INTEGRAL_L * _BLOCK + i] - kd * rate_l
             ur = min(max(wish_r, -volts), volts)
             ul = min(max(wish_l, -volts), volts)
             # Back-calculation: the part that saturation cuts off leaves the integral with the loop's own time kp/ki.
-            back = z[_BACK * _ROW + i]
-            z[INTEGRAL_R * _ROW + i] += step * (ki * (ref_r - speed_r) + back * (ur - wish_r))
-            z[INTEGRAL_L * _ROW + i] += step * (ki * (ref_l - speed_l) + back * (ul - wish_l))
-            drive_r = kt * ur
-            drive_l = kt * ul
-        z[_DRIVE_R * _ROW + i] = drive_r
-        z[_DRIVE_L * _ROW + i] = drive_l
-        kt_ke = z[_KT_KE * _ROW + i]
-        most = z[_KT_SUPPLY * _ROW + i]
-        torque_r = _wheel_torque(drive_r, true_r, kt_ke, hold, most, limit)
-        torque_l = _wheel_torque(drive_l, true_l, kt_ke, hold, most, limit)
+            back = ki / max(kp, 1e-12)
+            z[INTEGRAL_R * _BLOCK + i] += step * (ki * (ref_r - speed_r) + back * (ur - wish_r))
+            z[INTEGRAL_L * _BLOCK + i] += step * (ki * (ref_l - speed_l) + back * (ul - wish_l))
+        z[_VOLT_R * _BLOCK + i] = ur
+        z[_VOLT_L * _BLOCK + i] = ul
+        torque_r = _wheel_torque(ur, true_r, kt, ke, hold, volts, limit)
+        torque_l = _wheel_torque(ul, true_l, kt, ke, hold, volts, limit)
         if code == 2:
             torque_r = 0.0
             torque_l = 0.0
-        change = abs(torque_r - z[TORQUE_R * _ROW + i]) + abs(torque_l - z[TORQUE_L * _ROW + i])
-        z[VARIATION * _ROW + i] += change
-        z[EFFORT * _ROW + i] += step * (torque_r * torque_r + torque_l * torque_l)
-        z[TORQUE_R * _ROW + i] = torque_r
-        z[TORQUE_L * _ROW + i] = torque_l
+        change = abs(torque_r - z[TORQUE_R * _BLOCK + i]) + abs(torque_l - z[TORQUE_L * _BLOCK + i])
+        z[VARIATION * _BLOCK + i] += change
+        z[EFFORT * _BLOCK + i] += step * (torque_r * torque_r + torque_l * torque_l)
+        z[TORQUE_R * _BLOCK + i] = torque_r
+        z[TORQUE_L * _BLOCK + i] = torque_l
 
 
-@kernel
+@uncounted
 def _move(z, width, h, hold):  # type: ignore[no-untyped-def]
-    """Do one Runge-Kutta step of the wheels' speeds over ``h`` seconds, and move the pose along its arc meanwhile."""
-    _stage(z, width, 1.0, 1.0, hold)
-    _stage(z, width, 2.0, 1.0, hold)
-    _stage(z, width, 2.0, 2.0, hold)
+    """Do one Runge-Kutta step of the velocities over ``h`` seconds, and move the pose along its arc meanwhile."""
+    for i in range(width):
+        z[_V * _BLOCK + i] = z[V * _BLOCK + i]
+        z[_W * _BLOCK + i] = z[W * _BLOCK + i]
+        for row in range(_SUM_A, _SUM_Q + 1):
+            z[row * _BLOCK + i] = 0.0
+    _stage(z, width, 1.0, 0.5 * h, hold)
+    _stage(z, width, 2.0, 0.5 * h, hold)
+    _stage(z, width, 2.0, h, hold)
     _stage(z, width, 1.0, 0.0, hold)
     for i in range(width):
-        r1 = z[_WHEEL_R * _ROW + i]
-        l1 = z[_WHEEL_L * _ROW + i]
-        r5 = r1 + z[_GAIN_R * _ROW + i] * (1 / 3)
-        l5 = l1 + z[_GAIN_L * _ROW + i] * (1 / 3)
-        sum_r = z[_SUM_R * _ROW + i]
-        sum_l = z[_SUM_L * _ROW + i]
-        z[WORK * _ROW + i] += h / 6 * z[_WORK * _ROW + i]
-        z[LOSS * _ROW + i] += h / 6 * z[_LOSS * _ROW + i]
-        _enter(z, i, r5, l5)
-        z[ANGLE_R * _ROW + i] += h / 6 * sum_r
-        z[ANGLE_L * _ROW + i] += h / 6 * sum_l
-        forward = z[_FORWARD * _ROW + i] * (sum_r + sum_l)
-        turn = z[_TURN * _ROW + i] * (sum_r - sum_l)
+        half = z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i]
+        per_r = z[_PER_R * _BLOCK + i]
+        v1 = z[V * _BLOCK + i]
+        w1 = z[W * _BLOCK + i]
+        v5 = v1 + h / 6 * z[_SUM_A * _BLOCK + i]
+        w5 = w1 + h / 6 * z[_SUM_B * _BLOCK + i]
+        z[V * _BLOCK + i] = v5
+        z[W * _BLOCK + i] = w5
+        z[WORK * _BLOCK + i] += h / 6 * z[_SUM_P * _BLOCK + i]
+        z[LOSS * _BLOCK + i] += h / 6 * z[_SUM_Q * _BLOCK + i]
+        forward = h / 6 * z[_SUM_V * _BLOCK + i]
+        turn = h / 6 * z[_SUM_W * _BLOCK + i]
         # v and ω changing together leave the arc a little sideways (Magnus expansion, second term).
-        sideways = z[_SIDEWAYS * _ROW + i] * (r1 * l5 - r5 * l1)
+        sideways = h * h / 12 * (v5 * w1 - v1 * w5)
+        z[ANGLE_R * _BLOCK + i] += (forward + half * turn) * per_r
+        z[ANGLE_L * _BLOCK + i] += (forward - half * turn) * per_r
         _arc(z, i, X, Y, HEADING, _COS, _SIN, forward, sideways, turn)
 
 
-@kernel
-def _enter(z, i, right, left):  # type: ignore[no-untyped-def]
-    """Begin a step of Runge-Kutta at two wheel speeds: nothing is summed up yet."""
-    z[_WHEEL_R * _ROW + i] = right
-    z[_WHEEL_L * _ROW + i] = left
-    z[_STAGE_R * _ROW + i] = right
-    z[_STAGE_L * _ROW + i] = left
-    z[_SUM_R * _ROW + i] = 0.0
-    z[_SUM_L * _ROW + i] = 0.0
-    z[_GAIN_R * _ROW + i] = 0.0
-    z[_GAIN_L * _ROW + i] = 0.0
-    z[_WORK * _ROW + i] = 0.0
-    z[_LOSS * _ROW + i] = 0.0
-
-
-@kernel
+@uncounted
 def _stage(z, width, weight, reach, hold):  # type: ignore[no-untyped-def]
-    """Do one stage of Runge-Kutta: add its findings, times ``weight``, to the sums; go on by ``reach`` half steps.
+    """Do one stage of Runge-Kutta: add what it finds, times ``weight``, to the sums; the next is ``reach`` [s] on.
 
-    (m + 2 J_w/r²) v'     = (τr + τl)/r + m_c d ω²
-    (I0 + 2 J_w L²/r²) ω' = L (τr − τl)/r − m_c d v ω
-
-    the reduced form of thesis (2.1)-(2.9) with d ≠ 0 at the axle midpoint; d = 0 gives (2.10). It is solved here for
-    the wheels' speeds (v ± L ω)/r, in which the motors and the friction are given: this is the innermost loop, and
-    short, since a lane is a chain of arithmetic that waits for a root and a division.
+    The loop is short: a lane is a chain of arithmetic that waits for a root and a division, and others fill the gap.
     """
     for i in range(width):
-        right = z[_STAGE_R * _ROW + i]
-        left = z[_STAGE_L * _ROW + i]
-        kt_ke = z[_KT_KE * _ROW + i]
-        most = z[_KT_SUPPLY * _ROW + i]
-        limit = z[(CHANNELS + P_TORQUE_LIMIT) * _ROW + i]
-        slow2 = z[_SLOW2 * _ROW + i]
-        # Coulomb friction, smooth through standstill
-        drag_r = right / np.sqrt(right * right + slow2)
-        drag_l = left / np.sqrt(left * left + slow2)
-        motor_r = _wheel_torque(z[_DRIVE_R * _ROW + i], right, kt_ke, hold, most, limit)
-        motor_l = _wheel_torque(z[_DRIVE_L * _ROW + i], left, kt_ke, hold, most, limit)
-        difference = right - left
-        along = z[_SPIN * _ROW + i] * difference * difference
-        around = z[_BEND * _ROW + i] * (right + left) * difference
-        own = z[_OWN * _ROW + i]
-        cross = z[_CROSS * _ROW + i]
-        own_drag = z[_OWN_DRAG * _ROW + i]
-        cross_drag = z[_CROSS_DRAG * _ROW + i]
-        gain_r = ((own * motor_r + cross * motor_l) + (along - around)) - (own_drag * drag_r + cross_drag * drag_l)
-        gain_l = ((own * motor_l + cross * motor_r) + (along + around)) - (own_drag * drag_l + cross_drag * drag_r)
-        friction = z[(CHANNELS + P_FRICTION) * _ROW + i]
-        z[_SUM_R * _ROW + i] += weight * right
-        z[_SUM_L * _ROW + i] += weight * left
-        z[_GAIN_R * _ROW + i] += weight * gain_r
-        z[_GAIN_L * _ROW + i] += weight * gain_l
-        z[_WORK * _ROW + i] += weight * (motor_r * right + motor_l * left)
-        z[_LOSS * _ROW + i] += weight * friction * (drag_r * right + drag_l * left)
-        z[_STAGE_R * _ROW + i] = z[_WHEEL_R * _ROW + i] + reach * gain_r
-        z[_STAGE_L * _ROW + i] = z[_WHEEL_L * _ROW + i] + reach * gain_l
+        v = z[_V * _BLOCK + i]
+        w = z[_W * _BLOCK + i]
+        a, b, p, q = _accelerations(
+            v, w, z[_VOLT_R * _BLOCK + i], z[_VOLT_L * _BLOCK + i], z[_PER_MASS * _BLOCK + i],
+            z[_PER_INERTIA * _BLOCK + i], z[(CHANNELS + P_COUPLING) * _BLOCK + i], z[_PER_R * _BLOCK + i],
+            z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i], z[(CHANNELS + P_KT) * _BLOCK + i],
+            z[(CHANNELS + P_KE) * _BLOCK + i], hold, z[(CHANNELS + P_VOLTAGE) * _BLOCK + i],
+            z[(CHANNELS + P_TORQUE_LIMIT) * _BLOCK + i], z[(CHANNELS + P_FRICTION) * _BLOCK + i],
+            z[(CHANNELS + P_FRICTION_SPEED) * _BLOCK + i],
+        )  # fmt: skip
+        z[_SUM_A * _BLOCK + i] += weight * a
+        z[_SUM_B * _BLOCK + i] += weight * b
+        z[_SUM_P * _BLOCK + i] += weight * p
+        z[_SUM_Q * _BLOCK + i] += weight * q
+        z[_SUM_V * _BLOCK + i] += weight * v
+        z[_SUM_W * _BLOCK + i] += weight * w
+        z[_V * _BLOCK + i] = z[V * _BLOCK + i] + reach * a
+        z[_W * _BLOCK + i] = z[W * _BLOCK + i] + reach * b
 
 
-@kernel
-def _body_speed(z, width):  # type: ignore[no-untyped-def]
-    """Return from the wheels' speeds to the body's."""
-    for i in range(width):
-        right = z[_WHEEL_R * _ROW + i]
-        left = z[_WHEEL_L * _ROW + i]
-        way = 0.5 * z[(CHANNELS + P_RADIUS) * _ROW + i]
-        z[V * _ROW + i] = way * (right + left)
-        z[W * _ROW + i] = way * (right - left) / z[(CHANNELS + P_HALF_AXLE) * _ROW + i]
-
-
-@kernel
+@uncounted
 def _glide(z, width, step):  # type: ignore[no-untyped-def]
     """Move the kinematic plant: the velocity is the command, and the arc is exact."""
     for i in range(width):
-        per_r = z[_PER_R * _ROW + i]
-        half = z[(CHANNELS + P_HALF_AXLE) * _ROW + i]
-        forward = z[V * _ROW + i] * step
-        turn = z[W * _ROW + i] * step
-        z[ANGLE_R * _ROW + i] += (forward + half * turn) * per_r
-        z[ANGLE_L * _ROW + i] += (forward - half * turn) * per_r
+        r = z[(CHANNELS + P_RADIUS) * _BLOCK + i]
+        half = z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i]
+        forward = z[V * _BLOCK + i] * step
+        turn = z[W * _BLOCK + i] * step
+        z[ANGLE_R * _BLOCK + i] += (forward + half * turn) / r
+        z[ANGLE_L * _BLOCK + i] += (forward - half * turn) / r
         _arc(z, i, X, Y, HEADING, _COS, _SIN, forward, 0.0, turn)
 
 
-@kernel
+@uncounted
 def _arc(z, i, x, y, heading, cos, sin, forward, sideways, turn):  # type: ignore[no-untyped-def]
     """Move a pose along the arc of a constant twist: the exact solution of thesis (2.27)."""
     q = turn * turn
     # sin(θ)/θ, (1 − cos θ)/θ and cos θ by their series, exact in float64 for the |θ| < 0.1 rad of one step
-    s = 1 - q * (1 / 6 - q * (1 / 120 - q * (1 / 5040 - q * (1 / 362880))))
-    c = turn * (1 / 2 - q * (1 / 24 - q * (1 / 720 - q * (1 / 40320 - q * (1 / 3628800)))))
+    s = 1 - q / 6 * (1 - q / 20 * (1 - q / 42 * (1 - q / 72)))
+    c = turn / 2 * (1 - q / 12 * (1 - q / 30 * (1 - q / 56 * (1 - q / 90))))
     cos_turn = 1 - turn * c
     sin_turn = turn * s
     along = forward * s - sideways * c
     across = forward * c + sideways * s
-    ch = z[cos * _ROW + i]
-    sh = z[sin * _ROW + i]
-    z[x * _ROW + i] += along * ch - across * sh
-    z[y * _ROW + i] += along * sh + across * ch
-    z[heading * _ROW + i] += turn
-    z[cos * _ROW + i] = ch * cos_turn - sh * sin_turn
-    z[sin * _ROW + i] = sh * cos_turn + ch * sin_turn
+    ch = z[cos * _BLOCK + i]
+    sh = z[sin * _BLOCK + i]
+    z[x * _BLOCK + i] += along * ch - across * sh
+    z[y * _BLOCK + i] += along * sh + across * ch
+    z[heading * _BLOCK + i] += turn
+    z[cos * _BLOCK + i] = ch * cos_turn - sh * sin_turn
+    z[sin * _BLOCK + i] = sh * cos_turn + ch * sin_turn
 
 
-@kernel
+@uncounted
 def _odometry(z, width, step):  # type: ignore[no-untyped-def]
     """Read the encoders after the step: the wheel speeds for the loops, and the pose by odometry."""
-    per_step = 1 / step
     for i in range(width):
-        per_radian = z[(CHANNELS + P_COUNT) * _ROW + i]
-        count_r = np.floor(z[ANGLE_R * _ROW + i] * per_radian)
-        count_l = np.floor(z[ANGLE_L * _ROW + i] * per_radian)
-        turn_r = count_r - z[_OLD_R * _ROW + i]
-        turn_l = count_l - z[_OLD_L * _ROW + i]
-        z[_OLD_R * _ROW + i] = count_r
-        z[_OLD_L * _ROW + i] = count_l
-        raw_r = turn_r * z[_RADIAN * _ROW + i] * per_step
-        raw_l = turn_l * z[_RADIAN * _ROW + i] * per_step
-        b0 = z[(CHANNELS + P_B0) * _ROW + i]
-        b1 = z[(CHANNELS + P_B1) * _ROW + i]
-        b2 = z[(CHANNELS + P_B2) * _ROW + i]
-        f1 = z[(CHANNELS + P_A1) * _ROW + i]
-        f2 = z[(CHANNELS + P_A2) * _ROW + i]
+        per_radian = z[(CHANNELS + P_COUNT) * _BLOCK + i]
+        radius_r = z[(CHANNELS + P_ODO_RIGHT) * _BLOCK + i]
+        radius_l = z[(CHANNELS + P_ODO_LEFT) * _BLOCK + i]
+        half = z[(CHANNELS + P_ODO_HALF_AXLE) * _BLOCK + i]
+        count_r = np.floor(z[ANGLE_R * _BLOCK + i] * per_radian)
+        count_l = np.floor(z[ANGLE_L * _BLOCK + i] * per_radian)
+        turn_r = (count_r - z[_OLD_R * _BLOCK + i]) / per_radian
+        turn_l = (count_l - z[_OLD_L * _BLOCK + i]) / per_radian
+        z[_OLD_R * _BLOCK + i] = count_r
+        z[_OLD_L * _BLOCK + i] = count_l
+        raw_r = turn_r / step
+        raw_l = turn_l / step
+        b0 = z[(CHANNELS + P_B0) * _BLOCK + i]
+        b1 = z[(CHANNELS + P_B1) * _BLOCK + i]
+        b2 = z[(CHANNELS + P_B2) * _BLOCK + i]
+        f1 = z[(CHANNELS + P_A1) * _BLOCK + i]
+        f2 = z[(CHANNELS + P_A2) * _BLOCK + i]
         smooth_r = (
             b0 * raw_r
-            + b1 * z[RAW1_R * _ROW + i]
-            + b2 * z[RAW2_R * _ROW + i]
-            - f1 * z[SPEED_R * _ROW + i]
-            - f2 * z[PAST_R * _ROW + i]
+            + b1 * z[RAW1_R * _BLOCK + i]
+            + b2 * z[RAW2_R * _BLOCK + i]
+            - f1 * z[SPEED_R * _BLOCK + i]
+            - f2 * z[PAST_R * _BLOCK + i]
         )
         smooth_l = (
             b0 * raw_l
-            + b1 * z[RAW1_L * _ROW + i]
-            + b2 * z[RAW2_L * _ROW + i]
-            - f1 * z[SPEED_L * _ROW + i]
-            - f2 * z[PAST_L * _ROW + i]
+            + b1 * z[RAW1_L * _BLOCK + i]
+            + b2 * z[RAW2_L * _BLOCK + i]
+            - f1 * z[SPEED_L * _BLOCK + i]
+            - f2 * z[PAST_L * _BLOCK + i]
         )
-        z[RAW2_R * _ROW + i] = z[RAW1_R * _ROW + i]
-        z[RAW2_L * _ROW + i] = z[RAW1_L * _ROW + i]
-        z[RAW1_R * _ROW + i] = raw_r
-        z[RAW1_L * _ROW + i] = raw_l
-        z[PAST_R * _ROW + i] = z[SPEED_R * _ROW + i]
-        z[PAST_L * _ROW + i] = z[SPEED_L * _ROW + i]
-        z[SPEED_R * _ROW + i] = smooth_r
-        z[SPEED_L * _ROW + i] = smooth_l
-        forward = z[_ODO_R * _ROW + i] * turn_r + z[_ODO_L * _ROW + i] * turn_l
-        turn = z[_ODO_TURN_R * _ROW + i] * turn_r - z[_ODO_TURN_L * _ROW + i] * turn_l
+        z[RAW2_R * _BLOCK + i] = z[RAW1_R * _BLOCK + i]
+        z[RAW2_L * _BLOCK + i] = z[RAW1_L * _BLOCK + i]
+        z[RAW1_R * _BLOCK + i] = raw_r
+        z[RAW1_L * _BLOCK + i] = raw_l
+        z[PAST_R * _BLOCK + i] = z[SPEED_R * _BLOCK + i]
+        z[PAST_L * _BLOCK + i] = z[SPEED_L * _BLOCK + i]
+        z[SPEED_R * _BLOCK + i] = smooth_r
+        z[SPEED_L * _BLOCK + i] = smooth_l
+        forward = (radius_r * turn_r + radius_l * turn_l) / 2
+        turn = (radius_r * turn_r - radius_l * turn_l) / (2 * half)  # thesis (2.25), with 2 L between the wheels
         _arc(z, i, ODO_X, ODO_Y, ODO_HEADING, _OCOS, _OSIN, forward, 0.0, turn)
