@@ -27,6 +27,7 @@ from robotics.laws.equation import (
     HEADING,
     MODE,
     PROGRESS,
+    REFUSED,
     SAYS,
     SECOND,
     TO_S,
@@ -222,6 +223,7 @@ class Simulation:
         rows[PROGRESS] = np.nan if command.progress is None else command.progress
         rows[MODE] = 0 if command.mode is None else command.mode
         rows[GUARDED] = 0 if command.guarded is None else command.guarded
+        rows[REFUSED] = 0 if command.refused is None else command.refused[:, None]
         if self.recorder.makes_room(command, self.name):
             self.lanes = self.lanes._replace(kept=self.recorder.kept(0, self.runs))
         if command.message is not None:

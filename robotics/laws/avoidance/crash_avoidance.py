@@ -27,23 +27,44 @@ the other waits for nobody. The law shows how far local rules carry, and is meas
 :mod:`robotics.laws.avoidance.right_of_way`.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.packed import HIGH, LOW, evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import CompiledSugeno
 from fuzzy.system import Sugeno
-from robotics.laws.avoidance.ends import near_ends, told
-from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.avoidance.ends import near_ends
+from robotics.laws.avoidance.ends import told as told_of_ends
+from robotics.laws.equation import (
+    FIRST,
+    HEADING,
+    SAYS,
+    SECOND,
+    WISH_V,
+    WISH_W,
+    EquationLaw,
+    X,
+    Y,
+    equation,
+    uncounted,
+)
+from robotics.laws.equation import MODE as MODE_ROW
+from robotics.laws.law import ControllerError, Observation
 from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
-from robotics.laws.teams.cooperation import FuzzyCooperation
-from robotics.laws.tracking.fuzzy_tracking import compiled_curve
-from robotics.paths.posture import wrapped
+from robotics.laws.teams.cooperation import NUMBERS as COOPERATION_NUMBERS
+from robotics.laws.teams.cooperation import TRACKER, FuzzyCooperation, steered
+from robotics.laws.tracking.fuzzy_tracking import compiled_curve, told
+from robotics.paths.posture import wrapped_compiled
 from robotics.quantity import check_quantities, quantity
+from robotics.radio.channel import HEARD, HEARS
 
 # Thesis Fig 6.7
 DIAGRAM = StateDiagram(
@@ -57,6 +78,82 @@ DIAGRAM = StateDiagram(
     ),
 )
 TOUCHING = 0.3  # m: where two robots touch; η is 1.2 rad there, whatever d_min is
+# Places of the equation's numbers, in known.gains; those of the cooperation come before them
+D_MIN, ETA, ETA_BEGIN, WAITS_FOR_ALL = range(4)  # ETA_BEGIN: where η begins in known.rules
+AT_X, AT_Y = range(len(FuzzyCooperation.message), len(FuzzyCooperation.message) + 2)  # in the message
+_INPUT, _ANSWER, _WORK = range(3)  # places in what η is evaluated in
+
+
+@uncounted
+def eta_input(distance, d_min, eta):  # type: ignore[no-untyped-def]
+    """The input [m] of the packed rule base ``eta`` for a ``distance`` [m]; d_min [m] is the far end of its range."""
+    near, far = eta[int(eta[LOW])], eta[int(eta[HIGH])]
+    stretched = far - (d_min - distance) * (far - TOUCHING) / (d_min - TOUCHING)
+    return far if math.isnan(stretched) else min(max(stretched, near), far)
+
+
+@uncounted
+def turn_at(distance, d_min, factor, eta, work):  # type: ignore[no-untyped-def]
+    """|η| [rad] at a ``distance`` [m]: the packed rule base ``eta``, stretched so that it ends at d_min [m]."""
+    work[_INPUT] = eta_input(distance, d_min, eta)
+    evaluate_packed(eta, work[_INPUT:_ANSWER], work[_ANSWER:_WORK], work[_WORK:])
+    return factor * work[_ANSWER]
+
+
+@uncounted
+def danger(i, x, y, heading, heard, first, d_min, factor, eta, work):  # type: ignore[no-untyped-def]
+    """Judge who is near one robot at x, y [m] with its ``heading`` [rad].
+
+    Args:
+        i: The lane.
+        x, y, heading: Its posture.
+        heard: As of Known; the plane ``first`` has the others' x [m], the next one their y.
+        first: See there.
+        d_min: [m]
+        factor: On η.
+        eta: The packed rule base of η.
+        work: What it works in.
+
+    Returns whether the robot stands (6.5), η [rad] with its sign (6.4), and how far the nearest robot is that was heard
+    [m].
+    """
+    robots = heard.shape[2]
+    stands, turn, nearest = False, 0.0, math.inf
+    for j in range(robots):
+        if not heard[HEARS, i, j] > 0:
+            continue
+        dx, dy = heard[first, i, j] - x, heard[first + 1, i, j] - y
+        distance = math.hypot(dx, dy)
+        if distance < nearest:
+            nearest = distance
+        if not distance <= d_min:  # or never heard
+            continue
+        stands = stands or j < i % robots
+        bearing = wrapped_compiled(math.atan2(dy, dx) - heading)
+        size = turn_at(distance, d_min, factor, eta, work)
+        if bearing > 0:
+            turn += size
+        elif bearing < 0:
+            turn -= size
+    return stands, -turn, nearest
+
+
+@equation
+def avoid_crashes(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """Stand still by (6.5), or turn by (6.4)."""
+    seen, g, gains = known.seen, known.column[i], known.gains
+    d_min, factor = gains[COOPERATION_NUMBERS + D_MIN, g], gains[COOPERATION_NUMBERS + ETA, g]
+    eta = known.rules[known.base[i]][int(gains[COOPERATION_NUMBERS + ETA_BEGIN, g]) :]
+    x, y = seen[X, i], seen[Y, i]
+    stands, turn, nearest = danger(i, x, y, seen[HEADING, i], known.heard, HEARD + AT_X, d_min, factor, eta, work)
+    excused = stands and not gains[COOPERATION_NUMBERS + WAITS_FOR_ALL, g] > 0
+    steered(i, known, memory, 0, command, work, turn, excused, False, 0)
+    row = told(i, command, SAYS + AT_Y + 1, gains, TRACKER, g, work)
+    command[row, i] = eta_input(nearest, d_min, eta)
+    command[SAYS + AT_X, i], command[SAYS + AT_Y, i] = x, y
+    command[MODE_ROW, i] = YIELD if stands else TRACK
+    if stands:
+        command[FIRST, i] = command[SECOND, i] = command[WISH_V, i] = command[WISH_W, i] = 0.0
 
 
 class Danger(NamedTuple):
@@ -68,7 +165,7 @@ class Danger(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CrashAvoidance(Law[Any]):
+class CrashAvoidance(EquationLaw):
     """Crash avoidance: how near is too near, how far to turn, and the cooperation underneath."""
 
     variant: Literal["literal", "lag-clock", "yielding"] = "literal"
@@ -127,7 +224,7 @@ class CrashAvoidance(Law[Any]):
             if pairs:
                 nearest = min(distance for *_, distance in pairs)
                 found.append(
-                    f"{setting.name}: {', '.join(told(what, pair) for pair in pairs)}, no farther than "
+                    f"{setting.name}: {', '.join(told_of_ends(what, pair) for pair in pairs)}, no farther than "
                     f"d_min = {self.d_min:g} m: {then}; move them farther apart, or set d_min below {nearest:.2f} m"
                 )
         touching = float(max(np.hypot(robot.length, robot.width) for robot in setting.robots))
@@ -138,43 +235,82 @@ class CrashAvoidance(Law[Any]):
             )
         return tuple(found)
 
-    def init(self, setting: Setting, runs: int) -> Any:
-        """Return the memory of the cooperation. Raises ControllerError where the graph is not connected."""
-        return self.cooperation.init(setting, runs)
+    equation = avoid_crashes
+    aims = progresses = has_modes = True
 
-    def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
-        """Stand still by (6.5), or turn by (6.4)."""
-        stands, turn, nearest = self.danger(seen)
-        excused = stands if self.variant == "yielding" else None
-        wish, memory = self.cooperation.steered(seen, memory, dt, turn, excused)
-        assert wish.message is not None
-        assert wish.inputs is not None
-        v, w = np.where(stands, 0.0, wish.v), np.where(stands, 0.0, wish.w)
-        message = {**wish.message, "x": seen.x, "y": seen.y}
-        mode = np.where(stands, YIELD, TRACK)
-        inputs = np.concatenate([wish.inputs, self.eta_input(nearest)[None]])
-        return wish._replace(first=v, second=w, v=v, w=w, message=message, mode=mode, inputs=inputs), memory
+    def gain_rows(self, setting: Setting) -> Sequence[Any]:
+        """The numbers of the cooperation, and then those above."""
+        own = (
+            self.d_min,
+            self.eta,
+            float(sum(map(len, self.cooperation.rule_rows()))),
+            float(self.variant != "yielding"),
+        )
+        return *self.cooperation.gain_rows(setting), *own
+
+    def rule_rows(self) -> Sequence[np.ndarray]:
+        """The rule bases of the cooperation, and η."""
+        return *self.cooperation.rule_rows(), self._packed_eta
+
+    @property
+    def working(self) -> int:
+        """The numbers that the rule bases are evaluated in."""
+        return max(self.cooperation.working, self._working_eta)
+
+    @property
+    def _working_eta(self) -> int:
+        return _WORK + packed_work(self._packed_eta)
+
+    @cached_property
+    def _packed_eta(self) -> np.ndarray:
+        return packed(self.turn)
+
+    def begin(self, setting: Setting, runs: int) -> np.ndarray:
+        """Return the memory of the cooperation. Raises ControllerError where the graph is not connected."""
+        return self.cooperation.begin(setting, runs)
 
     def danger(self, seen: Observation) -> Danger:
         """Judge by the messages "x" and "y" who stands, and who turns how far."""
-        heard = seen.heard
-        dx = heard["x"] - seen.x[:, :, None]  # (runs, receivers, senders)
-        dy = heard["y"] - seen.y[:, :, None]
-        distance = np.hypot(dx, dy)
-        close = heard.hears & (distance <= self.d_min)  # false for a robot that was never heard
-        number = np.arange(seen.x.shape[1])
-        stands = (close & (number < number[:, None])).any(axis=-1)
-        bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
-        turn = -np.where(close, np.sign(bearing) * self.turn_at(distance), 0.0).sum(axis=-1)
-        nearest = np.where(heard.hears, distance, np.inf).min(axis=-1)
-        return Danger(stands, turn, nearest)
+        robots = seen.x.shape[1]
+        heard = np.empty((HEARD + 2, seen.x.size, robots))
+        heard[HEARS] = np.tile(seen.heard.hears, (len(seen.x), 1))
+        heard[HEARD], heard[HEARD + 1] = (seen.heard[name].reshape(-1, robots) for name in ("x", "y"))
+        pose = np.stack([seen.x.ravel(), seen.y.ravel(), seen.heading.ravel()])
+        found = np.empty((3, seen.x.size))
+        _danger(pose, heard, self.d_min, self.eta, self._packed_eta, np.empty(self._working_eta), found)
+        stands, turn, nearest = found.reshape(3, *seen.x.shape)
+        return Danger(stands > 0, turn, nearest)
 
     def turn_at(self, distance: np.ndarray) -> np.ndarray:
         """|η| [rad] at ``distance`` [m], of any shape: the rule base, stretched so that it ends at d_min."""
-        return np.asarray(self.eta * self.turn(self.eta_input(distance)[..., None])[..., 0])
+        flat, work = np.array(distance, dtype=float).ravel(), np.empty(self._working_eta)
+        return np.asarray(_turns_at(flat, self.d_min, self.eta, self._packed_eta, work)).reshape(np.shape(distance))
 
     def eta_input(self, distance: np.ndarray) -> np.ndarray:
         """The rule base's input [m] for ``distance`` [m], of any shape; d_min is the far end of its range."""
-        near, far = self.turn.fis.inputs[0].universe
-        stretched = far - (self.d_min - distance) * (far - TOUCHING) / (self.d_min - TOUCHING)
-        return np.clip(np.where(np.isnan(stretched), far, stretched), near, far)
+        flat = np.array(distance, dtype=float).ravel()
+        return np.asarray(_eta_inputs(flat, self.d_min, self._packed_eta)).reshape(np.shape(distance))
+
+
+@kernel
+def _danger(pose, heard, d_min, factor, eta, work, found):  # type: ignore[no-untyped-def]
+    for i in range(pose.shape[1]):
+        found[0, i], found[1, i], found[2, i] = danger(
+            i, pose[0, i], pose[1, i], pose[2, i], heard, HEARD, d_min, factor, eta, work
+        )
+
+
+@kernel
+def _eta_inputs(distance, d_min, eta):  # type: ignore[no-untyped-def]
+    found = np.empty(len(distance))
+    for n in range(len(distance)):
+        found[n] = eta_input(distance[n], d_min, eta)
+    return found
+
+
+@kernel
+def _turns_at(distance, d_min, factor, eta, work):  # type: ignore[no-untyped-def]
+    found = np.empty(len(distance))
+    for n in range(len(distance)):
+        found[n] = turn_at(distance[n], d_min, factor, eta, work)
+    return found

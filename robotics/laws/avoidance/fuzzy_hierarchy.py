@@ -134,7 +134,7 @@ class FuzzyHierarchy(Law[_Memory]):
         """Let all robots track. Raises ControllerError where the graph is not connected."""
         zero = np.zeros((runs, len(setting.robots)))
         nothing = np.full((*zero.shape, len(self.needs)), np.inf)
-        return _Memory(self.crash.init(setting, runs), nothing, zero, zero)
+        return _Memory(self.crash.cooperation.init(setting, runs), nothing, zero, zero)
 
     def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
         """Look and listen, add η and Θ to α, and stand by (6.5)."""
