@@ -20,7 +20,7 @@ from robotics.laws.setting import Setting
 from robotics.measures.own import NO_METRICS, OwnMetrics
 from robotics.measures.registry import measure_all, metrics_of, own_metrics
 from robotics.scenario.description import Scenario
-from robotics.simulation.loop import CHUNK, Periods, checked_seeds, drive_chunk, looks, record_run, share_out
+from robotics.simulation.loop import CHUNK, Periods, checked_seeds, drive_chunk, record_run, share_out
 from robotics.simulation.opening import Driver, Opening, has_equation
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
@@ -166,7 +166,7 @@ def _jobs(places: Sequence[int], drivers: Sequence[Driver], each: int, whole: bo
     """
     setting, law = drivers[0]
     lanes = each * len(setting.robots)
-    if not has_equation(law) or looks(setting, law) or (whole and lanes >= CHUNK):
+    if not has_equation(law) or (whole and lanes >= CHUNK):
         return None
     if lanes >= CHUNK:
         size = max(1, CHUNK // len(setting.robots))

@@ -18,6 +18,7 @@ it calls, has changed (:mod:`fuzzy.compiled.jit`).
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
+from threading import Lock
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -87,12 +88,19 @@ def equation(law: Callable[..., None]) -> Any:
 @cache
 def compiled(each: Any) -> Any:
     """The machine code of an equation's loop, which then takes the types of EQUATION_TYPE only."""
-    if hasattr(each, "compile"):  # not with NUMBA_DISABLE_JIT
+    if not hasattr(each, "compile"):  # NUMBA_DISABLE_JIT
+        return each
+    with _ONE_AT_A_TIME:
+        if each.signatures:
+            return each
         # The pointer to the loop is found by its name, and all equations' loops have the same one but for this.
         each.py_func.__qualname__ = f"equation.<locals>.each_{fingerprint(each)[:16]}"
         each.compile(EQUATION_TYPE.args)
         each.disable_compile()
     return each
+
+
+_ONE_AT_A_TIME = Lock()  # several threads may want the same machine code first
 
 
 class Setup(NamedTuple):
