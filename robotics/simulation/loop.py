@@ -46,7 +46,7 @@ from robotics.laws.setting import Setting
 from robotics.paths.trajectory import Reference
 from robotics.radio.faults import Faults
 from robotics.scenario.description import Scenario
-from robotics.sensing.carried import look, see_nothing
+from robotics.sensing.carried import look as read_ranges
 from robotics.sensing.sonar import Ranges
 from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, Kept, Lanes, looking, machine_code
 from robotics.simulation.opening import Driver, Opening, has_equation
@@ -94,13 +94,12 @@ def drive_chunk(
     law = compiled(type(one).equation)
     functions = types.FunctionType(EQUATION_TYPE), types.FunctionType(LOOK_TYPE)
     loop, k = machine_code(_periods, *functions, LOOKS_TYPE, *(types.int64,) * 3), 0
-    see = see_nothing if supply.sensors is None else look
-    looking(see)
+    look = supply.look
     block = max(16, BLOCK // len(lanes.lost))
     while k <= ticks:
         lanes = supply.to(lanes, k)
         end = min(k + block, supply.lasts(lanes, k), ticks + 1)
-        loop(law, see, supply.looks, k, end, ticks, lanes)
+        loop(law, look, supply.looks, k, end, ticks, lanes)
         if advance is not None:
             advance((end - k) * (last - first))
         k = end
@@ -179,7 +178,7 @@ class Simulation:
         """Read the range sensors."""
         if self.supply.sensors is not None:
             lanes = self.lanes
-            looking(look)(self.supply.looks, k, lanes.body.truth, self.robots, lanes.known.ranges)
+            looking(read_ranges)(self.supply.looks, k, lanes.body.truth, self.robots, lanes.known.ranges)
             readings = lanes.readings.reshape(self.runs, self.robots, -1).copy()
             self.ranges = Ranges(self.supply.sensors.names, readings)
 

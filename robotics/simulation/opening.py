@@ -13,9 +13,9 @@ from robotics.laws.setting import Setting
 from robotics.paths.references import sampled
 from robotics.radio.channel import Channel
 from robotics.radio.faults import Faults, Trouble, untroubled
-from robotics.sensing.carried import CarriedSensors, Looks, nothing_to_see
+from robotics.sensing.carried import CarriedSensors, Looks, look, nothing_to_see, see_nothing
 from robotics.sensing.posture import PostureNoise, read_encoders, wheel_errors
-from robotics.simulation.lanes import LOOKS_TYPE, Body, Kept, Lanes, check
+from robotics.simulation.lanes import LOOKS_TYPE, Body, Kept, Lanes, check, looking
 from robotics.vehicle import plant as p
 
 
@@ -44,6 +44,13 @@ class Supply:
     channel: Channel
     sensors: CarriedSensors | None  # None: nobody looks
     looks: Looks
+
+    @property
+    def look(self) -> Any:
+        """The compiled function that reads the range sensors; it is compiled where robots look only."""
+        function = see_nothing if self.sensors is None else look
+        looking(function)
+        return function
 
     def to(self, lanes: Lanes, k: int) -> Lanes:
         """The lanes with the random numbers of period ``k``."""
