@@ -156,7 +156,7 @@ class EquationLaw(Law[Memory]):
         road, lanes = self.drives_on(setting).road, np.arange(runs * robots)
         flat = [np.ravel(row) for row in self.gain_rows(setting)]
         width = max((len(row) for row in flat), default=1)
-        gains = np.array([np.broadcast_to(row, width) for row in flat], dtype=float).reshape(-1, width)
+        gains = np.array([np.resize(row, width) for row in flat], dtype=float).reshape(-1, width)
         rules = np.concatenate([np.empty(0), *self.rule_rows()])[None]
         return Setup(road, lanes % len(road.lengths), lanes % width, gains, np.zeros_like(lanes), rules)
 

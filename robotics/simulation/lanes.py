@@ -57,7 +57,7 @@ class Lanes(NamedTuple):
     watchdog: float  # s
     body: Body
     senses: Senses
-    looks: Looks
+    readings: np.ndarray  # (lanes, sensors) m: of the range sensors
     road: Road  # of the setting's references
     path: np.ndarray  # (lanes,) int: each lane's path on that road
     references: np.ndarray  # (6, samples, robots): those that all runs share, looked up at once; or no samples
@@ -91,13 +91,14 @@ _EYES = types.NamedTuple((*(_c(_F, 2),) * 2, _c(_I, 1), _c(_B, 1)), Eyes)
 _GEOMETRY = types.NamedTuple((_c(_F, 3), _c(_I, 3), _c(_F, 3), _c(_I, 1)), Geometry)
 _MOVING = types.NamedTuple((*(_c(_F, 3),) * 2, _c(_I, 2), _c(_F, 3)), Moving)
 _BODIES = types.NamedTuple((_c(_F, 2), _c(_I, 2), *(_c(_F, 2),) * 2), Bodies)
-_LOOKS = types.NamedTuple(
+LOOKS_TYPE = types.NamedTuple(
     (
         _EYES, *(_c(_I, 1),) * 2, _c(_I, 2), _c(_I, 1), _c(_F, 2), _GEOMETRY, _MOVING, _c(_F, 3), _c(_I, 1), _c(_F, 2),
         _c(_I, 1), _c(_F, 2), _BODIES, _c(_F, 1),
     ),
     Looks,
 )  # fmt: skip
+LOOK_TYPE = types.void(LOOKS_TYPE, _I, _c(_F, 2), _I, _c(_F, 2))  # of robotics.sensing.carried.look
 _TROUBLE = types.NamedTuple((*(_c(_I, 1),) * 3, *(_c(_F, 2),) * 2, _c(_B, 1), _c(_B, 1), _c(_B, 2), _c(_I, 1)), Trouble)
 _AIR = types.NamedTuple(
     (
@@ -115,7 +116,7 @@ _KEPT = types.NamedTuple(
 )  # fmt: skip
 LANES_TYPE = types.NamedTuple(
     (
-        _I, _F, _F, _F, _BODY, _SENSES, _LOOKS, ROAD_TYPE, _c(_I, 1), _c(_F, 3), _TROUBLE, _AIR, KNOWN_TYPE,
+        _I, _F, _F, _F, _BODY, _SENSES, _c(_F, 2), ROAD_TYPE, _c(_I, 1), _c(_F, 3), _TROUBLE, _AIR, KNOWN_TYPE,
         *(_c(_F, 2),) * 2, _c(_F, 1), _c(_F, 2), _c(_F, 1), _c(_I, 1), _c(_B, 1), _KEPT,
     ),
     Lanes,
@@ -126,13 +127,23 @@ LANES_TYPE = types.NamedTuple(
 def machine_code(function: Any, *kinds: Any) -> Any:
     """The machine code of a compiled function whose arguments are of ``kinds``, and lanes.
 
-    It is made, or found on disk, at the first call. Lanes are the same type whatever they record, so that it is one
-    for all simulations.
+    Lanes are the same type whatever they record, so that it is one for all simulations.
     """
+    return _made(function, (*kinds, LANES_TYPE))
+
+
+@cache
+def looking(look: Any) -> Any:
+    """The machine code of a compiled function that reads range sensors, as :func:`robotics.sensing.carried.look`."""
+    return _made(look, LOOK_TYPE.args)
+
+
+def _made(function: Any, kinds: tuple[Any, ...]) -> Any:
+    """The machine code for arguments of ``kinds``; it is made, or found on disk, at the first call."""
     if not hasattr(function, "compile"):  # NUMBA_DISABLE_JIT
         return function
-    function.compile((*kinds, LANES_TYPE))
-    return function.get_overload((*kinds, LANES_TYPE))
+    function.compile(kinds)
+    return function.get_overload(kinds)
 
 
 def check(values: Any, kind: Any = LANES_TYPE) -> None:

@@ -46,13 +46,14 @@ from robotics.laws.setting import Setting
 from robotics.paths.trajectory import Reference
 from robotics.radio.faults import Faults
 from robotics.scenario.description import Scenario
+from robotics.sensing.carried import look as read_ranges
 from robotics.sensing.sonar import Ranges
-from robotics.simulation.lanes import Kept, Lanes, machine_code
+from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, Kept, Lanes, looking, machine_code
 from robotics.simulation.opening import Driver, Opening, has_equation
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.state import State
-from robotics.simulation.steps import decide, hear, look, move, obey, record, say, sense
+from robotics.simulation.steps import decide, hear, move, obey, record, say, sense
 
 CHUNK = 96  # lanes that a compiled loop drives together: their columns stay in a core's own cache
 BLOCK = 100_000  # periods of lanes that it drives at a time: between two blocks it can be interrupted
@@ -66,11 +67,11 @@ class SimulationError(InputError):
 
 
 @kernel(nogil=True, _nrt=False)
-def _periods(law, k, end, last, lanes):  # type: ignore[no-untyped-def]
+def _periods(law, look, looks, k, end, last, lanes):  # type: ignore[no-untyped-def]
     """Drive from period ``k`` to before ``end``; in ``last``, the last of all, nobody moves any more."""
     while k < end:
         sense(k, lanes)
-        look(k, lanes)
+        look(looks, k, lanes.body.truth, lanes.robots, lanes.known.ranges)
         hear(k, lanes)
         decide(law, k, lanes)
         obey(lanes)
@@ -91,12 +92,14 @@ def drive_chunk(
     lanes, supply = opening.lanes(first, last, kept)
     one: Any = opening.drivers[0].law
     law = compiled(type(one).equation)
-    loop, k = machine_code(_periods, types.FunctionType(EQUATION_TYPE), *(types.int64,) * 3), 0
+    functions = types.FunctionType(EQUATION_TYPE), types.FunctionType(LOOK_TYPE)
+    loop, k = machine_code(_periods, *functions, LOOKS_TYPE, *(types.int64,) * 3), 0
+    look = supply.look
     block = max(16, BLOCK // len(lanes.lost))
     while k <= ticks:
         lanes = supply.to(lanes, k)
         end = min(k + block, supply.lasts(lanes, k), ticks + 1)
-        loop(law, k, end, ticks, lanes)
+        loop(law, look, supply.looks, k, end, ticks, lanes)
         if advance is not None:
             advance((end - k) * (last - first))
         k = end
@@ -174,8 +177,9 @@ class Simulation:
     def look(self, k: int) -> None:
         """Read the range sensors."""
         if self.supply.sensors is not None:
-            self._step(look, k)
-            readings = self.lanes.looks.readings.reshape(self.runs, self.robots, -1).copy()
+            lanes = self.lanes
+            looking(read_ranges)(self.supply.looks, k, lanes.body.truth, self.robots, lanes.known.ranges)
+            readings = lanes.readings.reshape(self.runs, self.robots, -1).copy()
             self.ranges = Ranges(self.supply.sensors.names, readings)
 
     def hear(self, k: int) -> None:

@@ -13,9 +13,9 @@ from robotics.laws.setting import Setting
 from robotics.paths.references import sampled
 from robotics.radio.channel import Channel
 from robotics.radio.faults import Faults, Trouble, untroubled
-from robotics.sensing.carried import CarriedSensors, Looks, nothing_to_see
+from robotics.sensing.carried import CarriedSensors, Looks, look, nothing_to_see, see_nothing
 from robotics.sensing.posture import PostureNoise, read_encoders, wheel_errors
-from robotics.simulation.lanes import Body, Kept, Lanes, check
+from robotics.simulation.lanes import LOOKS_TYPE, Body, Kept, Lanes, check, looking
 from robotics.vehicle import plant as p
 
 
@@ -43,11 +43,19 @@ class Supply:
     noise: PostureNoise
     channel: Channel
     sensors: CarriedSensors | None  # None: nobody looks
+    looks: Looks
+
+    @property
+    def look(self) -> Any:
+        """The compiled function that reads the range sensors; it is compiled where robots look only."""
+        function = see_nothing if self.sensors is None else look
+        looking(function)
+        return function
 
     def to(self, lanes: Lanes, k: int) -> Lanes:
         """The lanes with the random numbers of period ``k``."""
         if self.sensors is not None:
-            self.sensors.supply(lanes.looks, k)
+            self.sensors.supply(self.looks, k)
         senses, air = self.noise.supplied(lanes.senses, k), self.channel.supplied(lanes.air, k)
         return lanes if senses is lanes.senses and air is lanes.air else lanes._replace(senses=senses, air=air)
 
@@ -59,7 +67,7 @@ class Supply:
         if len(lanes.air.draws):
             ends.append((lanes.air.drawn + len(lanes.air.draws)) * lanes.air.every)
         if self.sensors is not None:
-            ends.append(self.sensors.lasts(lanes.looks))
+            ends.append(self.sensors.lasts(self.looks))
         return int(min([*ends, k + 1_000_000]))
 
 
@@ -127,7 +135,7 @@ class Opening:
             float(law.watchdog),
             body,
             noise.senses(counts),
-            looks,
+            looks.readings,
             road,
             np.arange(first * robots, last * robots) % len(road.lengths),
             self.references,
@@ -144,7 +152,8 @@ class Opening:
             kept,
         )
         check(lanes)
-        return lanes, Supply(noise, channel, sensors)
+        check(looks, LOOKS_TYPE)
+        return lanes, Supply(noise, channel, sensors, looks)
 
     def _parameters(self, first: int, last: int) -> np.ndarray:
         """The plant's parameters of the lanes (PARAMETERS, lanes)."""

@@ -15,8 +15,8 @@ from robotics.environment.swept import sweep
 from robotics.environment.world import Geometry
 from robotics.laws.equation import EQUATION_TYPE, GUARDED, MODE, REFUSED
 from robotics.laws.modes import FOLLOW
-from robotics.simulation.lanes import machine_code
-from robotics.simulation.steps import decide, hear, look, move, obey, say, sense
+from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, machine_code
+from robotics.simulation.steps import decide, hear, move, obey, say, sense
 
 
 class Known(NamedTuple):
@@ -116,7 +116,7 @@ def _judge_run(r, time, known, lanes):  # type: ignore[no-untyped-def]
 
 
 @kernel(nogil=True)
-def _periods(law, k, end, halfway, known, world, lanes):  # type: ignore[no-untyped-def]
+def _periods(law, look, looks, k, end, halfway, known, world, lanes):  # type: ignore[no-untyped-def]
     """Drive and judge from period ``k`` to before ``end``; if ``halfway``, that has been judged already.
 
     Returns the period before which it stopped; or the one in which a contact began, or after which no run goes on, and
@@ -126,7 +126,7 @@ def _periods(law, k, end, halfway, known, world, lanes):  # type: ignore[no-unty
     while k < end:
         if not halfway:
             sense(k, lanes)
-            look(k, lanes)
+            look(looks, k, lanes.body.truth, lanes.robots, lanes.known.ranges)
             hear(k, lanes)
             decide(law, k, lanes)
             obey(lanes)
@@ -147,5 +147,7 @@ def judging() -> Any:
 
 def driving() -> Any:
     """The machine code that drives and judges many periods."""
-    law = types.FunctionType(EQUATION_TYPE)
-    return machine_code(_periods, law, types.int64, types.int64, types.boolean, KNOWN_TYPE, WORLD_TYPE)
+    functions = types.FunctionType(EQUATION_TYPE), types.FunctionType(LOOK_TYPE)
+    return machine_code(
+        _periods, *functions, LOOKS_TYPE, types.int64, types.int64, types.boolean, KNOWN_TYPE, WORLD_TYPE
+    )

@@ -106,7 +106,7 @@ class Tally:
         while k <= ticks:
             lanes = lanes if halfway else supply.to(lanes, k)
             end = min(k + block, supply.lasts(lanes, k), ticks + 1)
-            came, ended = loop(one, k, end, halfway, self.known, self.world, lanes)
+            came, ended = loop(one, supply.look, supply.looks, k, end, halfway, self.known, self.world, lanes)
             advance((came - k) * number)
             k, halfway = came, came < end
             if halfway:

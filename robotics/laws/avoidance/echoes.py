@@ -1,11 +1,14 @@
 """Echoes of robots that are known by their messages: they are no obstacles, and are left out of the readings."""
 
+import math
 from typing import Any
 
 import numpy as np
 
+from fuzzy.compiled.jit import kernel
+from robotics.laws.equation import uncounted
 from robotics.laws.law import Observation
-from robotics.paths.posture import wrapped
+from robotics.paths.posture import wrapped_compiled
 
 NEARER = 0.25  # m: a reading so much less than a robot's distance may be that robot
 FARTHER = 0.05  # m: one so much more may be as well
@@ -40,13 +43,36 @@ def without_echoes(
         nearer: By how much less than their distance they may read [m].
         unsure: How far they may be from those places [m], a number or (runs, robots, others).
     """
+    shape = ahead.shape
+    given = [np.ascontiguousarray(np.broadcast_to(v, shape), dtype=float) for v in (known, radius, nearer, unsure)]
+    places = np.ascontiguousarray(ahead), np.ascontiguousarray(left)
+    mounts = tuple(np.ascontiguousarray(row, dtype=float) for row in mounts)
+    return np.asarray(_without(np.ascontiguousarray(readings), *mounts, *places, *given))
+
+
+@uncounted
+def is_echo(reading, x, y, axis, half_cone, ahead, left, radius, nearer, unsure):  # type: ignore[no-untyped-def]
+    """Whether a sensor's reading [m] fits a robot at a place in its own robot's frame; see :func:`without_echoes`."""
+    distance = math.hypot(ahead - x, left - y)
+    if not distance - nearer - unsure < reading < distance + FARTHER + unsure:
+        return False
+    off = abs(wrapped_compiled(math.atan2(left - y, ahead - x) - axis))
+    return off < half_cone + (radius + unsure) / max(distance, 1e-6)
+
+
+@kernel
+def _without(  # type: ignore[no-untyped-def]
+    readings, x, y, axis, half_cone, ahead, left, known, radius, nearer, unsure
+):
     out = readings.copy()
-    for q in range(readings.shape[-1]):
-        x, y, axis, half_cone = (row[:, q, None] for row in mounts)
-        distance = np.hypot(ahead - x, left - y)
-        off = np.abs(wrapped(np.arctan2(left - y, ahead - x) - axis))
-        reading = readings[:, :, None, q]
-        fits = (reading > distance - nearer - unsure) & (reading < distance + FARTHER + unsure)
-        theirs = known & fits & (off < half_cone + (radius + unsure) / np.maximum(distance, 1e-6))
-        out[..., q] = np.where(theirs.any(axis=-1), np.inf, out[..., q])
+    for r in range(readings.shape[0]):
+        for i in range(readings.shape[1]):
+            for q in range(readings.shape[2]):
+                for j in range(ahead.shape[2]):
+                    if known[r, i, j] > 0 and is_echo(
+                        readings[r, i, q], x[i, q], y[i, q], axis[i, q], half_cone[i, q],
+                        ahead[r, i, j], left[r, i, j], radius[r, i, j], nearer[r, i, j], unsure[r, i, j],
+                    ):  # fmt: skip
+                        out[r, i, q] = np.inf
+                        break
     return out

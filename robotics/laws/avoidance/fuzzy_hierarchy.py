@@ -41,7 +41,8 @@ import numpy as np
 
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
-from robotics.laws.avoidance.obstacle_avoidance import LITERAL_RISE, ObstacleAvoidance, stalled
+from robotics.laws.avoidance.obstacle_avoidance import LITERAL_RISE, ObstacleAvoidance
+from robotics.laws.avoidance.obstacle_modes import GROWTH
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.modes import AVOID, LEFT_BEHIND, TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
@@ -146,7 +147,9 @@ class FuzzyHierarchy(Law[_Memory]):
         alone = memory.stalled > self.obstacles.patience
         wish, below = self.crash.cooperation.steered(seen, memory.below, dt, eta + theta, alone, avoids)
         place = below.rows[PLACE].reshape(avoids.shape)
-        best, lost = stalled(memory.best, memory.stalled, place, dt * (avoids & ~stands))
+        grows = place > memory.best + GROWTH
+        best = np.where(grows, place, memory.best)
+        lost = np.where(grows, 0.0, memory.stalled + dt * (avoids & ~stands))
         v = np.where(stands, 0.0, np.where(avoids, wish.v * slowing, wish.v))
         w = np.where(stands, 0.0, wish.w)
         mode = np.where(stands, YIELD, np.where(avoids, AVOID, TRACK)) + np.where(alone, LEFT_BEHIND, 0)

@@ -33,16 +33,20 @@ Chosen for both variants:
 Stability: the tracking below is that of :mod:`robotics.laws.teams.cooperation`; avoidance is shown by sampling only.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import CompiledSugeno
 from fuzzy.system import Sugeno
-from robotics.laws.avoidance.echoes import in_own_frame, without_echoes
+from robotics.laws.avoidance.echoes import NEARER, is_echo
 from robotics.laws.avoidance.obstacle_modes import (
     BEST,
     GROWTH,
@@ -50,20 +54,51 @@ from robotics.laws.avoidance.obstacle_modes import (
     ROWS,
     STALLED,
     STOP_DISTANCE,
+    WALLS,
+    WATCH,
     WAY,
     Mounting,
     next_mode,
     nothing_watched,
     stand_still,
 )
-from robotics.laws.avoidance.priority import CONE, STATED_FOR, WHEREABOUTS, Others, blocked, others, whereabouts, wider
-from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.avoidance.priority import CONE, STATED_FOR, WHEREABOUTS, must_stop, other, whereabouts_of, wider
+from robotics.laws.equation import (
+    FIRST,
+    HEADING,
+    SAYS,
+    SECOND,
+    TO_S,
+    TO_V,
+    TO_W,
+    WISH_V,
+    WISH_W,
+    EquationLaw,
+    V,
+    W,
+    X,
+    Y,
+    equation,
+    uncounted,
+)
+from robotics.laws.equation import MODE as COMMAND_MODE
+from robotics.laws.law import ControllerError
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
-from robotics.laws.teams.cooperation import ON_PATH, PLACE, FuzzyCooperation
-from robotics.laws.tracking.fuzzy_tracking import compiled_curve
-from robotics.paths.posture import wrapped
+from robotics.laws.teams.cooperation import (
+    ON_PATH,
+    PLACE,
+    REMEMBERED,
+    SAID_PLACE,
+    TRACKER,
+    FuzzyCooperation,
+    steered,
+)
+from robotics.laws.tracking.fuzzy_tracking import compiled_curve, told, toward
+from robotics.paths.posture import wrapped_compiled
+from robotics.paths.road import at as point_at
 from robotics.quantity import check_quantities, quantity
+from robotics.radio.channel import HEARD, HEARS
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR
 
 TOO_LARGE = 1.5  # 1: times the robot for which the distances are stated
@@ -73,7 +108,7 @@ TURN_AWAY = 0.8  # rad/s, from that one
 PASSING_CONE = 1.3  # rad from the heading: a robot that avoids is let pass where it is within
 LONGEST_WAIT = 6.0  # s: a robot lets others pass for no longer
 LITERAL_RISE = 2.0  # m/s: a reading grows no faster
-COMMITTED_RISE = np.array([1.0, 1.0, 0.6, 0.6])  # m/s, in the order of SONAR; the side ones lose echoes at corners
+COMMITTED_RISE = (1.0, 1.0, 0.6, 0.6)  # m/s, in the order of SONAR; the side ones lose echoes at corners
 ROBOT_RADIUS = 0.16  # m: of robots as large as the EtsRo, whose echoes are left out
 IN_THE_WAY = 0.6  # m: likewise; robots that are known to be farther away are not avoided as obstacles
 LEAVING_ROOM = 0.4  # m: with more ahead, a robot drives away from a thing that is too near
@@ -142,20 +177,267 @@ class Sight(NamedTuple):
     front: np.ndarray  # m: ro, the nearest front reading
 
 
-class _Memory(NamedTuple):
-    """The memory of the cooperation, and what the robots saw."""
+# Places of the equation's numbers, in known.gains; those of the cooperation come last
+COMMITTED, RO_MIN, THETA, AHEAD, PATIENCE, NEAR, D_PASS, PUSH, PUSH_RANGE, WIDER = range(10)
+THETA_BEGIN, THETA_CLOSE, THETA_FAR = 10, 11, 12  # where Θ begins in known.rules, and the ends of its range [m]
+MOUNTS, SONARS = 13, 4  # the sonars' x, y, axis and half cone, SONARS numbers each
+WALL_NUMBERS = MOUNTS + 4 * SONARS  # WALLS of Mounting
+COOPERATION = WALL_NUMBERS + WALLS
+# The memory, after that of the cooperation: ROWS and WATCH of robotics.laws.avoidance.obstacle_modes, the four readings
+# [m] with lost echoes filled in, and the time [s] for which the robot has let another pass
+STATE = REMEMBERED
+RANGES = STATE + ROWS
+WAITS = RANGES + SONARS
+WATCHED = WAITS + 1
+ALL_REMEMBERED = WATCHED + WATCH
+_FRESH, _ASKED, _SAID, _BELOW = 0, 4, 5, 6  # places in what it works in: what the sonars read, Θ's input and output
+_AVOIDS = SAYS + len(FuzzyCooperation.message)  # rows of the message
+_HEARD_AVOIDS = HEARD + len(FuzzyCooperation.message)  # and planes of what is heard
+_HEARD_PLACE = _HEARD_AVOIDS + 1
 
-    below: Any
-    state: np.ndarray  # (ROWS, runs, robots) of robotics.laws.avoidance.obstacle_modes
-    ranges: np.ndarray  # (runs, robots, sensors) m
-    waits: np.ndarray  # (runs, robots) s for which it has let another robot pass
-    watch: np.ndarray  # (WATCH, runs, robots) of robotics.laws.avoidance.obstacle_modes
-    mounting: Mounting
-    wider: float  # m: what the robots' size adds to the distances between them
+
+@uncounted
+def theta_input_of(distance, gains, g):  # type: ignore[no-untyped-def]
+    """The input of Θ [m] for a distance [m]: its range stretched to end at ro_min."""
+    close, far, ro_min = gains[THETA_CLOSE, g], gains[THETA_FAR, g], gains[RO_MIN, g]
+    return min(max(far - (ro_min - distance) * (far - close) / (ro_min - close), close), far)
+
+
+@uncounted
+def theta_of(distance, gains, g, rules, work):  # type: ignore[no-untyped-def]
+    """|Θ| [rad] at a distance [m]."""
+    work[_ASKED] = theta_input_of(distance, gains, g)
+    system = rules[int(gains[THETA_BEGIN, g]) :]
+    evaluate_packed(system, work[_ASKED : _ASKED + 1], work[_SAID : _SAID + 1], work[_BELOW:])
+    return gains[THETA, g] * work[_SAID]
+
+
+@uncounted
+def sight_of(ranges, gains, g, rules, work):  # type: ignore[no-untyped-def]
+    """Judge by (6.7) what four sonars read (4,) [m]: the fields of :class:`Sight`."""
+    left, right = ranges[FRONT_LEFT], ranges[FRONT_RIGHT]
+    front, near = min(left, right), gains[PUSH_RANGE, g]
+    avoids = front <= gains[RO_MIN, g] or min(front, ranges[LEFT], ranges[RIGHT]) < near
+    turn = 0.0
+    if avoids:
+        theta = theta_of(front, gains, g, rules, work)
+        turn = -theta if left < right else theta
+        turn += -gains[PUSH, g] if ranges[LEFT] < near else 0.0
+        turn += gains[PUSH, g] if ranges[RIGHT] < near else 0.0
+    slowing = 0.0 if front < 0.12 else min(max(front / gains[RO_MIN, g], 0.25), 1.0)
+    return avoids, turn, slowing, front
+
+
+@uncounted
+def stalled(best, before, place, lost):  # type: ignore[no-untyped-def]
+    """The largest place [m] on a robot's path so far, and the time [s] lost since it last grew.
+
+    Args:
+        best: The largest place [m] before.
+        before: The time lost [s] before.
+        place: The place [m] now.
+        lost: The time [s] lost in this period, unless the place has grown by GROWTH.
+    """
+    if place > best + GROWTH:
+        return place, 0.0
+    return best, before + lost
+
+
+@uncounted
+def _look(i, known, memory, work):  # type: ignore[no-untyped-def]
+    """Take in what the sonars read: into ``work`` as read, and into the memory with lost echoes filled in."""
+    gains, g, committed = known.gains, known.column[i], known.gains[COMMITTED, known.column[i]] > 0
+    for q in range(SONARS):
+        reading = known.ranges[q, i]
+        if committed and reading < np.inf and _of_a_robot(reading, q, i, known, gains, g):
+            reading = np.inf
+        work[_FRESH + q] = reading
+        rise = LITERAL_RISE if not committed else COMMITTED_RISE[q]
+        memory[RANGES + q, i] = min(reading, memory[RANGES + q, i] + rise * known.dt)
+
+
+@uncounted
+def _of_a_robot(reading, q, i, known, gains, g):  # type: ignore[no-untyped-def]
+    """Whether a reading [m] is the echo of another robot that is known and not so near as to be in the way."""
+    seen, robots = known.seen, known.heard.shape[2]
+    cos, sin = math.cos(seen[HEADING, i]), math.sin(seen[HEADING, i])
+    for j in range(robots):
+        dx, dy, _, _ = other(known.heard, _HEARD_PLACE, i, j, seen[X, i], seen[Y, i])
+        ahead, left = cos * dx + sin * dy, cos * dy - sin * dx
+        if math.hypot(ahead, left) > IN_THE_WAY + gains[WIDER, g] and is_echo(
+            reading, gains[MOUNTS + q, g], gains[MOUNTS + SONARS + q, g], gains[MOUNTS + 2 * SONARS + q, g],
+            gains[MOUNTS + 3 * SONARS + q, g], ahead, left, ROBOT_RADIUS + gains[WIDER, g] / 2, NEARER, 0.0,
+        ):  # fmt: skip
+            return True
+    return False
+
+
+@uncounted
+def _lets_pass(i, known, avoids):  # type: ignore[no-untyped-def]
+    """Whether a robot stops for another that goes round an obstacle.
+
+    Where both go round one, the robot with the lower number goes first.
+    """
+    seen, heard, gains, g = known.seen, known.heard, known.gains, known.column[i]
+    robots = heard.shape[2]
+    for j in range(robots):
+        first = j < i % robots or (gains[COMMITTED, g] > 0 and not avoids)
+        if not (first and heard[HEARS, i, j] > 0 and heard[_HEARD_AVOIDS, i, j] > 0.5):
+            continue
+        dx, dy, _, _ = other(heard, _HEARD_PLACE, i, j, seen[X, i], seen[Y, i])
+        bearing = abs(wrapped_compiled(math.atan2(dy, dx) - seen[HEADING, i]))
+        if math.hypot(dx, dy) < gains[D_PASS, g] and bearing < PASSING_CONE:
+            return True
+    return False
+
+
+@uncounted
+def _aside(i, known, near):  # type: ignore[no-untyped-def]
+    """Which way a robot turns from others at its side: 1 to the left, -1 to the right, 0 where none is too near."""
+    seen, heard, sides = known.seen, known.heard, 0.0
+    reach = near + SIDE_MARGIN + 0.2 * abs(seen[V, i])
+    for j in range(heard.shape[2]):
+        if heard[HEARS, i, j] > 0:
+            dx, dy, _, _ = other(heard, _HEARD_PLACE, i, j, seen[X, i], seen[Y, i])
+            bearing = wrapped_compiled(math.atan2(dy, dx) - seen[HEADING, i])
+            if CONE <= abs(bearing) < ABEAM and math.hypot(dx, dy) < reach:
+                sides += 1.0 if bearing > 0 else -1.0
+    return -1.0 if sides > 0 else (1.0 if sides < 0 else 0.0)
+
+
+@uncounted
+def _literal(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """Turn by (6.7) while an obstacle is near. Returns v [m/s], ω [rad/s], the mode, and whether it avoids."""
+    gains, g = known.gains, known.column[i]
+    rules = known.rules[known.base[i]]
+    avoids, turn, slowing, front = sight_of(memory[RANGES : RANGES + SONARS, i], gains, g, rules, work)
+    alone = memory[STATE + STALLED, i] > gains[PATIENCE, g]
+    steered(i, known, memory, 0, command, work[_BELOW:], turn, alone, False, COOPERATION)
+    row = told(i, command, _AVOIDS + 5, gains, COOPERATION + TRACKER, g, work[_BELOW:])
+    command[row, i] = theta_input_of(front, gains, g)
+    memory[STATE + BEST, i], memory[STATE + STALLED, i] = stalled(
+        memory[STATE + BEST, i], memory[STATE + STALLED, i], memory[PLACE, i], known.dt if avoids else 0.0
+    )
+    v, w, mode = command[FIRST, i], command[SECOND, i], float(TRACK)
+    if avoids:
+        v *= slowing
+        mode = float(AVOID + LEFT_BEHIND if alone else AVOID)
+    if _lets_pass(i, known, avoids):
+        v, w = 0.0, 0.0
+        mode = float(YIELD + LEFT_BEHIND if avoids and alone else YIELD)
+    return v, w, mode, avoids and not alone
+
+
+@uncounted
+def _committed(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """Choose a mode, and steer by it. Returns as :func:`_literal`."""
+    seen, gains, g, road, path, dt = known.seen, known.gains, known.column[i], known.road, known.path[i], known.dt
+    x, y, heading = seen[X, i], seen[Y, i], seen[HEADING, i]
+    state, ranges = memory[STATE : STATE + ROWS, i], memory[RANGES : RANGES + SONARS, i]
+    rules, fresh = known.rules[known.base[i]], work[_FRESH:_ASKED]
+    alone = state[MODE] != TRACK and state[STALLED] > gains[PATIENCE, g]
+    steered(i, known, memory, 0, command, work[_BELOW:], 0.0, alone, False, COOPERATION)
+    place, length = memory[PLACE, i], road.lengths[path]
+    near_x, near_y, _, _ = point_at(road, path, place)
+    end_x, end_y, _, _ = point_at(road, path, length)
+    to_x, to_y, to_heading, _ = point_at(road, path, min(place + gains[AHEAD, g], length))
+    bearing = wrapped_compiled(math.atan2(to_y - y, to_x - x) - heading)
+    off, remaining = math.hypot(near_x - x, near_y - y), math.hypot(end_x - x, end_y - y)
+    alpha, most, turning, distance = next_mode(
+        state, ranges, fresh, x, y, heading, bearing, place, off, remaining, gains[RO_MIN, g], dt,
+        gains[WALL_NUMBERS : WALL_NUMBERS + WALLS, g],
+    )  # fmt: skip
+    mode = state[MODE]
+    avoids = mode != TRACK
+    due_v, due_w, due_s = command[TO_V, i], command[TO_W, i], command[TO_S, i]
+    v, w = most, turning
+    if mode == TRACK:
+        v, w = _at_most(command[FIRST, i], min(most, CATCH_UP_SPEED)), command[SECOND, i]
+    elif mode == AVOID:
+        turn = alpha - bearing + state[WAY] * theta_of(distance, gains, g, rules, work)
+        # Rule 11 does not act: the target counts as ahead.
+        _, w, _ = toward(
+            x, y, heading, to_x, to_y, to_heading, due_v, due_w, 1.0, turn, False,
+            gains, COOPERATION + TRACKER, g, rules, work[_BELOW:],
+        )  # fmt: skip
+    v = _at_most(v, _in_time(due_v, due_s, place, off, mode))
+    if avoids:
+        command[SAYS + SAID_PLACE, i] -= off  # the others wait for the way back to the path as well
+    # Case studies 2 and 3. The wait is bounded: the other may be waiting as well, which would be a deadlock.
+    passing = _lets_pass(i, known, avoids)
+    memory[WAITS, i] = memory[WAITS, i] + dt if passing else 0.0
+    stands = passing and memory[WAITS, i] <= LONGEST_WAIT
+    if stands and avoids:
+        state[STALLED] -= dt  # a robot that lets another pass is not stuck
+    near = gains[NEAR, g] + gains[WIDER, g]
+    stops = must_stop(known.heard, _HEARD_PLACE, i, x, y, heading, seen[V, i], near)
+    aside = 0.0 if stops else _aside(i, known, near)
+    stops |= stands
+    if stands or (stops and mode == TRACK):
+        w = 0.0
+    elif aside != 0:
+        w = TURN_AWAY * aside
+    stops |= aside != 0
+    if stops:
+        v = 0.0
+    halted = stand_still(memory[WATCHED : WATCHED + WATCH, i], fresh, seen[V, i], seen[W, i], dt)
+    front = min(ranges[FRONT_LEFT], ranges[FRONT_RIGHT])
+    leaves = halted and front > LEAVING_ROOM and not stops
+    if halted:
+        v, w = min(front - STOP_DISTANCE, LEAVING_SPEED) if leaves else 0.0, 0.0
+    code = float(YIELD) if stops or (halted and not leaves) else mode
+    return v, w, code + LEFT_BEHIND if alone and avoids else code, avoids and not alone
+
+
+@uncounted
+def _at_most(value, bound):  # type: ignore[no-untyped-def]
+    """The lesser of two numbers, the first of which may be not-a-number, and then is passed on."""
+    return bound if value > bound else value
+
+
+@uncounted
+def _in_time(due_v, due_s, place, off, mode):  # type: ignore[no-untyped-def]
+    """The speed [m/s] above which a robot would get farther along its path than the others are.
+
+    The bound holds off the path only, where the target is not the sample due. The way back to the path counts as
+    way still to be driven. The bound is never 0, for a robot that stops counts as stuck.
+    """
+    if mode == TRACK:
+        early, slowest, free = place - due_s, JOINING_SPEED, off <= ON_PATH
+    else:
+        early, slowest, free = place - off - due_s, CREEP_SPEED, mode == FOLLOW
+    return np.inf if free else max(due_v - early / EARLY_TIME, slowest)
+
+
+@equation
+def avoid_obstacles(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """Look, choose a mode, steer, and say so."""
+    seen = known.seen
+    _look(i, known, memory, work)
+    if known.gains[COMMITTED, known.column[i]] > 0:
+        v, w, mode, avoids = _committed(i, known, memory, command, work)
+    else:
+        v, w, mode, avoids = _literal(i, known, memory, command, work)
+    command[FIRST, i], command[WISH_V, i] = v, v
+    command[SECOND, i], command[WISH_W, i] = w, w
+    command[COMMAND_MODE, i], command[_AVOIDS, i] = mode, 1.0 if avoids else 0.0
+    x, y, v_x, v_y = whereabouts_of(seen[X, i], seen[Y, i], seen[HEADING, i], seen[V, i])
+    command[_AVOIDS + 1, i], command[_AVOIDS + 2, i] = x, y
+    command[_AVOIDS + 3, i], command[_AVOIDS + 4, i] = v_x, v_y
+
+
+@kernel
+def _sights(ranges, gains, rules, work):  # type: ignore[no-untyped-def]
+    """:func:`sight_of` for every column of ``ranges`` (4, n): its rows, and Θ [rad] at the front reading."""
+    out = np.empty((5, ranges.shape[1]))
+    for i in range(ranges.shape[1]):
+        avoids, out[1, i], out[2, i], out[3, i] = sight_of(ranges[:, i], gains, 0, rules, work)
+        out[0, i], out[4, i] = 1.0 if avoids else 0.0, theta_of(out[3, i], gains, 0, rules, work)
+    return out
 
 
 @dataclass(frozen=True, kw_only=True)
-class ObstacleAvoidance(Law[_Memory]):
+class ObstacleAvoidance(EquationLaw):
     """Obstacle avoidance: from where on and how far to turn away, and the cooperation underneath."""
 
     variant: Literal["committed", "literal"] = "committed"
@@ -216,32 +498,45 @@ class ObstacleAvoidance(Law[_Memory]):
             "fuzzy-team goes by the robots' own sizes",
         )
 
-    def init(self, setting: Setting, runs: int) -> _Memory:
-        """Let all robots track. Raises ControllerError where the graph is not connected."""
-        shape = (runs, len(setting.robots))
-        state = np.zeros((ROWS, *shape))
-        nothing = np.full((*shape, len(self.needs)), np.inf)
-        below = self.cooperation.init(setting, runs)
-        mounting = Mounting.of([[carried[name] for name in self.needs] for carried in setting.sensors])
-        return _Memory(below, state, nothing, np.zeros(shape), nothing_watched(*shape), mounting, wider(setting.robots))
+    equation = avoid_obstacles
+    aims = progresses = has_modes = True
 
-    def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        """Look, choose a mode, steer."""
-        fresh = memory.ranges
-        them = others(seen) if seen.x.shape[1] > 1 else None
-        if seen.ranges is not None:
-            fresh = seen.ranges.of(self.needs)
-            if self.variant == "committed" and them is not None:
-                fresh = _without_robots(seen, them, fresh, memory)
-            rise = LITERAL_RISE if self.variant == "literal" else COMMITTED_RISE
-            memory = memory._replace(ranges=np.minimum(fresh, memory.ranges + rise * dt))
-        if self.variant == "literal":
-            return self._literal(seen, them, memory, dt)
-        return self._committed(seen, them, memory, fresh, dt)
+    def gain_rows(self, setting: Setting) -> Sequence[Any]:
+        """The numbers of the equation, in the order of the places above."""
+        mounting = Mounting.of([[carried[name] for name in self.needs] for carried in setting.sensors])
+        mounts = [row for rows in mounting for row in rows]
+        return (*self._numbers(wider(setting.robots)), *mounts, *self.cooperation.gain_rows(setting))
+
+    def _numbers(self, wider: float) -> tuple[float, ...]:
+        """The numbers of the equation that are the same for all robots."""
+        close, far = self.turn.fis.inputs[0].universe
+        begin = sum(len(system) for system in self.cooperation.rule_rows())
+        own = self.ro_min, self.theta, self.reach, self.patience, self.near, self.d_pass, self.push, self.push_range
+        return (float(self.variant == "committed"), *own, wider, float(begin), close, far)
+
+    def rule_rows(self) -> Sequence[np.ndarray]:
+        """The rule bases of the cooperation, and Θ."""
+        return (*self.cooperation.rule_rows(), self._theta)
+
+    @cached_property
+    def _theta(self) -> np.ndarray:
+        return packed(self.turn)
+
+    @property
+    def working(self) -> int:
+        """The numbers that the rule bases are evaluated in."""
+        return _BELOW + max(self.cooperation.working, packed_work(self._theta))
+
+    def begin(self, setting: Setting, runs: int) -> np.ndarray:
+        """Let all robots track. Raises ControllerError where the graph is not connected."""
+        below = self.cooperation.begin(setting, runs)
+        memory = np.zeros((ALL_REMEMBERED, *below.shape[1:]))
+        memory[:REMEMBERED], memory[RANGES:WAITS], memory[WATCHED:] = below, np.inf, nothing_watched(*below.shape[1:])
+        return memory
 
     def theta_at(self, distance: np.ndarray) -> np.ndarray:
         """|Θ| [rad] at ``distance`` [m], of any shape: the rule base, its range stretched to end at ro_min."""
-        return np.asarray(self.theta * self.turn(self.theta_input(distance)[..., None])[..., 0])
+        return self._seen(np.broadcast_to(distance, (SONARS, *np.shape(distance))))[4]
 
     def theta_input(self, distance: np.ndarray) -> np.ndarray:
         """The rule base's input [m] for ``distance`` [m], of any shape; ro_min is the far end of its range."""
@@ -251,159 +546,12 @@ class ObstacleAvoidance(Law[_Memory]):
 
     def sight(self, ranges: np.ndarray) -> Sight:
         """Judge by (6.7) what four sonars read, ``ranges`` (runs, robots, sensors) [m]."""
-        left, right = ranges[..., FRONT_LEFT], ranges[..., FRONT_RIGHT]
-        front = np.minimum(left, right)
-        turn = np.where(left < right, -1.0, 1.0) * self.theta_at(front)
-        for sensor, sign in ((LEFT, -1.0), (RIGHT, 1.0)):
-            turn += np.where(ranges[..., sensor] < self.push_range, sign * self.push, 0.0)
-        avoids = (front <= self.ro_min) | (ranges.min(axis=-1) < self.push_range)
-        slowing = np.where(front < 0.12, 0.0, np.clip(front / self.ro_min, 0.25, 1.0))
-        return Sight(avoids, np.where(avoids, turn, 0.0), slowing, front)
+        avoids, turn, slowing, front, _ = self._seen(np.moveaxis(ranges, -1, 0))
+        return Sight(avoids > 0, turn, slowing, front)
 
-    def _literal(self, seen: Observation, them: Others | None, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        avoids, turn, slowing, front = self.sight(memory.ranges)
-        state = memory.state.copy()
-        alone = state[STALLED] > self.patience
-        wish, below = self.cooperation.steered(seen, memory.below, dt, turn, alone)
-        state[BEST], state[STALLED] = stalled(
-            state[BEST], state[STALLED], below.rows[PLACE].reshape(seen.x.shape), dt * avoids
-        )
-        v = np.where(avoids, wish.v * slowing, wish.v)
-        assert wish.inputs is not None
-        wish = wish._replace(inputs=np.concatenate([wish.inputs, self.theta_input(front)[None]]))
-        mode = np.where(avoids, np.where(alone, AVOID + LEFT_BEHIND, AVOID), TRACK)
-        stands = self._lets_pass(seen, them, avoids)
-        v, w = np.where(stands, 0.0, v), np.where(stands, 0.0, wish.w)
-        mode = np.where(stands, YIELD + (mode & LEFT_BEHIND), mode)
-        return self._said(seen, wish, v, w, mode, avoids & ~alone), memory._replace(below=below, state=state)
-
-    def _committed(
-        self, seen: Observation, them: Others | None, memory: _Memory, fresh: np.ndarray, dt: float
-    ) -> tuple[Command, _Memory]:
-        before = memory.state
-        alone = (before[MODE] != TRACK) & (before[STALLED] > self.patience)
-        wish, below = self.cooperation.steered(seen, memory.below, dt, None, alone)
-        paths, place = seen.references.joined, below.rows[PLACE].reshape(seen.x.shape)
-        nearest, end = paths.at(place), paths.at(np.broadcast_to(paths.lengths, place.shape))
-        ahead = paths.at(np.minimum(place + self.reach, paths.lengths))
-        alpha = wrapped(np.arctan2(ahead.y - seen.y, ahead.x - seen.x) - seen.heading)
-        off = np.hypot(nearest.x - seen.x, nearest.y - seen.y)
-        state, steer = next_mode(
-            before,
-            memory.ranges,
-            fresh,
-            np.stack([seen.x, seen.y, seen.heading]),
-            alpha,
-            place,
-            off,
-            np.hypot(end.x - seen.x, end.y - seen.y),
-            self.ro_min,
-            dt,
-            memory.mounting.walls,
-        )
-        mode = state[MODE]
-        away = state[WAY] * self.theta_at(steer.front)
-        aim = wish.target._replace(x=ahead.x, y=ahead.y, heading=ahead.heading)  # type: ignore[union-attr]
-        # Rule 11 does not act: the target counts as ahead.
-        _, turning = self.cooperation.tracker.toward(seen, aim, np.ones_like(alpha), steer.alpha - alpha + away)
-        v = np.where(mode == TRACK, np.minimum(np.minimum(wish.v, steer.v), CATCH_UP_SPEED), steer.v)
-        v = np.minimum(v, self._in_time(wish, place, off, mode))
-        w = np.where(mode == TRACK, wish.w, np.where(mode == AVOID, turning, steer.w))
-        # The others wait for the way back to the path as well.
-        assert wish.message is not None
-        said = wish.message["place"] - np.where(mode == TRACK, 0.0, off)
-        wish = wish._replace(message={**wish.message, "place": said})
-        code = mode.astype(int)
-        avoids = mode != TRACK
-        # Case studies 2 and 3. The wait is bounded: the other may be waiting as well, which would be a deadlock.
-        passing = self._lets_pass(seen, them, avoids)
-        waits = np.where(passing, memory.waits + dt, 0.0)
-        stands = passing & (waits <= LONGEST_WAIT)
-        state[STALLED] -= np.where(stands & avoids, dt, 0.0)  # a robot that lets another pass is not stuck
-        stops, aside = self._stops(seen, them, memory.wider)
-        stops |= stands
-        v = np.where(stops | (aside != 0), 0.0, v)
-        w = np.where(stands | (stops & (mode == TRACK)), 0.0, np.where(aside != 0, TURN_AWAY * aside, w))
-        stops |= aside != 0
-        watch, halted = stand_still(memory.watch, fresh, seen.v, seen.w, dt)
-        front = memory.ranges[..., [FRONT_LEFT, FRONT_RIGHT]].min(axis=-1)
-        leaves = halted & (front > LEAVING_ROOM) & ~stops
-        v = np.where(halted, np.where(leaves, np.minimum(front - STOP_DISTANCE, LEAVING_SPEED), 0.0), v)
-        w = np.where(halted, 0.0, w)
-        code = np.where(stops | (halted & ~leaves), YIELD, code) + np.where(alone & (mode != TRACK), LEFT_BEHIND, 0)
-        command = self._said(seen, wish._replace(inputs=None), v, w, code, avoids & ~alone)
-        return command, memory._replace(below=below, state=state, waits=waits, watch=watch)
-
-    def _in_time(self, wish: Command, place: np.ndarray, off: np.ndarray, mode: np.ndarray) -> np.ndarray:
-        """The speed [m/s] (runs, robots) above which a robot would get farther along its path than the others are.
-
-        The bound holds off the path only, where the target is not the sample due. The way back to the path counts as
-        way still to be driven. The bound is never 0, for a robot that stops counts as stuck.
-        """
-        due = wish.target
-        assert due is not None
-        tracks = mode == TRACK
-        early = np.where(tracks, place, place - off) - due.s
-        free = np.where(tracks, off <= ON_PATH, mode == FOLLOW)
-        slowest = np.where(tracks, JOINING_SPEED, CREEP_SPEED)
-        return np.where(free, np.inf, np.maximum(due.v - early / EARLY_TIME, slowest))
-
-    def _said(
-        self, seen: Observation, wish: Command, v: np.ndarray, w: np.ndarray, mode: np.ndarray, avoids: np.ndarray
-    ) -> Command:
-        assert wish.message is not None
-        message = {**wish.message, "avoids": avoids, **whereabouts(seen)}
-        return wish._replace(first=v, second=w, v=v, w=w, message=message, mode=mode)
-
-    def _lets_pass(self, seen: Observation, them: Others | None, avoids: np.ndarray) -> np.ndarray:
-        """Whether each robot stops for another that goes round an obstacle (runs, robots) bool.
-
-        Where both go round one, the robot with the lower number goes first.
-        """
-        if them is None:
-            return np.zeros(seen.x.shape, dtype=bool)
-        number = np.arange(seen.x.shape[1])
-        first = number < number[:, None]
-        if self.variant == "committed":
-            first = first | ~avoids[:, :, None]
-        passing = seen.heard.hears & (seen.heard["avoids"] > 0.5) & (them.distance < self.d_pass)
-        return np.asarray((passing & first & (np.abs(them.bearing) < PASSING_CONE)).any(axis=-1))
-
-    def _stops(self, seen: Observation, them: Others | None, wider: float) -> tuple[np.ndarray, np.ndarray]:
-        """Whether each robot stops for another ahead, and which way it turns from one at its side; both (runs, robots).
-
-        The way is 1 to the left, -1 to the right, and 0 where no other is too near at its side.
-        """
-        if them is None:
-            return np.zeros(seen.x.shape, dtype=bool), np.zeros(seen.x.shape)
-        near = self.near + wider
-        stops = blocked(seen, them, near)
-        bearing = np.abs(them.bearing)
-        side = (bearing >= CONE) & (bearing < ABEAM) & seen.heard.hears
-        side &= them.distance < (near + SIDE_MARGIN + 0.2 * np.abs(seen.v))[:, :, None]
-        aside = -np.sign(np.where(side, np.sign(them.bearing), 0.0).sum(axis=-1))
-        return stops, np.where(stops, 0.0, aside)
-
-
-def stalled(best: np.ndarray, before: np.ndarray, place: np.ndarray, lost: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The largest place [m] on each robot's path so far, and the time [s] lost since it last grew; both (runs, robots).
-
-    Args:
-        best: The largest place [m] before, (runs, robots) as all.
-        before: The time lost [s] before.
-        place: The place [m] now.
-        lost: The time [s] lost in this period, unless the place has grown by GROWTH.
-    """
-    grows = place > best + GROWTH
-    return np.where(grows, place, best), np.where(grows, 0.0, before + lost)
-
-
-def _without_robots(seen: Observation, them: Others, ranges: np.ndarray, memory: _Memory) -> np.ndarray:
-    """``ranges`` [m] without the echoes of other robots that are known and not so near as to be in the way.
-
-    ``ranges`` and the result are (runs, robots, sensors); an echo that is left out reads infinite.
-    """
-    ahead, left = in_own_frame(seen, them.dx, them.dy)
-    apart = np.hypot(ahead, left) > IN_THE_WAY + memory.wider
-    mounts = tuple(row.T for row in memory.mounting[:4])
-    return without_echoes(ranges, mounts, ahead, left, apart, radius=ROBOT_RADIUS + memory.wider / 2)
+    def _seen(self, ranges: np.ndarray) -> np.ndarray:
+        """What :func:`_sights` makes of readings (4, ...) [m]."""
+        gains, rules = np.array(self._numbers(0.0))[:, None], np.concatenate(self.rule_rows())
+        rows = np.ascontiguousarray(ranges, dtype=float).reshape(SONARS, -1)
+        found = _sights(rows, gains, rules, np.empty(self.working))
+        return np.asarray(found.reshape(-1, *ranges.shape[1:]))

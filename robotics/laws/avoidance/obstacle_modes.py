@@ -10,7 +10,7 @@ it, its target must not pull it there. A robot that follows the wall keeps it on
 and tries the other way round after FLIP seconds. The thesis has none of this: (6.7) alone forgets an obstacle as soon
 as no cone sees it. The numbers below were tuned by simulation; no proof goes with them.
 
-A robot's state is a column of :data:`ROWS` numbers, so that one compiled pass serves all robots of all runs.
+A robot's state is a column of :data:`ROWS` numbers.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from robotics.laws.equation import uncounted
 from robotics.laws.modes import AVOID, FOLLOW, TRACK
 from robotics.paths.posture import wrapped_compiled
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, RangeSensor
@@ -97,15 +97,6 @@ ENOUGH_ROOM = 0.25  # m: with so much room
 ROOM_TIME = 2.0  # s: for so long, FLOOR is forgotten
 
 
-class Steering(NamedTuple):
-    """The motion that a robot's mode asks for; each field is (runs, robots)."""
-
-    alpha: np.ndarray  # rad: where to go, from the heading; Θ is still to be added
-    v: np.ndarray  # m/s at most; along a wall: as is
-    w: np.ndarray  # rad/s, along a wall only
-    front: np.ndarray  # m: the distance that Θ is taken of
-
-
 class Mounting(NamedTuple):
     """The places of the four sonars of each robot, in its own frame."""
 
@@ -138,41 +129,6 @@ SET_BACK = 5  # m: how much farther out the side sonar is than the front one
 WALLS = 6
 
 
-def next_mode(
-    state: np.ndarray,
-    ranges: np.ndarray,
-    fresh: np.ndarray,
-    pose: np.ndarray,
-    alpha: np.ndarray,
-    place: np.ndarray,
-    off: np.ndarray,
-    remaining: np.ndarray,
-    near: float,
-    dt: float,
-    walls: np.ndarray,
-) -> tuple[np.ndarray, Steering]:
-    """Choose every robot's mode for this period, and the motion that it asks for.
-
-    Args:
-        state: The state of the period before (ROWS, runs, robots).
-        ranges: What the sonars of :data:`robotics.sensing.sonar.SONAR` read (runs, robots, 4) [m], echoes that are lost
-            for a moment filled in.
-        fresh: The same as read, with the gaps.
-        pose: x [m], y [m] and heading [rad] (3, runs, robots).
-        alpha: The bearing of a point a little ahead on the path (runs, robots) [rad].
-        place: The abscissa of the path's nearest point (runs, robots) [m].
-        off: The distance from that point (runs, robots) [m].
-        remaining: The distance from the end of the path (runs, robots) [m].
-        near: An obstacle that is nearer is avoided [m].
-        dt: The control period [s].
-        walls: As of :class:`Mounting` (WALLS, robots).
-
-    Returns the state after the period and the :class:`Steering`.
-    """
-    after, steer = _next_mode(state, ranges, fresh, pose, alpha, place, off, remaining, near, dt, walls)
-    return after, Steering(*steer)
-
-
 def nothing_watched(runs: int, robots: int) -> np.ndarray:
     """Return the memory of :func:`stand_still` at the start (WATCH, runs, robots): nothing was seen yet."""
     watch = np.zeros((WATCH, runs, robots))
@@ -180,7 +136,7 @@ def nothing_watched(runs: int, robots: int) -> np.ndarray:
     return watch
 
 
-@kernel
+@uncounted
 def stand_still(watch, fresh, v, w, dt):  # type: ignore[no-untyped-def]
     """Stop a robot that has something very near, so that it does not drive into a thing that comes nearer.
 
@@ -188,88 +144,97 @@ def stand_still(watch, fresh, v, w, dt):  # type: ignore[no-untyped-def]
     on when that has not changed for a while, after LONGEST_HALT, or once it has driven AWAY.
 
     Args:
-        watch: What is remembered (WATCH, runs, robots); at the start :func:`nothing_watched`.
-        fresh: What the sonars read (runs, robots, 4) [m].
-        v: The robot's speed (runs, robots) [m/s].
-        w: Its angular velocity (runs, robots) [rad/s].
+        watch: What is remembered (WATCH,), brought up to date; at the start :func:`nothing_watched`.
+        fresh: What its sonars read (4,) [m].
+        v: Its speed [m/s].
+        w: Its angular velocity [rad/s].
         dt: The control period [s].
 
-    Returns ``watch`` after the period, and whether each robot stands still (runs, robots) bool.
+    Returns whether it stands still.
     """
-    after, stands = watch.copy(), np.zeros(w.shape, dtype=np.bool_)
-    for r in range(w.shape[0]):
-        for i in range(w.shape[1]):
-            one = after[:, r, i]
-            now = min(fresh[r, i].min(), 2 * ENOUGH_ROOM)
-            nearest = one[NEAREST_READING]
-            smoothed = nearest + dt / WATCH_SMOOTHING * (now - nearest)
-            one[NEAREST_READING] = now if nearest > 2 * ENOUGH_ROOM else smoothed
-            if not abs(one[NEAREST_READING] - one[READING_AT_CHANGE]) <= CHANGE:
-                one[READING_AT_CHANGE], one[QUIET] = one[NEAREST_READING], 0.0
-            one[QUIET] += dt
-            one[ROOMY_FOR] = one[ROOMY_FOR] + dt if now > ENOUGH_ROOM else 0.0
-            if one[HALTED] > 0:
-                one[HALTED] += dt
-                one[GONE] += dt * abs(v[r, i])
-                if one[GONE] > AWAY and one[NEAREST_READING] > ENOUGH_ROOM:
-                    one[HALTED], one[FLOOR], one[ROOMY_FOR] = 0.0, np.inf, 0.0
-                elif one[QUIET] >= (RESTS if one[NEAREST_READING] < ENOUGH_ROOM else LOST) or (
-                    one[HALTED] > LONGEST_HALT
-                ):
-                    one[HALTED], one[FLOOR], one[ROOMY_FOR] = 0.0, min(one[NEAREST_READING], TOO_NEAR) - NEARER, 0.0
-            else:
-                if one[ROOMY_FOR] > ROOM_TIME:
-                    one[FLOOR] = np.inf
-                if now < min(TOO_NEAR + SWEEP * abs(w[r, i]), one[FLOOR]):
-                    one[HALTED], one[GONE] = dt, 0.0
-            stands[r, i] = one[HALTED] > 0
-    return after, stands
+    now = min(fresh[FRONT_LEFT], fresh[FRONT_RIGHT], fresh[LEFT], fresh[RIGHT], 2 * ENOUGH_ROOM)
+    nearest = watch[NEAREST_READING]
+    smoothed = nearest + dt / WATCH_SMOOTHING * (now - nearest)
+    watch[NEAREST_READING] = now if nearest > 2 * ENOUGH_ROOM else smoothed
+    if not abs(watch[NEAREST_READING] - watch[READING_AT_CHANGE]) <= CHANGE:
+        watch[READING_AT_CHANGE], watch[QUIET] = watch[NEAREST_READING], 0.0
+    watch[QUIET] += dt
+    watch[ROOMY_FOR] = watch[ROOMY_FOR] + dt if now > ENOUGH_ROOM else 0.0
+    if watch[HALTED] > 0:
+        watch[HALTED] += dt
+        watch[GONE] += dt * abs(v)
+        quiet = watch[QUIET] >= (RESTS if watch[NEAREST_READING] < ENOUGH_ROOM else LOST)
+        if watch[GONE] > AWAY and watch[NEAREST_READING] > ENOUGH_ROOM:
+            watch[HALTED], watch[FLOOR], watch[ROOMY_FOR] = 0.0, np.inf, 0.0
+        elif quiet or watch[HALTED] > LONGEST_HALT:
+            watch[HALTED], watch[FLOOR], watch[ROOMY_FOR] = 0.0, min(watch[NEAREST_READING], TOO_NEAR) - NEARER, 0.0
+    else:
+        if watch[ROOMY_FOR] > ROOM_TIME:
+            watch[FLOOR] = np.inf
+        if now < min(TOO_NEAR + SWEEP * abs(w), watch[FLOOR]):
+            watch[HALTED], watch[GONE] = dt, 0.0
+    return watch[HALTED] > 0
 
 
-@kernel
-def _next_mode(state, ranges, fresh, pose, alpha, place, off, remaining, near, dt, walls):  # type: ignore[no-untyped-def]
-    after, steer = state.copy(), np.zeros((4, *alpha.shape))
-    for r in range(alpha.shape[0]):
-        for i in range(alpha.shape[1]):
-            one = after[:, r, i]
-            seen = ranges[r, i]
-            front = min(seen[FRONT_LEFT], seen[FRONT_RIGHT])
-            # An obstacle beyond the end of the path is in nobody's way.
-            limit = min(near, remaining[r, i] + 0.05)
-            if one[MODE] == TRACK:
-                _lean(one, seen, front, dt)
-            if one[MODE] == TRACK and front < limit:
-                _begin(one, alpha[r, i], place[r, i], off[r, i])
-            elif one[MODE] == AVOID:
-                _avoid(one, seen, front, limit, place[r, i], off[r, i], dt)
-            elif one[MODE] == FOLLOW:
-                _follow(one, seen, front, limit, alpha[r, i], place[r, i], off[r, i], dt)
-            ease = min(max((front - STOP_DISTANCE) / SLOWING_DISTANCE, 0.0), 1.0)
-            steer[0, r, i], steer[1, r, i], steer[3, r, i] = alpha[r, i], CRUISE * ease, front
-            if one[MODE] == TRACK:
-                steer[1, r, i] = max(1.2 * (front - STOP_DISTANCE), 0.0)
-            elif one[MODE] == AVOID:
-                beside, other = seen[RIGHT], seen[FRONT_LEFT]
-                if one[WAY] < 0:
-                    beside, other = seen[LEFT], seen[FRONT_RIGHT]
-                if other >= limit:
-                    steer[3, r, i] += RELIEF
-                if alpha[r, i] * one[WAY] < 0:
-                    pull = alpha[r, i] * min(max((front - NO_PULL_AHEAD) / (limit - NO_PULL_AHEAD), 0.0), 1.0)
-                    most = MOST_PULL if beside < SIDE_REACH else UNSEEN
-                    pull = min(max(pull, -most), most)
-                    if beside < SIDE_REACH:
-                        pull *= min(max((beside - TIGHT) / (LOOSE - TIGHT), 0.0), 1.0)
-                    steer[0, r, i] = pull
-                steer[0, r, i] += one[WAY] * SHY * max(TIGHT - beside, 0.0)
-            else:
-                steer[1, r, i], steer[2, r, i] = _along(
-                    one, seen, fresh[r, i], pose[:, r, i], alpha[r, i], dt, walls[:, i]
-                )
-    return after, (steer[0], steer[1], steer[2], steer[3])
+@uncounted
+def next_mode(  # type: ignore[no-untyped-def]
+    one, seen, fresh, x, y, heading, alpha, place, off, remaining, near, dt, walls
+):
+    """Choose a robot's mode for this period, and the motion that it asks for.
+
+    Args:
+        one: Its state (ROWS,), brought up to date.
+        seen: What the sonars of :data:`robotics.sensing.sonar.SONAR` read (4,) [m], echoes that are lost for a moment
+            filled in.
+        fresh: The same as read, with the gaps.
+        x: Its place [m], as ``y``.
+        y: See there.
+        heading: Its heading [rad].
+        alpha: The bearing of a point a little ahead on the path [rad].
+        place: The abscissa of the path's nearest point [m].
+        off: The distance from that point [m].
+        remaining: The distance from the end of the path [m].
+        near: An obstacle that is nearer is avoided [m].
+        dt: The control period [s].
+        walls: As of :class:`Mounting` (WALLS,).
+
+    Returns where to go from the heading [rad], to which Θ is still to be added; v [m/s] at most, along a wall as is; ω
+    [rad/s], along a wall only; and the distance [m] that Θ is taken of.
+    """
+    front = min(seen[FRONT_LEFT], seen[FRONT_RIGHT])
+    # An obstacle beyond the end of the path is in nobody's way.
+    limit = min(near, remaining + 0.05)
+    if one[MODE] == TRACK:
+        _lean(one, seen, front, dt)
+    if one[MODE] == TRACK and front < limit:
+        _begin(one, alpha, place, off)
+    elif one[MODE] == AVOID:
+        _avoid(one, seen, front, limit, place, off, dt)
+    elif one[MODE] == FOLLOW:
+        _follow(one, seen, front, limit, alpha, place, off, dt)
+    if one[MODE] == TRACK:
+        return alpha, max(1.2 * (front - STOP_DISTANCE), 0.0), 0.0, front
+    if one[MODE] != AVOID:
+        v, w = _along(one, seen, fresh, x, y, heading, alpha, dt, walls)
+        return alpha, v, w, front
+    ease = min(max((front - STOP_DISTANCE) / SLOWING_DISTANCE, 0.0), 1.0)
+    beside, other = seen[RIGHT], seen[FRONT_LEFT]
+    if one[WAY] < 0:
+        beside, other = seen[LEFT], seen[FRONT_RIGHT]
+    to, distance = alpha, front
+    if other >= limit:
+        distance += RELIEF
+    if alpha * one[WAY] < 0:
+        to = alpha * min(max((front - NO_PULL_AHEAD) / (limit - NO_PULL_AHEAD), 0.0), 1.0)
+        most = MOST_PULL if beside < SIDE_REACH else UNSEEN
+        to = min(max(to, -most), most)
+        if beside < SIDE_REACH:
+            to *= min(max((beside - TIGHT) / (LOOSE - TIGHT), 0.0), 1.0)
+    to += one[WAY] * SHY * max(TIGHT - beside, 0.0)
+    return to, CRUISE * ease, 0.0, distance
 
 
-@kernel
+@uncounted
 def _lean(one, seen, front, dt):  # type: ignore[no-untyped-def]
     """Update LEAN: which front sonar reads more. It is smoothed while an obstacle comes nearer."""
     apart = min(seen[FRONT_LEFT], 3.0) - min(seen[FRONT_RIGHT], 3.0)
@@ -278,7 +243,7 @@ def _lean(one, seen, front, dt):  # type: ignore[no-untyped-def]
     one[LEAN] += dt / LEAN_SMOOTHING * (apart - one[LEAN])
 
 
-@kernel
+@uncounted
 def _begin(one, alpha, place, off):  # type: ignore[no-untyped-def]
     """Begin to avoid: away from the smaller front reading, or, where both are alike, the way that the path goes."""
     apart = one[LEAN] if abs(one[LEAN]) > ALIKE else alpha
@@ -287,7 +252,7 @@ def _begin(one, alpha, place, off):  # type: ignore[no-untyped-def]
     one[BEST], one[NET] = place, place - off
 
 
-@kernel
+@uncounted
 def _avoid(one, seen, front, limit, place, off, dt):  # type: ignore[no-untyped-def]
     """Go on avoiding, or go back to tracking, or begin to follow the wall."""
     beside, ahead, other = seen[RIGHT], seen[FRONT_RIGHT], seen[FRONT_LEFT]
@@ -307,7 +272,7 @@ def _avoid(one, seen, front, limit, place, off, dt):  # type: ignore[no-untyped-
         one[ALONG] = one[TURNED] = one[WALL] = 0.0
 
 
-@kernel
+@uncounted
 def _follow(one, seen, front, limit, alpha, place, off, dt):  # type: ignore[no-untyped-def]
     """Go on along the wall, or leave it, or try the other way round."""
     one[STALLED] += dt
@@ -323,13 +288,13 @@ def _follow(one, seen, front, limit, alpha, place, off, dt):  # type: ignore[no-
         one[ALONG] = one[TURNED] = one[WALL] = 0.0
 
 
-@kernel
-def _along(one, seen, fresh, pose, alpha, dt, wall):  # type: ignore[no-untyped-def]
+@uncounted
+def _along(one, seen, fresh, x, y, heading, alpha, dt, wall):  # type: ignore[no-untyped-def]
     """v [m/s] and ω [rad/s] along the wall, which is on the right where the way round is to the left."""
     way = one[WAY]
     front = min(seen[FRONT_LEFT], seen[FRONT_RIGHT])
     ahead, beside = (seen[FRONT_RIGHT], seen[RIGHT]) if way > 0 else (seen[FRONT_LEFT], seen[LEFT])
-    _remember(one, fresh, pose, wall)
+    _remember(one, fresh, x, y, heading, wall)
     speed = 0.25 * min(max((front - STOP_DISTANCE) / 0.2, 0.0), 1.0)
     if front < BLOCKED:
         one[WALL], one[TURNED] = 1.0, 0.0
@@ -348,9 +313,9 @@ def _along(one, seen, fresh, pose, alpha, dt, wall):  # type: ignore[no-untyped-
         away = 2.0 * (WALL_DISTANCE - beside) - 0.2 + 8.0 * max(0.14 - beside, 0.0)
         return speed, way * min(max(away, -0.6), 1.0)
     # Round the end of the wall: a circle about where it was seen last
-    dx, dy = one[WALL_X] - pose[0], one[WALL_Y] - pose[1]
+    dx, dy = one[WALL_X] - x, one[WALL_Y] - y
     distance = max(np.sqrt(dx * dx + dy * dy), 0.1)
-    bearing = -way * wrapped_compiled(np.arctan2(dy, dx) - pose[2])  # from ahead, to the wall's side
+    bearing = -way * wrapped_compiled(np.arctan2(dy, dx) - heading)  # from ahead, to the wall's side
     wanted = np.pi / 2 + min(max(3.0 * (CORNER - distance), -0.6), 0.6)
     turn = min(max(2.5 * (bearing - wanted) + speed * np.sin(bearing) / distance, -1.5), 1.5)
     one[TURNED] += turn * dt
@@ -359,16 +324,16 @@ def _along(one, seen, fresh, pose, alpha, dt, wall):  # type: ignore[no-untyped-
     return speed, -way * turn
 
 
-@kernel
-def _remember(one, fresh, pose, wall):  # type: ignore[no-untyped-def]
+@uncounted
+def _remember(one, fresh, x, y, heading, wall):  # type: ignore[no-untyped-def]
     """Remember where the wall is: beside the robot, or else at the front cone's outer edge, where it is lost first."""
     way = one[WAY]
     ahead, beside = (fresh[FRONT_RIGHT], fresh[RIGHT]) if way > 0 else (fresh[FRONT_LEFT], fresh[LEFT])
     if beside < SIDE_REACH:
-        x, y = 0.0, wall[SIDE_Y] + beside
+        forward, aside = 0.0, wall[SIDE_Y] + beside
     elif ahead < SEEN:
-        x, y = wall[FRONT_X] + ahead * np.cos(wall[EDGE]), wall[FRONT_Y] + ahead * np.sin(wall[EDGE])
+        forward, aside = wall[FRONT_X] + ahead * np.cos(wall[EDGE]), wall[FRONT_Y] + ahead * np.sin(wall[EDGE])
     else:
         return
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    one[WALL_X], one[WALL_Y] = pose[0] + c * x + s * way * y, pose[1] + s * x - c * way * y
+    c, s = np.cos(heading), np.sin(heading)
+    one[WALL_X], one[WALL_Y] = x + c * forward + s * way * aside, y + s * forward - c * way * aside

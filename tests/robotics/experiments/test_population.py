@@ -91,5 +91,6 @@ def test_what_cannot_be_is_refused():
 
 def test_progress_is_told_after_every_law():
     told = []
-    simulate_many(SCENARIO, LAWS, (1, 2), keep="metrics", metrics=["rms_cross_track_m"], progress=lambda: told.append(1))
+    one = ["rms_cross_track_m"]
+    simulate_many(SCENARIO, LAWS, (1, 2), keep="metrics", metrics=one, progress=lambda: told.append(1))
     assert len(told) == len(LAWS)

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -45,18 +45,22 @@ SIZES = np.array([[0.115], [0.1], [0.153]])  # m: half a robot's length and widt
 POINT = np.full((3, 1), 1e-6)
 
 
-def looks(*readings):
-    return np.array([[readings]], dtype=float)
+class Steering(NamedTuple):
+    alpha: float
+    v: float
+    w: float
+    front: float
 
 
 def step(state, readings, alpha=0.0, place=1.0, off=0.0, remaining=5.0, pose=(0.0, 0.0, 0.0)):
-    bearing, at, away, left = (np.array([[v]]) for v in (alpha, place, off, remaining))
-    seen = looks(*readings)
-    return next_mode(state, seen, seen, np.array(pose)[:, None, None], bearing, at, away, left, 0.5, DT, MOUNTED.walls)
+    """The state after a period, and the bearing, v, ω and front distance that the mode asks for."""
+    after, seen, walls = state.copy(), np.array(readings, dtype=float), MOUNTED.walls[:, 0]
+    found = next_mode(after, seen, seen, *pose, alpha, place, off, remaining, 0.5, DT, walls)
+    return after, Steering(*found)
 
 
 def fresh():
-    return np.zeros((ROWS, 1, 1))
+    return np.zeros(ROWS)
 
 
 # The rule base ----------------------------------------------------------------------------------------------------
@@ -83,48 +87,48 @@ def test_gains_are_those_that_have_an_effect():
 @pytest.mark.parametrize(("left", "right", "way"), [(0.4, 0.49, -1.0), (0.49, 0.4, 1.0)])
 def test_the_first_detection_chooses_the_side_and_it_is_kept(left, right, way):
     state, steer = step(fresh(), (left, right, FREE, FREE))
-    assert state[MODE, 0, 0] == AVOID
-    assert state[WAY, 0, 0] == way
+    assert state[MODE] == AVOID
+    assert state[WAY] == way
     for _ in range(10):  # the other reading is smaller now, but not by much
         state, steer = step(state, (right, left, FREE, FREE))
-    assert state[WAY, 0, 0] == way
-    assert 0 < steer.v[0, 0] < 0.28
+    assert state[WAY] == way
+    assert 0 < steer.v < 0.28
 
 
 def test_alike_readings_go_the_way_of_the_path():
-    assert step(fresh(), (0.4, 0.4, FREE, FREE), alpha=0.3)[0][WAY, 0, 0] == 1
-    assert step(fresh(), (0.4, 0.4, FREE, FREE), alpha=-0.3)[0][WAY, 0, 0] == -1
+    assert step(fresh(), (0.4, 0.4, FREE, FREE), alpha=0.3)[0][WAY] == 1
+    assert step(fresh(), (0.4, 0.4, FREE, FREE), alpha=-0.3)[0][WAY] == -1
 
 
 def test_the_side_is_given_up_once_all_has_been_free_for_1_2_s():
     state, _ = step(fresh(), (0.4, 0.6, FREE, FREE))
     for _ in range(23):
         state, _ = step(state, (FREE, FREE, FREE, FREE))
-    assert state[MODE, 0, 0] == AVOID
+    assert state[MODE] == AVOID
     state, _ = step(state, (FREE, FREE, 0.4, FREE))  # the obstacle is to the left, beside the robot
     for _ in range(23):
         state, _ = step(state, (FREE, FREE, FREE, FREE))
-    assert state[MODE, 0, 0] == AVOID
+    assert state[MODE] == AVOID
     for _ in range(2):
         state, _ = step(state, (FREE, FREE, FREE, FREE))
-    assert state[MODE, 0, 0] == TRACK
+    assert state[MODE] == TRACK
 
 
 def test_the_target_pulls_the_less_towards_an_obstacle_the_nearer_it_is_beside():
     state, _ = step(fresh(), (0.4, 0.6, FREE, FREE))  # on the left: round it to the right
-    pulls = [step(state, (FREE, FREE, beside, FREE), alpha=0.4)[1].alpha[0, 0] for beside in (0.1, TIGHT, 0.25, LOOSE)]
+    pulls = [step(state, (FREE, FREE, beside, FREE), alpha=0.4)[1].alpha for beside in (0.1, TIGHT, 0.25, LOOSE)]
     assert pulls[0] < 0  # away
     assert pulls[1] == pytest.approx(0.0)
     assert pulls[2] == pytest.approx(0.4 * (0.25 - TIGHT) / (LOOSE - TIGHT))
     assert pulls[3] == pytest.approx(0.4)
-    assert step(state, (FREE, FREE, 0.3, FREE), alpha=-0.7)[1].alpha[0, 0] == -0.7
-    assert step(state, (FREE, FREE, FREE, FREE), alpha=0.7)[1].alpha[0, 0] == UNSEEN  # it may just have lost it
+    assert step(state, (FREE, FREE, 0.3, FREE), alpha=-0.7)[1].alpha == -0.7
+    assert step(state, (FREE, FREE, FREE, FREE), alpha=0.7)[1].alpha == UNSEEN  # it may just have lost it
 
 
 def test_an_obstacle_that_one_front_sonar_sees_counts_as_farther():
     state, steer = step(fresh(), (0.4, 0.45, FREE, FREE))
-    assert steer.front[0, 0] == 0.4
-    assert step(state, (0.4, FREE, FREE, FREE))[1].front[0, 0] == pytest.approx(0.4 + RELIEF)
+    assert steer.front == 0.4
+    assert step(state, (0.4, FREE, FREE, FREE))[1].front == pytest.approx(0.4 + RELIEF)
 
 
 def test_the_side_is_chosen_by_what_the_sonars_read_for_a_while():
@@ -132,33 +136,33 @@ def test_the_side_is_chosen_by_what_the_sonars_read_for_a_while():
     for _ in range(40):
         state, _ = step(state, (0.7, 0.75, FREE, FREE))
     state, _ = step(state, (0.49, 0.45, FREE, FREE))  # noise
-    assert state[WAY, 0, 0] == -1
+    assert state[WAY] == -1
 
 
 def test_it_stops_where_the_front_is_blocked():
     state, steer = step(fresh(), (0.12, 0.3, FREE, FREE))
-    assert steer.v[0, 0] == 0.0
-    assert step(state, (0.32, 0.4, FREE, FREE))[1].v[0, 0] == pytest.approx(0.28 / 2)
+    assert steer.v == 0.0
+    assert step(state, (0.32, 0.4, FREE, FREE))[1].v == pytest.approx(0.28 / 2)
 
 
 def test_what_is_behind_the_end_of_the_path_is_not_avoided():
-    assert step(fresh(), (0.45, 0.48, FREE, FREE), remaining=0.3)[0][MODE, 0, 0] == TRACK
-    assert step(fresh(), (0.45, 0.48, FREE, FREE), remaining=0.5)[0][MODE, 0, 0] == AVOID
+    assert step(fresh(), (0.45, 0.48, FREE, FREE), remaining=0.3)[0][MODE] == TRACK
+    assert step(fresh(), (0.45, 0.48, FREE, FREE), remaining=0.5)[0][MODE] == AVOID
 
 
 def test_without_progress_it_follows_the_wall_and_leaves_it_beyond():
     state, _ = step(fresh(), (0.4, 0.3, FREE, FREE))
     for _ in range(round(STALL / DT) - 2):
         state, _ = step(state, (0.4, 0.3, FREE, FREE))
-    assert state[MODE, 0, 0] == AVOID
+    assert state[MODE] == AVOID
     for _ in range(4):
         state, _ = step(state, (0.4, 0.3, FREE, FREE))
-    assert state[MODE, 0, 0] == FOLLOW
+    assert state[MODE] == FOLLOW
     state, _ = step(state, (FREE, FREE, FREE, 0.3), alpha=0.5, place=1.05)
-    assert state[MODE, 0, 0] == FOLLOW  # not beyond
-    assert state[WALL, 0, 0] == 1
-    assert step(state, (FREE, FREE, FREE, 0.3), alpha=-0.5, place=1.2)[0][MODE, 0, 0] == FOLLOW  # through the wall
-    assert step(state, (FREE, FREE, FREE, 0.3), alpha=0.5, place=1.2)[0][MODE, 0, 0] == AVOID
+    assert state[MODE] == FOLLOW  # not beyond
+    assert state[WALL] == 1
+    assert step(state, (FREE, FREE, FREE, 0.3), alpha=-0.5, place=1.2)[0][MODE] == FOLLOW  # through the wall
+    assert step(state, (FREE, FREE, FREE, 0.3), alpha=0.5, place=1.2)[0][MODE] == AVOID
 
 
 def test_along_a_wall_the_speed_and_the_sign_of_the_turn():
@@ -168,7 +172,7 @@ def test_along_a_wall_the_speed_and_the_sign_of_the_turn():
     turn = {}
     for side in (0.15, 0.25, 0.35):
         seen = (FREE, even + (side - 0.25) / np.sin(np.radians(57)), FREE, side)
-        turn[side] = step(state, seen, pose=(1.0, 2.0, 0.3))[1].w[0, 0]
+        turn[side] = step(state, seen, pose=(1.0, 2.0, 0.3))[1].w
     assert turn[0.25] == pytest.approx(0.0, abs=1e-9)
     assert turn[0.15] > 0.3  # away, to the left
     assert turn[0.35] < -0.3
@@ -179,7 +183,7 @@ def test_round_the_end_of_a_wall_it_circles_where_it_saw_it_last():
     state[MODE], state[WAY], state[WALL], state[BEST], state[NET] = FOLLOW, 1, 1, 1, 1  # the wall is on the right
     state, _ = step(state, (FREE, FREE, FREE, 0.25))  # 0.35 m to the right of the origin
     _, steer = step(state, (FREE, FREE, FREE, FREE))
-    assert steer.w[0, 0] == pytest.approx(-steer.v[0, 0] / 0.35)
+    assert steer.w == pytest.approx(-steer.v / 0.35)
 
 
 # What moves -------------------------------------------------------------------------------------------------------
@@ -187,13 +191,10 @@ def test_round_the_end_of_a_wall_it_circles_where_it_saw_it_last():
 
 def halts(readings, turning=0.0, speed=0.0, watch=None):
     """For which of the periods, with the nearest reading [m] of each, does a robot stand still, or leave?"""
-    watch = nothing_watched(1, 1) if watch is None else watch
+    watch = nothing_watched(1, 1)[:, 0, 0] if watch is None else watch
     out = []
     for reading in readings:
-        watch, stands = stand_still(
-            watch, looks(FREE, FREE, reading, FREE), np.full((1, 1), speed), np.full((1, 1), turning), DT
-        )
-        out.append(bool(stands[0, 0]))
+        out.append(bool(stand_still(watch, np.array([FREE, FREE, reading, FREE]), speed, turning, DT)))
     return np.array(out)
 
 
