@@ -1,11 +1,13 @@
 """Every benchmark, one after the other."""
 
-from benchmarks import avoidance, designer, inference, learning, simulation
+from benchmarks import avoidance, closedloop, designer, inference, learning, simulation
 
 if __name__ == "__main__":
     inference.main()
     print()
     simulation.main()
+    print()
+    closedloop.main()
     print()
     learning.main()
     print()

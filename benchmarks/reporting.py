@@ -41,10 +41,20 @@ def heading(result: dict[str, Any]) -> str:
     return f"{result['processor']}; Python {result['python']}, {listed}"
 
 
-def start(text: str | None, measure: Callable[[], dict[str, Any]], report: Callable[[dict[str, Any]], str]) -> None:
-    """The command line of a benchmark whose module says ``text`` of itself."""
+def start(
+    text: str | None,
+    measure: Callable[..., dict[str, Any]],
+    report: Callable[[dict[str, Any]], str],
+    quick: str | None = None,
+) -> None:
+    """The command line of a benchmark whose module says ``text`` of itself.
+
+    With ``quick``, which says what is then left out, there is an option --quick: ``measure`` takes a Boolean of it.
+    """
     parser = argparse.ArgumentParser(description=(text or "").partition("\n")[0])
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
+    if quick is not None:
+        parser.add_argument("--quick", action="store_true", help=quick)
     arguments = parser.parse_args()
-    result = measure()
+    result = measure() if quick is None else measure(arguments.quick)
     print(json.dumps(result) if arguments.json else report(result))

@@ -24,7 +24,7 @@ from robotics.laws.setting import Setting
 from robotics.paths.trajectory import Timing
 from robotics.scenario.description import STEP, Scenario
 from robotics.scenario.reading import load_scenario
-from robotics.sensing.posture import wheel_odometry
+from robotics.sensing.posture import read_encoders
 from robotics.simulation.loop import simulate
 from robotics.vehicle import plant as p
 
@@ -91,7 +91,7 @@ def stages(about: Scenario, law: Controller[Any], seeds: int) -> dict[str, float
     whole = seconds(lambda: simulate(about, timed, range(seeds)))
     machine = p.Plant(np.tile(np.stack([p.parameters(m.robot, STEP) for m in about.robots], axis=1), (1, seeds)))
     state = p.initial_state(np.zeros((lanes, 3)))
-    counts = np.zeros((2, lanes))
+    counts, velocity = np.zeros((2, lanes)), np.zeros((2, lanes))
     noise = [np.random.default_rng(seed) for seed in range(seeds)]
 
     def sense() -> None:
@@ -99,7 +99,7 @@ def stages(about: Scenario, law: Controller[Any], seeds: int) -> dict[str, float
             for _ in range(-(-ticks // 256)):
                 np.stack([g.standard_normal((256, 3, len(about.robots))) for g in noise], axis=2)
         for _ in range(ticks):
-            wheel_odometry(machine.parameters, state, counts, about.period)
+            read_encoders(machine.parameters, state, counts, about.period, velocity)
 
     parts = {
         "plant": seconds(plant_alone(lanes, ticks)),

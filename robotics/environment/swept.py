@@ -460,7 +460,7 @@ def _crossing(out, into, pair, motion, sizes, world):  # type: ignore[no-untyped
     return into
 
 
-@kernel
+@kernel(nogil=True)
 def sweep(  # type: ignore[no-untyped-def]
     times, poses, circles, bodies, segments, counts, spans, sizes, going, each_robot,
     least, first, begun, ends, floor, since, depth,

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE, new_figure, number, style
 from fuzzy.figures.plot import plot_memberships, plot_surface
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from robotics.laws.tracking.sliding_mode import Exponential
+from robotics.laws.tracking.sliding_mode import attraction
 
 # (K, μ0) of each panel: the same K with the law ever steeper, and the thesis's μ0 with other K beside its CSM
 SETTINGS = (((0.2, 1.0), (0.2, 0.5), (0.2, 0.2), (0.2, 0.1)), ((0.4, 0.1), (0.2, 0.1), (0.1, 0.1), (1.0, 1.0)))
@@ -34,7 +34,6 @@ def plot_switching(
     # Both sides of 0 are on the grid, so that the jump is drawn upright.
     half = np.concatenate([[1e-9], np.linspace(0, reach, 201)[1:]])
     s = np.concatenate([-half[::-1], half])
-    zero = np.zeros_like(s)
     steep = list(dict.fromkeys(pair for group in settings for pair in group if pair[1] < 1))
     with style():
         rows, columns = (1, len(settings)) if width > PAGE else (len(settings), 1)
@@ -42,7 +41,7 @@ def plot_switching(
         for n, group in enumerate(settings):
             ax = figure.add_subplot(rows, columns, n + 1)
             for k, mu0 in sorted(group, key=lambda pair: -pair[0] / pair[1]):  # as the curves end, from above
-                push = Exponential(k=k, mu0=mu0, alpha=alpha).push(s, zero, zero, 0.0)
+                push = k / attraction(s, mu0, alpha) * np.sign(s)
                 i = steep.index((k, mu0)) if mu0 < 1 else -1
                 color, line = (COLORS[i % 6], LINES[1 + i % 6]) if mu0 < 1 else ("black", "-")
                 name = f"K = {number(k)}, μ₀ = {number(mu0)}" + ("" if mu0 < 1 else ": conventional")

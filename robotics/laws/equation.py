@@ -18,12 +18,13 @@ it calls, has changed (:mod:`fuzzy.compiled.jit`).
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
+from threading import Lock
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numba import types
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import fingerprint, kernel
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.paths.references import References
@@ -87,10 +88,19 @@ def equation(law: Callable[..., None]) -> Any:
 @cache
 def compiled(each: Any) -> Any:
     """The machine code of an equation's loop, which then takes the types of EQUATION_TYPE only."""
-    if hasattr(each, "compile"):  # not with NUMBA_DISABLE_JIT
+    if not hasattr(each, "compile"):  # NUMBA_DISABLE_JIT
+        return each
+    with _ONE_AT_A_TIME:
+        if each.signatures:
+            return each
+        # The pointer to the loop is found by its name, and all equations' loops have the same one but for this.
+        each.py_func.__qualname__ = f"equation.<locals>.each_{fingerprint(each)[:16]}"
         each.compile(EQUATION_TYPE.args)
         each.disable_compile()
     return each
+
+
+_ONE_AT_A_TIME = Lock()  # several threads may want the same machine code first
 
 
 class Setup(NamedTuple):
@@ -158,6 +168,10 @@ class EquationLaw(Law[Memory]):
 
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
         """Return its command for what the robots have ``seen``, and its new memory, ``dt`` seconds after the last."""
+        return self.by(type(self).equation, seen, memory, dt)
+
+    def by(self, each: Any, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
+        """Do as :meth:`control`, by an equation ``each`` that need not be the law's own."""
         runs, robots = seen.x.shape
         rows = np.empty((SEEN, runs, robots))
         for row, of in zip(rows, (*seen[1:6], *seen.reference), strict=True):
@@ -174,13 +188,13 @@ class EquationLaw(Law[Memory]):
         if seen.ranges is not None:
             ranges[...] = seen.ranges.of(self.needs).reshape(runs * robots, -1).T
         known = Known(float(seen.time), float(dt), lanes, heard, ranges, *memory.setup)
-        command = fresh_commands(lanes, SAYS + len(self.message) + self.inputs)
+        command = fresh_commands(lanes, SAYS + len(self.message) + self.rule_inputs)
         after = memory.rows.copy()
-        compiled(type(self).equation)(0, runs * robots, known, after, command, np.empty(self.working))
+        compiled(each)(0, runs * robots, known, after, command, np.empty(self.working))
         return self.commanded(command.reshape(-1, runs, robots)), Memory(memory.setup, after)
 
     @property
-    def inputs(self) -> int:
+    def rule_inputs(self) -> int:
         """The number of inputs of its rule bases that a command carries."""
         return sum(len(system.inputs) for system in self.fuzzy_systems.values())
 
@@ -203,7 +217,7 @@ class EquationLaw(Law[Memory]):
             rows[PROGRESS] if self.progresses else None,
             rows[REFUSED][:, 0] > 0 if self.may_refuse else None,
             rows[MODE].astype(int) if self.has_modes else None,
-            rows[inputs:] if self.inputs else None,
+            rows[inputs:] if self.rule_inputs else None,
             None,
         )
 

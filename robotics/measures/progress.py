@@ -4,6 +4,7 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from robotics.measures.once import once_a_run
+from robotics.paths.nearest import boxed, nearest_node
 from robotics.simulation.run import Run
 
 SEARCH_REACH = 0.5  # m: how far from the last place on the path the next is looked for
@@ -22,28 +23,21 @@ def true_progress(run: Run) -> np.ndarray:
         length = float(np.hypot(*np.diff(nodes, axis=1)).sum())
         spacing = length / (nodes.shape[1] - 1)
         window = max(2, int(SEARCH_REACH / spacing))
-        x, y = (np.ascontiguousarray(run[name][:, i]) for name in ("x", "y"))
-        result[:, i] = _follow(np.ascontiguousarray(nodes), x, y, window, max(2, int(START * nodes.shape[1])))
+        first = max(2, int(START * nodes.shape[1]))
+        _follow(*boxed(nodes), run["x"][:, i], run["y"][:, i], window, first, result[:, i])
     return result
 
 
-@kernel
-def _follow(nodes, x, y, window, first):  # type: ignore[no-untyped-def]
-    out = np.empty(x.shape)
+@kernel(nogil=True)
+def _follow(nodes, small, large, x, y, window, first, out):  # type: ignore[no-untyped-def]
     last = nodes.shape[1] - 1
     for r in range(x.shape[0]):
-        low, high = 0, first
+        best, low, high = 0, 0, min(first, last)
         for k in range(x.shape[1]):
-            best = low
-            least = np.inf
-            for n in range(low, high + 1):
-                d = (nodes[0, n] - x[r, k]) ** 2 + (nodes[1, n] - y[r, k]) ** 2
-                if d < least:
-                    least = d
-                    best = n
-            if not least < np.inf:
+            if not (np.isfinite(x[r, k]) and np.isfinite(y[r, k])):
                 out[r, k] = np.nan
                 continue
+            best = nearest_node(nodes, small, large, x[r, k], y[r, k], best, low, high)
             place = 0.0
             nearest = np.inf
             for n in (best - 1, best):  # the two chords that meet in the node
@@ -61,7 +55,6 @@ def _follow(nodes, x, y, window, first):  # type: ignore[no-untyped-def]
             out[r, k] = place / last
             low = max(best - window, 0)
             high = min(best + window, last)
-    return out
 
 
 def progress_gap(run: Run) -> np.ndarray:

@@ -67,21 +67,24 @@ def road_of(
 
 
 @uncounted
-def moving(road, path, time):  # type: ignore[no-untyped-def]
-    """The reference of one path at a time [s] of the run: x, y [m], heading [rad], v [m/s], ω [rad/s], abscissa [m]."""
+def timed(road, path, time):  # type: ignore[no-untyped-def]
+    """How far the reference of one path is at a time [s] of the run: abscissa [m] and speed [m/s]."""
     time = time + road.since
     length = road.lengths[path]
     if road.kind == TABULATED:
-        s, v = _tabulated(road.timing, path, road.ends[path], length, time)
-    elif road.kind == EVEN:
+        return _tabulated(road.timing, path, road.ends[path], length, time)
+    if road.kind == EVEN:
         share = min(max(time / road.durations[path], 0.0), 1.0)
-        s = share * length
-        v = length / road.durations[path] if share < 1 else 0.0
-    else:
-        share, slope = planned(road, path, time)
-        s = share * length
-        v = slope * CELLS / road.durations[path] * length if time < road.ends[path] else 0.0
-    x, y, heading, curvature = point(road.table, road.first[path], road.cells[path], length, s)
+        return share * length, length / road.durations[path] if share < 1 else 0.0
+    share, slope = planned(road, path, time)
+    return share * length, slope * CELLS / road.durations[path] * length if time < road.ends[path] else 0.0
+
+
+@uncounted
+def moving(road, path, time):  # type: ignore[no-untyped-def]
+    """The reference of one path at a time [s] of the run: x, y [m], heading [rad], v [m/s], ω [rad/s], abscissa [m]."""
+    s, v = timed(road, path, time)
+    x, y, heading, curvature = at(road, path, s)
     return x, y, heading, v, v * curvature, s
 
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fuzzy.compiled.jit import kernel
 from robotics.vehicle.robot import Robot
 
 
@@ -32,11 +33,17 @@ class InverseDynamics(NamedTuple):
         radii, axles = [r.wheel_radius for r in robots], [r.half_axle for r in robots]
         return cls(*(np.array(row) for row in (mass, inertia, radii, axles)))
 
-    def torques(self, acceleration: np.ndarray) -> np.ndarray:
-        """The torques of the right and the left wheel [N m] for v' [m/s²] and ω' [rad/s²], both (2, runs, robots).
 
-        τ = Γ⁻¹ u',  Γ⁻¹ = r/(2L) [L m, I; L m, −I]   thesis (2.19)
-        """
-        common = self.radius * self.mass / 2 * acceleration[0]
-        apart = self.radius * self.inertia / (2 * self.half_axle) * acceleration[1]
-        return np.stack([common + apart, common - apart])
+@kernel(nogil=True, _nrt=False)
+def wheel_torques(acceleration, turning, dynamics, at, robot):  # type: ignore[no-untyped-def]
+    """The torques of the right and the left wheel [N m] for v' [m/s²] and ω' [rad/s²] of one robot.
+
+    τ = Γ⁻¹ u',  Γ⁻¹ = r/(2L) [L m, I; L m, −I]   thesis (2.19)
+
+    Its dynamics are column ``robot`` of the rows from ``at`` on, in the order of :class:`InverseDynamics`.
+    """
+    mass, inertia = dynamics[at, robot], dynamics[at + 1, robot]
+    radius, half_axle = dynamics[at + 2, robot], dynamics[at + 3, robot]
+    common = radius * mass / 2 * acceleration
+    apart = radius * inertia / (2 * half_axle) * turning
+    return common + apart, common - apart

@@ -49,15 +49,21 @@ CHANNELS = 28
 PARAMETERS = 28
 
 _ANY_RATE = 1e300  # m/s², rad/s²: no bound of the acceleration; finite, so that parameters can be subtracted
-_BLOCK = 16  # lanes: a multiple of every vector width in use
+uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
+
+_BLOCK = 32  # lanes of a block, whose rows of numbers stay in the first cache
+_VECTOR = 8  # lanes: a block is filled up to a multiple of it
 # Rows of a block's scratch beyond the state and the parameters
 _S = CHANNELS + PARAMETERS
-_VOLT_R, _VOLT_L, _COS, _SIN, _OCOS, _OSIN, _OLD_R, _OLD_L = range(_S, _S + 8)
-_ROWS = _S + 8
-SUBSTEPS = 4
-SCRATCH = _ROWS * _BLOCK
-CODES = {"velocity": 0, "torque": 1}
-KINEMATIC = 2
+(
+    _VOLT_R, _VOLT_L, _COS, _SIN, _OCOS, _OSIN, _OLD_R, _OLD_L, _PER_MASS, _PER_INERTIA, _PER_R,
+    _V, _W, _SUM_A, _SUM_B, _SUM_V, _SUM_W, _SUM_P, _SUM_Q,  # of the four stages of Runge-Kutta
+) = range(_S, _S + 19)  # fmt: skip
+_ROWS = _S + 19
+SCRATCH = _ROWS * _BLOCK  # numbers that :func:`tick_into` works in
+CODES = {"velocity": 0, "torque": 1}  # of what a command is,
+KINEMATIC = 2  # or of the plant that needs no wheel loops
+SUBSTEPS = 4  # Runge-Kutta steps a step: the pose is then within 1e-7 m of the limit after 5 s
 
 
 def parameters(robot: Robot, step: float = 0.01) -> np.ndarray:
@@ -123,7 +129,7 @@ class Plant:
     parameters: np.ndarray  # (PARAMETERS, lanes)
     steps: int = 5  # steps a tick
     step: float = 0.01  # s
-    substeps: int = 4  # Runge-Kutta steps a step: the pose is then within 1e-7 m of the limit after 5 s
+    substeps: int = SUBSTEPS
     kinematic: bool = False  # the velocity is the command within its bounds, without delay
 
     def advance(
@@ -139,8 +145,10 @@ class Plant:
             late_steps: The number of steps that still hold ``earlier`` (latency).
             level: "velocity" or "torque".
         """
-        code = 2 if self.kinematic else {"velocity": 0, "torque": 1}[level]
-        return _tick(state, self.parameters, earlier, command, late_steps, self.steps, self.step, self.substeps, code)
+        code = KINEMATIC if self.kinematic else CODES[level]
+        out, steps = np.empty_like(state), (late_steps, self.steps, self.step, self.substeps)
+        tick_into(out, state, self.parameters, earlier, command, *steps, code, np.empty(SCRATCH))
+        return out
 
 
 def velocity_limits(robots: Sequence[Robot]) -> np.ndarray:
@@ -166,7 +174,7 @@ def saturate(limits: np.ndarray, v: np.ndarray, w: np.ndarray) -> tuple[np.ndarr
     return v * scale, w * scale
 
 
-@kernel(nogil=True, _nrt=False)
+@uncounted
 def within(limits, robot, v, w):  # type: ignore[no-untyped-def]
     """The same as :func:`saturate` for one robot, the ``robot``-th of ``limits``, in compiled functions."""
     v_max, w_max, half_axle, wheel = limits[0, robot], limits[1, robot], limits[2, robot], limits[3, robot]
@@ -176,7 +184,7 @@ def within(limits, robot, v, w):  # type: ignore[no-untyped-def]
     return v * scale, w * scale
 
 
-@kernel
+@uncounted
 def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[no-untyped-def]
     """A motor's torque at a wheel speed. ``hold`` 1: the voltage is held; 0: the drive holds the torque kt · voltage.
 
@@ -187,7 +195,7 @@ def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[
     return min(max(torque, -limit), limit)
 
 
-@kernel
+@uncounted
 def _accelerations(  # type: ignore[no-untyped-def]
     v, w, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
 ):
@@ -213,55 +221,68 @@ def _accelerations(  # type: ignore[no-untyped-def]
     return a, b, motor_r * speed_r + motor_l * speed_l, drag_r * speed_r + drag_l * speed_l
 
 
-@kernel
-def _tick(state, parameters, earlier, command, late_steps, steps, step, substeps, code):  # type: ignore[no-untyped-def]
-    """Move all lanes by ``steps`` steps; ``code`` is 0 for velocities, 1 for torques, 2 for the kinematic plant."""
-    out = np.empty_like(state)
-    z = np.empty(_ROWS * _BLOCK)
-    tick_into(out, state, parameters, earlier, command, late_steps, steps, step, substeps, code, z)
-    return out
+@uncounted
+def tick_into(  # type: ignore[no-untyped-def]
+    out, state, parameters, earlier, command, late_steps, steps, step, substeps, code, z
+):
+    """Write the state one tick later into ``out`` (CHANNELS, lanes), which may be ``state``; nothing is allocated.
 
-
-@kernel(nogil=True, _nrt=False)
-def tick_into(out, state, parameters, earlier, command, late_steps, steps, step, substeps, code, z):  # type: ignore[no-untyped-def]
-    """As :func:`_tick`, into ``out``, which may be ``state``; ``z`` has SCRATCH numbers to work in."""
+    The arguments are as of :meth:`Plant.advance`; ``code`` is 0 for velocities, 1 for torques, 2 for the kinematic
+    plant, and ``z`` has SCRATCH numbers to work in, one such array for each thread.
+    """
     lanes = state.shape[1]
+    hold = 0.0 if code == 1 else 1.0
     for start in range(0, lanes, _BLOCK):
         count = min(_BLOCK, lanes - start)
-        for i in range(_BLOCK):
-            lane = start + min(i, count - 1)  # the last lane fills up an incomplete block
-            for c in range(CHANNELS):
-                z[c * _BLOCK + i] = state[c, lane]
-            for p in range(PARAMETERS):
-                z[(CHANNELS + p) * _BLOCK + i] = parameters[p, lane]
-            z[_COS * _BLOCK + i] = np.cos(state[HEADING, lane])
-            z[_SIN * _BLOCK + i] = np.sin(state[HEADING, lane])
-            z[_OCOS * _BLOCK + i] = np.cos(state[ODO_HEADING, lane])
-            z[_OSIN * _BLOCK + i] = np.sin(state[ODO_HEADING, lane])
-            z[_OLD_R * _BLOCK + i] = np.floor(state[ANGLE_R, lane] * parameters[P_COUNT, lane])
-            z[_OLD_L * _BLOCK + i] = np.floor(state[ANGLE_L, lane] * parameters[P_COUNT, lane])
+        width = -(-count // _VECTOR) * _VECTOR
+        _load(z, width, state, start, count)
+        _load(z[CHANNELS * _BLOCK :], width, parameters, start, count)
+        _begin(z, width)
         for k in range(steps):
             held = earlier if k < late_steps else command
-            for i in range(_BLOCK):
-                lane = start + min(i, count - 1)
-                z[_VOLT_R * _BLOCK + i] = held[0, lane]
-                z[_VOLT_L * _BLOCK + i] = held[1, lane]
-            _loops(z, step, code)
+            _load(z[_VOLT_R * _BLOCK :], width, held, start, count)
+            _loops(z, width, step, code)
             if code == 2:
-                _glide(z, step)
+                _glide(z, width, step)
             else:
                 for _ in range(substeps):
-                    _move(z, step / substeps, 0.0 if code == 1 else 1.0)
-            _odometry(z, step)
-        for i in range(count):
-            for c in range(CHANNELS):
+                    _move(z, width, step / substeps, hold)
+            _odometry(z, width, step)
+        for c in range(CHANNELS):
+            for i in range(count):
                 out[c, start + i] = z[c * _BLOCK + i]
 
 
-@kernel
-def _loops(z, step, code):  # type: ignore[no-untyped-def]
+@uncounted
+def _load(z, width, array, start, count):  # type: ignore[no-untyped-def]
+    """Copy a block's columns of ``array`` to the rows of ``z``; the last lane fills up an incomplete vector."""
+    for r in range(len(array)):
+        for i in range(count):
+            z[r * _BLOCK + i] = array[r, start + i]
+        for i in range(count, width):
+            z[r * _BLOCK + i] = array[r, start + count - 1]
+
+
+@uncounted
+def _begin(z, width):  # type: ignore[no-untyped-def]
+    """Make what all steps of a tick need of the parameters and of the state."""
+    for i in range(width):
+        z[_PER_MASS * _BLOCK + i] = 1 / z[(CHANNELS + P_MASS) * _BLOCK + i]
+        z[_PER_INERTIA * _BLOCK + i] = 1 / z[(CHANNELS + P_INERTIA) * _BLOCK + i]
+        z[_PER_R * _BLOCK + i] = 1 / z[(CHANNELS + P_RADIUS) * _BLOCK + i]
+        z[_OLD_R * _BLOCK + i] = np.floor(z[ANGLE_R * _BLOCK + i] * z[(CHANNELS + P_COUNT) * _BLOCK + i])
+        z[_OLD_L * _BLOCK + i] = np.floor(z[ANGLE_L * _BLOCK + i] * z[(CHANNELS + P_COUNT) * _BLOCK + i])
+    for i in range(width):
+        z[_COS * _BLOCK + i] = np.cos(z[HEADING * _BLOCK + i])
+        z[_SIN * _BLOCK + i] = np.sin(z[HEADING * _BLOCK + i])
+        z[_OCOS * _BLOCK + i] = np.cos(z[ODO_HEADING * _BLOCK + i])
+        z[_OSIN * _BLOCK + i] = np.sin(z[ODO_HEADING * _BLOCK + i])
+
+
+@uncounted
+def _loops(z, width, step, code):  # type: ignore[no-untyped-def]
     """Turn the held command (in the voltage rows) into the voltages of this step, or the velocity if kinematic."""
-    for i in range(_BLOCK):
+    for i in range(width):
         r = z[(CHANNELS + P_RADIUS) * _BLOCK + i]
         half = z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i]
         kt = z[(CHANNELS + P_KT) * _BLOCK + i]
@@ -331,51 +352,31 @@ def _loops(z, step, code):  # type: ignore[no-untyped-def]
         z[TORQUE_L * _BLOCK + i] = torque_l
 
 
-@kernel
-def _move(z, h, hold):  # type: ignore[no-untyped-def]
+@uncounted
+def _move(z, width, h, hold):  # type: ignore[no-untyped-def]
     """Do one Runge-Kutta step of the velocities over ``h`` seconds, and move the pose along its arc meanwhile."""
-    for i in range(_BLOCK):
-        per_mass = 1 / z[(CHANNELS + P_MASS) * _BLOCK + i]
-        per_inertia = 1 / z[(CHANNELS + P_INERTIA) * _BLOCK + i]
-        coupling = z[(CHANNELS + P_COUPLING) * _BLOCK + i]
-        per_r = 1 / z[(CHANNELS + P_RADIUS) * _BLOCK + i]
+    for i in range(width):
+        z[_V * _BLOCK + i] = z[V * _BLOCK + i]
+        z[_W * _BLOCK + i] = z[W * _BLOCK + i]
+        for row in range(_SUM_A, _SUM_Q + 1):
+            z[row * _BLOCK + i] = 0.0
+    _stage(z, width, 1.0, 0.5 * h, hold)
+    _stage(z, width, 2.0, 0.5 * h, hold)
+    _stage(z, width, 2.0, h, hold)
+    _stage(z, width, 1.0, 0.0, hold)
+    for i in range(width):
         half = z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i]
-        kt = z[(CHANNELS + P_KT) * _BLOCK + i]
-        ke = z[(CHANNELS + P_KE) * _BLOCK + i]
-        supply = z[(CHANNELS + P_VOLTAGE) * _BLOCK + i]
-        limit = z[(CHANNELS + P_TORQUE_LIMIT) * _BLOCK + i]
-        friction = z[(CHANNELS + P_FRICTION) * _BLOCK + i]
-        slow = z[(CHANNELS + P_FRICTION_SPEED) * _BLOCK + i]
-        ur = z[_VOLT_R * _BLOCK + i]
-        ul = z[_VOLT_L * _BLOCK + i]
+        per_r = z[_PER_R * _BLOCK + i]
         v1 = z[V * _BLOCK + i]
         w1 = z[W * _BLOCK + i]
-        a1, b1, p1, q1 = _accelerations(
-            v1, w1, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
-        )
-        v2 = v1 + 0.5 * h * a1
-        w2 = w1 + 0.5 * h * b1
-        a2, b2, p2, q2 = _accelerations(
-            v2, w2, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
-        )
-        v3 = v1 + 0.5 * h * a2
-        w3 = w1 + 0.5 * h * b2
-        a3, b3, p3, q3 = _accelerations(
-            v3, w3, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
-        )
-        v4 = v1 + h * a3
-        w4 = w1 + h * b3
-        a4, b4, p4, q4 = _accelerations(
-            v4, w4, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
-        )
-        v5 = v1 + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-        w5 = w1 + h / 6 * (b1 + 2 * b2 + 2 * b3 + b4)
+        v5 = v1 + h / 6 * z[_SUM_A * _BLOCK + i]
+        w5 = w1 + h / 6 * z[_SUM_B * _BLOCK + i]
         z[V * _BLOCK + i] = v5
         z[W * _BLOCK + i] = w5
-        z[WORK * _BLOCK + i] += h / 6 * (p1 + 2 * p2 + 2 * p3 + p4)
-        z[LOSS * _BLOCK + i] += h / 6 * (q1 + 2 * q2 + 2 * q3 + q4)
-        forward = h / 6 * (v1 + 2 * v2 + 2 * v3 + v4)
-        turn = h / 6 * (w1 + 2 * w2 + 2 * w3 + w4)
+        z[WORK * _BLOCK + i] += h / 6 * z[_SUM_P * _BLOCK + i]
+        z[LOSS * _BLOCK + i] += h / 6 * z[_SUM_Q * _BLOCK + i]
+        forward = h / 6 * z[_SUM_V * _BLOCK + i]
+        turn = h / 6 * z[_SUM_W * _BLOCK + i]
         # v and ω changing together leave the arc a little sideways (Magnus expansion, second term).
         sideways = h * h / 12 * (v5 * w1 - v1 * w5)
         z[ANGLE_R * _BLOCK + i] += (forward + half * turn) * per_r
@@ -383,10 +384,37 @@ def _move(z, h, hold):  # type: ignore[no-untyped-def]
         _arc(z, i, X, Y, HEADING, _COS, _SIN, forward, sideways, turn)
 
 
-@kernel
-def _glide(z, step):  # type: ignore[no-untyped-def]
+@uncounted
+def _stage(z, width, weight, reach, hold):  # type: ignore[no-untyped-def]
+    """Do one stage of Runge-Kutta: add what it finds, times ``weight``, to the sums; the next is ``reach`` [s] on.
+
+    The loop is short: a lane is a chain of arithmetic that waits for a root and a division, and others fill the gap.
+    """
+    for i in range(width):
+        v = z[_V * _BLOCK + i]
+        w = z[_W * _BLOCK + i]
+        a, b, p, q = _accelerations(
+            v, w, z[_VOLT_R * _BLOCK + i], z[_VOLT_L * _BLOCK + i], z[_PER_MASS * _BLOCK + i],
+            z[_PER_INERTIA * _BLOCK + i], z[(CHANNELS + P_COUPLING) * _BLOCK + i], z[_PER_R * _BLOCK + i],
+            z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i], z[(CHANNELS + P_KT) * _BLOCK + i],
+            z[(CHANNELS + P_KE) * _BLOCK + i], hold, z[(CHANNELS + P_VOLTAGE) * _BLOCK + i],
+            z[(CHANNELS + P_TORQUE_LIMIT) * _BLOCK + i], z[(CHANNELS + P_FRICTION) * _BLOCK + i],
+            z[(CHANNELS + P_FRICTION_SPEED) * _BLOCK + i],
+        )  # fmt: skip
+        z[_SUM_A * _BLOCK + i] += weight * a
+        z[_SUM_B * _BLOCK + i] += weight * b
+        z[_SUM_P * _BLOCK + i] += weight * p
+        z[_SUM_Q * _BLOCK + i] += weight * q
+        z[_SUM_V * _BLOCK + i] += weight * v
+        z[_SUM_W * _BLOCK + i] += weight * w
+        z[_V * _BLOCK + i] = z[V * _BLOCK + i] + reach * a
+        z[_W * _BLOCK + i] = z[W * _BLOCK + i] + reach * b
+
+
+@uncounted
+def _glide(z, width, step):  # type: ignore[no-untyped-def]
     """Move the kinematic plant: the velocity is the command, and the arc is exact."""
-    for i in range(_BLOCK):
+    for i in range(width):
         r = z[(CHANNELS + P_RADIUS) * _BLOCK + i]
         half = z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i]
         forward = z[V * _BLOCK + i] * step
@@ -396,7 +424,7 @@ def _glide(z, step):  # type: ignore[no-untyped-def]
         _arc(z, i, X, Y, HEADING, _COS, _SIN, forward, 0.0, turn)
 
 
-@kernel
+@uncounted
 def _arc(z, i, x, y, heading, cos, sin, forward, sideways, turn):  # type: ignore[no-untyped-def]
     """Move a pose along the arc of a constant twist: the exact solution of thesis (2.27)."""
     q = turn * turn
@@ -416,10 +444,10 @@ def _arc(z, i, x, y, heading, cos, sin, forward, sideways, turn):  # type: ignor
     z[sin * _BLOCK + i] = sh * cos_turn + ch * sin_turn
 
 
-@kernel
-def _odometry(z, step):  # type: ignore[no-untyped-def]
+@uncounted
+def _odometry(z, width, step):  # type: ignore[no-untyped-def]
     """Read the encoders after the step: the wheel speeds for the loops, and the pose by odometry."""
-    for i in range(_BLOCK):
+    for i in range(width):
         per_radian = z[(CHANNELS + P_COUNT) * _BLOCK + i]
         radius_r = z[(CHANNELS + P_ODO_RIGHT) * _BLOCK + i]
         radius_l = z[(CHANNELS + P_ODO_LEFT) * _BLOCK + i]

@@ -16,7 +16,7 @@ from robotics.environment.world import Geometry
 from robotics.laws.equation import EQUATION_TYPE, GUARDED, MODE, REFUSED
 from robotics.laws.modes import FOLLOW
 from robotics.simulation.lanes import machine_code
-from robotics.simulation.steps import decide_for, hear, move, obey, say, sense
+from robotics.simulation.steps import decide_for, hear, look, move, obey, say, sense
 
 
 class Known(NamedTuple):
@@ -138,6 +138,7 @@ def _periods(law, k, end, halfway, known, world, lanes):  # type: ignore[no-unty
     while k < end:
         if not halfway:
             sense(k, lanes)
+            look(k, lanes)
             hear(k, lanes)
             _decide(law, k, known.goes_on, lanes)
             obey(lanes)

@@ -54,7 +54,7 @@ from robotics.laws.equation import (
 from robotics.laws.law import ControllerError, check_connected, check_team
 from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
-from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH_AFTER_OUTAGE, reach_of
+from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH_AFTER_OUTAGE, reach
 from robotics.laws.tracking.lyapunov import GAINS, Lyapunov, track
 from robotics.paths.road import CELLS, at, nearest, planned
 from robotics.quantity import check_quantities, quantity
@@ -83,7 +83,7 @@ def right_of_way(i, known, memory, command, work):  # type: ignore[no-untyped-de
     gains, g, road, path, seen, heard = known.gains, known.column[i], known.road, known.path[i], known.seen, known.heard
     x, y, heading = seen[X, i], seen[Y, i], seen[HEADING, i]
     clock, found, length = memory[CLOCK, i], gains[FOUND, g] > 0, road.lengths[path]
-    place = nearest(road, path, x, y, memory[PLACE, i], reach_of(heard, i, known.time))
+    place = nearest(road, path, x, y, memory[PLACE, i], reach(heard, i, known.time))
     own, slope = planned(road, path, clock)
     worst = max(own * length - place, _worst_lag(i, known))
     pace = min(max(1 - (worst - gains[SLACK, g]) / gains[SOFTNESS, g], 0.0), 1.0) * (1 - math.exp(-known.time))

@@ -74,6 +74,11 @@ class OwnRules(FuzzyTracking):
         return super().idle | ({"leader"} if self.own is None else frozenset())
 
     @property
+    def has_equation(self) -> bool:  # type: ignore[override]
+        """Whether it is fuzzy tracking alone."""
+        return self.own is None
+
+    @property
     def message(self) -> tuple[str, ...]:
         """Where the robots are, if the rule base asks for it."""
         asks = self.own is not None and (self.own.radio or "rate" in self.own.outputs)
@@ -101,7 +106,7 @@ class OwnRules(FuzzyTracking):
     def init(self, setting: Setting, runs: int) -> Any:
         """Look at the paths. Raises ControllerError where a rule base names a robot that does not exist."""
         if self.own is None:
-            return None
+            return super().init(setting, runs)
         self.own.check(setting, self.rule_base)
         if self.leader > len(setting.robots) or self.leader % 1:
             raise ControllerError(

@@ -27,38 +27,159 @@ Forms: ``cross-coupled`` as above; ``thesis`` with e for ē and the coupling Σ 
 the same with a_ij = l_ij in the world's frame, which diverges for a = 1, λ_d = 2.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
-from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
+from robotics.laws.equation import (
+    AT_HEADING,
+    AT_S,
+    AT_V,
+    AT_W,
+    AT_X,
+    AT_Y,
+    FIRST,
+    HEADING,
+    PROGRESS,
+    SAYS,
+    SECOND,
+    WISH_V,
+    WISH_W,
+    EquationLaw,
+    V,
+    W,
+    X,
+    Y,
+    equation,
+    uncounted,
+)
+from robotics.laws.law import ControllerError, check_connected, check_team
 from robotics.laws.setting import Setting
-from robotics.laws.teams.neighbours import differences
-from robotics.laws.tracking.sliding_mode import attraction
-from robotics.paths.trajectory import Reference
+from robotics.laws.teams.neighbours import heard_now
+from robotics.laws.tracking.sliding_mode import exponential
+from robotics.paths.road import share
 from robotics.quantity import check_quantities, quantity
+from robotics.radio.channel import HEARD, HEARS
 from robotics.radio.graph import weights
-from robotics.vehicle.inverse_dynamics import InverseDynamics
-from robotics.vehicle.plant import Level, saturate, velocity_limits
+from robotics.vehicle.inverse_dynamics import InverseDynamics, wheel_torques
+from robotics.vehicle.plant import Level, velocity_limits, within
 
 INTEGRATED_ERROR = 0.6  # m: no integration of larger errors
+FORMS = ("cross-coupled", "thesis", "literal")
+CROSS_COUPLED, THESIS, LITERAL = range(3)  # places in FORMS
+# Places of the gains: first the limits of the velocities. a_ij is the same for all links of a robot.
+LIMITS, MASS, FORM, A_IJ, LAMBDA_D, LAMBDA_P, K, MU0, ALPHA, HAND, TORQUE = 0, 4, *range(8, 17)
+# Places of what is remembered: ∫ ē dt [m s], v [m/s] and ω [rad/s] of the command, and of the reference before
+INTEGRAL_X, INTEGRAL_Y, COMMAND_V, COMMAND_W, REFERENCE_V, REFERENCE_W = range(6)
+REMEMBERED = 6
+E_X, E_X_RATE, E_Y, E_Y_RATE = range(4)  # places in the message
 
 
-class _Memory(NamedTuple):
-    """What a robot remembers, and what does not change."""
+@uncounted
+def into(cos, sin, x, y):  # type: ignore[no-untyped-def]
+    """A vector in the frame that is turned by the angle with that cosine and sine."""
+    return cos * x + sin * y, cos * y - sin * x
 
-    integral: np.ndarray  # (2, runs, robots) m s: ∫ ē dt
-    command: np.ndarray  # (2, runs, robots) v [m/s], ω [rad/s]
-    reference: Reference | None  # of the period before
-    weights: np.ndarray  # (robots, robots): a_ij
-    ratio: np.ndarray  # (robots, robots): L_i / L_j
-    limits: np.ndarray  # (4, robots): of the velocities
-    dynamics: InverseDynamics
+
+@uncounted
+def hand_velocity(v, w, cos, sin, b):  # type: ignore[no-untyped-def]
+    """The velocity [m/s] of a point ``b`` [m] ahead of what moves with ``v`` and turns with ``w``."""
+    return v * cos - b * w * sin, v * sin + b * w * cos
+
+
+@uncounted
+def hand_acceleration(v, w, v_rate, w_rate, cos, sin, b):  # type: ignore[no-untyped-def]
+    """The acceleration [m/s²] of that point, v' being ``v_rate`` and ω' being ``w_rate``."""
+    ahead, left = v_rate - b * (w * w), v * w + b * w_rate
+    return ahead * cos - left * sin, ahead * sin + left * cos
+
+
+@uncounted
+def coupling(e, rate, value, i, known, form):  # type: ignore[no-untyped-def]
+    """Σ_j a_ij (e_i − L_i/L_j e_j), and the same of the rates, over the neighbours that were heard.
+
+    ``value`` is the place of e in the message, its rate follows. The paths' lengths count if ``form`` is cross-coupled.
+    """
+    heard, road, a = known.heard, known.road, known.gains[A_IJ, known.column[i]]
+    team = i - i % heard.shape[2]
+    pull, pull_rate, ratio = 0.0, 0.0, 1.0
+    for j in range(heard.shape[2]):
+        if heard[HEARS, i, j] > 0:
+            if form == CROSS_COUPLED:
+                ratio = road.lengths[known.path[i]] / road.lengths[known.path[team + j]]
+            gap = e - ratio * heard_now(heard, i, j, value, value + 1)
+            if not math.isnan(gap):
+                pull += gap * a
+                pull_rate += (rate - ratio * heard[HEARD + value + 1, i, j]) * a
+    return pull, pull_rate
+
+
+@equation
+def graph_sliding_mode(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """Reach the surface (3.4)-(3.6) by (2.22), (2.23), with torques (2.19) or their integral."""
+    seen, gains, g, dt = known.seen, known.gains, known.column[i], known.dt
+    form, b, v, w = gains[FORM, g], gains[HAND, g], seen[V, i], seen[W, i]
+    v_d, w_d = seen[AT_V, i], seen[AT_W, i]
+    first = math.isnan(memory[REFERENCE_V, i])
+    v_d_rate = 0.0 if first else (v_d - memory[REFERENCE_V, i]) / dt
+    w_d_rate = 0.0 if first else (w_d - memory[REFERENCE_W, i]) / dt
+    memory[REFERENCE_V, i], memory[REFERENCE_W, i] = v_d, w_d
+    # The hand points, and e, e' in the frame of the path
+    cos, sin = math.cos(seen[HEADING, i]), math.sin(seen[HEADING, i])
+    cos_d, sin_d = math.cos(seen[AT_HEADING, i]), math.sin(seen[AT_HEADING, i])
+    vx_d, vy_d = hand_velocity(v_d, w_d, cos_d, sin_d, b)
+    ax_d, ay_d = hand_acceleration(v_d, w_d, v_d_rate, w_d_rate, cos_d, sin_d, b)
+    dx = seen[AT_X, i] + b * cos_d - (seen[X, i] + b * cos)
+    dy = seen[AT_Y, i] + b * sin_d - (seen[Y, i] + b * sin)
+    vx, vy = hand_velocity(v, w, cos, sin, b)
+    if form == LITERAL:
+        cos_d, sin_d = 1.0, 0.0
+    e_x, e_y = into(cos_d, sin_d, dx, dy)
+    x_rate, y_rate = into(cos_d, sin_d, vx_d - vx, vy_d - vy)
+    command[SAYS + E_X, i], command[SAYS + E_X_RATE, i] = e_x, x_rate
+    command[SAYS + E_Y, i], command[SAYS + E_Y_RATE, i] = e_y, y_rate
+    command[PROGRESS, i] = min(max(share(known.road, known.path[i], seen[AT_S, i] - e_x), 0.0), 1.0)
+    # The surface
+    lambda_d, lambda_p = gains[LAMBDA_D, g], gains[LAMBDA_P, g]
+    pull_x, pull_x_rate = coupling(e_x, x_rate, E_X, i, known, form)
+    if form == CROSS_COUPLED:
+        e_x, bar_rate = e_x + pull_x, x_rate + pull_x_rate  # ē, ē'
+        s_x = x_rate + lambda_d * e_x + lambda_p * memory[INTEGRAL_X, i]
+        s_y = y_rate + lambda_d * e_y + lambda_p * memory[INTEGRAL_Y, i]
+        pull_x_rate = pull_y_rate = 0.0
+    else:
+        pull_y, pull_y_rate = coupling(e_y, y_rate, E_Y, i, known, form)
+        bar_rate = x_rate
+        s_x = x_rate + lambda_d * e_x + pull_x + lambda_p * memory[INTEGRAL_X, i]  # (3.4), (3.5)
+        s_y = y_rate + lambda_d * e_y + pull_y + lambda_p * memory[INTEGRAL_Y, i]
+    push_x = exponential(s_x, gains[K, g], gains[MU0, g], gains[ALPHA, g])  # (2.23)
+    push_y = exponential(s_y, gains[K, g], gains[MU0, g], gains[ALPHA, g])
+    wish_x = lambda_d * bar_rate + lambda_p * e_x + push_x + pull_x_rate  # −e''; (3.6)
+    wish_y = lambda_d * y_rate + lambda_p * e_y + push_y + pull_y_rate
+    # [v'; ω'] = G⁻¹ (h'' − G' [v; ω])
+    hand_x, hand_y = into(cos_d, -sin_d, wish_x, wish_y)
+    free_x = ax_d + hand_x - (-v * sin - b * w * cos) * w
+    free_y = ay_d + hand_y - (v * cos - b * w * sin) * w
+    v_rate, w_rate = cos * free_x + sin * free_y, (cos * free_y - sin * free_x) / b
+    if math.hypot(e_x, e_y) < INTEGRATED_ERROR:
+        memory[INTEGRAL_X, i] += dt * e_x
+        memory[INTEGRAL_Y, i] += dt * e_y
+    v_next, w_next = max(memory[COMMAND_V, i] + dt * v_rate, 0.0), memory[COMMAND_W, i] + dt * w_rate  # never reverses
+    v_next, w_next = within(gains, g, v_next, w_next)
+    memory[COMMAND_V, i], memory[COMMAND_W, i] = v_next, w_next
+    if gains[TORQUE, g] > 0:
+        command[FIRST, i], command[SECOND, i] = wheel_torques(v_rate, w_rate, gains, MASS, g)  # (2.19)
+        command[WISH_V, i], command[WISH_W, i] = v + dt * v_rate, w + dt * w_rate
+    else:
+        command[FIRST, i] = command[WISH_V, i] = v_next
+        command[SECOND, i] = command[WISH_W, i] = w_next
 
 
 @dataclass(frozen=True, kw_only=True)
-class GraphSlidingMode(Law[_Memory]):
+class GraphSlidingMode(EquationLaw):
     """Graph sliding mode: form and gains. The defaults of the reaching law are the thesis's (2.1.3.2)."""
 
     form: Literal["cross-coupled", "thesis", "literal"] = "cross-coupled"
@@ -73,6 +194,9 @@ class GraphSlidingMode(Law[_Memory]):
 
     message = ("e_x", "e_x_rate", "e_y", "e_y_rate")
 
+    equation = graph_sliding_mode
+    progresses = True
+
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
 
@@ -81,94 +205,26 @@ class GraphSlidingMode(Law[_Memory]):
         """Wheel torques (2.19), or velocities for the wheel loops."""
         return self.realisation
 
-    def init(self, setting: Setting, runs: int) -> _Memory:
+    def gain_rows(self, setting: Setting) -> Sequence[Any]:
+        """The limits, the dynamics, and the gains."""
+        links = weights(setting.radio.adjacency(len(setting.robots)))
+        sign = -1.0 if self.form == "literal" else 1.0
+        return (
+            *velocity_limits(setting.robots),
+            *InverseDynamics.effective(setting.robots),
+            FORMS.index(self.form),
+            sign * self.coupling * links.max(axis=1),
+            *(self.lam_d, self.lam_p, self.k, self.mu0, self.alpha, self.hand),
+            self.realisation == "torque",
+        )
+
+    def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Begin at rest. Raises ControllerError where the graph is not connected, or each run has its own paths."""
         check_team(setting)
         if setting.ensemble:
             raise ControllerError(f"{setting.name}: this law drives runs with the same paths only, not random ones")
         if self.coupling > 0:
             check_connected(setting)  # theorem 3.1
-        robots = len(setting.robots)
-        a = weights(setting.radio.adjacency(robots))
-        lengths = setting.references.joined.lengths
-        zero = np.zeros((2, runs, robots))
-        sign = -1.0 if self.form == "literal" else 1.0
-        ratio = lengths[:, None] / lengths if self.form == "cross-coupled" else np.ones_like(a)
-        return _Memory(
-            zero,
-            zero,
-            None,
-            sign * self.coupling * a,
-            ratio,
-            velocity_limits(setting.robots),
-            InverseDynamics.effective(setting.robots),
-        )
-
-    def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        """Reach the surface (3.4)-(3.6) by (2.22), (2.23), with torques (2.19) or their integral."""
-        heard = seen.heard
-        b, ref = self.hand, seen.reference
-        before = memory.reference or ref
-        a_ref, w_ref_rate = (ref.v - before.v) / dt, (ref.w - before.w) / dt
-        place_d, velocity_d, acceleration_d = _hand(ref, a_ref, w_ref_rate, b)
-        cos, sin = np.cos(seen.heading), np.sin(seen.heading)
-        place = np.stack([seen.x + b * cos, seen.y + b * sin])
-        velocity = np.stack([seen.v * cos - b * seen.w * sin, seen.v * sin + b * seen.w * cos])
-        frame = np.zeros_like(ref.heading) if self.form == "literal" else ref.heading
-        e, rate = _into(frame, place_d[:, None] - place), _into(frame, velocity_d[:, None] - velocity)
-        # Coupling
-        pulls, pull_rates = np.zeros_like(e), np.zeros_like(rate)
-        components = ("e_x",) if self.form == "cross-coupled" else ("e_x", "e_y")
-        for i, name in enumerate(components):
-            theirs, their_rates = heard.now(name, by=f"{name}_rate"), heard[f"{name}_rate"]
-            pulls[i] = differences(e[i], memory.ratio * theirs, memory.weights)
-            pull_rates[i] = differences(rate[i], memory.ratio * their_rates, memory.weights)
-        message = {"e_x": e[0], "e_x_rate": rate[0], "e_y": e[1], "e_y_rate": rate[1]}
-        if self.form == "cross-coupled":
-            e, rate_bar = e + pulls, rate + pull_rates  # ē, ē'
-            s = rate + self.lam_d * e + self.lam_p * memory.integral
-        else:
-            rate_bar = rate
-            s = rate + self.lam_d * e + pulls + self.lam_p * memory.integral  # (3.4), (3.5)
-        push = self.k / attraction(s, self.mu0, self.alpha) * np.sign(s)  # (2.23)
-        wish = self.lam_d * rate_bar + self.lam_p * e + push  # −e''
-        if self.form != "cross-coupled":
-            wish = wish + pull_rates  # (3.6)
-        hand = acceleration_d[:, None] + _into(-frame, wish)
-        # [v'; ω'] = G⁻¹ (h'' − G' [v; ω])
-        turning = np.stack([-seen.v * sin - b * seen.w * cos, seen.v * cos - b * seen.w * sin]) * seen.w
-        free = hand - turning
-        acceleration = np.stack([cos * free[0] + sin * free[1], (cos * free[1] - sin * free[0]) / b])
-        near = np.hypot(*e) < INTEGRATED_ERROR
-        integral = memory.integral + dt * np.where(near, e, 0.0)
-        v = np.maximum(memory.command[0] + dt * acceleration[0], 0.0)  # it never reverses
-        w = memory.command[1] + dt * acceleration[1]
-        command = np.stack(saturate(memory.limits, v, w))
-        if self.realisation == "torque":
-            first, second = memory.dynamics.torques(acceleration)  # (2.19)
-            demand = seen.v + dt * acceleration[0], seen.w + dt * acceleration[1]
-        else:
-            first, second = command
-            demand = first, second
-        progress = np.clip(seen.references.joined.share(ref.s - message["e_x"]), 0.0, 1.0)
-        after = memory._replace(integral=integral, command=command, reference=ref)
-        return Command(first, second, *demand, message, None, progress), after
-
-
-def _hand(ref: Reference, a: np.ndarray, w_rate: np.ndarray, b: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Place, velocity and acceleration (2, robots) of the reference's hand point.
-
-    ``a`` [m/s²] is v' and ``w_rate`` [rad/s²] is ω' of the reference; ``b`` [m] is how far ahead the hand is.
-    """
-    cos, sin = np.cos(ref.heading), np.sin(ref.heading)
-    ahead, left = np.stack([cos, sin]), np.stack([-sin, cos])
-    place = np.stack([ref.x, ref.y]) + b * ahead
-    velocity = ref.v * ahead + b * ref.w * left
-    acceleration = (a - b * ref.w**2) * ahead + (ref.v * ref.w + b * w_rate) * left
-    return place, velocity, acceleration
-
-
-def _into(heading: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """``vector`` (2, runs, robots) in the frame turned by ``heading`` (robots,)."""
-    cos, sin = np.cos(heading), np.sin(heading)
-    return np.stack([cos * vector[0] + sin * vector[1], cos * vector[1] - sin * vector[0]])
+        rows = np.zeros((REMEMBERED, runs, len(setting.robots)))
+        rows[REFERENCE_V:] = np.nan
+        return rows

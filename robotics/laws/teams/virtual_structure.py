@@ -26,40 +26,119 @@ Chosen here: the leader is no robot, but each robot keeps a copy of its clock, a
 the slowest (a minimum consensus), so that no robot is indispensable. s_i' stays between 0 and v_most / L_i.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import inf
-from typing import Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
-from robotics.laws.law import Command, ControllerError, Law, Observation, check_team
+from robotics.laws.equation import (
+    FIRST,
+    HEADING,
+    PROGRESS,
+    SAYS,
+    SECOND,
+    TO_HEADING,
+    TO_S,
+    TO_V,
+    TO_W,
+    TO_X,
+    TO_Y,
+    WISH_V,
+    WISH_W,
+    EquationLaw,
+    X,
+    Y,
+    equation,
+    uncounted,
+)
+from robotics.laws.law import ControllerError, check_team
 from robotics.laws.setting import Setting
-from robotics.laws.teams.neighbours import OUTAGE, alone_for, differences, smallest_heard
-from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.paths.path import PathPoint
-from robotics.paths.trajectory import Reference
+from robotics.laws.teams.neighbours import OUTAGE, alone, difference, heard_now, smallest
+from robotics.laws.tracking.lyapunov import Lyapunov, track
+from robotics.paths.road import at, nearest, place, share, stretch, timed
 from robotics.quantity import check_quantities, quantity
+from robotics.radio.channel import HEARD, HEARS
 from robotics.radio.graph import is_connected, smallest_eigenvalue, unreached, weights
 
 SEARCH_SHARE = 0.05  # of the path: how far from its last place a robot looks for the next
 SEARCH_SHARE_AFTER_OUTAGE = 0.25  # of the path: the same for a robot that was alone
+VARIANTS = ("virtual", "measured", "waiting")
+VIRTUAL, MEASURED, WAITING = range(3)  # places in VARIANTS
+# Places of the gains; a_ij is the same for all links of a robot, and END the time [s] when the leader arrives
+VARIANT, A_IJ, END, KAPPA, GAMMA, LEADER, V_MOST, SLACK, CATCH_UP, TRACKER = range(10)
+# Places of what is remembered: s_i, η_i [1/s], and the robot's copy of the leader's time [s]
+S, INTEGRAL, CLOCK = range(3)
+SAID_S, SAID_RATE, SAID_CLOCK, SAID_PACE = range(4)  # places in the message
 
 
-class _Memory(NamedTuple):
-    """Each field is (runs, robots) unless it says otherwise."""
+@uncounted
+def measured_place(s, i, known):  # type: ignore[no-untyped-def]
+    """The path parameter of the path's point that is nearest to the robot, looked for about ``s``."""
+    road, path = known.road, known.path[i]
+    lost = alone(known.heard, i, known.time) > OUTAGE
+    reach = (SEARCH_SHARE_AFTER_OUTAGE if lost else SEARCH_SHARE) * road.lengths[path]
+    found = nearest(road, path, known.seen[X, i], known.seen[Y, i], place(road, path, s), reach)
+    return share(road, path, found)
 
-    s: np.ndarray  # 1: the path parameter
-    rate: np.ndarray  # 1/s: s_i' of the period before
-    integral: np.ndarray  # 1/s: η
-    clock: np.ndarray  # s: each robot's copy of the leader's time
-    pace: np.ndarray  # 1: of that copy
-    weights: np.ndarray  # (robots, robots): a_ij
-    lengths: np.ndarray  # (robots,) m
-    end: np.ndarray  # (1,), in an ensemble (runs, 1) s: the leader arrives
+
+@uncounted
+def slowest_clock(clock, i, known):  # type: ignore[no-untyped-def]
+    """The earliest of a robot's own clock and its neighbours', by now [s]: the minimum consensus."""
+    heard = known.heard
+    for j in range(heard.shape[2]):
+        if heard[HEARS, i, j] > 0:
+            ahead = known.dt * max(heard[HEARD + SAID_PACE, i, j], 1.0)
+            theirs = heard_now(heard, i, j, SAID_CLOCK, SAID_PACE) + ahead
+            clock = theirs if theirs < clock else clock
+    return clock
+
+
+@equation
+def virtual_structure(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """Move the path parameter by (4.10), (4.11), and track its point by (2.30), (2.32)."""
+    seen, gains, g, heard, dt = known.seen, known.gains, known.column[i], known.heard, known.dt
+    road, path, variant = known.road, known.path[i], gains[VARIANT, g]
+    s, clock, integral, pace = memory[S, i], memory[CLOCK, i], memory[INTEGRAL, i], 1.0
+    if variant != VIRTUAL:
+        s = measured_place(s, i, known)
+    # The leader
+    s_leader, v_leader = timed(road, path, min(clock, gains[END, g]))
+    s_0 = share(road, path, s_leader)
+    v_0 = v_leader / stretch(road, path, s_0)
+    if variant == WAITING:
+        slowest = smallest(heard, i, s, SAID_S, SAID_RATE)
+        late = min(max(known.time - clock, 0.0), 1.0)
+        pace = min(max(1 - (s_0 - slowest) / gains[SLACK, g], 0.0), 1.0) * (1 + (gains[CATCH_UP, g] - 1) * late)
+    # (4.10), (4.11)
+    c = difference(heard, i, s, SAID_S, SAID_RATE, gains[A_IJ, g]) + gains[LEADER, g] * (s - s_0)
+    wish = v_0 * pace - gains[KAPPA, g] * c + integral
+    length = stretch(road, path, s)
+    rate = min(max(wish, 0.0), gains[V_MOST, g] / length)
+    if variant == VIRTUAL and rate == wish:
+        # No integration while the wish is beyond what the robot may do: (4.11) would wind up.
+        memory[INTEGRAL, i] = integral - dt * (gains[GAMMA, g] * gains[KAPPA, g] * c)
+    rate = 0.0 if s >= 1 else rate
+    # (4.1), (4.2)
+    abscissa = place(road, path, s)
+    x, y, heading, curvature = at(road, path, abscissa)
+    v_d = length * rate
+    w_d = v_d * curvature
+    v, w = track(seen[X, i], seen[Y, i], seen[HEADING, i], x, y, heading, v_d, w_d, gains, TRACKER, g)
+    command[FIRST, i] = command[WISH_V, i] = v
+    command[SECOND, i] = command[WISH_W, i] = w
+    command[TO_X, i], command[TO_Y, i], command[TO_HEADING, i] = x, y, heading
+    command[TO_V, i], command[TO_W, i], command[TO_S, i] = v_d, w_d, abscissa
+    command[PROGRESS, i] = command[SAYS + SAID_S, i] = s
+    command[SAYS + SAID_RATE, i], command[SAYS + SAID_CLOCK, i], command[SAYS + SAID_PACE, i] = rate, clock, pace
+    memory[S, i] = min(s + dt * rate, 1.0) if variant == VIRTUAL else s
+    clock = clock + dt * pace
+    memory[CLOCK, i] = slowest_clock(clock, i, known) if variant == WAITING else clock
 
 
 @dataclass(frozen=True, kw_only=True)
-class VirtualStructure(Law[_Memory]):
+class VirtualStructure(EquationLaw):
     """Virtual structure: gains of the coordination, and the tracker."""
 
     variant: Literal["virtual", "measured", "waiting"] = "waiting"
@@ -73,6 +152,10 @@ class VirtualStructure(Law[_Memory]):
     coupling: Literal["corrected", "literal"] = "corrected"  # literal: a_ij = l_ij, as (4.10) prints it
 
     message = ("s", "s_rate", "clock", "pace")
+
+    equation = virtual_structure
+    aims = True
+    progresses = True
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
@@ -88,7 +171,19 @@ class VirtualStructure(Law[_Memory]):
         """After how long [s] without a new command a robot stops."""
         return OUTAGE if self.variant == "waiting" else inf
 
-    def init(self, setting: Setting, runs: int) -> _Memory:
+    def gain_rows(self, setting: Setting) -> Sequence[Any]:
+        """The gains of the coordination, and those of the tracker."""
+        ends = setting.references.ends
+        links = weights(setting.radio.adjacency(len(setting.robots))).max(axis=1)
+        return (
+            VARIANTS.index(self.variant),
+            np.broadcast_to(-links if self.coupling == "literal" else links, ends.shape),
+            np.broadcast_to(ends.max(axis=-1, keepdims=True), ends.shape),
+            *(self.kappa, self.gamma, self.leader, self.v_most, self.slack, self.catch_up),
+            *self.tracker.gain_rows(setting),
+        )
+
+    def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Begin at the start of the paths. Raises ControllerError where the graph or the gains do not suit (4.10)."""
         robots = len(setting.robots)
         a = setting.radio.adjacency(robots)
@@ -99,20 +194,14 @@ class VirtualStructure(Law[_Memory]):
                 f"{setting.name}: the graph {setting.radio.graph!r} is not connected, and nothing of the leader "
                 f"reaches robots {', '.join(map(str, unreached(a, b > 0)))}: give leader > 0, or a connected graph"
             )
-        a = weights(a)
-        self._check_gains(a, b)
-        zero = np.zeros((runs, robots))
-        if self.coupling == "literal":
-            a = -a
-        lengths = setting.references.joined.lengths
-        paths = setting.references.joined
+        self._check_gains(weights(a), b)
+        paths, rows = setting.references.joined, np.zeros((3, runs, robots))
         start = paths.share(setting.references.at(0.0).s)
-        s = zero + start
+        rows[S] = start
         if self.variant != "virtual":
-            pose, reach = setting.starts, SEARCH_SHARE_AFTER_OUTAGE * lengths
-            near = paths.nearest(pose[..., 0], pose[..., 1], paths.place(start), reach)
-            s = zero + paths.share(near)
-        return _Memory(s, zero, zero, zero, zero + 1.0, a, lengths, setting.references.ends.max(axis=-1, keepdims=True))
+            pose, reach = setting.starts, SEARCH_SHARE_AFTER_OUTAGE * paths.lengths
+            rows[S] = paths.share(paths.nearest(pose[..., 0], pose[..., 1], paths.place(start), reach))
+        return rows
 
     def _check_gains(self, a: np.ndarray, b: np.ndarray) -> None:
         """Raise ControllerError unless the gains fulfil the condition of theorem 4.1, with λ_min."""
@@ -127,51 +216,3 @@ class VirtualStructure(Law[_Memory]):
                 f"theorem 4.1 needs kappa > 1/(4 gamma (1 - gamma²) λ_min(L + B)) = {needed:.4g} with "
                 f"λ_min = {smallest:.4g}; got kappa = {self.kappa:g}"
             )
-
-    def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        """Move the path parameters by (4.10), (4.11), and track their points by (2.30), (2.32)."""
-        heard = seen.heard
-        paths, lengths = seen.references.joined, memory.lengths
-        s = memory.s
-        if self.variant != "virtual":
-            reach = np.where(alone_for(heard, seen.time) > OUTAGE, SEARCH_SHARE_AFTER_OUTAGE, SEARCH_SHARE) * lengths
-            s = paths.share(paths.nearest(seen.x, seen.y, paths.place(s), reach))
-        theirs = heard.now("s", by="s_rate")
-        # The leader
-        clock, pace = memory.clock, memory.pace
-        leader = seen.references.each_at(np.minimum(clock, memory.end))
-        s0 = paths.share(leader.s)
-        v_leader = leader.v / paths.stretch(s0)
-        if self.variant == "waiting":
-            slowest = smallest_heard(s, theirs, heard.hears)
-            late = np.clip(seen.time - clock, 0.0, 1.0)
-            pace = np.clip(1 - (s0 - slowest) / self.slack, 0.0, 1.0) * (1 + (self.catch_up - 1) * late)
-        v_leader = v_leader * pace
-        # (4.10), (4.11)
-        gap = differences(s, theirs, memory.weights) + self.leader * (s - s0)
-        wish = v_leader - self.kappa * gap + memory.integral
-        stretch = paths.stretch(s)
-        rate = np.clip(wish, 0.0, self.v_most / stretch)
-        integral = memory.integral
-        if self.variant == "virtual" and self.gamma > 0:
-            # No integration while the wish is beyond what the robot may do: (4.11) would wind up.
-            integral = integral - dt * np.where(rate == wish, self.gamma * self.kappa * gap, 0.0)
-        rate = np.where(s >= 1, 0.0, rate)
-        # (4.1), (4.2)
-        place = paths.place(s)
-        target = _moving(paths.at(place), stretch * rate, place)
-        command, _ = self.tracker.control(seen._replace(reference=target), None, dt)
-        message = {"s": s, "s_rate": rate, "clock": clock, "pace": pace}
-        if self.variant == "virtual":
-            s = np.minimum(s + dt * rate, 1.0)
-        clock = clock + dt * pace
-        if self.variant == "waiting":
-            theirs = heard.now("clock", by="pace") + dt * np.maximum(heard["pace"], 1.0)
-            clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
-        after = memory._replace(s=s, rate=rate, integral=integral, clock=clock, pace=pace)
-        return command._replace(message=message, target=target, progress=message["s"]), after
-
-
-def _moving(point: PathPoint, v: np.ndarray, s: np.ndarray) -> Reference:
-    """A target that moves along its path with ``v`` [m/s]."""
-    return Reference(point.x, point.y, point.heading, v, v * point.curvature, s)

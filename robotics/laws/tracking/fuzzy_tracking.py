@@ -29,8 +29,9 @@ With D = 0, as printed, there is nothing of that, and α is 0 nearer to the targ
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
@@ -38,15 +39,30 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.files.packaged import FisNameError, find_fis, fis_files, packaged_fis_files
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.equation import (
+    FIRST,
+    HEADING,
+    SAYS,
+    SECOND,
+    WISH_V,
+    WISH_W,
+    EquationLaw,
+    X,
+    Y,
+    equation,
+    uncounted,
+)
+from robotics.laws.law import ControllerError, Observation
 from robotics.laws.setting import Setting
 from robotics.paths.posture import wrapped_compiled
 from robotics.paths.references import sampled
+from robotics.paths.road import moving
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.vehicle.plant import velocity_limits
@@ -65,8 +81,115 @@ class Toward(NamedTuple):
     inputs: np.ndarray  # (inputs, runs, robots): those of FuzzyTracking.fuzzy_systems
 
 
+# Places of the equation's numbers, in known.gains
+BEGIN, LATERAL_BEGIN = 0, 1  # where the tracking rule base and λ begin in known.rules
+LOOK_AHEAD, STEERING_DISTANCE, DEADBAND = 2, 3, 4
+BEARING, LATERAL, COUNT, PLACES = 5, 6, 7, 8  # LATERAL: 0 none, 1 path, 2 world; COUNT: of inputs, at PLACES of INPUTS
+NUMBERS = PLACES + len(INPUTS)
+# Places in what it works in: the inputs of the rule base, y_err, all of INPUTS, and what the rule bases answer
+_ASKED, _Y_ERR, _ALL, _SAID, WORK = 0, 4, 5, 9, 12
+
+
+@uncounted
+def toward(  # type: ignore[no-untyped-def]
+    x, y, heading, to_x, to_y, to_heading, to_v, to_w, x_err, turn, no_lateral, gains, at, g, rules, work
+):
+    """v [m/s] and ω [rad/s] by which one robot drives towards a target, and what was wrong, as of evaluate_packed.
+
+    The inputs are left at the beginning of ``work``, y_err at place 4.
+
+    Args:
+        x, y, heading: Its posture [m, m, rad].
+        to_x, to_y, to_heading, to_v, to_w: The target [m, m, rad, m/s, rad/s].
+        x_err: How far it is behind [m]; not-a-number: the target's x in its frame (5.9).
+        turn: Added to α [rad], such as η of (6.4).
+        no_lateral: Whether y_err is taken as 0.
+        gains: Whose rows from ``at`` on, in column ``g``, are the law's numbers.
+        rules: The packed rule bases.
+        work: What it works in.
+    """
+    dx, dy = to_x - x, to_y - y
+    cos, sin = math.cos(heading), math.sin(heading)
+    lateral = gains[at + LATERAL, g]
+    if lateral > 0:
+        y_err = dy if lateral > 1 else math.cos(to_heading) * dy - math.sin(to_heading) * dx
+        work[_Y_ERR] = 0.0 if no_lateral else y_err
+        system = rules[int(gains[at + LATERAL_BEGIN, g]) :]
+        evaluate_packed(system, work[_Y_ERR : _Y_ERR + 1], work[_SAID:WORK], work[WORK:])
+        turn = work[_SAID] + turn  # (2.36)
+    distance = math.hypot(dx, dy)  # d_RP
+    heading_err = wrapped_compiled(to_heading - heading)
+    ahead = cos * dx + sin * dy  # (5.9)
+    nearest = gains[at + STEERING_DISTANCE, g]
+    beyond = nearest - distance
+    if not gains[at + BEARING, g] > 0:
+        alpha = heading_err
+    elif beyond > 0:
+        chord = heading_err - to_w * RULE_TIME / 2
+        aside = cos * dy - sin * dx
+        alpha = math.atan2(aside + beyond * math.sin(chord), ahead + beyond * math.cos(chord))
+    elif distance < gains[at + DEADBAND, g]:
+        alpha = 0.0
+    else:
+        alpha = wrapped_compiled(math.atan2(dy, dx) - heading)
+    if math.isnan(x_err):
+        x_err = min(ahead, -AHEAD) if ahead < 0 and to_v == 0 and nearest > 0 else ahead
+    work[_ALL], work[_ALL + 1], work[_ALL + 2], work[_ALL + 3] = distance, alpha + turn, x_err, heading_err
+    for n in range(int(gains[at + COUNT, g])):
+        work[_ASKED + n] = work[_ALL + int(gains[at + PLACES + n, g])]
+    wrong = evaluate_packed(rules[int(gains[at + BEGIN, g]) :], work[_ASKED:_Y_ERR], work[_SAID:WORK], work[WORK:])
+    return work[_SAID], work[_SAID + 1], wrong  # (2.35)
+
+
+@equation
+def track_by_rules(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """Drive towards the point ``look_ahead`` seconds from now by (2.35), (2.36)."""
+    seen, g, gains = known.seen, known.column[i], known.gains
+    to_x, to_y, to_heading, to_v, to_w, _ = moving(known.road, known.path[i], known.time + gains[LOOK_AHEAD, g])
+    v, w, _ = toward(
+        seen[X, i], seen[Y, i], seen[HEADING, i], to_x, to_y, to_heading, to_v, to_w,
+        math.nan, 0.0, False, gains, 0, g, known.rules[known.base[i]], work,
+    )  # fmt: skip
+    command[FIRST, i], command[WISH_V, i] = v, v
+    command[SECOND, i], command[WISH_W, i] = w, w
+    told(i, command, SAYS, gains, 0, g, work)
+
+
+@uncounted
+def told(i, command, first, gains, at, g, work):  # type: ignore[no-untyped-def]
+    """Put the inputs of the rule bases, which :func:`toward` left in ``work``, into a command from row ``first`` on.
+
+    Returns the row after them.
+    """
+    count = int(gains[at + COUNT, g])
+    for n in range(count):
+        command[first + n, i] = work[_ASKED + n]
+    if gains[at + LATERAL, g] > 0:
+        command[first + count, i] = work[_Y_ERR]
+        count += 1
+    return first + count
+
+
+@kernel(nogil=True)
+def _toward_all(rows, gains, rules, work, out):  # type: ignore[no-untyped-def]
+    """Evaluate :func:`toward` for every column of its first arguments ``rows``; return what was wrong anywhere."""
+    wrong = 0
+    for i in range(rows.shape[1]):
+        out[0, i], out[1, i], told = toward(
+            rows[0, i], rows[1, i], rows[2, i], rows[3, i], rows[4, i], rows[5, i], rows[6, i], rows[7, i],
+            rows[8, i], rows[9, i], rows[10, i] > 0, gains, 0, 0, rules, work,
+        )  # fmt: skip
+        wrong |= told
+        count = int(gains[COUNT, 0])
+        for n in range(count):
+            out[2 + n, i] = work[_ASKED + n]
+        if gains[LATERAL, 0] > 0:
+            out[2 + count, i] = work[_Y_ERR]
+    return wrong
+
+
 @dataclass(frozen=True, kw_only=True)
-class FuzzyTracking(Law[Any]):
+class FuzzyTracking(EquationLaw):
     """Fuzzy tracking: a rule base, and how its target and its inputs are chosen."""
 
     rule_base: str | Sugeno = "tracking"  # a name of robotics/rulebases, the path of a .fis file, or the system itself
@@ -135,13 +258,32 @@ class FuzzyTracking(Law[Any]):
             "it comes back",
         )
 
-    def init(self, setting: Setting, runs: int) -> Any:
-        """Remember nothing."""
+    equation = track_by_rules
 
-    def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
-        """Drive towards the point ``look_ahead`` seconds from now by (2.35), (2.36)."""
-        v, w, inputs = self.toward_with_inputs(seen, seen.references.at(seen.time + self.look_ahead))
-        return Command(v, w, v, w, inputs=inputs), None
+    def gain_rows(self, setting: Setting | None = None) -> Sequence[Any]:
+        """The numbers of the equation, in the order of the places above."""
+        return self._numbers
+
+    def rule_rows(self) -> Sequence[np.ndarray]:
+        """The tracking rule base and λ(y_err)."""
+        return self._packed
+
+    @property
+    def working(self) -> int:
+        """The numbers that the two rule bases are evaluated in."""
+        return WORK + max(packed_work(system) for system in self._packed)
+
+    @cached_property
+    def _packed(self) -> tuple[np.ndarray, np.ndarray]:
+        return packed(self.tracking), packed(self.turn)
+
+    @cached_property
+    def _numbers(self) -> tuple[float, ...]:
+        laterals = ("none", "path", "world")
+        places = [*self.inputs, *(0,) * (len(INPUTS) - len(self.inputs))]
+        own = self.look_ahead, self.steering_distance, self.deadband
+        options = self.steering == "bearing", laterals.index(self.lateral), len(self.inputs)
+        return (0.0, float(len(self._packed[0])), *own, *map(float, options), *map(float, places))
 
     def toward(
         self,
@@ -165,7 +307,7 @@ class FuzzyTracking(Law[Any]):
         turn: np.ndarray | None = None,
         no_lateral: np.ndarray | None = None,
     ) -> Toward:
-        """Evaluate the rule bases for robots that drive towards a target.
+        """Evaluate the rule bases for robots that drive towards a target, as the equation does.
 
         Args:
             seen: What the robots know.
@@ -175,65 +317,19 @@ class FuzzyTracking(Law[Any]):
             no_lateral: Robots whose y_err is taken as 0, so that λ turns them nowhere (runs, robots) bool; none by
                 default.
         """
-        y_err: np.ndarray | None = None
-        if self.lateral != "none":
-            y_err = target.y - seen.y
-            if self.lateral == "path":
-                y_err = np.cos(target.heading) * y_err - np.sin(target.heading) * (target.x - seen.x)
-            if no_lateral is not None:
-                y_err = np.where(no_lateral, 0.0, y_err)
-            lateral = self.turn(y_err[..., None])[..., 0]  # (2.36)
-            turn = lateral if turn is None else lateral + turn
-        robots = seen.x.shape[-1]
-        to = tuple(np.ascontiguousarray(part).reshape(-1, robots) for part in target[:5])
-        places, bearing = np.array(self.inputs), self.steering == "bearing"
-        nearest = self.steering_distance, self.deadband
-        known = _known(seen.x, seen.y, seen.heading, *to, x_err, turn, places, *nearest, bearing)
-        command = self.tracking(known)
-        inputs = known.transpose(2, 0, 1)
-        if y_err is not None:
-            inputs = np.concatenate([inputs, y_err[None]])
-        return Toward(command[..., 0], command[..., 1], inputs)
-
-
-@kernel
-def _known(  # type: ignore[no-untyped-def]
-    x, y, heading, to_x, to_y, to_heading, to_v, to_w, x_err, turn, places, steering_distance, deadband, bearing
-):
-    """The rule base's inputs (runs, robots, inputs), those of INPUTS at ``places``; targets may be (1, robots)."""
-    known = np.empty((*x.shape, len(places)))
-    inputs = np.empty(4)
-    for n in range(x.shape[0]):
-        to = n % len(to_x)
-        for i in range(x.shape[1]):
-            dx = to_x[to, i] - x[n, i]
-            dy = to_y[to, i] - y[n, i]
-            inputs[0] = math.hypot(dx, dy)  # d_RP
-            inputs[3] = wrapped_compiled(to_heading[to, i] - heading[n, i])
-            cos, sin = math.cos(heading[n, i]), math.sin(heading[n, i])
-            ahead = cos * dx + sin * dy  # (5.9)
-            beyond = steering_distance - inputs[0]
-            if not bearing:
-                inputs[1] = inputs[3]
-            elif beyond > 0:
-                chord = inputs[3] - to_w[to, i] * RULE_TIME / 2
-                aside = cos * dy - sin * dx
-                inputs[1] = math.atan2(aside + beyond * math.sin(chord), ahead + beyond * math.cos(chord))
-            elif inputs[0] < deadband:
-                inputs[1] = 0.0
-            else:
-                inputs[1] = wrapped_compiled(math.atan2(dy, dx) - heading[n, i])
-            if turn is not None:
-                inputs[1] += turn[n, i]
-            if x_err is not None:
-                inputs[2] = x_err[n, i]
-            elif ahead < 0 and to_v[to, i] == 0 and steering_distance > 0:
-                inputs[2] = min(ahead, -AHEAD)
-            else:
-                inputs[2] = ahead
-            for j in range(len(places)):
-                known[n, i, j] = inputs[places[j]]
-    return known
+        shape = seen.x.shape
+        extra = (np.nan if x_err is None else x_err, 0.0 if turn is None else turn)
+        given = (seen.x, seen.y, seen.heading, *target[:5], *extra, no_lateral is not None and no_lateral)
+        rows = np.empty((len(given), *shape))
+        for row, values in zip(rows, given, strict=True):
+            row[...] = values
+        gains, rules = np.array(self._numbers)[:, None], np.concatenate(self._packed)
+        count = len(self.inputs) + (self.lateral != "none")
+        out = np.empty((2 + count, rows[0].size))
+        if _toward_all(rows.reshape(len(rows), -1), gains, rules, np.empty(self.working), out):
+            self.tracking(out[2 : 2 + len(self.inputs)].T)  # which says what was wrong
+        out = out.reshape(-1, *shape)
+        return Toward(out[0], out[1], out[2:])
 
 
 def rule_base_files() -> dict[str, Path]:

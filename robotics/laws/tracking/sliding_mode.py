@@ -25,119 +25,175 @@ Chosen here: ∫ e dt stops while the demand is beyond the wheels (anti-windup),
 ``lead`` at most. ``discretisation`` says how the second-order laws run in steps: "integrated" as S'', or as printed.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple, Protocol
+from typing import Any, Literal
 
 import numpy as np
 
-from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.equation import (
+    AT_HEADING,
+    AT_V,
+    AT_W,
+    AT_X,
+    AT_Y,
+    FIRST,
+    HEADING,
+    SECOND,
+    WISH_V,
+    WISH_W,
+    EquationLaw,
+    V,
+    W,
+    X,
+    Y,
+    equation,
+    uncounted,
+)
+from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
-from robotics.laws.tracking.lyapunov import Lyapunov
+from robotics.laws.tracking.lyapunov import Lyapunov, track
 from robotics.quantity import check_quantities, quantity
-from robotics.vehicle.inverse_dynamics import InverseDynamics
-from robotics.vehicle.plant import Level, saturate, velocity_limits
+from robotics.vehicle.inverse_dynamics import InverseDynamics, wheel_torques
+from robotics.vehicle.plant import Level, velocity_limits, within
 
-Array = np.ndarray
-
-
-class ReachingLaw(Protocol):
-    """A law that drives the surface S to 0."""
-
-    def push(self, s: Array, s_dot: Array, push: Array, dt: float) -> Array:
-        """Return the acceleration [m/s², rad/s²] that is added to the equivalent control; all are (2, runs, robots).
-
-        Args:
-            s: S [m/s, rad/s].
-            s_dot: S' [m/s², rad/s²].
-            push: The result of the period before.
-            dt: The control period [s].
-        """
-        ...
+MODES = ("csm", "assm", "qssm", "esm")
+READINGS = ("integrated", "algebraic", "memory")
+CSM, ASSM, QSSM, ESM = range(4)  # places in MODES
+INTEGRATED, ALGEBRAIC, AS_MEMORY = range(3)  # places in READINGS
+# Places of the gains: first the limits of the velocities, last those of the outer loop
+LIMITS, MASS, INERTIA, RADIUS, HALF_AXLE = 0, 4, 5, 6, 7
+MODE, READING, K, LAMBDA, MU0, ALPHA, TORQUE, LEAD, OUTER = range(8, 17)
+# Places of what is remembered, for v and, behind it, for ω
+INTEGRAL, S, PUSH, DESIRED, COMMAND = range(0, 10, 2)  # ∫ e dt, S, the reaching law's push, u_d, the velocity command
+REMEMBERED = 10
 
 
-@dataclass(frozen=True, kw_only=True)
-class Conventional:
-    """The conventional reaching law (2.16)."""
-
-    k: float
-
-    def push(self, s: Array, s_dot: Array, push: Array, dt: float) -> Array:
-        """Return K sign S."""
-        return self.k * np.sign(s)
+# The reaching laws ------------------------------------------------------------------------------------------------
+# Each returns the acceleration that is added to the equivalent control: of v in m/s², of ω in rad/s².
 
 
-@dataclass(frozen=True, kw_only=True)
-class Exponential:
-    """The exponential reaching law (2.22), (2.23)."""
-
-    k: float
-    mu0: float
-    alpha: float
-
-    def push(self, s: Array, s_dot: Array, push: Array, dt: float) -> Array:
-        """Return K / Q(S) sign S."""
-        return self.k / attraction(s, self.mu0, self.alpha) * np.sign(s)
-
-
-def attraction(s: Array, mu0: float, alpha: float) -> Array:
-    """Q(S) = μ0 + (1 − μ0) e^{−α|S|}, from 1 at S = 0 to μ0 far from it   thesis (2.22)."""
+def attraction(s: Any, mu0: Any, alpha: Any) -> Any:
+    """Q(S) = μ0 + (1 − μ0) e^{−α|S|}, from 1 at S = 0 to μ0 far from it   thesis (2.22); of any one shape."""
     return mu0 + (1 - mu0) * np.exp(-alpha * np.abs(s))
 
 
-Discretisation = Literal["integrated", "algebraic", "memory"]
+attraction_compiled = uncounted(attraction)  # the same, for one robot in a compiled loop
+
+
+@uncounted
+def sign(s):  # type: ignore[no-untyped-def]
+    """1, 0 or −1."""
+    return 1.0 if s > 0 else -1.0 if s < 0 else s
+
+
+@uncounted
+def conventional(s, k):  # type: ignore[no-untyped-def]
+    """K sign S   thesis (2.16)."""
+    return k * sign(s)
+
+
+@uncounted
+def exponential(s, k, mu0, alpha):  # type: ignore[no-untyped-def]
+    """K / Q(S) sign S   thesis (2.22), (2.23)."""
+    return k / attraction_compiled(s, mu0, alpha) * sign(s)
+
+
+@uncounted
+def arbitrary_second_order(s, s_dot, push, k, reading, dt):  # type: ignore[no-untyped-def]
+    """∫ K sign(S' + |S|^½ sign S) dt if integrated; else (2.20) as printed, with S' on the left.
+
+    ``push`` is that of the period before, ``reading`` a place in READINGS, and ``dt`` the control period [s].
+    """
+    root = math.sqrt(abs(s))
+    if reading == INTEGRATED:
+        return push + dt * k * sign(s_dot + root * sign(s))
+    if reading == AS_MEMORY:
+        return k * sign(s_dot + root * sign(s))
+    # As printed, (2.20) is an equation for S' with the solution S' = −min(K, |S|^½) sign S.
+    return min(k, root) * sign(s)
+
+
+@uncounted
+def quasi_continuous(s, s_dot, push, k, reading, dt):  # type: ignore[no-untyped-def]
+    """∫ K (S' + |S|^½ sign S)/(|S'| + |S|^½) dt if integrated; else (2.21) as printed.
+
+    The arguments are those of :func:`arbitrary_second_order`.
+    """
+    root = math.sqrt(abs(s))
+    if reading == ALGEBRAIC:
+        # S' = −w sign S with w² + (|S|^½ + K) w = K |S|^½
+        b = root + k
+        return (math.sqrt(b * b + 4 * k * root) - b) / 2 * sign(s)
+    size = abs(s_dot) + root
+    quotient = (s_dot + root * sign(s)) / (size if size > 0 else 1.0)
+    return push + dt * k * quotient if reading == INTEGRATED else k * quotient
+
+
+# The law ----------------------------------------------------------------------------------------------------------
+
+
+@uncounted
+def slide(axis, desired, u, feasible, memory, i, gains, g, dt):  # type: ignore[no-untyped-def]
+    """The acceleration u' that (2.18) asks for along an ``axis``: 0 of v [m/s²], 1 of ω [rad/s²].
+
+    ``desired`` is u_d and ``u`` the speed, both in m/s or rad/s. ∫ e dt stops where u_d is not ``feasible``.
+    """
+    e = desired - u  # (2.13)
+    integral = memory[INTEGRAL + axis, i] + dt * (e if feasible else 0.0)
+    s = e + gains[LAMBDA, g] * integral  # (2.14)
+    first = math.isnan(memory[S + axis, i])
+    s_dot = 0.0 if first else (s - memory[S + axis, i]) / dt
+    rate = 0.0 if first else (desired - memory[DESIRED + axis, i]) / dt
+    mode, k, push = gains[MODE, g], gains[K, g], memory[PUSH + axis, i]
+    if mode == CSM:
+        push = conventional(s, k)
+    elif mode == ESM:
+        push = exponential(s, k, gains[MU0, g], gains[ALPHA, g])
+    elif mode == ASSM:
+        push = arbitrary_second_order(s, s_dot, push, k, gains[READING, g], dt)
+    else:
+        push = quasi_continuous(s, s_dot, push, k, gains[READING, g], dt)
+    memory[INTEGRAL + axis, i], memory[S + axis, i] = integral, s
+    memory[PUSH + axis, i], memory[DESIRED + axis, i] = push, desired
+    return rate + gains[LAMBDA, g] * e + push  # (2.18)
+
+
+@uncounted
+def led(before, acceleration, u, lead, dt):  # type: ignore[no-untyped-def]
+    """The velocity command: the integral of an acceleration, ``lead`` at most from the speed ``u``."""
+    before = u if math.isnan(before) else before
+    return min(max(before + dt * acceleration, u - lead), u + lead)
+
+
+@equation
+def sliding_mode(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """Command (2.13)-(2.19) with the mode's reaching law."""
+    seen, gains, g, dt = known.seen, known.gains, known.column[i], known.dt
+    wish_v, wish_w = track(
+        seen[X, i], seen[Y, i], seen[HEADING, i],
+        seen[AT_X, i], seen[AT_Y, i], seen[AT_HEADING, i], seen[AT_V, i], seen[AT_W, i],
+        gains, OUTER, g,
+    )  # fmt: skip
+    v, w = within(gains, g, wish_v, wish_w)
+    # Anti-windup (a choice; the thesis has none): no integration while the demand is beyond what the wheels can
+    # do, as it is far from the path. Otherwise the integral of the missing speed takes many seconds to decay.
+    feasible = v == wish_v and w == wish_w
+    v_rate = slide(0, v, seen[V, i], feasible, memory, i, gains, g, dt)
+    w_rate = slide(1, w, seen[W, i], feasible, memory, i, gains, g, dt)
+    if gains[TORQUE, g] > 0:
+        command[FIRST, i], command[SECOND, i] = wheel_torques(v_rate, w_rate, gains, MASS, g)  # (2.19)
+    else:
+        lead, half_axle = gains[LEAD, g], gains[HALF_AXLE, g]
+        command[FIRST, i] = led(memory[COMMAND, i], v_rate, seen[V, i], lead, dt)
+        command[SECOND, i] = led(memory[COMMAND + 1, i], w_rate, seen[W, i], lead / half_axle, dt)
+        memory[COMMAND, i], memory[COMMAND + 1, i] = command[FIRST, i], command[SECOND, i]
+    command[WISH_V, i], command[WISH_W, i] = v, w
 
 
 @dataclass(frozen=True, kw_only=True)
-class ArbitrarySecondOrder:
-    """The arbitrary second-order reaching law (2.20)."""
-
-    k: float
-    discretisation: Discretisation
-
-    def push(self, s: Array, s_dot: Array, push: Array, dt: float) -> Array:
-        """Return ∫ K sign(S' + |S|^½ sign S) dt if integrated; else (2.20) as printed, with S' on the left."""
-        root = np.sqrt(np.abs(s))
-        if self.discretisation == "integrated":
-            return push + dt * self.k * np.sign(s_dot + root * np.sign(s))
-        if self.discretisation == "memory":
-            return self.k * np.sign(s_dot + root * np.sign(s))
-        # As printed, (2.20) is an equation for S' with the solution S' = −min(K, |S|^½) sign S.
-        return np.minimum(self.k, root) * np.sign(s)
-
-
-@dataclass(frozen=True, kw_only=True)
-class QuasiContinuous:
-    """The quasi-continuous second-order reaching law (2.21)."""
-
-    k: float
-    discretisation: Discretisation
-
-    def push(self, s: Array, s_dot: Array, push: Array, dt: float) -> Array:
-        """Return ∫ K (S' + |S|^½ sign S)/(|S'| + |S|^½) dt if integrated; else (2.21) as printed."""
-        root = np.sqrt(np.abs(s))
-        if self.discretisation == "algebraic":
-            # S' = −w sign S with w² + (|S|^½ + K) w = K |S|^½
-            b = root + self.k
-            return (np.sqrt(b * b + 4 * self.k * root) - b) / 2 * np.sign(s)
-        size = np.abs(s_dot) + root
-        quotient = (s_dot + root * np.sign(s)) / np.where(size > 0, size, 1.0)
-        return push + dt * self.k * quotient if self.discretisation == "integrated" else self.k * quotient
-
-
-class _Memory(NamedTuple):
-    """Each array is (2, runs, robots), for v and for ω; None before the first period."""
-
-    integral: Array  # ∫ e dt
-    s: Array | None  # S
-    push: Array  # of the reaching law
-    desired: Array | None  # u_d
-    command: Array | None  # the velocity command
-    dynamics: InverseDynamics  # nominal, with d = 0
-    limits: Array  # (4, robots): of the velocities
-
-
-@dataclass(frozen=True, kw_only=True)
-class SlidingMode(Law[_Memory]):
+class SlidingMode(EquationLaw):
     """Sliding-mode control, one law for all four modes: the surface, its realisation, and the reaching law.
 
     Default gains are the thesis's (2.1.3.2): K = 1 (csm), 0.8 (assm, qssm), 0.2 (esm); λ = 10; μ0 = 0.1, α = 3.
@@ -149,22 +205,14 @@ class SlidingMode(Law[_Memory]):
     mu0: float = quantity(0.1, "1", above=0, most=1)  # μ0, esm only
     alpha: float = quantity(3.0, "s/m (s/rad)", above=0)  # α, esm only
     realisation: Literal["torque", "velocity"] = "torque"
-    discretisation: Discretisation = "integrated"  # assm and qssm only
+    discretisation: Literal["integrated", "algebraic", "memory"] = "integrated"  # assm and qssm only
     lead: float = quantity(0.4, "m/s", above=0)  # velocity realisation: how far the command may lead the speed
     outer: Lyapunov = field(default_factory=Lyapunov)  # makes the desired velocities
-    law: ReachingLaw = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
-        law: ReachingLaw
-        if self.mode == "csm":
-            law = Conventional(k=self.k)
-        elif self.mode == "esm":
-            law = Exponential(k=self.k, mu0=self.mu0, alpha=self.alpha)
-        else:
-            second_order = ArbitrarySecondOrder if self.mode == "assm" else QuasiContinuous
-            law = second_order(k=self.k, discretisation=self.discretisation)
-        object.__setattr__(self, "law", law)
+
+    equation = sliding_mode
 
     @property
     def level(self) -> Level:
@@ -178,41 +226,20 @@ class SlidingMode(Law[_Memory]):
         gains |= {"discretisation"} if self.mode in ("csm", "esm") else set()
         return frozenset(gains | ({"lead"} if self.realisation == "torque" else set()))
 
-    def init(self, setting: Setting, runs: int) -> _Memory:
-        """Begin with the integrals at 0 and the nominal dynamics of every robot."""
-        zero = np.zeros((2, runs, len(setting.robots)))
-        return _Memory(
-            integral=zero,
-            s=None,
-            push=zero,
-            desired=None,
-            command=None,
-            dynamics=InverseDynamics.nominal(setting.robots),
-            limits=velocity_limits(setting.robots),
+    def gain_rows(self, setting: Setting) -> Sequence[Any]:
+        """The limits, the nominal dynamics with d = 0, the gains, and those of the outer loop."""
+        options = MODES.index(self.mode), READINGS.index(self.discretisation)
+        return (
+            *velocity_limits(setting.robots),
+            *InverseDynamics.nominal(setting.robots),
+            *options,
+            *(self.k, self.lam, self.mu0, self.alpha),
+            *(self.realisation == "torque", self.lead),
+            *self.outer.gain_rows(setting),
         )
 
-    def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        """Command (2.13)-(2.19) with the mode's reaching law."""
-        wish, _ = self.outer.control(seen, None, dt)
-        desired = np.stack(saturate(memory.limits, wish.v, wish.w))
-        u = np.stack([seen.v, seen.w])
-        e = desired - u  # (2.13)
-        # Anti-windup (a choice; the thesis has none): no integration while the demand is beyond what the wheels can
-        # do, as it is far from the path. Otherwise the integral of the missing speed takes many seconds to decay.
-        feasible = (desired[0] == wish.v) & (desired[1] == wish.w)
-        integral = memory.integral + dt * np.where(feasible, e, 0.0)
-        s = e + self.lam * integral  # (2.14)
-        s_dot = (s - memory.s) / dt if memory.s is not None else np.zeros_like(s)
-        push = self.law.push(s, s_dot, memory.push, dt)
-        rate = (desired - memory.desired) / dt if memory.desired is not None else np.zeros_like(desired)
-        acceleration = rate + self.lam * e + push  # what (2.18) asks of u'
-        if self.realisation == "torque":
-            command = memory.dynamics.torques(acceleration)  # (2.19)
-        else:
-            lead = np.stack(
-                [np.full_like(e[0], self.lead), self.lead / memory.dynamics.half_axle + np.zeros_like(e[1])]
-            )
-            before = memory.command if memory.command is not None else u
-            command = np.clip(before + dt * acceleration, u - lead, u + lead)
-        after = memory._replace(integral=integral, s=s, push=push, desired=desired, command=command)
-        return Command(command[0], command[1], desired[0], desired[1]), after
+    def begin(self, setting: Setting, runs: int) -> np.ndarray:
+        """Begin with the integrals at 0, and nothing known of a period before."""
+        rows = np.zeros((REMEMBERED, runs, len(setting.robots)))
+        rows[S : S + 2] = rows[COMMAND : COMMAND + 2] = np.nan
+        return rows

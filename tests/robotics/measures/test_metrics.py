@@ -1,12 +1,23 @@
 """Metrics on runs small enough to compute by hand."""
 
+from dataclasses import replace
 from math import hypot, inf, nan, pi, sqrt
 
 import numpy as np
 import pytest
 
-from robotics.measures.tracking import METRICS, cross_track_error, measure, settling_time, tracking_error
+from robotics.laws.catalogue import make_controller
+from robotics.measures.tracking import (
+    METRICS,
+    cross_track_error,
+    measure,
+    settling_time,
+    tracking_error,
+    tracking_errors,
+)
 from robotics.paths.path import Circle, Line, Sine, compile_path
+from robotics.scenario.reading import load_scenario
+from robotics.simulation.loop import simulate
 from robotics.simulation.run import CHANNELS, REFERENCE
 from tests.robotics.handmade import handmade
 
@@ -161,3 +172,21 @@ def test_measure_gives_every_metric_for_every_seed_and_robot():
     for metric in METRICS.values():
         assert metric.unit
         assert metric.title
+
+
+def test_sums_of_the_tracking_error_are_those_of_its_samples():
+    """The compiled sums beside numpy's over the samples, of runs in which robots are stopped too."""
+    about = replace(load_scenario("lyapunov-sine"), divergence=0.9, duration=12.0)
+    stopped = simulate(about, make_controller("lyapunov"), range(3))
+    assert (stopped.stopped >= 0).any()
+    for run in (stopped, simulate(load_scenario("three-cross"), make_controller("right-of-way"), range(2))):
+        e, sums = tracking_error(run), tracking_errors(run)
+        for name in ("x", "y", "heading"):
+            expected = np.nanmean(np.abs(getattr(e, name)), axis=-1)
+            np.testing.assert_allclose(getattr(sums, name), expected, rtol=0, atol=1e-12)
+        distance = np.hypot(e.x, e.y)
+        norm = np.nanmean(np.sqrt(distance**2 + e.heading**2), axis=-1)
+        np.testing.assert_allclose(sums.norm, norm, rtol=0, atol=1e-12)
+        np.testing.assert_array_equal(sums.settled, settling_time(run, distance))
+        last = [[robot[np.isfinite(robot)][-1] for robot in one] for one in distance]
+        np.testing.assert_allclose(sums.final, last, rtol=0, atol=1e-12)

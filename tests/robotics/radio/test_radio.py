@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robotics.radio.channel
-from robotics.laws.teams.neighbours import alone_for, differences, smallest_heard
-from robotics.radio.channel import Channel, Heard, broadcast, receive
+from robotics.laws.teams.neighbours import alone, alone_for, difference, heard_now, smallest, smallest_heard
+from robotics.radio.channel import AGE, HEARD, HEARS, Channel, Heard, broadcast, receive
 from robotics.radio.description import PRESETS, Radio, RadioError
 from robotics.radio.faults import FAULTS, Fault, Faults, notice, untroubled
 from robotics.radio.graph import adjacency
@@ -290,21 +290,27 @@ def test_values_are_brought_up_to_date_summed_and_compared_over_those_heard(seed
     known = hears & (rng.random(links) < 0.8)
     age = np.where(known, rng.choice([0.05, 0.45, 0.5, 0.55, 20.0], links), np.inf)
     heard = Heard(("rate", "other", "value"), np.where(known, rng.standard_normal((3, *links)), np.nan), age, hears)
-    mine, weights = rng.standard_normal((runs, robots)), hears * rng.standard_normal((robots, robots))
+    planes = np.empty((HEARD + 3, runs * robots, robots))
+    planes[AGE], planes[HEARS] = age.reshape(-1, robots), np.tile(hears, (runs, 1))
+    planes[HEARD:] = heard.values.reshape(3, -1, robots)
+    mine, weight = rng.standard_normal((runs, robots)), float(rng.standard_normal())
     theirs = heard.now("value", by="rate")
-    sums, smallest = differences(mine, theirs, weights), smallest_heard(mine, theirs, hears)
-    alone = alone_for(heard, 5.0)
+    least, quiet = smallest_heard(mine, theirs, hears), alone_for(heard, 5.0)
     for r, i in np.ndindex(runs, robots):
         told = {
             j: heard.values[2, r, i, j] + heard.values[0, r, i, j] * min(age[r, i, j], 0.5)
             for j in range(robots)
             if known[r, i, j]
         }
+        lane, own = r * robots + i, mine[r, i]
         assert {j for j in range(robots) if not np.isnan(theirs[r, i, j])} == set(told)
         assert all(theirs[r, i, j] == pytest.approx(value, rel=1e-14) for j, value in told.items())
-        assert sums[r, i] == pytest.approx(sum(weights[i, j] * (mine[r, i] - q) for j, q in told.items()), abs=1e-12)
-        assert smallest[r, i] == pytest.approx(min([mine[r, i], *told.values()]), rel=1e-14)
-        assert alone[r, i] == min([5.0, *(age[r, i, j] for j in told)])
+        assert all(heard_now(planes, lane, j, 2, 0) == theirs[r, i, j] for j in told)
+        summed = difference(planes, lane, own, 2, 0, weight)
+        assert summed == pytest.approx(sum(weight * (own - q) for q in told.values()), abs=1e-12)
+        assert least[r, i] == pytest.approx(min([own, *told.values()]), rel=1e-14)
+        assert smallest(planes, lane, own, 2, 0) == least[r, i]
+        assert quiet[r, i] == min([5.0, *(age[r, i, j] for j in told)]) == alone(planes, lane, 5.0)
 
 
 # Faults ---------------------------------------------------------------------------------------------------------

@@ -12,12 +12,14 @@ from scipy.integrate import solve_ivp
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Observation
 from robotics.laws.tracking.sliding_mode import (
-    ArbitrarySecondOrder,
-    Conventional,
-    Exponential,
-    QuasiContinuous,
+    READINGS,
+    S,
     SlidingMode,
+    arbitrary_second_order,
     attraction,
+    conventional,
+    exponential,
+    quasi_continuous,
 )
 from robotics.measures.tracking import measure
 from robotics.paths.path import Sine
@@ -31,7 +33,12 @@ from tests.robotics.vehicle.etsro import ETSRO
 
 MODES = ("csm", "assm", "qssm", "esm")
 REFERENCE = replace(load_scenario("reference"), sensing=Sensing())  # configuration R: ideal odometry
-ESM = Exponential(k=0.2, mu0=0.1, alpha=3.0)
+INTEGRATED, ALGEBRAIC, MEMORY = (READINGS.index(name) for name in ("integrated", "algebraic", "memory"))
+
+
+def esm(s):
+    """The thesis's exponential law."""
+    return exponential(s, 0.2, 0.1, 3.0)
 
 
 def merits(scenario, law, seeds=(0,)):
@@ -128,38 +135,30 @@ def test_other_readings_of_the_second_order_laws_run_and_differ(mode, discretisa
 # Closed forms ---------------------------------------------------------------------------------------------------
 
 
-def reaching_time(law, s0):
+def reaching_time(push, s0):
     """When S' = −push(S) reaches 0 from ``s0``, by scipy's integrator."""
 
     def reached(t, s):
         return s[0] - 1e-9
 
     reached.terminal = True  # type: ignore[attr-defined]
-    zero = np.zeros(1)
-    solution = solve_ivp(
-        lambda t, s: -law.push(np.maximum(s, 1e-12), zero, zero, 0.05),
-        (0, 100),
-        [s0],
-        events=reached,
-        rtol=1e-9,
-        atol=1e-12,
-    )
+    solution = solve_ivp(lambda t, s: [-push(max(s[0], 1e-12))], (0, 100), [s0], events=reached, rtol=1e-9, atol=1e-12)
     return solution.t_events[0][0]
 
 
 @pytest.mark.parametrize("s0", [0.05, 0.45, 3.0])
 def test_reaching_times_are_their_closed_forms(s0):
-    assert reaching_time(Conventional(k=1.0), s0) == pytest.approx(s0, rel=1e-6)
+    assert reaching_time(lambda s: conventional(s, 1.0), s0) == pytest.approx(s0, rel=1e-6)
     # dt = Q(S) dS / K
     expected = (0.1 * s0 + 0.9 * (1 - exp(-3 * s0)) / 3) / 0.2
-    assert reaching_time(ESM, s0) == pytest.approx(expected, rel=1e-6)
+    assert reaching_time(esm, s0) == pytest.approx(expected, rel=1e-6)
 
 
 def test_published_reaching_times_from_450_mm_per_second():
     """[C]: 1.34 s against 0.45 s (K = 1) and 2.25 s (K = 0.2): faster only than the conventional one at the same K."""
-    assert reaching_time(ESM, 0.45) == pytest.approx(1.34, abs=0.005)
-    assert reaching_time(Conventional(k=1.0), 0.45) == pytest.approx(0.45, abs=0.005)
-    assert reaching_time(Conventional(k=0.2), 0.45) == pytest.approx(2.25, abs=0.005)
+    assert reaching_time(esm, 0.45) == pytest.approx(1.34, abs=0.005)
+    assert reaching_time(lambda s: conventional(s, 1.0), 0.45) == pytest.approx(0.45, abs=0.005)
+    assert reaching_time(lambda s: conventional(s, 0.2), 0.45) == pytest.approx(2.25, abs=0.005)
 
 
 def test_q_goes_from_1_to_mu0():
@@ -175,51 +174,47 @@ def test_q_goes_from_1_to_mu0():
 @given(st.floats(-5, 5).filter(lambda s: abs(s) > 1e-12), st.floats(0.01, 3), st.floats(0.01, 1), st.floats(0.1, 30))
 def test_v_falls_wherever_s_is_not_zero(s, k, mu0, alpha):
     """(2.15), (2.16), (2.24): V' = S S' = −K |S| or −K |S|/Q, and at equal K the exponential law pushes no less."""
-    zero = np.zeros(1)
-    conventional = Conventional(k=k).push(np.array([s]), zero, zero, 0.05)[0]
-    exponential = Exponential(k=k, mu0=mu0, alpha=alpha).push(np.array([s]), zero, zero, 0.05)[0]
-    assert -s * conventional == pytest.approx(-k * abs(s))
-    assert -s * exponential <= -s * conventional * (1 - 1e-12) < 0
-    assert abs(exponential) <= k / mu0 * (1 + 1e-12)
+    plain, push = conventional(s, k), exponential(s, k, mu0, alpha)
+    assert -s * plain == pytest.approx(-k * abs(s))
+    assert -s * push <= -s * plain * (1 - 1e-12) < 0
+    assert abs(push) <= k / mu0 * (1 + 1e-12)
 
 
-@pytest.mark.parametrize("law", [Conventional(k=1.0), ESM, ArbitrarySecondOrder(k=0.8, discretisation="memory"),
-                                 QuasiContinuous(k=0.8, discretisation="memory"),
-                                 QuasiContinuous(k=0.8, discretisation="integrated")])  # fmt: skip
-def test_at_rest_on_the_surface_nothing_is_pushed(law):
-    zero = np.zeros((2, 3, 1))
-    assert (law.push(zero, zero, zero, 0.05) == 0).all()
+def test_at_rest_on_the_surface_nothing_is_pushed():
+    assert conventional(0.0, 1.0) == 0
+    assert esm(0.0) == 0
+    assert arbitrary_second_order(0.0, 0.0, 0.0, 0.8, MEMORY, 0.05) == 0
+    assert quasi_continuous(0.0, 0.0, 0.0, 0.8, MEMORY, 0.05) == 0
+    assert quasi_continuous(0.0, 0.0, 0.0, 0.8, INTEGRATED, 0.05) == 0
 
 
 @given(st.floats(0.001, 5), st.floats(0.05, 3), st.sampled_from([1.0, -1.0]))
 def test_algebraic_readings_solve_the_printed_equations(size, k, side):
     """(2.20), (2.21) as printed, with S' on the left (erratum A15)."""
-    s, zero, root = np.array([size * side]), np.zeros(1), size**0.5
-    s_dot = -QuasiContinuous(k=k, discretisation="algebraic").push(s, zero, zero, 0.05)[0]
+    s, root = size * side, size**0.5
+    s_dot = -quasi_continuous(s, 0.0, 0.0, k, ALGEBRAIC, 0.05)
     assert s_dot == pytest.approx(-k * (s_dot + root * side) / (abs(s_dot) + root), rel=1e-9, abs=1e-12)
     w = (-(root + k) + ((root + k) ** 2 + 4 * root * k) ** 0.5) / 2
     assert s_dot == pytest.approx(-w * side, rel=1e-9)
-    s_dot = -ArbitrarySecondOrder(k=k, discretisation="algebraic").push(s, zero, zero, 0.05)[0]
+    s_dot = -arbitrary_second_order(s, 0.0, 0.0, k, ALGEBRAIC, 0.05)
     if root > k:
         assert s_dot == pytest.approx(-k * np.sign(s_dot + root * side))
     else:
         assert s_dot + root * side == pytest.approx(0, abs=1e-12)
 
 
-@pytest.mark.parametrize("law", [ArbitrarySecondOrder, QuasiContinuous])
+@pytest.mark.parametrize("law", [arbitrary_second_order, quasi_continuous])
 @pytest.mark.parametrize("s0", [0.5, -0.2])
 def test_second_order_modes_bring_s_and_its_rate_to_zero_in_finite_time(law, s0):
     """S'' = −K(...): integrated in small steps on S' = −push, from S0 with S' = 0."""
-    mode, dt = law(k=0.8, discretisation="integrated"), 1e-3
-    s, push = np.array([s0]), np.zeros(1)
+    dt, s, push = 1e-3, s0, 0.0
     for k in range(12_000):
-        s_dot = -push
-        push = mode.push(s, s_dot, push, dt)
+        push = law(s, -push, push, 0.8, INTEGRATED, dt)
         if k == 0:
-            assert push[0] == pytest.approx(0.8 * dt * np.sign(s0))
+            assert push == pytest.approx(0.8 * dt * np.sign(s0))
         s = s - dt * push
-    assert abs(s[0]) < 1e-4
-    assert abs(push[0]) < 0.02
+    assert abs(s) < 1e-4
+    assert abs(push) < 0.02
 
 
 # The realisations -----------------------------------------------------------------------------------------------
@@ -248,7 +243,7 @@ def test_gamma_times_its_inverse_is_the_identity(radius):
     e = np.array([command.v.item() - 0.2, command.w.item() + 0.3])  # (2.13)
     s = e * (1 + 4.0 * period)  # (2.14) after one period
     asked = 4.0 * e + 0.7 * np.sign(s)  # (2.18) with u_d' = 0
-    np.testing.assert_allclose(memory.s.ravel(), s, rtol=1e-12)
+    np.testing.assert_allclose(memory.rows[S : S + 2, 0], s, rtol=1e-12)
     torque = np.array([[command.first.item()], [command.second.item()]])
     state = p.initial_state(np.zeros((1, 3)))
     plant = p.Plant(p.parameters(ideal)[:, None], steps=1)
