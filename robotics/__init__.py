@@ -8,7 +8,8 @@ True
 Describe and simulate:
     load_scenario, parse_scenario, scenario_names, load_robot, robot_names, Scenario and its parts (Member, Robot,
     Timing, Radio, Fault, Sensing, RangeSensor, shapes of paths such as Sine); compile_path, formation_scenario,
-    random_team, team_toml, adjacency, laplacian; make_controller, CATALOGUE; simulate, load_run, Run
+    random_team, team_toml, adjacency, laplacian; make_controller, CATALOGUE; simulate, simulate_many,
+    load_run, Run
 Measure, compare and look:
     measure_all, metrics_of, measure, measure_team, measure_formation, tracking_error, cross_track_error, arrival_time,
     nearest_distance, progress_gap, true_progress; compare, summarise, Comparison; recovery_curve; explain_decision,
@@ -30,6 +31,7 @@ TYPE_CHECKING = False  # type checkers take it as true by its name; importing ty
 
 if TYPE_CHECKING:
     from robotics.experiments.comparison import Comparison, compare, summarise
+    from robotics.experiments.population import Population, PopulationError, simulate_many
     from robotics.experiments.recovery import Recovery, recovery_curve
     from robotics.figures.avoidance import plot_avoidance, plot_trajectories
     from robotics.figures.certificate import plot_certificate
@@ -82,6 +84,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "robotics.experiments.comparison": ("Comparison", "compare", "summarise"),
+    "robotics.experiments.population": ("Population", "PopulationError", "simulate_many"),
     "robotics.experiments.recovery": ("Recovery", "recovery_curve"),
     "robotics.figures.avoidance": ("plot_avoidance", "plot_trajectories"),
     "robotics.figures.certificate": ("plot_certificate",),
@@ -156,6 +159,8 @@ __all__ = [
     "Path",
     "PathError",
     "PlotError",
+    "Population",
+    "PopulationError",
     "Preset",
     "Quintic",
     "Radio",
@@ -231,6 +236,7 @@ __all__ = [
     "run_study",
     "scenario_names",
     "simulate",
+    "simulate_many",
     "study_names",
     "summarise",
     "team_toml",

@@ -35,7 +35,8 @@ from robotics.report.chapter import Chapter, Claim, Grid, Picture
 from robotics.report.study import write_study
 from robotics.scenario.description import ScenarioError
 from robotics.scenario.reading import parse_scenario
-from robotics.sensing.sonar import PRESETS, RangeSensor, SensorArray
+from robotics.sensing.carried import exact_echoes
+from robotics.sensing.sonar import PRESETS, RangeSensor
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import load_run
 from robotics.vehicle import plant
@@ -245,8 +246,8 @@ def test_an_obstacle(monkeypatch):
     assert obstacle_clearance(x + 1.0, y, heading, sizes, here)[0, 0] == pytest.approx(
         np.hypot(0.0, 0.5 - ETSRO.width / 2) - 0.3
     )
-    eyes = SensorArray.opened([RangeSensor(range=5.0), RangeSensor(range=5.0, axis=np.arctan2(0.5, 1.0))], (0,), 0.05)
-    assert eyes.echoes(*PLACE, sizes, here)[0, 0].tolist() == [np.inf, pytest.approx(np.hypot(0.5, 1.0) - 0.3)]
+    eyes = [RangeSensor(range=5.0), RangeSensor(range=5.0, axis=np.arctan2(0.5, 1.0))]
+    assert exact_echoes(eyes, *PLACE, sizes, here)[0, 0].tolist() == [np.inf, pytest.approx(np.hypot(0.5, 1.0) - 0.3)]
     run = simulate(scenario, make_controller("lyapunov"))
     assert 0.09 < clearances(run, 0).min() < 0.11  # it drove through the gap of 0.4 m
     assert len(outlines(run.obstacles)) == len(player_data(run)["obstacles"]["bodies"]) == 2

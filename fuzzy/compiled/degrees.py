@@ -40,9 +40,13 @@ def exp_nonpositive(v: float) -> float:
     scale = np.int64(bits << 52).view(np.float64)
     k = shifted - _ROUND
     r = (v - k * _LN2_HIGH) - k * _LN2_LOW
-    e = _E8 + r * (_E9 + r * (_E10 + r * (_E11 + r * (_E12 + r * _E13))))
-    e = _E2 + r * (_E3 + r * (_E4 + r * (_E5 + r * (_E6 + r * (_E7 + r * e)))))
-    return (1.0 + (r + r * r * e)) * scale * 2.0**-_HALF_RANGE
+    # Estrin's order: half of the operations wait for none of the others.
+    q = r * r
+    low = (_E2 + r * _E3) + q * (_E4 + r * _E5)
+    middle = (_E6 + r * _E7) + q * (_E8 + r * _E9)
+    high = (_E10 + r * _E11) + q * (_E12 + r * _E13)
+    e = low + q * q * (middle + q * q * high)
+    return (1.0 + (r + q * e)) * scale * 2.0**-_HALF_RANGE
 
 
 @inlined
@@ -61,7 +65,8 @@ def log1p_unit(u: float) -> float:
 
 @inlined
 def _unit(z: float) -> float:
-    return 0.0 if z < 0.0 else (1.0 if z > 1.0 else z)
+    z = 0.0 if z < 0.0 else z
+    return 1.0 if z > 1.0 else z
 
 
 @inlined

@@ -57,23 +57,23 @@ AND_MIN = 6  # "and" is the minimum, otherwise the product
 OR_MAX = 7  # "or" is the maximum, otherwise the probabilistic or
 WEIGHTED_SUM = 8  # wtsum, otherwise wtaver
 CLIP = 9  # are inputs clipped to their universe?
-LOW, HIGH = 10, 11  # (inputs,): ends of the universe of discourse
-# The terms are numbered by input and kind: a segment is all terms of one input with one membership function.
-SEGMENT_INPUT, SEGMENT_KIND, SEGMENT_END = (
-    12,
-    13,
-    14,
-)  # (segments,): the kind of NUMBERS, and the last term's number + 1
-A, B, C, D = 15, 16, 17, 18  # (terms,): the parameters in the order of the function's class, filled up with 0
+PLAIN = 10  # are all rules "and" without a hedge and without "not"?
+LOW, HIGH = 11, 12  # (inputs,): ends of the universe of discourse
+# The terms are numbered by input and kind: a segment is all terms of one input with one membership function, which is
+# a kind of NUMBERS, up to the last term's number + 1.
+SEGMENT_INPUT, SEGMENT_KIND, SEGMENT_END = 13, 14, 15  # (segments,)
+A, B, C, D = 16, 17, 18, 19  # (terms,): the parameters in the order of the function's class, filled up with 0
 # The clauses of all rules in one sequence, those of a rule in the order of the inputs.
-RULE_END = 19  # (rules,): the last clause's number + 1
-IS_OR, WEIGHT = 20, 21  # (rules,)
-CLAUSE_TERM, CLAUSE_POWER, CLAUSE_NEGATED = 22, 23, 24  # (clauses,)
-TAKES_PART, CONSTANT = 25, 26  # (outputs, rules): has the rule a consequent for the output, and which? 0 without
-LINEAR = 27  # (outputs,): has the output any first-order consequent?
-SLOPES = 28  # (outputs, rules, inputs)
-DEFAULT = 29  # (outputs,): the value where no rule fires
-HEADER = 30
+RULE_END = 20  # (rules,): the last clause's number + 1
+IS_OR, WEIGHT = 21, 22  # (rules,)
+CLAUSE_TERM, CLAUSE_POWER, CLAUSE_NEGATED = 23, 24, 25  # (clauses,)
+TAKES_PART, CONSTANT = 26, 27  # (outputs, rules): has the rule a consequent for the output, and which? 0 without
+LINEAR = 28  # (outputs,): has the output any first-order consequent?
+SLOPES = 29  # (outputs, rules, inputs)
+DEFAULT = 30  # (outputs,): the value where no rule fires
+HEADER = 31
+
+uncounted = kernel(nogil=True, _nrt=False)
 
 OUTSIDE, NO_RULE = 1, 2  # what evaluate_packed tells, to be added
 
@@ -106,6 +106,7 @@ def packed(fis: Sugeno | Any) -> np.ndarray:
     sizes = {INPUTS: len(fis.inputs), OUTPUTS: len(fis.outputs), RULES: len(fis.rules)}
     sizes |= {TERMS: len(lists[A]), SEGMENTS: len(lists[SEGMENT_KIND])}
     choices = {LOGARITHMIC: logarithmic(fis), AND_MIN: fis.and_method == "min", OR_MAX: fis.or_method == "max"}
+    choices[PLAIN] = bool((s.power == 1).all()) and not (s.is_or.any() or s.negated.any())
     choices |= {WEIGHTED_SUM: fis.defuzzification == "wtsum", CLIP: fis.out_of_range == "clip"}
     for field, value in (sizes | choices).items():
         header[field] = value
@@ -150,19 +151,22 @@ def _lay_out_consequents(fis: Sugeno, lists: dict[int, Any]) -> None:
     lists[DEFAULT] = [v.midrange if fis.no_rule_fires == "midrange" else np.nan for v in fis.outputs]
 
 
+@kernel(nogil=True)
 def packed_work(system: np.ndarray) -> int:
     """How many numbers :func:`evaluate_packed` needs to work in."""
-    inputs, terms, rules = (int(system[field]) for field in (INPUTS, TERMS, RULES))
-    return inputs + terms + 2 * rules
-
-
-uncounted = kernel(nogil=True, _nrt=False)
+    return int(system[INPUTS]) + int(system[TERMS]) + 2 * int(system[RULES])
 
 
 @inlined
 def whole(system: np.ndarray, place: Any) -> Any:
     """A whole number of a system, as an unsigned one: Numba then does not ask whether an index is negative."""
     return np.uint64(np.int64(system[place]))
+
+
+@inlined
+def clipped(log: float) -> float:
+    """Return a logarithm, or what stands for that of 0."""
+    return NEVER if log < NEVER else log
 
 
 @inlined
@@ -177,7 +181,7 @@ def _degrees(kind: int, system: np.ndarray, begin: int, end: int, x: float, work
             work[at + t] = trapezoid(x, system[a + t], system[b + t], system[c + t], system[d + t])
     elif kind == GAUSSIAN:
         for t in range(begin, end):
-            work[at + t] = log_gaussian(x, system[a + t], system[b + t])
+            work[at + t] = clipped(log_gaussian(x, system[a + t], system[b + t]))
     elif kind == LINEAR_S:
         for t in range(begin, end):
             work[at + t] = rise(x, system[a + t], system[b + t])
@@ -217,7 +221,7 @@ def _degrees(kind: int, system: np.ndarray, begin: int, end: int, x: float, work
 @inlined
 def _memberships(system: np.ndarray, work: np.ndarray, at: int, logs: bool) -> bool:
     """Layer 1 of the point at the beginning of ``work``; return whether a degree is not-a-number."""
-    begin = np.uint64(0)
+    begin, unknown = np.uint64(0), False
     inputs, kinds, ends = whole(system, SEGMENT_INPUT), whole(system, SEGMENT_KIND), whole(system, SEGMENT_END)
     for s in range(whole(system, SEGMENTS)):
         kind, end = np.int64(system[kinds + s]), whole(system, ends + s)
@@ -225,11 +229,12 @@ def _memberships(system: np.ndarray, work: np.ndarray, at: int, logs: bool) -> b
         if kind >= GAUSSIAN and not logs:
             for t in range(begin, end):
                 work[at + t] = exp_nonpositive(work[at + t])
+        if kind != GAUSSIAN:  # which is known wherever its input is
+            for t in range(begin, end):
+                degree = work[at + t]
+                unknown |= degree != degree
+                work[at + t] = clipped(degree)
         begin = end
-    unknown = False
-    for t in range(at, at + begin):
-        degree = work[t]
-        unknown |= degree != degree
     return unknown
 
 
@@ -277,6 +282,21 @@ def _firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rul
 
 
 @inlined
+def _plain_firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> None:
+    """Layer 2 from degrees for rules that are all "and", without a hedge and without "not"."""
+    ends, weight, term = whole(system, RULE_END), whole(system, WEIGHT), whole(system, CLAUSE_TERM)
+    and_min = system[AND_MIN] != 0.0
+    begin = np.uint64(0)
+    for r in range(rules):
+        end, w = whole(system, ends + r), 1.0
+        for k in range(begin, end):
+            degree = work[degrees + whole(system, term + k)]
+            w = minimum(w, degree) if and_min else w * degree
+        work[firing + r] = w * system[weight + r]
+        begin = end
+
+
+@inlined
 def _log_firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> float:
     """Layer 2 from logarithms, without the rules' weights; return the greatest logarithm of those that count."""
     ends, weight = whole(system, RULE_END), whole(system, WEIGHT)
@@ -285,9 +305,7 @@ def _log_firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int,
     for r in range(rules):
         end, log = whole(system, ends + r), 0.0
         for k in range(begin, end):
-            degree = work[degrees + whole(system, term + k)]
-            degree = NEVER if degree < NEVER else degree
-            log += degree * system[power + k]
+            log += work[degrees + whole(system, term + k)] * system[power + k]
         work[firing + r] = log
         if system[weight + r] > 0.0 and log > top:
             top = log
@@ -295,30 +313,33 @@ def _log_firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int,
     return top if top > NEVER / 1e6 else 0.0
 
 
-@uncounted
-def _weights(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> int:
-    """Layers 2 and 3: the firing strengths, and from ``firing + rules`` on the weights w / Σ w, 0 where none fires."""
+@inlined
+def _weights(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> None:
+    """Layers 2 and 3: the firing strengths w, and from ``firing + rules`` on the weights, 0 where none fires.
+
+    They are w / Σ w. Those of logarithms lack the sum: they are w over the greatest w.
+    """
     weight, weights = whole(system, WEIGHT), firing + rules
     if system[LOGARITHMIC] != 0.0:
         top = _log_firing(system, work, degrees, firing, rules)
         for r in range(rules):
-            # A rule without weight is no part of the greatest strength, and might overflow over it.
-            reach = 0.0 if system[weight + r] > 0.0 else -np.inf
-            work[weights + r] = exp_nonpositive(work[firing + r] - top + reach) * system[weight + r]
+            factor, log = system[weight + r], work[firing + r] - top
+            log = 0.0 if log > 0.0 else log  # a rule without weight is no part of the greatest strength
+            work[weights + r] = exp_nonpositive(log) * factor
         if system[WEIGHTED_SUM] != 0.0:
             for r in range(rules):
                 work[firing + r] = exp_nonpositive(work[firing + r]) * system[weight + r]
+        return
+    if system[PLAIN] != 0.0:
+        _plain_firing(system, work, degrees, firing, rules)
     else:
         _firing(system, work, degrees, firing, rules)
-        for r in range(rules):
-            work[weights + r] = work[firing + r]
     total = 0.0
     for r in range(rules):
-        total += work[weights + r]
+        total += work[firing + r]
     total = 1.0 if total == 0.0 else total
     for r in range(rules):
-        work[weights + r] /= total
-    return weights
+        work[weights + r] = work[firing + r] / total
 
 
 @inlined
@@ -332,7 +353,7 @@ def _defuzzified(
     linear = system[whole(system, LINEAR) + o] != 0.0
     weighted_sum = system[WEIGHTED_SUM] != 0.0
     share = firing if weighted_sum else weights
-    everyone, total, output = True, 0.0, 0.0
+    everyone, total, output = system[LOGARITHMIC] == 0.0, 0.0, 0.0
     for r in range(rules):
         if system[takes_part + r] == 0.0:
             everyone = False
@@ -344,7 +365,7 @@ def _defuzzified(
                 proposal += system[slopes + r * inputs + i] * work[i]
         output += work[share + r] * proposal
     fires = total > 0.0
-    if fires and not everyone and not weighted_sum:
+    if not everyone and fires and not weighted_sum:
         output /= total
     return output, fires
 
@@ -380,7 +401,8 @@ def evaluate_packed(system: np.ndarray, x: np.ndarray, output: np.ndarray, work:
         work[i] = value
     unknown |= _memberships(system, work, inputs, system[LOGARITHMIC] != 0.0)
     firing = inputs + terms
-    weights = _weights(system, work, inputs, firing, rules)
+    _weights(system, work, inputs, firing, rules)
+    weights = firing + rules
     default = whole(system, DEFAULT)
     for o in range(whole(system, OUTPUTS)):
         value, fires = _defuzzified(system, work, firing, weights, o, rules)
@@ -392,3 +414,26 @@ def evaluate_packed(system: np.ndarray, x: np.ndarray, output: np.ndarray, work:
             output[o] = system[default + o]
             told |= NO_RULE
     return told
+
+
+def one_point(system: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Make all that :func:`evaluate_one` needs, in one array: the system, a point, its outputs and memory to work in.
+
+    Returns:
+        The array, and its parts (inputs,) and (outputs,), where a point is written before and its outputs stand after.
+    """
+    x = len(system)
+    output = x + int(system[INPUTS])
+    work = output + int(system[OUTPUTS])
+    memory = np.zeros(work + packed_work(system) + 1)
+    memory[:x], memory[-1] = system, x
+    return memory, memory[x:output], memory[output:work]
+
+
+@uncounted
+def evaluate_one(memory: np.ndarray) -> int:
+    """Evaluate the point in what :func:`one_point` made, as :func:`evaluate_packed` does, for calls from Python."""
+    x = whole(memory, len(memory) - 1)
+    output = x + whole(memory, INPUTS)
+    work = output + whole(memory, OUTPUTS)
+    return evaluate_packed(memory, memory[x:output], memory[output:work], memory[work:])

@@ -127,7 +127,7 @@ class Watch:
         runs = poses.shape[1]
         names = ("least", "first", "counts", "ends", "floor", "since", "depth")
         changed: dict[str, Any] = {name: getattr(self, name).copy() for name in names}
-        ended = _sweep(
+        ended = sweep(
             times,
             np.ascontiguousarray(poses, dtype=float),
             *world,
@@ -460,10 +460,14 @@ def _crossing(out, into, pair, motion, sizes, world):  # type: ignore[no-untyped
 
 
 @kernel(nogil=True)
-def _sweep(  # type: ignore[no-untyped-def]
+def sweep(  # type: ignore[no-untyped-def]
     times, poses, circles, bodies, segments, counts, spans, sizes, going, least, first, begun, ends, floor, since, depth
 ):
-    """Carry the last seven arrays, those of :class:`Watch`, through all samples; return the contacts that ended."""
+    """Carry the last seven arrays, those of :class:`Watch`, through all samples; return the contacts that ended.
+
+    Poses, obstacles and ``going`` are as of :meth:`Watch.along` and :meth:`Watch.to`, ``sizes`` those of
+    :func:`robotics.environment.collision.footprints`.
+    """
     runs, robots, samples = poses.shape[1:]
     obstacles = spans.shape[1]
     moves, each = circles.shape[0] > 1, circles.shape[1] > 1

@@ -212,6 +212,20 @@ class Geometry(NamedTuple):
     counts: np.ndarray  # (runs,) int: the number of bodies of the run; those after it are padding
 
 
+class Moving(NamedTuple):
+    """How obstacles move, as columns, for :func:`place`; no worlds: none does."""
+
+    circles: np.ndarray  # (worlds, bodies, 3): as of Geometry, in the obstacles' own frames where they move
+    segments: np.ndarray  # (worlds, segments, 4): likewise
+    frames: np.ndarray  # (worlds, bodies) int: the frame with which a body moves; -1: it rests
+    poses: np.ndarray  # (times, 4, frames) m, m, 1, 1: x, y, cosine and sine of the heading of each frame
+
+    @classmethod
+    def nothing(cls) -> "Moving":
+        """The columns where nothing moves."""
+        return cls(np.empty((0, 0, 3)), np.empty((0, 0, 4)), np.empty((0, 0), np.int64), np.empty((0, 4, 0)))
+
+
 @dataclass(frozen=True)
 class Obstacles:
     """The obstacles of one world or of several, ready to be placed at any time."""
@@ -227,23 +241,39 @@ class Obstacles:
         """The number of worlds."""
         return len(self.rest.counts)
 
-    def poses(self, time: float) -> np.ndarray:
-        """The frames of the moving obstacles at ``time`` [s], (3, frames): x [m], y [m], heading [rad]."""
-        if self.motion is None:
-            return self.offsets
-        on, (x, y, heading) = self.motion.at(time), self.offsets
-        turn = np.where(self.along, on.heading, 0.0)
-        c, s = np.cos(turn), np.sin(turn)
-        return np.stack([on.x + c * x - s * y, on.y + s * x + c * y, turn + heading])
-
     def at(self, time: float) -> Geometry:
         """The places of all obstacles at ``time`` [s]. Nothing is copied where nothing moves."""
         if self.motion is None:
             return self.rest
-        x, y, heading = self.poses(time)
-        frames = np.stack([x, y, np.cos(heading), np.sin(heading)])
-        circles, segments = _placed(*self.rest, self.frames, frames)
-        return self.rest._replace(circles=circles, segments=segments)
+        here, moving = self.during(np.array([time]), np.arange(self.runs))
+        place(here, moving, 0)
+        return here
+
+    def during(self, times: np.ndarray, worlds: np.ndarray) -> tuple[Geometry, "Moving"]:
+        """The obstacles of some worlds, for :func:`place` to place at any of some times.
+
+        Args:
+            times: (n,) [s].
+            worlds: Their numbers, from 0 (m,).
+
+        Returns their geometry, a copy, in which those that move are in their own frames; and how they move.
+        """
+        rest = Geometry(*(np.ascontiguousarray(rows[worlds]) for rows in self.rest))
+        if self.motion is None:
+            return rest, Moving.nothing()
+        frames, motion, offsets, along = self.frames[worlds], self.motion, self.offsets, self.along
+        if len(worlds) < self.runs:
+            used, place_of = np.unique(np.append(frames, -1), return_inverse=True)
+            frames, used = place_of[:-1].reshape(frames.shape) - 1, used[1:]
+            if len(used) == 0:
+                return rest, Moving.nothing()
+            paths = tuple(motion.paths[f] for f in used)
+            motion = Trajectory(paths, motion.tables[used], motion.ends[used])
+            offsets, along = offsets[:, used], along[used]
+        on = motion.sampled(times)
+        poses = np.empty((len(times), 4, offsets.shape[1]))
+        _pose_frames(on.x, on.y, on.heading, offsets, along, poses)
+        return rest, Moving(rest.circles.copy(), rest.segments.copy(), frames, poses)
 
 
 def compile_world(world: World) -> Obstacles:
@@ -334,23 +364,34 @@ def _circle(points: list[Point], radius: float) -> list[float]:
     return [x, y, max(hypot(p[0] - x, p[1] - y) for p in points) * (1 + 1e-12) + 1e-12]
 
 
-@kernel
-def _placed(circles, bodies, segments, counts, frames, pose):  # type: ignore[no-untyped-def]
-    """Circles and segments in the world; those that move are taken from their frames (x, y, cos, sin)."""
-    circles, segments = circles.copy(), segments.copy()
-    for r in range(circles.shape[0]):
-        for b in range(counts[r]):
-            f = frames[r, b]
+@kernel(nogil=True, _nrt=False)
+def _pose_frames(x, y, heading, offsets, along, poses):  # type: ignore[no-untyped-def]
+    """Write the poses of frames beside points on their paths (times, frames): x, y, cosine and sine of the heading."""
+    for k in range(x.shape[0]):
+        for f in range(x.shape[1]):
+            turn = heading[k, f] if along[f] else 0.0
+            c, s = np.cos(turn), np.sin(turn)
+            poses[k, 0, f] = x[k, f] + c * offsets[0, f] - s * offsets[1, f]
+            poses[k, 1, f] = y[k, f] + s * offsets[0, f] + c * offsets[1, f]
+            poses[k, 2, f], poses[k, 3, f] = np.cos(turn + offsets[2, f]), np.sin(turn + offsets[2, f])
+
+
+@kernel(nogil=True, _nrt=False)
+def place(here, moving, k):  # type: ignore[no-untyped-def]
+    """Write the circles and segments of obstacles that move as they are at the time of number ``k``."""
+    for g in range(moving.frames.shape[0]):
+        for b in range(here.counts[g]):
+            f = moving.frames[g, b]
             if f < 0:
                 continue
-            x, y, c, s = pose[0, f], pose[1, f], pose[2, f], pose[3, f]
-            px, py = circles[r, b, 0], circles[r, b, 1]
-            circles[r, b, 0], circles[r, b, 1] = x + c * px - s * py, y + s * px + c * py
-            for k in range(bodies[r, b, FIRST], bodies[r, b, FIRST] + bodies[r, b, NUMBER]):
+            x, y, c, s = moving.poses[k, 0, f], moving.poses[k, 1, f], moving.poses[k, 2, f], moving.poses[k, 3, f]
+            px, py = moving.circles[g, b, 0], moving.circles[g, b, 1]
+            here.circles[g, b, 0], here.circles[g, b, 1] = x + c * px - s * py, y + s * px + c * py
+            for n in range(here.bodies[g, b, FIRST], here.bodies[g, b, FIRST] + here.bodies[g, b, NUMBER]):
                 for end in (0, 2):
-                    px, py = segments[r, k, end], segments[r, k, end + 1]
-                    segments[r, k, end], segments[r, k, end + 1] = x + c * px - s * py, y + s * px + c * py
-    return circles, segments
+                    px, py = moving.segments[g, n, end], moving.segments[g, n, end + 1]
+                    here.segments[g, n, end] = x + c * px - s * py
+                    here.segments[g, n, end + 1] = y + s * px + c * py
 
 
 def outlines(geometry: Geometry, run: int = 0) -> list[np.ndarray]:

@@ -160,6 +160,10 @@ class EquationLaw(Law[Memory]):
 
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
         """Return its command for what the robots have ``seen``, and its new memory, ``dt`` seconds after the last."""
+        return self.by(type(self).equation, seen, memory, dt)
+
+    def by(self, each: Any, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
+        """Do as :meth:`control`, by an equation ``each`` that need not be the law's own."""
         runs, robots = seen.x.shape
         rows = np.empty((SEEN, runs, robots))
         for row, of in zip(rows, (*seen[1:6], *seen.reference), strict=True):
@@ -178,7 +182,7 @@ class EquationLaw(Law[Memory]):
         known = Known(float(seen.time), float(dt), lanes, heard, ranges, *memory.setup)
         command = fresh_commands(lanes, SAYS + len(self.message) + self.rule_inputs)
         after = memory.rows.copy()
-        compiled(type(self).equation)(0, runs * robots, known, after, command, np.empty(self.working))
+        compiled(each)(0, runs * robots, known, after, command, np.empty(self.working))
         return self.commanded(command.reshape(-1, runs, robots)), Memory(memory.setup, after)
 
     @property

@@ -42,8 +42,12 @@ def at_goal(x: np.ndarray, y: np.ndarray, goals: Any, lengths: np.ndarray) -> np
         goals: The ends of the paths, as ``x`` and ``y`` (runs, robots) [m].
         lengths: The lengths of the paths (runs, robots) [m].
     """
-    near = np.hypot(x - goals.x, y - goals.y) < np.maximum(GOAL_SHARE * lengths, GOAL_LEAST)
-    return np.asarray(near)
+    return np.asarray(np.hypot(x - goals.x, y - goals.y) < reached_within(lengths))
+
+
+def reached_within(lengths: np.ndarray) -> np.ndarray:
+    """The distance [m] of its goal within which a robot is there, for paths of ``lengths`` [m]."""
+    return np.asarray(np.maximum(GOAL_SHARE * lengths, GOAL_LEAST))
 
 
 def spread(times: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """The table of all metrics, and which of them are shown for a kind of scenario."""
 
 from collections import ChainMap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -89,7 +89,7 @@ def tried(kind: str, others: bool | None = None, own: Mapping[str, Metric] = NO_
     return dict(sorted(found, key=lambda item: (item[0] in own, len(item[1].kinds))))
 
 
-def measure_all(run: Run, metrics: OwnMetrics = NO_METRICS) -> dict[str, np.ndarray]:
+def measure_all(run: Run, metrics: OwnMetrics = NO_METRICS, only: Sequence[str] | None = None) -> dict[str, np.ndarray]:
     """Measure every metric that belongs to the run's scenario, each (runs, robots).
 
     What comes after a run's first contact is no result: all metrics but those of CONTACT_METRICS are measured on the
@@ -98,12 +98,15 @@ def measure_all(run: Run, metrics: OwnMetrics = NO_METRICS) -> dict[str, np.ndar
     Args:
         run: The run.
         metrics: The user's own metrics, as :func:`own_metrics` takes them; they come last.
+        only: The names of those that are measured; by default all.
 
     Raises MetricError where one of these cannot be used, or fails.
     """
     own = own_metrics(metrics)
     counted, whole = run.time_innermost(), {}
     wanted = metrics_of(run.about.kind, can_touch(run), run.guarded is not None, own)
+    if only is not None:
+        wanted = {name: metric for name, metric in wanted.items() if name in only}
     if can_touch(run):
         judged = judge(run)
         whole, counted = judged.measured(), until_contact(counted, judged.first)

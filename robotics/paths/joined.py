@@ -1,5 +1,6 @@
 """The paths of several robots in one table: points and nearest points of all robots in one compiled pass."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -125,7 +126,7 @@ def _joined(lengths: np.ndarray, tables: Sequence[np.ndarray]) -> PathTable:
     return PathTable(lengths, joined, np.concatenate([[0], np.cumsum(nodes)[:-1]]), nodes - 1)
 
 
-@kernel
+@kernel(nogil=True)
 def _points_of_all(table, first, cells, lengths, s):  # type: ignore[no-untyped-def]
     out = np.empty((4, s.shape[0], s.shape[1]))
     for r in range(s.shape[0]):
@@ -244,9 +245,18 @@ def _nearest_beside(table, first, cells, h, x, y, best, low, high):  # type: ign
 
 def table_length(table: np.ndarray) -> float:
     """The length [m] of the path with that ``table`` (5, nodes), whose nodes are equally spaced."""
-    chord = np.hypot(np.diff(table[X]), np.diff(table[Y]))
-    turn = np.abs(np.diff(table[HEADING]))
-    return float((chord * (1 + turn**2 / 24)).sum())  # arc over chord, to the second order
+    return float(_arcs(np.ascontiguousarray(table)).sum())
+
+
+@kernel(nogil=True)
+def _arcs(table):  # type: ignore[no-untyped-def]
+    """The lengths [m] of the arcs between nodes."""
+    arcs = np.empty(table.shape[1] - 1)
+    for k in range(len(arcs)):
+        chord = math.hypot(table[X, k + 1] - table[X, k], table[Y, k + 1] - table[Y, k])
+        turn = table[HEADING, k + 1] - table[HEADING, k]
+        arcs[k] = chord * (1 + turn * turn / 24)  # arc over chord, to the second order
+    return arcs
 
 
 def join_tables(tables: Sequence[Sequence[np.ndarray]]) -> PathTable:

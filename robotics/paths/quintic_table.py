@@ -1,8 +1,13 @@
 """Tables of quintic paths, made quickly: for thousands of random paths."""
 
+import math
+
 import numpy as np
 
+from fuzzy.compiled.jit import kernel
 from robotics.paths.path import CURVATURE, HEADING, Quintic, U, X, Y
+
+_CELLS = 800  # of the parameter, between which the length is measured
 
 
 def quintic_table(shape: Quintic, spacing: float = 0.02) -> np.ndarray:
@@ -10,27 +15,116 @@ def quintic_table(shape: Quintic, spacing: float = 0.02) -> np.ndarray:
 
     Nodes are at most ``spacing`` [m] apart. :func:`robotics.paths.path.compile_path` is slower and more exact.
     """
-    u = np.linspace(0.0, 1.0, 801)
-    _, slope, _ = shape.curve(u)
-    speed = np.hypot(slope[0], slope[1])
+    return tabulated(coefficients(shape), spacing)
+
+
+def tabulated(shape: np.ndarray, spacing: float = 0.02) -> np.ndarray:
+    """:func:`quintic_table` of a quintic by its :func:`coefficients`."""
+    table = np.asarray(_measured(shape, spacing))
+    dx, dy, cross = table[HEADING].copy(), table[CURVATURE].copy(), table[5]
+    # By numpy, not in the compiled function: their last bits are others, and crossings shall stay what they were.
+    _unwrapped(np.arctan2(dy, dx), table[HEADING])
+    table[CURVATURE] = cross / np.hypot(dx, dy) ** 3
+    return table[:5]
+
+
+def coefficients(shape: Quintic) -> np.ndarray:
+    """The coefficients (2, 5) of x and y: those of 1, u, u³, u⁴ and u⁵; there is none of u²."""
+    run = shape.end[0] - shape.start[0]
+    found = np.empty((2, 5))
+    first = shape.start_tangent or (run, run * shape.start_slope)
+    last = shape.end_tangent or (run, run * shape.end_slope)
+    for axis in (X, Y):
+        fill(found[axis], shape.start[axis], shape.end[axis], first[axis], last[axis])
+    return found
+
+
+@kernel
+def fill(row, start, end, first, last):  # type: ignore[no-untyped-def]
+    """Fill in the coefficients (5,) of one axis by its ends [m], and the tangents there [m]."""
+    gap = end - start
+    row[0], row[1] = start, first
+    row[2], row[3] = 10 * gap - 6 * first - 4 * last, -15 * gap + 8 * first + 7 * last
+    row[4] = 6 * gap - 3 * first - 3 * last
+
+
+@kernel
+def place(row, u):  # type: ignore[no-untyped-def]
+    """One axis [m] at the parameter u."""
+    return row[0] + u * (row[1] + u * u * (row[2] + u * (row[3] + u * row[4])))
+
+
+@kernel
+def slope(row, u):  # type: ignore[no-untyped-def]
+    """Its first derivative by u [m]."""
+    return row[1] + u * u * (3 * row[2] + u * (4 * row[3] + u * 5 * row[4]))
+
+
+@kernel
+def bend(row, u):  # type: ignore[no-untyped-def]
+    """Its second derivative by u [m]."""
+    return u * (6 * row[2] + u * (12 * row[3] + u * 20 * row[4]))
+
+
+@kernel(nogil=True)
+def _measured(shape, spacing):  # type: ignore[no-untyped-def]
+    """Places at equal shares of the length (6, nodes): x, y, the first derivatives, the parameter, p' × p''."""
+    x, y = shape[0], shape[1]
+    h = 1 / _CELLS
+    speed, measured = np.empty(_CELLS + 1), np.empty(_CELLS + 1)
+    for k in range(_CELLS + 1):
+        speed[k] = math.hypot(slope(x, _node(k)), slope(y, _node(k)))
     # Simpson's rule over pairs of steps, and its half-step form between
-    h = u[1]
-    pieces = np.empty(800)
-    pieces[0::2] = h / 12 * (5 * speed[:-2:2] + 8 * speed[1::2] - speed[2::2])
-    pieces[1::2] = h / 12 * (-speed[:-2:2] + 8 * speed[1::2] + 5 * speed[2::2])
-    measured = np.concatenate([[0.0], np.cumsum(pieces)])
-    s = np.linspace(0.0, measured[-1], max(33, int(np.ceil(measured[-1] / spacing)) + 1))
-    parameter = np.interp(s, measured, u)
-    for _ in range(2):  # Newton, the speed taken linearly between the samples
-        k = np.clip((parameter / h).astype(int), 0, 799)
-        t = parameter - u[k]
-        here = measured[k] + t * (speed[k] + (speed[k + 1] - speed[k]) * t / (2 * h))
-        parameter = np.clip(parameter + (s - here) / np.interp(parameter, u, speed), 0.0, 1.0)
-    position, slope, bend = shape.curve(parameter)
-    speed = np.hypot(slope[0], slope[1])
-    table = np.empty((5, len(s)))
-    table[X], table[Y] = position
-    table[HEADING] = np.unwrap(np.arctan2(slope[1], slope[0]))
-    table[CURVATURE] = (slope[0] * bend[1] - slope[1] * bend[0]) / speed**3
-    table[U] = parameter
-    return table
+    measured[0] = 0.0
+    for k in range(0, _CELLS, 2):
+        a, b, c = speed[k], speed[k + 1], speed[k + 2]
+        measured[k + 1] = measured[k] + h / 12 * (5 * a + 8 * b - c)
+        measured[k + 2] = measured[k + 1] + h / 12 * (-a + 8 * b + 5 * c)
+    length = measured[_CELLS]
+    cells = max(32, math.ceil(length / spacing))
+    found = np.empty((6, cells + 1))
+    k = 0
+    for n in range(cells + 1):
+        s = n * (length / cells) if n < cells else length
+        while k < _CELLS - 1 and measured[k + 1] <= s:
+            k += 1
+        u = (_node(k + 1) - _node(k)) / (measured[k + 1] - measured[k]) * (s - measured[k]) + _node(k)
+        for _ in range(2):  # Newton, the speed taken linearly between the samples
+            c = min(max(int(u / h), 0), _CELLS - 1)
+            t = u - _node(c)
+            here = measured[c] + t * (speed[c] + (speed[c + 1] - speed[c]) * t / (2 * h))
+            u = min(max(u + (s - here) / _speed_at(speed, c, u), 0.0), 1.0)
+        dx, dy = slope(x, u), slope(y, u)
+        found[X, n], found[Y, n], found[HEADING, n], found[CURVATURE, n] = place(x, u), place(y, u), dx, dy
+        found[U, n], found[5, n] = u, dx * bend(y, u) - dy * bend(x, u)
+    return found
+
+
+@kernel
+def _node(k):  # type: ignore[no-untyped-def]
+    return k * (1 / _CELLS) if k < _CELLS else 1.0
+
+
+@kernel
+def _speed_at(speed, k, u):  # type: ignore[no-untyped-def]
+    """The speed at a parameter, linear between the nodes; ``k`` is about the node before it."""
+    while k > 0 and u < _node(k):
+        k -= 1
+    while k < _CELLS and u >= _node(k + 1):
+        k += 1
+    if k == _CELLS:
+        return speed[k]
+    return (speed[k + 1] - speed[k]) / (_node(k + 1) - _node(k)) * (u - _node(k)) + speed[k]
+
+
+@kernel(nogil=True)
+def _unwrapped(angles, out):  # type: ignore[no-untyped-def]
+    """``angles`` [rad] as numpy.unwrap makes them continuous."""
+    turns = 0.0
+    out[0] = angles[0]
+    for k in range(1, len(angles)):
+        step = angles[k] - angles[k - 1]
+        if abs(step) >= math.pi:
+            rest = (step + math.pi) % (2 * math.pi) - math.pi
+            turns += (math.pi if rest == -math.pi and step > 0 else rest) - step
+        out[k] = angles[k] + turns

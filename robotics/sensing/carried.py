@@ -1,12 +1,49 @@
-"""The range sensors of a team, of which each robot may carry its own."""
+"""The range sensors of a team, of which each robot may carry its own, and how they are read in every period.
+
+The noise of a period depends on the seed and on the period only, so that whoever asks again reads the same.
+"""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import gcd, pi
+from typing import NamedTuple
 
 import numpy as np
 
-from robotics.environment.world import Geometry
-from robotics.sensing.sonar import Echoes, Ranges, RangeSensor, SensorArray
+from robotics.environment.collision import for_runs
+from robotics.environment.world import Geometry, Moving, place
+from robotics.random_streams import SONAR_STREAM
+from robotics.sensing.raycasting import (
+    COS_AXIS,
+    COS_HALF,
+    COS_INCIDENCE,
+    CROSSTALK,
+    DROPOUT,
+    FAILS_FROM,
+    FAILS_UNTIL,
+    MINIMUM,
+    MOUNT_X,
+    MOUNT_Y,
+    NOISE,
+    RANGE,
+    RELATIVE,
+    SENSOR_ROWS,
+    SIN_AXIS,
+    SIN_HALF,
+    Bodies,
+    Eyes,
+    bodies_in_view,
+    cast,
+    overhear,
+    uncounted,
+)
+from robotics.sensing.sonar import RangeSensor, SonarError
+from robotics.vehicle import plant as p
+
+_DRAWS = 4096  # random numbers of one kind that a run draws at a time: bounds memory, whatever the number of runs
+NORMAL, LOST, TALK = range(3)  # what is drawn, each from a generator of its own: noise, lost echoes, crosstalk
+FIRST, END, STRIDE, LENGTH, PLACE = range(5)  # rows of Looks.kinds
+KIND_ROWS = 5
 
 
 def sensor_names(sensors: Sequence[Mapping[str, RangeSensor]]) -> tuple[str, ...]:
@@ -14,73 +51,290 @@ def sensor_names(sensors: Sequence[Mapping[str, RangeSensor]]) -> tuple[str, ...
     return tuple(dict.fromkeys(name for carried in sensors for name in carried))
 
 
-@dataclass(frozen=True)
-class _Group:
-    """Robots that carry the same sensors."""
+class Looks(NamedTuple):
+    """The range sensors of all robots as columns, for compiled functions; a lane is one robot of one run.
 
-    array: SensorArray
-    robots: np.ndarray  # their places, from 0
-    columns: np.ndarray  # of their sensors, in the readings of all sensors
-
-
-@dataclass(frozen=True)
-class CarriedSensors:
-    """The range sensors of all robots of a simulation; their state is one :class:`Echoes` a group of like robots.
-
-    Crosstalk is heard between robots that carry the same sensors.
+    Robots that carry the same sensors are of one kind, whose sensors stand in a row.
     """
 
+    eyes: Eyes
+    every: np.ndarray  # (sensors,) int: control periods from update to update
+    column: np.ndarray  # (sensors,) int: its place in the readings
+    kinds: (
+        np.ndarray
+    )  # (KIND_ROWS, kinds) int: its first sensor, and one past its last; control periods from any update
+    # to the next; updates whose random numbers are drawn at a time, and where these stand in a run's
+    kind: np.ndarray  # (lanes,) int: what a robot carries; -1: nothing
+    sizes: np.ndarray  # (3, lanes): of robotics.environment.collision.footprints
+    here: Geometry  # the obstacles, of as many runs or of one world for all
+    moving: Moving
+    draws: np.ndarray  # (3, runs, numbers): normal numbers, and evenly distributed ones for LOST and TALK
+    drawn: np.ndarray  # (kinds,) int: the block of random numbers that is there; -1: none
+    readings: np.ndarray  # (lanes, names) m; infinite also where a robot does not carry that sensor
+    wanted: np.ndarray  # (needs,) int: the readings that a law needs, in its order
+    turned: np.ndarray  # (2, lanes): cosine and sine of the headings
+    bodies: Bodies  # to work in
+    echoes: np.ndarray  # (sensors,) m: likewise
+
+
+@dataclass(frozen=True, eq=False)
+class CarriedSensors:
+    """The range sensors of all robots of a simulation, and their random numbers."""
+
     names: tuple[str, ...]
-    groups: tuple[_Group, ...]
-    robots: int
+    kinds: tuple[Mapping[str, RangeSensor], ...]  # each once
+    kind: np.ndarray  # (lanes,) int: which of them a robot carries; -1: nothing
+    robots: int  # of a run
+    seeds: tuple[int, ...]  # one for each run
+    tick: float  # s
 
     @classmethod
     def opened(
-        cls, sensors: Sequence[Mapping[str, RangeSensor]], seeds: Sequence[int], tick: float
+        cls, sensors: Sequence[Mapping[str, RangeSensor]], robots: int, seeds: Sequence[int], tick: float
     ) -> "CarriedSensors":
         """Make the sensors of a simulation. Raises SonarError where a sensor's period does not suit ``tick``.
 
         Args:
-            sensors: The sensors of each robot, by name.
+            sensors: By name those of each robot of a run, or of each robot of all runs, run after run.
+            robots: The number of robots of a run.
             seeds: One for each run.
             tick: The control period [s].
         """
-        names = sensor_names(sensors)
-        groups: list[_Group] = []
         kinds: list[Mapping[str, RangeSensor]] = []
+        of: dict[int, int] = {}  # a population's robots share what they carry: the same object is not compared again
         for carried in sensors:
-            if carried and carried not in kinds:
-                kinds.append(carried)
-        for kind in kinds:
-            mine = np.array([i for i, carried in enumerate(sensors) if carried == kind])
-            columns = np.array([names.index(name) for name in kind])
-            groups.append(_Group(SensorArray.opened(tuple(kind.values()), seeds, tick), mine, columns))
-        return cls(names, tuple(groups), len(sensors))
+            if id(carried) not in of:
+                if carried and carried not in kinds:
+                    kinds.append(carried)
+                of[id(carried)] = kinds.index(carried) if carried else -1
+        for sensor in (sensor for carried in kinds for sensor in carried.values()):
+            _periods(sensor, tick)
+        kind = np.resize([of[id(carried)] for carried in sensors], robots * len(seeds))
+        return cls(sensor_names(kinds), tuple(kinds), kind.astype(np.int64), robots, tuple(seeds), tick)
 
-    def init(self) -> tuple[Echoes, ...]:
-        """Return the state at the start: nothing was seen yet."""
-        return tuple(group.array.init(self.robots) for group in self.groups)
-
-    def sense(
-        self, state: tuple[Echoes, ...], k: int, pose: np.ndarray, sizes: np.ndarray, geometry: Geometry
-    ) -> tuple[Ranges, tuple[Echoes, ...]]:
-        """Return the readings of all sensors, and the state after them.
+    def looks(self, here: Geometry, moving: Moving, sizes: np.ndarray, needs: Sequence[str] = ()) -> Looks:
+        """The columns before the first period: nothing was seen yet.
 
         Args:
-            state: As of the period before.
-            k: The control period.
-            pose: The true x [m], y [m] and heading [rad] (3, runs, robots).
-            sizes: The robots' sizes, of :func:`robotics.environment.collision.footprints`.
-            geometry: The obstacles, of as many runs or of one world for all.
+            here: The obstacles, of as many runs or of one world for all; ``moving`` ones are placed in it.
+            moving: The obstacles that move, by control period.
+            sizes: Of the robots (3, lanes), as of :func:`robotics.environment.collision.footprints`.
+            needs: The names of the sensors that a law reads.
         """
-        found = [
-            group.array.sense(echoes, k, pose[0], pose[1], pose[2], sizes, geometry)
-            for group, echoes in zip(self.groups, state, strict=True)
-        ]
-        if len(found) == 1 and len(self.groups[0].robots) == self.robots:
-            readings = found[0][0]
-        else:
-            readings = np.full((*pose.shape[1:], len(self.names)), np.inf)
-            for group, (own, _) in zip(self.groups, found, strict=True):
-                readings[:, group.robots[:, None], group.columns] = own[:, group.robots]
-        return Ranges(self.names, readings), tuple(echoes for _, echoes in found)
+        sensors = [sensor for carried in self.kinds for sensor in carried.values()]
+        angles = [sensor.axis + np.linspace(-1, 1, sensor.rays) * sensor.half_cone for sensor in sensors]
+        angles = [a if len(a) > 1 else np.array([sensor.axis]) for a, sensor in zip(angles, sensors, strict=True)]
+        joined = np.concatenate([np.empty(0), *angles])
+        eyes = Eyes(
+            np.array([_column(sensor, self.tick) for sensor in sensors]).reshape(-1, SENSOR_ROWS).T.copy(),
+            np.stack([np.cos(joined), np.sin(joined)]),
+            np.cumsum([0, *(len(a) for a in angles)]),
+            np.zeros(len(sensors), dtype=bool),
+        )
+        every = np.array([_periods(sensor, self.tick) for sensor in sensors], dtype=np.int64)
+        kinds, numbers = self._kinds(every)
+        wanted = any(self._draws(carried, kind) for carried in self.kinds for kind in (NORMAL, LOST, TALK))
+        return Looks(
+            eyes,
+            every,
+            np.array([self.names.index(name) for carried in self.kinds for name in carried], dtype=np.int64),
+            kinds,
+            self.kind,
+            np.ascontiguousarray(sizes, dtype=float),
+            here,
+            moving,
+            np.empty((3, len(self.seeds), numbers if wanted else 0)),
+            np.full(len(self.kinds), -1),
+            np.full((len(self.kind), len(self.names)), np.inf),
+            np.array([self.names.index(name) for name in needs], dtype=np.int64),
+            np.empty((2, len(self.kind))),
+            bodies_in_view(here.circles.shape[1], here.segments.shape[1], self.robots, len(joined)),
+            np.empty(len(sensors)),
+        )
+
+    def _kinds(self, every: np.ndarray) -> tuple[np.ndarray, int]:
+        """The rows of Looks.kinds, and how many random numbers of one kind a run has."""
+        rows = np.zeros((KIND_ROWS, len(self.kinds)), dtype=np.int64)
+        first, places, numbers = 0, dict[tuple[int, int], int](), 0
+        for n, carried in enumerate(self.kinds):
+            end = first + len(carried)
+            stride = gcd(*every[first:end].tolist())
+            length = max(1, _DRAWS // (self.robots * len(carried)))
+            # As many sensors that look as often draw the same numbers of a seed.
+            if (len(carried), stride) not in places:
+                places[len(carried), stride] = numbers
+                numbers += length * self.robots * len(carried)
+            rows[:, n] = first, end, stride, length, places[len(carried), stride]
+            first = end
+        return rows, numbers
+
+    def _draws(self, carried: Mapping[str, RangeSensor], kind: int) -> bool:
+        """Whether sensors need random numbers of a kind."""
+        if kind == NORMAL:
+            return any(s.noise or s.relative_noise for s in carried.values())
+        if kind == LOST:
+            return any(s.dropout for s in carried.values())
+        return self.robots > 1 and any(s.crosstalk for s in carried.values())
+
+    def supply(self, looks: Looks, k: int) -> None:
+        """Draw the random numbers of control period ``k`` and of some after it, if they are not there."""
+        if looks.draws.shape[2] == 0:
+            return
+        fresh: set[int] = set()  # places of random numbers that were drawn now
+        for n, carried in enumerate(self.kinds):
+            stride, length, at = looks.kinds[STRIDE:, n].tolist()
+            block = k // stride // length
+            if block == looks.drawn[n]:
+                continue
+            looks.drawn[n] = block
+            if at in fresh:
+                continue
+            fresh.add(at)
+            alike = [c for c, place_of in zip(self.kinds, looks.kinds[PLACE], strict=True) if place_of == at]
+            numbers = length * self.robots * len(carried)
+            for kind in (NORMAL, LOST, TALK):
+                if any(self._draws(c, kind) for c in alike):
+                    self._draw(looks.draws[kind, :, at : at + numbers], kind, block)
+
+    def _draw(self, rows: np.ndarray, kind: int, block: int) -> None:
+        for seed, row in zip(self.seeds, rows, strict=True):
+            generator = np.random.default_rng([seed, SONAR_STREAM, kind + 1, block])
+            if kind == NORMAL:
+                generator.standard_normal(out=row)
+            else:
+                generator.random(out=row)
+
+    def lasts(self, looks: Looks) -> float:
+        """The control period up to which random numbers are there."""
+        if looks.draws.shape[2] == 0:
+            return np.inf
+        return int(((looks.drawn + 1) * looks.kinds[LENGTH] * looks.kinds[STRIDE]).min())
+
+
+def nothing_to_see(lanes: int) -> Looks:
+    """The columns of robots that do not look."""
+    sensors = CarriedSensors((), (), np.full(lanes, -1), 1, (), 1.0)
+    none = Geometry(np.empty((1, 0, 3)), np.empty((1, 0, 4), np.int64), np.empty((1, 0, 4)), np.zeros(1, np.int64))
+    return sensors.looks(none, Moving.nothing(), np.empty((3, 0)))._replace(readings=np.empty((0, 0)))
+
+
+def exact_echoes(
+    sensors: Sequence[RangeSensor],
+    x: np.ndarray,
+    y: np.ndarray,
+    heading: np.ndarray,
+    sizes: np.ndarray,
+    geometry: Geometry,
+) -> np.ndarray:
+    """The exact distances [m] that robots which all carry ``sensors`` would read (runs, robots, sensors).
+
+    There is no noise, no minimum and no failure. The other arguments are as of
+    :func:`robotics.environment.collision.obstacle_contacts`; no sensors are refused with a SonarError.
+    """
+    if not sensors:
+        raise SonarError("at least one range sensor is needed")
+    carried = {str(n): _exact(sensor) for n, sensor in enumerate(sensors)}
+    opened = CarriedSensors.opened([carried], x.shape[1], [0] * x.shape[0], 1.0)
+    looks = opened.looks(for_runs(geometry, len(x)), Moving.nothing(), np.tile(sizes, len(x)))
+    poses = np.stack([np.ravel(row) for row in (x, y, heading)]).astype(float)
+    look(looks, 0, poses, x.shape[1], np.empty((0, x.size)))
+    return looks.readings.reshape(*x.shape, len(sensors))
+
+
+def _exact(sensor: RangeSensor) -> RangeSensor:
+    """A sensor that reads the distance itself, every second."""
+    sensor = replace(sensor, noise=0.0, relative_noise=0.0, minimum=0.0, dropout=0.0, crosstalk=0.0)
+    return replace(sensor, period=1.0, failure_start=None, failure_end=None)
+
+
+def _periods(sensor: RangeSensor, tick: float) -> int:
+    """The control periods of ``tick`` [s] from update to update. Raises SonarError where they are no whole number."""
+    periods = max(1, round(sensor.period / tick))
+    if abs(sensor.period - periods * tick) > 1e-9:
+        raise SonarError(f"period must be a multiple of {tick:g} s, got {sensor.period:g}").about("period")
+    return periods
+
+
+def _column(sensor: RangeSensor, tick: float) -> np.ndarray:
+    start, end = (np.inf if at is None else at for at in (sensor.failure_start, sensor.failure_end))
+    rows = {
+        MOUNT_X: sensor.x,
+        MOUNT_Y: sensor.y,
+        COS_AXIS: np.cos(sensor.axis),
+        SIN_AXIS: np.sin(sensor.axis),
+        COS_HALF: np.cos(sensor.half_cone),
+        SIN_HALF: np.sin(sensor.half_cone),
+        RANGE: sensor.range,
+        COS_INCIDENCE: np.cos(sensor.incidence) if sensor.incidence < pi / 2 else 0.0,
+        MINIMUM: sensor.minimum,
+        NOISE: sensor.noise,
+        RELATIVE: sensor.relative_noise,
+        DROPOUT: sensor.dropout,
+        CROSSTALK: sensor.crosstalk,
+        FAILS_FROM: start / tick - 1e-9,
+        FAILS_UNTIL: end / tick - 1e-9,
+    }
+    return np.array([rows[i] for i in range(SENSOR_ROWS)])
+
+
+@uncounted
+def look(looks, k, truth, robots, ranges):  # type: ignore[no-untyped-def]
+    """Read all range sensors that are due in control period ``k``; the others keep their readings.
+
+    Args:
+        looks: The sensors.
+        k: The control period.
+        truth: True x [m], y [m] and heading [rad] in the first rows (rows, lanes).
+        robots: Of a run.
+        ranges: Where the readings that a law needs are written (needs, lanes) [m].
+    """
+    if looks.readings.shape[1] == 0:
+        return
+    eyes, turned = looks.eyes, looks.turned
+    any_due = False
+    for q in range(len(looks.every)):
+        eyes.due[q] = k % looks.every[q] == 0
+        any_due |= eyes.due[q]
+    if not any_due:
+        return
+    if looks.moving.frames.shape[0] > 0:
+        place(looks.here, looks.moving, k)
+    for lane in range(truth.shape[1]):
+        turned[0, lane], turned[1, lane] = np.cos(truth[p.HEADING, lane]), np.sin(truth[p.HEADING, lane])
+    for lane in range(truth.shape[1]):
+        kind = looks.kind[lane]
+        if kind < 0:
+            continue
+        begin, end = looks.kinds[FIRST, kind], looks.kinds[END, kind]
+        cast(
+            eyes, begin, end, lane, robots, truth[p.X], truth[p.Y], turned, looks.sizes, looks.here, looks.bodies,
+            looks.echoes,
+        )  # fmt: skip
+        update = k // looks.kinds[STRIDE, kind] % looks.kinds[LENGTH, kind]
+        drawn = looks.kinds[PLACE, kind] + (update * robots + lane % robots) * (end - begin)
+        for q in range(begin, end):
+            if eyes.due[q]:
+                _read(looks, k, q, kind, lane, robots, drawn + q - begin, truth)
+    for n in range(len(looks.wanted)):
+        for lane in range(truth.shape[1]):
+            ranges[n, lane] = looks.readings[lane, looks.wanted[n]]
+
+
+@uncounted
+def _read(looks, k, q, kind, lane, robots, drawn, truth):  # type: ignore[no-untyped-def]
+    """Read one sensor: its echo, or the ping of another, with noise and losses."""
+    table, run, d = looks.eyes.table, lane // robots, looks.echoes[q]
+    if table[CROSSTALK, q] > 0 and robots > 1 and looks.draws[TALK, run, drawn] < table[CROSSTALK, q]:
+        d = overhear(
+            d, looks.eyes, looks.kinds[FIRST, kind], looks.kinds[END, kind], q, lane, robots, looks.kind,
+            truth[p.X], truth[p.Y], looks.turned, looks.sizes, looks.here,
+        )  # fmt: skip
+    if table[DROPOUT, q] > 0 and looks.draws[LOST, run, drawn] < table[DROPOUT, q]:
+        d = np.inf
+    if d < np.inf:
+        if table[NOISE, q] > 0 or table[RELATIVE, q] > 0:
+            d += np.sqrt(table[NOISE, q] ** 2 + (table[RELATIVE, q] * d) ** 2) * looks.draws[NORMAL, run, drawn]
+        d = min(max(d, table[MINIMUM, q]), table[RANGE, q])
+    if table[FAILS_FROM, q] <= k < table[FAILS_UNTIL, q]:
+        d = np.inf
+    looks.readings[lane, looks.column[q]] = d

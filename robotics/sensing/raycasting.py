@@ -1,9 +1,11 @@
-"""Rays of all sensors of all robots of all runs against obstacles and the other robots, in one compiled pass.
+"""Rays of a robot's sensors against obstacles and the other robots of its run, compiled.
 
 The bodies whose circle meets the cone of any of a robot's sensors are taken into the robot's frame once.
 A ray that meets a surface at more than the sensor's incidence angle is reflected away, and no echo comes back; the
 shortest echo of a cone's rays counts. A sensor inside a disc or a polygon reads 0.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,95 +16,109 @@ from robotics.environment.world import CLOSED, FIRST, NUMBER
 # Rows of the sensors' table
 (
     MOUNT_X, MOUNT_Y, COS_AXIS, SIN_AXIS, COS_HALF, SIN_HALF, RANGE, COS_INCIDENCE, MINIMUM, NOISE, RELATIVE, DROPOUT,
-    CROSSTALK,
-) = range(13)  # fmt: skip
-SENSOR_ROWS = 13
+    CROSSTALK, FAILS_FROM, FAILS_UNTIL,
+) = range(15)  # fmt: skip
+SENSOR_ROWS = 15
+
+uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
 
 
-@kernel
-def cast(x, y, heading, sizes, circles, bodies, segments, counts, table, rays, first_ray, due):  # type: ignore[no-untyped-def]
-    """The shortest echo of every sensor [m] (runs, robots, sensors): infinite where there is none, or none is due.
+class Eyes(NamedTuple):
+    """Range sensors as columns; robots of one kind carry those of some places in a row."""
+
+    table: np.ndarray  # (SENSOR_ROWS, sensors)
+    rays: np.ndarray  # (2, rays): unit directions in the robot's frame
+    first_ray: np.ndarray  # (sensors + 1,) int: the rays of sensor q are those from first_ray[q] to first_ray[q + 1]
+    due: np.ndarray  # (sensors,) bool: whether it looks now
+
+
+class Bodies(NamedTuple):
+    """Room for what one robot may see, in its own frame, and for the rays that hit it."""
+
+    circles: np.ndarray  # (bodies, 3) m: x, y, radius of the circle around each
+    spans: np.ndarray  # (bodies, 3) int: its first edge, one past its last, and 1 if they enclose a solid
+    edges: np.ndarray  # (edges, 4) m: x, y of one end, x, y of the other
+    hits: np.ndarray  # (2, rays) m: each ray's nearest hit, and the distance of that surface's line from the sensor
+
+
+def bodies_in_view(bodies: int, segments: int, robots: int, rays: int) -> Bodies:
+    """Room for the ``bodies`` of a world with so many ``segments``, and for ``robots``."""
+    spans = np.empty((bodies + robots, 3), dtype=np.int64)
+    return Bodies(np.empty((bodies + robots, 3)), spans, np.empty((segments + 4 * robots, 4)), np.empty((2, rays)))
+
+
+@uncounted
+def cast(eyes, begin, end, lane, robots, x, y, turned, sizes, here, view, echoes):  # type: ignore[no-untyped-def]
+    """Write the shortest echo [m] of each sensor of one robot that is due: infinite where there is none.
 
     Args:
-        x: (runs, robots) [m].
-        y: (runs, robots) [m].
-        heading: (runs, robots) [rad].
-        sizes: Those of :func:`robotics.environment.collision.footprints`.
-        circles: Of :class:`robotics.environment.world.Geometry`, as the next three.
-        bodies: Of the geometry.
-        segments: Of the geometry.
-        counts: Of the geometry.
-        table: The sensors (SENSOR_ROWS, sensors).
-        rays: Unit directions in the robot's frame (2, rays).
-        first_ray: The rays of sensor q are those from ``first_ray[q]`` to ``first_ray[q + 1]`` (sensors + 1,).
-        due: Whether a sensor looks now (sensors,) bool.
+        eyes: The sensors.
+        begin: The robot's are those from here.
+        end: To before this one.
+        lane: The robot's.
+        robots: The number of robots of a run.
+        x: Of all lanes (lanes,) [m].
+        y: Likewise [m].
+        turned: Cosine and sine of all headings (2, lanes).
+        sizes: Those of :func:`robotics.environment.collision.footprints` (3, lanes).
+        here: The obstacles, of as many runs or of one world for all.
+        view: To work in.
+        echoes: Where they are written (sensors,).
     """
-    runs, robots = x.shape
-    sensors = table.shape[1]
-    out = np.full((runs, robots, sensors), np.inf)
+    table, due = eyes.table, eyes.due
     reach = 0.0
-    for q in range(sensors):
+    for q in range(begin, end):
+        echoes[q] = np.inf
         reach = max(reach, table[RANGE, q] + np.sqrt(table[MOUNT_X, q] ** 2 + table[MOUNT_Y, q] ** 2))
-    # For one robot: the circles (x, y, radius) in view; their first edge, one past the last, and 1 if they enclose a
-    # solid; the edges. For one sensor: its rays' nearest hits, and the distance of the surface's line from the sensor
-    seen = np.empty((circles.shape[1] + robots, 3))
-    spans = np.empty((circles.shape[1] + robots, 3), np.int64)
-    edges = np.empty((segments.shape[1] + 4 * robots, 4))
-    hits = np.empty((2, rays.shape[1]))
-    cos, sin = np.empty(robots), np.empty(robots)
-    for r in range(runs):
-        g = r if counts.shape[0] > 1 else 0
-        for i in range(robots):
-            cos[i], sin[i] = np.cos(heading[r, i]), np.sin(heading[r, i])
-        for i in range(robots):
-            c, s = cos[i], sin[i]
-            if not np.isfinite(x[r, i] + y[r, i] + c):
-                continue
-            count, edge = 0, 0
-            for b in range(counts[g]):
-                dx, dy, radius = circles[g, b, 0] - x[r, i], circles[g, b, 1] - y[r, i], circles[g, b, 2]
-                if dx * dx + dy * dy > (reach + radius) ** 2:
-                    continue
-                px, py = c * dx + s * dy, c * dy - s * dx
-                if not _in_view(table, due, px, py, radius):
-                    continue
-                seen[count, 0], seen[count, 1], seen[count, 2] = px, py, radius
-                spans[count, 0] = edge
-                for k in range(bodies[g, b, FIRST], bodies[g, b, FIRST] + bodies[g, b, NUMBER]):
-                    for end in (0, 2):
-                        dx, dy = segments[g, k, end] - x[r, i], segments[g, k, end + 1] - y[r, i]
-                        edges[edge, end], edges[edge, end + 1] = c * dx + s * dy, c * dy - s * dx
-                    edge += 1
-                spans[count, 1], spans[count, 2] = edge, bodies[g, b, CLOSED]
-                count += 1
-            for j in range(robots):
-                dx, dy = x[r, j] - x[r, i], y[r, j] - y[r, i]
-                if j == i or not dx * dx + dy * dy <= (reach + sizes[2, j]) ** 2:  # also where it is not-a-number
-                    continue
-                px, py = c * dx + s * dy, c * dy - s * dx
-                if not (np.isfinite(cos[j]) and _in_view(table, due, px, py, sizes[2, j])):
-                    continue
-                seen[count, 0], seen[count, 1], seen[count, 2] = px, py, sizes[2, j]
-                _outline(px, py, c * cos[j] + s * sin[j], c * sin[j] - s * cos[j], sizes[0, j], sizes[1, j],
-                         edges[edge : edge + 4])  # fmt: skip
-                spans[count, 0], spans[count, 1], spans[count, 2] = edge, edge + 4, 1
-                edge += 4
-                count += 1
-            if count > 0:
-                _look(table, rays, first_ray, due, seen[:count], spans, edges, hits, out[r, i])
-    return out
+    run = lane // robots
+    g = run if here.counts.shape[0] > 1 else 0
+    c, s = turned[0, lane], turned[1, lane]
+    if not np.isfinite(x[lane] + y[lane] + c):
+        return
+    count, edge = 0, 0
+    for b in range(here.counts[g]):
+        dx, dy, radius = here.circles[g, b, 0] - x[lane], here.circles[g, b, 1] - y[lane], here.circles[g, b, 2]
+        if dx * dx + dy * dy > (reach + radius) ** 2:
+            continue
+        px, py = c * dx + s * dy, c * dy - s * dx
+        if not _in_view(table, due, begin, end, px, py, radius):
+            continue
+        view.circles[count, 0], view.circles[count, 1], view.circles[count, 2] = px, py, radius
+        view.spans[count, 0] = edge
+        for k in range(here.bodies[g, b, FIRST], here.bodies[g, b, FIRST] + here.bodies[g, b, NUMBER]):
+            for side in (0, 2):
+                dx, dy = here.segments[g, k, side] - x[lane], here.segments[g, k, side + 1] - y[lane]
+                view.edges[edge, side], view.edges[edge, side + 1] = c * dx + s * dy, c * dy - s * dx
+            edge += 1
+        view.spans[count, 1], view.spans[count, 2] = edge, here.bodies[g, b, CLOSED]
+        count += 1
+    for j in range(run * robots, (run + 1) * robots):
+        dx, dy = x[j] - x[lane], y[j] - y[lane]
+        if j == lane or not dx * dx + dy * dy <= (reach + sizes[2, j]) ** 2:  # also where it is not-a-number
+            continue
+        px, py = c * dx + s * dy, c * dy - s * dx
+        if not (np.isfinite(turned[0, j]) and _in_view(table, due, begin, end, px, py, sizes[2, j])):
+            continue
+        view.circles[count, 0], view.circles[count, 1], view.circles[count, 2] = px, py, sizes[2, j]
+        cos, sin = c * turned[0, j] + s * turned[1, j], c * turned[1, j] - s * turned[0, j]
+        _outline(px, py, cos, sin, sizes[0, j], sizes[1, j], view.edges, edge)
+        view.spans[count, 0], view.spans[count, 1], view.spans[count, 2] = edge, edge + 4, 1
+        edge += 4
+        count += 1
+    if count > 0:
+        _look(eyes, begin, end, view, count, echoes)
 
 
-@kernel
-def _in_view(table, due, x, y, radius):  # type: ignore[no-untyped-def]
+@uncounted
+def _in_view(table, due, begin, end, x, y, radius):  # type: ignore[no-untyped-def]
     """Whether any sensor may see a body in a circle about (x, y), in the robot's frame."""
     view = False
-    for q in range(table.shape[1]):
+    for q in range(begin, end):
         view |= due[q] & _in_cone(table, q, x - table[MOUNT_X, q], y - table[MOUNT_Y, q], radius)
     return view
 
 
-@kernel
+@uncounted
 def _in_cone(table, q, dx, dy, radius):  # type: ignore[no-untyped-def]
     """Whether sensor ``q`` may see a body in a circle about (dx, dy) from it; without branches, for speed."""
     far = table[RANGE, q] + radius
@@ -113,32 +129,34 @@ def _in_cone(table, q, dx, dy, radius):  # type: ignore[no-untyped-def]
     return (dx * dx + dy * dy <= far * far) & ((table[COS_HALF, q] <= 0) | (not beside))
 
 
-@kernel
-def _outline(x, y, c, s, half_length, half_width, edges):  # type: ignore[no-untyped-def]
-    """Write the sides of a rectangle about (x, y), turned by (cos, sin), into ``edges``, counter-clockwise."""
+@uncounted
+def _outline(x, y, c, s, half_length, half_width, edges, first):  # type: ignore[no-untyped-def]
+    """Write the sides of a rectangle about (x, y), turned by (cos, sin), from ``first`` on, counter-clockwise."""
     ax, ay, bx, by = half_length * c, half_length * s, -half_width * s, half_width * c
     corner_x, corner_y = x + ax - bx, y + ay - by
-    for k, (u, v) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1))):
+    for k, (u, v) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1)), first):
         edges[k, 0], edges[k, 1] = corner_x, corner_y
         corner_x, corner_y = x + u * ax + v * bx, y + u * ay + v * by
         edges[k, 2], edges[k, 3] = corner_x, corner_y
 
 
-@kernel
-def _look(table, rays, first_ray, due, circles, spans, edges, hits, out):  # type: ignore[no-untyped-def]
-    """Write into ``out`` (sensors,) the shortest echo of each sensor from the bodies in view of its robot [m]."""
-    for q in range(table.shape[1]):
-        if not due[q]:
+@uncounted
+def _look(eyes, begin, end, view, count, echoes):  # type: ignore[no-untyped-def]
+    """Write the shortest echo [m] of each sensor from the ``count`` bodies in view of its robot."""
+    table, rays, first_ray = eyes.table, eyes.rays, eyes.first_ray
+    circles, spans, edges, hits = view.circles, view.spans, view.edges, view.hits
+    for q in range(begin, end):
+        if not eyes.due[q]:
             continue
         first, last, mount_x, mount_y = first_ray[q], first_ray[q + 1], table[MOUNT_X, q], table[MOUNT_Y, q]
         right_x, right_y, left_x, left_y = rays[0, first], rays[1, first], rays[0, last - 1], rays[1, last - 1]
         narrow = table[COS_HALF, q] > 0
         hit, within = False, False
-        for b in range(circles.shape[0]):
+        for b in range(count):
             dx, dy, radius = circles[b, 0] - mount_x, circles[b, 1] - mount_y, circles[b, 2]
             if not _in_cone(table, q, dx, dy, radius):
                 continue
-            if dx * dx + dy * dy <= radius * radius and _inside(mount_x, mount_y, edges, spans[b]):
+            if dx * dx + dy * dy <= radius * radius and _inside(mount_x, mount_y, edges, spans, b):
                 within = True
                 break
             if not hit:
@@ -158,16 +176,16 @@ def _look(table, rays, first_ray, due, circles, spans, edges, hits, out):  # typ
                 if not (far_side | (narrow & (on_left | on_right))):
                     _meet_edge(ax, ay, bx, by, area, rays, first, last, hits)
         if within:
-            out[q] = 0.0
+            echoes[q] = 0.0
         elif hit:
             shortest = np.inf
             for n in range(first, last):
                 heard = (hits[0, n] <= table[RANGE, q]) & (hits[1, n] >= hits[0, n] * table[COS_INCIDENCE, q])
                 shortest = min(shortest, hits[0, n] if heard else np.inf)
-            out[q] = shortest
+            echoes[q] = shortest
 
 
-@kernel
+@uncounted
 def _meet_edge(ax, ay, bx, by, area, rays, first, last, hits):  # type: ignore[no-untyped-def]
     """Update the nearest ``hits`` of rays from the origin with the segment from a to b, and its line's distance."""
     height = abs(area) / np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
@@ -180,19 +198,19 @@ def _meet_edge(ax, ay, bx, by, area, rays, first, last, hits):  # type: ignore[n
         hits[1, n] = height if nearer else hits[1, n]
 
 
-@kernel
-def _inside(x, y, edges, span):  # type: ignore[no-untyped-def]
+@uncounted
+def _inside(x, y, edges, spans, b):  # type: ignore[no-untyped-def]
     """Whether a point in a body's circle is in the body: a ray from there crosses an odd number of sides."""
-    inside = span[0] == span[1]
-    if span[2] == 1:
-        for k in range(span[0], span[1]):
+    inside = spans[b, 0] == spans[b, 1]
+    if spans[b, 2] == 1:
+        for k in range(spans[b, 0], spans[b, 1]):
             ax, ay, bx, by = edges[k, 0] - x, edges[k, 1] - y, edges[k, 2] - x, edges[k, 3] - y
             if (ay > 0) != (by > 0) and (ax * by - ay * bx > 0) == (by > ay):
                 inside = not inside
     return inside
 
 
-@kernel
+@uncounted
 def _meet_disc(dx, dy, radius, rays, first, last, hits):  # type: ignore[no-untyped-def]
     """Update the nearest ``hits`` of rays from the origin with a circle, and the distance of the tangent there."""
     for n in range(first, last):
@@ -204,68 +222,64 @@ def _meet_disc(dx, dy, radius, rays, first, last, hits):  # type: ignore[no-unty
                 hits[0, n], hits[1, n] = t, t * root / radius
 
 
-@kernel
-def overhear(echoes, x, y, heading, sizes, circles, bodies, segments, counts, table, due, talks):  # type: ignore[no-untyped-def]
-    """Shorten ``echoes`` to half the distance of a foreign sensor whose ping is heard straight on (crosstalk).
+@uncounted
+def overhear(echo, eyes, begin, end, q, lane, robots, kinds, x, y, turned, sizes, here):  # type: ignore[no-untyped-def]
+    """Shorten the ``echo`` [m] of sensor ``q`` to half the distance of one that it hears straight on (crosstalk).
 
-    A ping is heard where both sensors are due, each is in the other's cone and range, nothing stands between them, and
-    the hearing sensor happens to listen meanwhile: ``talks`` (runs, robots, sensors) bool. The other arguments are as
-    of :func:`cast`.
+    A ping is heard from robots of the same kind (their number in ``kinds``, (lanes,)), where both sensors are due,
+    each is in the other's cone and range, and nothing stands between them. The other arguments are as of
+    :func:`cast`.
     """
-    runs, robots = x.shape
-    sensors = table.shape[1]
-    for r in range(runs):
-        g = r if counts.shape[0] > 1 else 0
-        for i in range(robots):
-            for q in range(sensors):
-                if not (due[q] and talks[r, i, q]):
-                    continue
-                ax, ay, ac, as_ = _mounted(x[r, i], y[r, i], heading[r, i], table[:, q])
-                for j in range(robots):
-                    for p in range(sensors):
-                        if j == i or not due[p]:
-                            continue
-                        bx, by, bc, bs = _mounted(x[r, j], y[r, j], heading[r, j], table[:, p])
-                        d = np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
-                        if not d <= min(table[RANGE, q], table[RANGE, p]) or d / 2 >= echoes[r, i, q]:
-                            continue
-                        if ac * (bx - ax) + as_ * (by - ay) < d * table[COS_HALF, q]:
-                            continue
-                        if bc * (ax - bx) + bs * (ay - by) < d * table[COS_HALF, p]:
-                            continue
-                        if not _hidden(ax, ay, bx, by, circles[g], bodies[g], segments[g], counts[g]) and not _covered(
-                            ax, ay, bx, by, i, j, x[r], y[r], heading[r], sizes
-                        ):
-                            echoes[r, i, q] = d / 2
-    return echoes
+    table = eyes.table
+    run = lane // robots
+    g = run if here.counts.shape[0] > 1 else 0
+    ax, ay, ac, as_ = _mounted(x, y, turned, lane, table, q)
+    for j in range(run * robots, (run + 1) * robots):
+        for p in range(begin, end):
+            if j == lane or kinds[j] != kinds[lane] or not eyes.due[p]:
+                continue
+            bx, by, bc, bs = _mounted(x, y, turned, j, table, p)
+            d = np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
+            if not d <= min(table[RANGE, q], table[RANGE, p]) or d / 2 >= echo:
+                continue
+            if ac * (bx - ax) + as_ * (by - ay) < d * table[COS_HALF, q]:
+                continue
+            if bc * (ax - bx) + bs * (ay - by) < d * table[COS_HALF, p]:
+                continue
+            if not _hidden(ax, ay, bx, by, here, g) and not _covered(
+                ax, ay, bx, by, lane, j, run * robots, robots, x, y, turned, sizes
+            ):
+                echo = d / 2
+    return echo
 
 
-@kernel
-def _mounted(x, y, heading, sensor):  # type: ignore[no-untyped-def]
-    """The place of a sensor [m], and the direction of its axis."""
-    c, s = np.cos(heading), np.sin(heading)
+@uncounted
+def _mounted(x, y, turned, lane, table, q):  # type: ignore[no-untyped-def]
+    """The place of sensor ``q`` on the robot of a lane [m], and the direction of its axis."""
+    c, s = turned[0, lane], turned[1, lane]
     return (
-        x + c * sensor[MOUNT_X] - s * sensor[MOUNT_Y],
-        y + s * sensor[MOUNT_X] + c * sensor[MOUNT_Y],
-        c * sensor[COS_AXIS] - s * sensor[SIN_AXIS],
-        s * sensor[COS_AXIS] + c * sensor[SIN_AXIS],
+        x[lane] + c * table[MOUNT_X, q] - s * table[MOUNT_Y, q],
+        y[lane] + s * table[MOUNT_X, q] + c * table[MOUNT_Y, q],
+        c * table[COS_AXIS, q] - s * table[SIN_AXIS, q],
+        s * table[COS_AXIS, q] + c * table[SIN_AXIS, q],
     )
 
 
-@kernel
-def _hidden(ax, ay, bx, by, circles, bodies, segments, count):  # type: ignore[no-untyped-def]
-    """Whether an obstacle is between the points a and b."""
+@uncounted
+def _hidden(ax, ay, bx, by, here, g):  # type: ignore[no-untyped-def]
+    """Whether an obstacle of world ``g`` is between the points a and b."""
+    circles, bodies, segments = here.circles, here.bodies, here.segments
     ex, ey = bx - ax, by - ay
-    for n in range(count):
-        dx, dy = circles[n, 0] - ax, circles[n, 1] - ay
+    for n in range(here.counts[g]):
+        dx, dy = circles[g, n, 0] - ax, circles[g, n, 1] - ay
         t = min(max((dx * ex + dy * ey) / (ex * ex + ey * ey), 0.0), 1.0)
-        if (dx - t * ex) ** 2 + (dy - t * ey) ** 2 > circles[n, 2] ** 2:
+        if (dx - t * ex) ** 2 + (dy - t * ey) ** 2 > circles[g, n, 2] ** 2:
             continue
-        if bodies[n, NUMBER] == 0:
+        if bodies[g, n, NUMBER] == 0:
             return True
-        for k in range(bodies[n, FIRST], bodies[n, FIRST] + bodies[n, NUMBER]):
-            px, py = segments[k, 0] - ax, segments[k, 1] - ay
-            qx, qy = segments[k, 2] - ax, segments[k, 3] - ay
+        for k in range(bodies[g, n, FIRST], bodies[g, n, FIRST] + bodies[g, n, NUMBER]):
+            px, py = segments[g, k, 0] - ax, segments[g, k, 1] - ay
+            qx, qy = segments[g, k, 2] - ax, segments[g, k, 3] - ay
             apart = (ex * py - ey * px) * (ex * qy - ey * qx)
             other = ((qx - px) * -py - (qy - py) * -px) * ((qx - px) * (ey - py) - (qy - py) * (ex - px))
             if apart <= 0 and other <= 0:
@@ -273,13 +287,13 @@ def _hidden(ax, ay, bx, by, circles, bodies, segments, count):  # type: ignore[n
     return False
 
 
-@kernel
-def _covered(ax, ay, bx, by, i, j, x, y, heading, sizes):  # type: ignore[no-untyped-def]
-    """Whether a robot other than ``i`` and ``j`` is between the points a and b."""
-    for k in range(x.shape[0]):
+@uncounted
+def _covered(ax, ay, bx, by, i, j, first, robots, x, y, turned, sizes):  # type: ignore[no-untyped-def]
+    """Whether a robot of the run other than ``i`` and ``j`` is between the points a and b."""
+    for k in range(first, first + robots):
         if k in (i, j):
             continue
-        c, s = np.cos(heading[k]), np.sin(heading[k])
+        c, s = turned[0, k], turned[1, k]
         dx, dy, ex, ey = ax - x[k], ay - y[k], bx - x[k], by - y[k]
         if segment_meets(c * dx + s * dy, c * dy - s * dx, c * ex + s * ey, c * ey - s * ex, sizes[:, k]):
             return True

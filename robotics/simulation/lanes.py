@@ -11,11 +11,14 @@ import numpy as np
 from numba import types
 from numba.np.numpy_support import as_dtype
 
+from robotics.environment.world import Geometry, Moving
 from robotics.laws.equation import KNOWN_TYPE, ROAD_TYPE, Known
 from robotics.paths.road import Road
 from robotics.radio.channel import Air
 from robotics.radio.faults import Trouble
+from robotics.sensing.carried import Looks
 from robotics.sensing.posture import Senses
+from robotics.sensing.raycasting import Bodies, Eyes
 
 
 class Body(NamedTuple):
@@ -41,6 +44,7 @@ class Kept(NamedTuple):
     modes: np.ndarray  # (samples, runs, robots) int8
     guarded: np.ndarray  # (samples, runs, robots) bool
     inputs: np.ndarray  # (samples, inputs, runs, robots) float32
+    ranges: np.ndarray  # (samples, runs, robots, sensors) float32
     limits: np.ndarray  # (4, lanes): of the velocities, as of robotics.vehicle.plant.velocity_limits
 
 
@@ -53,6 +57,7 @@ class Lanes(NamedTuple):
     watchdog: float  # s
     body: Body
     senses: Senses
+    looks: Looks
     road: Road  # of the setting's references
     path: np.ndarray  # (lanes,) int: each lane's path on that road
     references: np.ndarray  # (6, samples, robots): those that all runs share, looked up at once; or no samples
@@ -82,6 +87,17 @@ def _any(kind: Any, axes: int) -> Any:
 _F, _I, _B, _I4 = types.float64, types.int64, types.boolean, types.int32
 _BODY = types.NamedTuple((_c(_F, 2), _c(_F, 2), _c(_F, 3), _c(_F, 1), _I, _F, _I, _I, _I), Body)
 _SENSES = types.NamedTuple((_c(_B, 1), _c(_F, 2), *(_c(_F, 1),) * 4, _c(_F, 2), _c(_F, 4), _c(_F, 4), _I), Senses)
+_EYES = types.NamedTuple((*(_c(_F, 2),) * 2, _c(_I, 1), _c(_B, 1)), Eyes)
+_GEOMETRY = types.NamedTuple((_c(_F, 3), _c(_I, 3), _c(_F, 3), _c(_I, 1)), Geometry)
+_MOVING = types.NamedTuple((*(_c(_F, 3),) * 2, _c(_I, 2), _c(_F, 3)), Moving)
+_BODIES = types.NamedTuple((_c(_F, 2), _c(_I, 2), *(_c(_F, 2),) * 2), Bodies)
+_LOOKS = types.NamedTuple(
+    (
+        _EYES, *(_c(_I, 1),) * 2, _c(_I, 2), _c(_I, 1), _c(_F, 2), _GEOMETRY, _MOVING, _c(_F, 3), _c(_I, 1), _c(_F, 2),
+        _c(_I, 1), _c(_F, 2), _BODIES, _c(_F, 1),
+    ),
+    Looks,
+)  # fmt: skip
 _TROUBLE = types.NamedTuple((*(_c(_I, 1),) * 3, *(_c(_F, 2),) * 2, _c(_B, 1), _c(_B, 1), _c(_B, 2), _c(_I, 1)), Trouble)
 _AIR = types.NamedTuple(
     (
@@ -92,13 +108,14 @@ _AIR = types.NamedTuple(
 )  # fmt: skip
 _KEPT = types.NamedTuple(
     (
-        *(_any(_F, 4),) * 2, _any(types.float32, 4), _any(types.int8, 3), _any(_B, 3), _any(types.float32, 4), _c(_F, 2)
+        *(_any(_F, 4),) * 2, _any(types.float32, 4), _any(types.int8, 3), _any(_B, 3), *(_any(types.float32, 4),) * 2,
+        _c(_F, 2),
     ),
     Kept,
 )  # fmt: skip
 LANES_TYPE = types.NamedTuple(
     (
-        _I, _F, _F, _F, _BODY, _SENSES, ROAD_TYPE, _c(_I, 1), _c(_F, 3), _TROUBLE, _AIR, KNOWN_TYPE,
+        _I, _F, _F, _F, _BODY, _SENSES, _LOOKS, ROAD_TYPE, _c(_I, 1), _c(_F, 3), _TROUBLE, _AIR, KNOWN_TYPE,
         *(_c(_F, 2),) * 2, _c(_F, 1), _c(_F, 2), _c(_F, 1), _c(_I, 1), _c(_B, 1), _KEPT,
     ),
     Lanes,

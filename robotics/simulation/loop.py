@@ -1,4 +1,4 @@
-"""The one simulation: sense, hear, decide, obey, record, say, move, for all robots of all runs.
+"""The one simulation: sense, look, hear, decide, obey, record, say, move, for all robots of all runs.
 
 The loop over periods exists twice, with the same steps and the same bits: compiled, for laws that have an equation, and
 in Python, for any other law and for whoever looks at every period. Every run draws from its own generators, seeded by
@@ -17,7 +17,6 @@ from numba import types
 
 from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
-from robotics.environment.collision import footprints
 from robotics.laws.catalogue import as_law
 from robotics.laws.equation import (
     AT_S,
@@ -28,6 +27,7 @@ from robotics.laws.equation import (
     HEADING,
     MODE,
     PROGRESS,
+    REFUSED,
     SAYS,
     SECOND,
     TO_S,
@@ -46,15 +46,13 @@ from robotics.laws.setting import Setting
 from robotics.paths.trajectory import Reference
 from robotics.radio.faults import Faults
 from robotics.scenario.description import Scenario
-from robotics.sensing.carried import CarriedSensors
 from robotics.sensing.sonar import Ranges
 from robotics.simulation.lanes import Kept, Lanes, machine_code
 from robotics.simulation.opening import Driver, Opening, has_equation
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.state import State
-from robotics.simulation.steps import decide, hear, move, obey, record, say, sense
-from robotics.vehicle import plant as p
+from robotics.simulation.steps import decide, hear, look, move, obey, record, say, sense
 
 CHUNK = 96  # lanes that a compiled loop drives together: their columns stay in a core's own cache
 BLOCK = 100_000  # periods of lanes that it drives at a time: between two blocks it can be interrupted
@@ -72,6 +70,7 @@ def _periods(law, k, end, last, lanes):  # type: ignore[no-untyped-def]
     """Drive from period ``k`` to before ``end``; in ``last``, the last of all, nobody moves any more."""
     while k < end:
         sense(k, lanes)
+        look(k, lanes)
         hear(k, lanes)
         decide(law, k, lanes)
         obey(lanes)
@@ -82,8 +81,8 @@ def _periods(law, k, end, last, lanes):  # type: ignore[no-untyped-def]
         k += 1
 
 
-def _drive_compiled(
-    opening: Opening, first: int, last: int, kept: Kept, ticks: int, advance: Callable[[int], None]
+def drive_chunk(
+    opening: Opening, first: int, last: int, kept: Kept, ticks: int, advance: Callable[[int], None] | None = None
 ) -> np.ndarray:
     """Drive the runs from ``first`` to before ``last`` to their end; return when each robot was stopped, or -1.
 
@@ -98,7 +97,8 @@ def _drive_compiled(
         lanes = supply.to(lanes, k)
         end = min(k + block, supply.lasts(lanes, k), ticks + 1)
         loop(law, k, end, ticks, lanes)
-        advance((end - k) * (last - first))
+        if advance is not None:
+            advance((end - k) * (last - first))
         k = end
     return stopped(lanes, ticks)
 
@@ -152,9 +152,6 @@ class Simulation:
         self.name, self.recorder = name, recorder or Recorder(setting, law, len(seeds), nothing=True)
         opening = Opening.of([Driver(setting, law)], seeds, faults)
         self.lanes, self.supply = opening.lanes(0, len(seeds), self.recorder.kept(0, len(seeds)))
-        self.sensors = CarriedSensors.opened(setting.sensors, seeds, setting.period) if looks(setting, law) else None
-        self.echoes = self.sensors.init() if self.sensors else ()
-        self.sizes = footprints(setting.robots)
         self.ranges: Ranges | None = None
         self.memory = self.lanes.memory if has_equation(law) else begun(law, setting, len(seeds))
         self.speaks = True
@@ -162,6 +159,7 @@ class Simulation:
     def period(self, k: int) -> tuple[int, Command]:
         """Do all of period ``k`` but saying and moving; return ``k`` and what the law has commanded."""
         self.sense(k)
+        self.look(k)
         self.hear(k)
         command = self.decide(k)
         self.obey()
@@ -169,15 +167,16 @@ class Simulation:
         return k, command
 
     def sense(self, k: int) -> None:
-        """Measure encoders, postures and ranges, and look up where the references are."""
+        """Measure encoders and postures, and look up where the references are."""
         self.lanes = self.supply.to(self.lanes, k)
         self._step(sense, k)
-        if self.sensors is not None and self.setting.world is not None:
-            pose, here = (
-                self.rows(self.lanes.body.truth[: p.HEADING + 1]),
-                self.setting.world.at(k * self.setting.period),
-            )
-            self.ranges, self.echoes = self.sensors.sense(self.echoes, k, pose, self.sizes, here)
+
+    def look(self, k: int) -> None:
+        """Read the range sensors."""
+        if self.supply.sensors is not None:
+            self._step(look, k)
+            readings = self.lanes.looks.readings.reshape(self.runs, self.robots, -1).copy()
+            self.ranges = Ranges(self.supply.sensors.names, readings)
 
     def hear(self, k: int) -> None:
         """Find out who is at fault, and receive what the radio brings."""
@@ -187,8 +186,6 @@ class Simulation:
         """Ask the law for its command."""
         if has_equation(self.law):
             law: Any = self.law
-            if self.ranges is not None:
-                self.lanes.known.ranges[...] = self.ranges.of(law.needs).reshape(len(self.lanes.lost), -1).T
             machine_code(decide, types.FunctionType(EQUATION_TYPE), types.int64)(
                 compiled(type(law).equation), k, self.lanes
             )
@@ -221,6 +218,7 @@ class Simulation:
         rows[PROGRESS] = np.nan if command.progress is None else command.progress
         rows[MODE] = 0 if command.mode is None else command.mode
         rows[GUARDED] = 0 if command.guarded is None else command.guarded
+        rows[REFUSED] = 0 if command.refused is None else command.refused[:, None]
         if self.recorder.makes_room(command, self.name):
             self.lanes = self.lanes._replace(kept=self.recorder.kept(0, self.runs))
         if command.message is not None:
@@ -238,8 +236,6 @@ class Simulation:
     def record(self, k: int) -> None:
         """Keep the samples of the period."""
         self._step(record, k)
-        if self.ranges is not None:
-            self.recorder.keep_ranges(k, self.ranges.values)
 
     def say(self, k: int) -> None:
         """Broadcast the message of every robot."""
@@ -333,7 +329,7 @@ def record_run(
     """:func:`simulate` for a setting: a compiled scenario, or an ensemble of one run."""
     seeds, name = checked_seeds(seeds), name or type(law).__name__
     recorder = Recorder(setting, law, len(seeds), links=links)
-    if has_equation(law) and not looks(setting, law):
+    if has_equation(law):
         opening = Opening.of([Driver(setting, law)], seeds, faults)
         gone = np.concatenate(driven(opening, recorder.kept, Periods(setting.ticks + 1, len(seeds), progress), threads))
         return recorder.run(setting, seeds, name, gone, setting.ticks + 1)
@@ -380,18 +376,18 @@ def driven(
     chunks = [(first, min(first + size, opening.runs)) for first in range(0, opening.runs, size)]
 
     def one(chunk: tuple[int, int]) -> np.ndarray:
-        return _drive_compiled(opening, *chunk, kept(*chunk), setting.ticks, advance)
+        return drive_chunk(opening, *chunk, kept(*chunk), setting.ticks, advance)
 
-    workers = min(len(chunks), len(os.sched_getaffinity(0)) if threads is None else threads)
+    return share_out(one, chunks, threads)
+
+
+def share_out(one: Callable[[Any], Any], jobs: Sequence[Any], threads: int | None = None) -> list[Any]:
+    """Do ``one`` thing for each of ``jobs``, shared out over ``threads``; by default as many as there are cores."""
+    workers = min(len(jobs), len(os.sched_getaffinity(0)) if threads is None else threads)
     if workers <= 1:
-        return [one(chunk) for chunk in chunks]
+        return [one(job) for job in jobs]
     with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(one, chunks))
-
-
-def looks(setting: Setting, law: Law[Any]) -> bool:
-    """Whether robots look at something with range sensors."""
-    return law.looks and setting.world is not None and any(setting.sensors)
+        return list(pool.map(one, jobs))
 
 
 def checked_seeds(seeds: Sequence[int]) -> tuple[int, ...]:

@@ -6,12 +6,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from robotics.environment.collision import footprints
 from robotics.laws.equation import PROGRESS, SAYS, SEEN, EquationLaw, Known, Setup
 from robotics.laws.law import Law, check_needs
 from robotics.laws.setting import Setting
 from robotics.paths.references import sampled
 from robotics.radio.channel import Channel
 from robotics.radio.faults import Faults, Trouble, untroubled
+from robotics.sensing.carried import CarriedSensors, Looks, nothing_to_see
 from robotics.sensing.posture import PostureNoise, read_encoders, wheel_errors
 from robotics.simulation.lanes import Body, Kept, Lanes, check
 from robotics.vehicle import plant as p
@@ -29,26 +31,36 @@ def has_equation(law: Law[Any]) -> bool:
     return isinstance(law, EquationLaw) and law.has_equation
 
 
+def looks(setting: Setting, law: Law[Any]) -> bool:
+    """Whether robots look at something with range sensors."""
+    return law.looks and setting.world is not None and any(setting.sensors)
+
+
 @dataclass(frozen=True, eq=False)
 class Supply:
     """The random numbers of some lanes, which are drawn as time goes on."""
 
     noise: PostureNoise
     channel: Channel
+    sensors: CarriedSensors | None  # None: nobody looks
 
     def to(self, lanes: Lanes, k: int) -> Lanes:
         """The lanes with the random numbers of period ``k``."""
+        if self.sensors is not None:
+            self.sensors.supply(lanes.looks, k)
         senses, air = self.noise.supplied(lanes.senses, k), self.channel.supplied(lanes.air, k)
         return lanes if senses is lanes.senses and air is lanes.air else lanes._replace(senses=senses, air=air)
 
     def lasts(self, lanes: Lanes, k: int) -> int:
         """The period up to which random numbers are there, ``k`` being one for which they are."""
-        ends = []
+        ends: list[float] = []
         if noise := max(lanes.senses.draws.shape[1], lanes.senses.relative_draws.shape[1]):
             ends.append(lanes.senses.drawn + noise)
         if len(lanes.air.draws):
             ends.append((lanes.air.drawn + len(lanes.air.draws)) * lanes.air.every)
-        return min(ends, default=k + 1_000_000)
+        if self.sensors is not None:
+            ends.append(self.sensors.lasts(lanes.looks))
+        return int(min([*ends, k + 1_000_000]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +115,7 @@ class Opening:
         channel = Channel.opened(setting.radio, law.message, robots, seeds, setting.period)
         air = channel.silence(runs, robots)
         known, memory = self._known(first, last, air.heard)
+        sensors, looks = self._looks(first, last)
         road = setting.references.road
         inputs = sum(len(system.inputs) for system in law.fuzzy_systems.values())
         command = np.zeros((SAYS + len(law.message) + inputs, runs * robots))
@@ -114,6 +127,7 @@ class Opening:
             float(law.watchdog),
             body,
             noise.senses(counts),
+            looks,
             road,
             np.arange(first * robots, last * robots) % len(road.lengths),
             self.references,
@@ -130,7 +144,7 @@ class Opening:
             kept,
         )
         check(lanes)
-        return lanes, Supply(noise, channel)
+        return lanes, Supply(noise, channel, sensors)
 
     def _parameters(self, first: int, last: int) -> np.ndarray:
         """The plant's parameters of the lanes (PARAMETERS, lanes)."""
@@ -147,6 +161,22 @@ class Opening:
         code = p.KINEMATIC if setting.plant == "kinematic" else p.CODES[law.level]
         pending = np.zeros((late_periods + 2, 2, truth.shape[1]))
         return Body(parameters, truth, pending, np.empty(p.SCRATCH), steps, p.STEP, code, late_periods, late_steps)
+
+    def _looks(self, first: int, last: int) -> tuple[CarriedSensors | None, Looks]:
+        """The range sensors of the lanes, and their columns."""
+        setting, law = self.drivers[0]
+        robots, each = len(setting.robots), len(self.seeds)
+        if setting.world is None or not looks(setting, law):
+            return None, nothing_to_see(robots * (last - first))
+        runs = np.arange(first, last)
+        carried = [sensors for run in runs for sensors in self.drivers[run // each].setting.sensors]
+        seeds = [self.seeds[run % each] for run in runs]
+        sensors = CarriedSensors.opened(carried, robots, seeds, setting.period)
+        worlds = runs % setting.world.runs if setting.world.runs > 1 else np.zeros(1, dtype=np.int64)
+        here, moving = setting.world.during(setting.times, worlds)
+        sizes = {d: footprints(self.drivers[d].setting.robots) for d in {run // each for run in runs}}
+        lanes = np.concatenate([sizes[run // each] for run in runs], axis=1)
+        return sensors, sensors.looks(here, moving, lanes, law.needs if self.setups else ())
 
     def _trouble(self, first: int, last: int) -> Trouble:
         robots, each = len(self.drivers[0].setting.robots), len(self.seeds)

@@ -11,8 +11,10 @@ from robotics.laws.equation import EquationLaw
 from robotics.laws.law import Command, ControllerError, Law
 from robotics.laws.setting import Setting
 from robotics.paths.references import sampled
+from robotics.sensing.carried import sensor_names
 from robotics.simulation.channels import CHANNELS, RECORDS, TEAM_CHANNELS
 from robotics.simulation.lanes import Kept
+from robotics.simulation.opening import looks
 from robotics.simulation.run import About, Recorded, Run
 from robotics.vehicle import plant as p
 
@@ -42,6 +44,8 @@ class Recorder:
             self._room("inputs", sum(len(system.inputs) for system in self.rule_bases.values()))
         if isinstance(law, EquationLaw) and law.has_equation and law.has_modes:
             self._room("modes")
+        if looks(setting, law):
+            self._room("ranges", len(sensor_names(setting.sensors)))
 
     def _room(self, name: str, channels: int = 0) -> None:
         """Room for one of RECORDS; ``channels`` is the length of its axis of channels, inputs or sensors."""
@@ -72,7 +76,7 @@ class Recorder:
     def kept(self, first: int, last: int) -> Kept:
         """The room of the runs from ``first`` to before ``last``."""
         arrays = {}
-        for name in ("samples", "team", "links", "modes", "guarded", "inputs"):
+        for name in Kept._fields[:-1]:
             record = RECORDS[name]
             if name in self.arrays:
                 which = (slice(None),) * record.axes.index("run") + (slice(first, last),)
@@ -82,14 +86,6 @@ class Recorder:
         limits = np.ascontiguousarray(np.tile(p.velocity_limits(self.setting.robots), last - first))
         return Kept(**arrays, limits=limits)
 
-    def keep_ranges(self, k: int, values: np.ndarray) -> None:
-        """Keep the readings (runs, robots, sensors) [m] of the range sensors in period ``k``."""
-        if self.nothing:
-            return
-        if "ranges" not in self.arrays:
-            self._room("ranges", values.shape[-1])
-        self.arrays["ranges"][k] = values
-
     def run(
         self,
         setting: Setting,
@@ -98,6 +94,8 @@ class Recorder:
         stopped: np.ndarray,
         end: int,
         which: slice = slice(None),
+        law: Law[Any] | None = None,
+        references: np.ndarray | None = None,
     ) -> Run:
         """The run of ``setting`` with the law called ``name``.
 
@@ -108,6 +106,8 @@ class Recorder:
             stopped: The period in which each robot was stopped, or -1 (runs, robots).
             end: The number of samples that were kept; the run ends with the setting, or before.
             which: Those of the runs that are its seeds.
+            law: The law that drove these, if it is another than that of the first.
+            references: The references of all samples (6, samples, robots), where they are known already.
         """
         end = min(setting.ticks + 1, end)
         times = setting.times[:end]
@@ -115,13 +115,13 @@ class Recorder:
             array: Recorded(values[:end], RECORDS[array].axes).only("run", which)
             for array, values in self.arrays.items()
         }
-        gone = stopped[which]
+        gone, bases = stopped[which], self.rule_bases if law is None else dict(law.fuzzy_systems)
         return Run(
-            About(setting.name, setting.kind, name, self.law.level, setting.robots, setting.sensors, self.rule_bases),
+            About(setting.name, setting.kind, name, self.law.level, setting.robots, setting.sensors, bases),
             seeds,
             times,
             recorded,
-            np.stack(sampled(setting.references, times)),
+            np.stack(sampled(setting.references, times)) if references is None else references[:, :end],
             tuple(path.table[:2] for path in setting.references.joined.paths),
             np.where(gone < end, gone, -1),
             _obstacles(setting, times),

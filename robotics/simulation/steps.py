@@ -1,4 +1,4 @@
-"""The steps of a period over all lanes: sense, hear, decide, obey, record, say, move.
+"""The steps of a period over all lanes: sense, look, hear, decide, obey, record, say, move.
 
 Every step reads and writes the columns of :class:`robotics.simulation.lanes.Lanes`. No lane's numbers depend on which
 lanes are beside it, but for what a robot hears of the others of its run.
@@ -32,6 +32,7 @@ from robotics.laws.modes import STOPPED
 from robotics.paths.road import moving
 from robotics.radio.channel import AGE, HEARS, broadcast, receive
 from robotics.radio.faults import notice
+from robotics.sensing.carried import look as read_ranges
 from robotics.sensing.posture import measure, read_encoders
 from robotics.vehicle import plant
 from robotics.vehicle.plant import EFFORT, SUBSTEPS, VARIATION, tick_into, within
@@ -56,6 +57,12 @@ def sense(k, lanes):  # type: ignore[no-untyped-def]
         x, y, heading, v, w, s = moving(lanes.road, lanes.path[i], k * lanes.period)
         seen[AT_X, i], seen[AT_X + 1, i], seen[AT_X + 2, i] = x, y, heading
         seen[AT_X + 3, i], seen[AT_X + 4, i], seen[AT_X + 5, i] = v, w, s
+
+
+@uncounted
+def look(k, lanes):  # type: ignore[no-untyped-def]
+    """Read the range sensors in period ``k``."""
+    read_ranges(lanes.looks, k, lanes.body.truth, lanes.robots, lanes.known.ranges)
 
 
 @uncounted
@@ -123,6 +130,9 @@ def record(k, lanes):  # type: ignore[no-untyped-def]
             for j in range(robots):
                 hears = lanes.air.heard[HEARS, i, j] > 0
                 kept.links[k, run, robot, j] = lanes.air.heard[AGE, i, j] if hears else np.inf
+        if len(kept.ranges) > 0:
+            for n in range(kept.ranges.shape[3]):
+                kept.ranges[k, run, robot, n] = lanes.looks.readings[i, n]
 
 
 @uncounted

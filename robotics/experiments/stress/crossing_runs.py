@@ -6,7 +6,7 @@ from typing import Any
 from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.experiments.stress.outcome import LIMIT, StressOutcome
-from robotics.experiments.stress.tally import tallied
+from robotics.experiments.stress.tally import judged, tallied
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
@@ -79,5 +79,5 @@ def run_ensemble(
         extra: The time [s] by which runs may take longer than 4 nominal durations.
     """
     limits = LIMIT * ensemble.references.ends[:, 0] + extra
-    tally = tallied(ensemble, controller, seeds, limits, faults, advance)
-    return StressOutcome(**tally.judged(seeds))
+    tallies = tallied(ensemble, controller, seeds, limits, faults, advance)
+    return judged(StressOutcome, tallies, seeds)

@@ -5,17 +5,19 @@ and ends are at least 0.6 m clear of the other paths (class A), or only 0.9 m ap
 thesis has its two tests only; the classes are a choice.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
-from robotics.experiments.stress.conflict import ends_clear, evenly, in_conflict
+from fuzzy.compiled.jit import kernel
+from robotics.experiments.stress.conflict import SAMPLES, ends_apart, ends_clear, in_conflict, sampled_evenly
 from robotics.laws.setting import Setting
 from robotics.paths.joined import join_tables
 from robotics.paths.path import Quintic, X, Y
-from robotics.paths.quintic_table import quintic_table
+from robotics.paths.quintic_table import fill, tabulated
 from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Timing
 from robotics.radio.description import Radio
@@ -26,7 +28,11 @@ CROSSING_STREAM = 6  # of a seed's random streams: see robotics.radio.channel
 AREA = 16.0  # m² of the field for each robot
 ASPECT = 4 / 3  # ratio of the field's sides
 APART = 0.9  # m: in class B starts, and ends, are at least this far from each other
+BEND = 0.7  # rad: the most by which a path begins or ends aslant to the straight line between its ends
+SHORTEST, SHORTEST_SHARE = 2.0, 0.5  # of that line: m, and of the field's mean side
 SPEED = 0.22  # m/s: mean speed on the longest path
+_PATHS = 400  # drawn for each robot of a team, at most
+_DRAWS = 64  # paths for each robot whose numbers are drawn at a time
 
 
 def crossing_ensemble(
@@ -79,38 +85,68 @@ def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B
 
     Args:
         robots: Number of robots.
-        rng: The generator from which the crossing is drawn.
+        rng: The generator from which the crossing is drawn; from it more numbers are taken than the crossing needs.
         kind: Class of the crossing, "A" or "B".
     """
     field = np.sqrt(AREA * robots * np.array([ASPECT, 1 / ASPECT]))
+    draws = rng.random((_DRAWS * robots, 6))
     while True:
-        shapes: list[Quintic] = []
-        points: list[np.ndarray] = []
-        for _ in range(400 * robots):
-            drawn = _random_path(rng, field)
-            if drawn is not None and all(_clear(drawn[1], other, kind) for other in points):
-                shapes.append(drawn[0])
-                points.append(drawn[1])
-            if len(shapes) == robots:
-                break
-        if len(shapes) == robots and in_conflict(np.array(points)):
-            return [quintic_table(shape) for shape in shapes]
+        chosen = _chosen(draws, robots, *field, kind == "A")
+        if len(chosen):
+            return [tabulated(shape) for shape in _shapes(draws[chosen], field)]
+        draws = np.concatenate([draws, rng.random(draws.shape)])
 
 
-def _random_path(rng: np.random.Generator, field: np.ndarray) -> tuple[Quintic, np.ndarray] | None:
-    """A path, and points (samples, 2) [m] at equal shares of its length, to a few millimetres."""
-    start, end = rng.uniform(0.0, 1.0, (2, 2)) * field
+def _shapes(draws: np.ndarray, field: np.ndarray) -> np.ndarray:
+    """The coefficients (paths, 2, 5) of the paths that uniform numbers ``draws`` (paths, 6) make."""
+    start, end = draws[:, :2] * field, draws[:, 2:4] * field
     gap = end - start
-    reach = float(np.hypot(*gap))
-    bends = np.arctan2(gap[1], gap[0]) + rng.uniform(-0.7, 0.7, 2)
-    if reach < 0.5 * np.sqrt(field.prod()) or reach < 2.0:
-        return None
-    out, into = (reach * np.array([np.cos(a), np.sin(a)]) for a in bends)
-    shape = Quintic(start=tuple(start), end=tuple(end), start_tangent=tuple(out), end_tangent=tuple(into))
-    points = evenly(shape)
-    return None if points is None else (shape, points)
+    reach = np.hypot(gap[:, 0], gap[:, 1])
+    courses = np.arctan2(gap[:, 1], gap[:, 0])[:, None] + (-BEND + 2 * BEND * draws[:, 4:])
+    tangents = reach[:, None, None] * np.stack([np.cos(courses), np.sin(courses)], axis=1)
+    shapes = np.empty((len(draws), 2, 5))
+    for shape, a, b, tangent in zip(shapes, start, end, tangents, strict=True):
+        for axis in (X, Y):
+            fill(shape[axis], a[axis], b[axis], *tangent[axis])
+    return shapes
 
 
-def _clear(a: np.ndarray, b: np.ndarray, kind: str) -> bool:
-    """May the paths ``a`` and ``b`` (samples, 2) be in one crossing?"""
-    return ends_clear(a, b) if kind == "A" else min(np.hypot(*(a[k] - b[k])) for k in (0, -1)) >= APART
+@kernel(nogil=True)
+def _chosen(draws, robots, width, height, clear):  # type: ignore[no-untyped-def]
+    """Which of the paths that uniform numbers make are the first crossing; none of them if there is none.
+
+    Args:
+        draws: The numbers (paths, 6).
+        robots: Number of robots.
+        width: Of the field [m].
+        height: Of the field [m].
+        clear: Whether ends are clear of the other paths, or only apart.
+    """
+    shape, points, chosen = np.empty((2, 5)), np.empty((robots, SAMPLES, 2)), np.empty(robots, dtype=np.int64)
+    number = tried = 0
+    for n in range(len(draws)):
+        if _draw(draws[n], width, height, shape) and sampled_evenly(shape, points[number]):
+            fits = True
+            for other in range(number):
+                a, b = points[number], points[other]
+                fits = fits and (ends_clear(a, b) if clear else ends_apart(a, b, APART))
+            chosen[number] = n
+            number += fits
+        tried += 1
+        if number == robots and in_conflict(points):
+            return chosen
+        if number == robots or tried == _PATHS * robots:  # another team
+            number = tried = 0
+    return chosen[:0]
+
+
+@kernel
+def _draw(numbers, width, height, shape):  # type: ignore[no-untyped-def]
+    """Fill in the coefficients (2, 5) of the path that six uniform numbers make; return whether it is long enough."""
+    x, y, end_x, end_y = numbers[0] * width, numbers[1] * height, numbers[2] * width, numbers[3] * height
+    dx, dy = end_x - x, end_y - y
+    reach, course = math.hypot(dx, dy), math.atan2(dy, dx)
+    out, into = course + (2 * numbers[4] - 1) * BEND, course + (2 * numbers[5] - 1) * BEND
+    fill(shape[0], x, end_x, reach * math.cos(out), reach * math.cos(into))
+    fill(shape[1], y, end_y, reach * math.sin(out), reach * math.sin(into))
+    return reach >= SHORTEST_SHARE * math.sqrt(width * height) and reach >= SHORTEST

@@ -16,7 +16,7 @@ from robotics.environment.world import Disc, World, WorldError, compile_worlds
 from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.experiments.stress.lanes import Lanes, lanes_beside, lanes_crossing
 from robotics.experiments.stress.outcome import StressOutcome
-from robotics.experiments.stress.tally import tallied
+from robotics.experiments.stress.tally import judged, tallied
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
@@ -227,5 +227,5 @@ def run_course(
         extra: The time [s] by which runs may take longer than 8 nominal durations.
     """
     limits = LONGEST * ensemble.references.ends[:, 0] + extra
-    tally = tallied(ensemble, controller, seeds, limits, faults, advance)
-    return ObstacleOutcome(**tally.judged(seeds), hit=tally.hit, trapped=tally.followed)
+    tallies = tallied(ensemble, controller, seeds, limits, faults, advance)
+    return judged(ObstacleOutcome, tallies, seeds)

@@ -1,128 +1,162 @@
 """The judgement of many runs as they go on: arrivals, distances, contacts and whose fault they are.
 
 A run goes on after a contact, as if robots could overlap, until all its robots have arrived, its law has refused, or
-its time is up. After that nothing of it counts, so that it does not matter which runs are beside it.
+its time is up. After that nothing of it counts, so that it does not matter which runs are beside it. Runs of a law with
+an equation are driven a few at a time, by compiled code, until all of these are over.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Self
+from dataclasses import fields
+from typing import Any
 
 import numpy as np
 
-from robotics.environment.swept import TO_OBSTACLE, TO_ROBOT, Watch
+from robotics.environment.collision import footprints
+from robotics.environment.swept import TO_OBSTACLE, TO_ROBOT, Watch, body_spans, stacked
+from robotics.environment.world import Geometry
+from robotics.experiments.stress.judge import KNOWN_TYPE, WORLD_TYPE, Known, driving, judging
+from robotics.experiments.stress.outcome import Outcome, joined
+from robotics.laws.equation import compiled
 from robotics.laws.law import Law
-from robotics.laws.modes import FOLLOW
 from robotics.laws.setting import Setting
-from robotics.measures.arrival import at_goal
+from robotics.measures.arrival import reached_within
 from robotics.measures.blame import at_fault
 from robotics.radio.faults import Faults
-from robotics.simulation.loop import drive
-from robotics.simulation.state import State
-from robotics.vehicle import plant as p
+from robotics.simulation.lanes import Lanes, check
+from robotics.simulation.loop import BLOCK, CHUNK, Periods, Simulation, checked_seeds
+from robotics.simulation.opening import Driver, Opening, has_equation
+from robotics.simulation.recorder import Recorder
 
 
-@dataclass(frozen=True, eq=False)
 class Tally:
-    """What is known of all runs up to a time; :meth:`to` carries it on from period to period."""
+    """What is known of some runs; it is carried on from period to period, in place."""
 
-    ensemble: Setting
-    limits: np.ndarray  # (runs,) s: the longest that each run takes
-    watch: Watch
-    goes_on: np.ndarray  # (runs,) bool
-    arrivals: np.ndarray  # (runs, robots) s; infinite: not yet
-    refused: np.ndarray  # (runs,) bool: the law said before the start that there is no safe plan
-    nearest: np.ndarray  # (runs,) m: the least distance between the centers of two robots
-    caused: np.ndarray  # (runs, robots) bool: the robot drove into something
-    followed: np.ndarray  # (runs,) bool: a robot followed a wall
-    driven: np.ndarray  # (runs,) int: periods of robots that had not yet arrived, while their run went on
-    guarded: np.ndarray | None  # (runs,) int: those of them in which the emergency rule acted; None: there is none
+    def __init__(self, ensemble: Setting, limits: np.ndarray, first: int, last: int) -> None:
+        """Begin with the runs from ``first`` to before ``last`` of ``ensemble``; ``limits`` (runs,) [s] is of all."""
+        self.ensemble, self.robots = ensemble, ensemble.robots
+        here, shape = slice(first, last), (last - first, len(ensemble.robots))
+        paths = ensemble.references.joined
+        goals, near = paths.at(paths.lengths), reached_within(paths.lengths)
+        self.geometry = self.geometry_before = self._world(0.0, here)
+        spans = body_spans(self.geometry)
+        pairs = shape[0], shape[1] * (shape[1] - 1) // 2 + shape[1] * spans.shape[1]
+        self.caused = np.zeros(shape, dtype=bool)  # the robot drove into something
+        self.guards = False  # whether there is an emergency rule
+        self.runs = here
+        self.known = Known(
+            footprints(ensemble.robots),
+            np.stack([goals.x[here], goals.y[here]]),
+            np.ascontiguousarray(near[here]),
+            np.array(limits[here], dtype=float),
+            np.ones(shape[0], dtype=bool),
+            np.full(shape, np.inf),
+            np.zeros(shape[0], dtype=bool),
+            np.full(shape[0], np.inf),
+            np.zeros(shape[0], dtype=bool),
+            np.zeros(shape[0], dtype=np.int64),
+            np.zeros(shape[0], dtype=np.int64),
+            np.full((5, *shape, 2), np.nan),
+            np.zeros(shape, dtype=np.int64),
+            np.full(pairs, np.nan),
+            spans,
+            np.full((2, *shape), np.inf),
+            np.full((2, *shape), np.inf),
+            np.zeros(shape, dtype=np.int64),
+            np.full(pairs, np.nan),
+            np.full(pairs, -np.inf),
+            np.full(pairs, np.nan),
+            np.zeros(pairs),
+        )
+        self.world = self._stacked()
+        check(self.known, KNOWN_TYPE)
 
-    @classmethod
-    def opened(cls, ensemble: Setting, limits: np.ndarray, state: State) -> Self:
-        """Begin with the state before the first period.
+    def _world(self, time: float, runs: slice) -> Geometry | None:
+        """The obstacles of ``runs`` at a time [s]."""
+        if self.ensemble.world is None:
+            return None
+        here = self.ensemble.world.at(time)
+        return here if len(here.counts) == 1 else Geometry(*(part[runs] for part in here))
 
-        Args:
-            ensemble: What is driven, one run for each of ``limits``.
-            limits: The longest that each run takes (runs,) [s].
-            state: The state.
+    def _stacked(self) -> Geometry:
+        """The obstacles one period ago and now, or once, if they rest."""
+        moved = self.geometry is not self.geometry_before
+        world = stacked([self.geometry_before, self.geometry] if moved else [self.geometry])
+        world = Geometry(*(np.require(part, requirements=["C", "W"]) for part in world))
+        check(world, WORLD_TYPE)
+        return world
+
+    def to(self, k: int, lanes: Lanes) -> bool:
+        """Carry it on to period ``k``, in which the law has decided; return whether a run goes on."""
+        world = self.ensemble.world
+        if k > 0 and world is not None and world.motion is not None:
+            self.geometry_before, self.geometry = self.geometry, self._world(k * lanes.period, self.runs)
+            self.world = self._stacked()
+        begun, goes_on, ended = judging()(k, self.known, self.world, lanes)
+        if begun:
+            self.blame(k, ended)
+        return bool(goes_on)
+
+    def drive(self, opening: Opening, ticks: int, advance: Callable[[int], None]) -> None:
+        """Drive its runs until they are over, by compiled code; ``advance`` is told how many periods of how many."""
+        runs, kept = self.runs, Recorder(self.ensemble, opening.drivers[0].law, opening.runs, nothing=True).kept
+        lanes, supply = opening.lanes(runs.start, runs.stop, kept(runs.start, runs.stop))
+        law: Any = opening.drivers[0].law
+        one, loop, number = compiled(type(law).equation), driving(), runs.stop - runs.start
+        block, k, halfway = max(16, BLOCK // len(lanes.lost)), 0, False
+        while k <= ticks:
+            lanes = lanes if halfway else supply.to(lanes, k)
+            end = min(k + block, supply.lasts(lanes, k), ticks + 1)
+            came, ended = loop(one, k, end, halfway, self.known, self.world, lanes)
+            advance((came - k) * number)
+            k, halfway = came, came < end
+            if halfway:
+                self.blame(k, ended)
+                if not self.known.goes_on.any():
+                    break
+        advance((ticks + 1 - k) * number)
+
+    def blame(self, k: int, ended: np.ndarray) -> None:
+        """Find out whose fault the contacts are that began since the last period; ``ended`` are those that ended."""
+        known, robots, period = self.known, self.robots, self.ensemble.period
+        rest = known.ends, known.floor
+        before = Watch(
+            robots, max(k - 1, 0) * period, known.poses[..., 0], self.geometry_before, known.spans, known.least,
+            known.first, known.counts_before, *rest, known.since_before, known.depth,
+        )  # fmt: skip
+        after = Watch(
+            robots, k * period, known.poses[..., 1], self.geometry, known.spans, known.least,
+            known.first, known.counts, *rest, known.since, known.depth,
+        )  # fmt: skip
+        self.caused |= at_fault(before, after, ended)
+
+    def judged(self, seeds: Sequence[int], wanted: Sequence[str]) -> dict[str, Any]:
+        """The ``wanted`` fields of an outcome of its runs; ``seeds`` are those of all runs.
+
+        They are those of :class:`robotics.experiments.stress.outcome.StressOutcome`, and of
+        :class:`robotics.experiments.stress.obstaclecourse.ObstacleOutcome`.
         """
-        runs, robots = len(limits), len(ensemble.robots)
-        world = None if ensemble.world is None else ensemble.world.at(state.time)
-        tally = cls(
-            ensemble,
-            limits,
-            Watch.opened(ensemble.robots, state.time, state.truth[: p.W + 1], world),
-            np.ones(runs, dtype=bool),
-            np.full((runs, robots), np.inf),
-            np.zeros(runs, dtype=bool) if state.command.refused is None else state.command.refused,
-            np.full(runs, np.inf),
-            np.zeros((runs, robots), dtype=bool),
-            np.zeros(runs, dtype=bool),
-            np.zeros(runs, dtype=int),
-            None,
-        )
-        return tally._with(state)
-
-    def to(self, state: State) -> Self:
-        """Carry the tally on to the state of the next period."""
-        world = None if self.ensemble.world is None else self.ensemble.world.at(state.time)
-        watch, ended = self.watch.to(state.time, state.truth[: p.W + 1], world, going=self.goes_on)
-        caused = self.caused | at_fault(self.watch, watch, ended)
-        return replace(self, watch=watch, caused=caused)._with(state)
-
-    def _with(self, state: State) -> Self:
-        """The tally with what ``state`` says beside contacts."""
-        going, (x, y) = self.goes_on, state.truth[: p.Y + 1]
-        nearest, followed = self.nearest, self.followed
-        if x.shape[1] > 1:
-            a, b = np.triu_indices(x.shape[1], 1)
-            gaps = np.hypot(x[:, a] - x[:, b], y[:, a] - y[:, b]).min(axis=1)
-            nearest = np.where(going, np.minimum(nearest, gaps), nearest)
-        if state.command.mode is not None:
-            followed = followed | (going & (state.command.mode & 3 == FOLLOW).any(axis=1))
-        paths = self.ensemble.references.joined
-        there = at_goal(x, y, paths.at(paths.lengths), paths.lengths)
-        arrivals = np.where(there & np.isinf(self.arrivals) & going[:, None], state.time, self.arrivals)
-        going = ~(np.isfinite(arrivals).all(axis=1) | self.refused) & (state.time < self.limits)
-        on_way, acted, guarded = going[:, None] & np.isinf(arrivals), state.command.guarded, self.guarded
-        if acted is not None:
-            guarded = (0 if guarded is None else guarded) + (acted & on_way).sum(axis=1)
-        return replace(
-            self,
-            goes_on=going,
-            arrivals=arrivals,
-            nearest=nearest,
-            followed=followed,
-            driven=self.driven + on_way.sum(axis=1),
-            guarded=guarded,
-        )
-
-    @property
-    def collided(self) -> np.ndarray:
-        """Whether two robots touched (runs,) bool."""
-        return np.asarray(np.isfinite(self.watch.first[TO_ROBOT]).any(axis=1))
-
-    @property
-    def hit(self) -> np.ndarray:
-        """Whether a robot touched an obstacle (runs,) bool."""
-        return np.asarray(np.isfinite(self.watch.first[TO_OBSTACLE]).any(axis=1))
-
-    def judged(self, seeds: Sequence[int]) -> dict[str, Any]:
-        """The fields of :class:`robotics.experiments.stress.outcome.StressOutcome` of the runs of ``seeds``."""
-        period = self.ensemble.period
-        return {
-            "seeds": tuple(seeds),
-            "nominal": self.ensemble.references.ends[:, 0],
-            "arrivals": self.arrivals,
-            "collided": self.collided,
-            "refused": self.refused,
-            "min_distance": self.nearest,
-            "clearance": self.watch.least.min(axis=(0, 2)),
+        known, period = self.known, self.ensemble.period
+        touched = np.isfinite(known.first).any(axis=2)
+        all_of_them = {
+            "seeds": tuple(seeds[self.runs]),
+            "nominal": self.ensemble.references.ends[self.runs, 0],
+            "arrivals": known.arrivals,
+            "collided": touched[TO_ROBOT],
+            "refused": known.refused,
+            "min_distance": known.nearest,
+            "clearance": known.least.min(axis=(0, 2)),
             "caused": self.caused,
-            "driven": self.driven * period,
-            "overridden": None if self.guarded is None else self.guarded * period,
+            "driven": known.driven * period,
+            "overridden": known.guarded * period if self.guards else None,
+            "hit": touched[TO_OBSTACLE],
+            "trapped": known.followed,
         }
+        return {name: all_of_them[name] for name in wanted}
+
+
+def judged(kind: type[Outcome], tallies: Sequence[Tally], seeds: Sequence[int]) -> Outcome:
+    """The outcome of all runs, those of ``seeds``, as one of its ``kind``."""
+    return joined([kind(**tally.judged(seeds, [f.name for f in fields(kind)])) for tally in tallies])
 
 
 def tallied(
@@ -132,8 +166,8 @@ def tallied(
     limits: np.ndarray,
     faults: Faults | None = None,
     advance: Callable[[], None] | None = None,
-) -> Tally:
-    """Drive until no run goes on any more.
+) -> list[Tally]:
+    """Drive until no run goes on any more; return the tallies of all runs, some runs in each.
 
     Args:
         ensemble: What is driven, one run for each seed.
@@ -143,12 +177,32 @@ def tallied(
         faults: The faults of the runs.
         advance: Called after every period.
     """
-    tally: Tally | None = None
-    for state in drive(ensemble, controller, seeds, faults):
-        tally = Tally.opened(ensemble, limits, state) if tally is None else tally.to(state)
+    runs, checked = len(seeds), checked_seeds(seeds)
+    if drives_compiled(ensemble, controller):
+        opening = Opening.of([Driver(ensemble, controller)], checked, faults)
+        size = max(1, CHUNK // len(ensemble.robots))
+        told = Periods(ensemble.ticks + 1, runs, advance)
+        tallies = [Tally(ensemble, limits, first, min(first + size, runs)) for first in range(0, runs, size)]
+        for tally in tallies:
+            tally.drive(opening, ensemble.ticks, told)
+        return tallies
+    tally = Tally(ensemble, limits, 0, runs)
+    simulation = Simulation(ensemble, controller, checked, faults)
+    for k in range(ensemble.ticks + 1):
+        _, command = simulation.period(k)
+        tally.guards |= command.guarded is not None
+        goes_on = tally.to(k, simulation.lanes)
         if advance is not None:
             advance()
-        if not tally.goes_on.any():
+        if not goes_on:
             break
-    assert tally is not None  # there is a first state
-    return tally
+        if k < ensemble.ticks:
+            simulation.say(k)
+            simulation.move(k)
+    return [tally]
+
+
+def drives_compiled(ensemble: Setting, law: Law[Any]) -> bool:
+    """Whether compiled code drives and judges many periods of ``ensemble`` at a time."""
+    rests = ensemble.world is None or ensemble.world.motion is None
+    return has_equation(law) and rests

@@ -45,6 +45,7 @@ from robotics.laws.avoidance.obstacle_avoidance import LITERAL_RISE, ObstacleAvo
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.modes import AVOID, LEFT_BEHIND, TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
+from robotics.laws.teams.cooperation import PLACE
 from robotics.sensing.sonar import SONAR
 
 _NEAR, _FREE = "ro ≤ ro_min, or a side sonar reads too little", "all sonars read enough"
@@ -144,7 +145,8 @@ class FuzzyHierarchy(Law[_Memory]):
         avoids, theta, slowing, front = self.obstacles.sight(ranges)
         alone = memory.stalled > self.obstacles.patience
         wish, below = self.crash.cooperation.steered(seen, memory.below, dt, eta + theta, alone, avoids)
-        best, lost = stalled(memory.best, memory.stalled, below.place, dt * (avoids & ~stands))
+        place = below.rows[PLACE].reshape(avoids.shape)
+        best, lost = stalled(memory.best, memory.stalled, place, dt * (avoids & ~stands))
         v = np.where(stands, 0.0, np.where(avoids, wish.v * slowing, wish.v))
         w = np.where(stands, 0.0, wish.w)
         mode = np.where(stands, YIELD, np.where(avoids, AVOID, TRACK)) + np.where(alone, LEFT_BEHIND, 0)

@@ -60,7 +60,7 @@ from robotics.laws.avoidance.priority import CONE, STATED_FOR, WHEREABOUTS, Othe
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
-from robotics.laws.teams.cooperation import ON_PATH, FuzzyCooperation
+from robotics.laws.teams.cooperation import ON_PATH, PLACE, FuzzyCooperation
 from robotics.laws.tracking.fuzzy_tracking import compiled_curve
 from robotics.paths.posture import wrapped
 from robotics.quantity import check_quantities, quantity
@@ -265,7 +265,9 @@ class ObstacleAvoidance(Law[_Memory]):
         state = memory.state.copy()
         alone = state[STALLED] > self.patience
         wish, below = self.cooperation.steered(seen, memory.below, dt, turn, alone)
-        state[BEST], state[STALLED] = stalled(state[BEST], state[STALLED], below.place, dt * avoids)
+        state[BEST], state[STALLED] = stalled(
+            state[BEST], state[STALLED], below.rows[PLACE].reshape(seen.x.shape), dt * avoids
+        )
         v = np.where(avoids, wish.v * slowing, wish.v)
         assert wish.inputs is not None
         wish = wish._replace(inputs=np.concatenate([wish.inputs, self.theta_input(front)[None]]))
@@ -281,9 +283,9 @@ class ObstacleAvoidance(Law[_Memory]):
         before = memory.state
         alone = (before[MODE] != TRACK) & (before[STALLED] > self.patience)
         wish, below = self.cooperation.steered(seen, memory.below, dt, None, alone)
-        paths, place = seen.references.joined, below.place
-        nearest, end = paths.at(place), paths.at(np.broadcast_to(below.lengths, place.shape))
-        ahead = paths.at(np.minimum(place + self.reach, below.lengths))
+        paths, place = seen.references.joined, below.rows[PLACE].reshape(seen.x.shape)
+        nearest, end = paths.at(place), paths.at(np.broadcast_to(paths.lengths, place.shape))
+        ahead = paths.at(np.minimum(place + self.reach, paths.lengths))
         alpha = wrapped(np.arctan2(ahead.y - seen.y, ahead.x - seen.x) - seen.heading)
         off = np.hypot(nearest.x - seen.x, nearest.y - seen.y)
         state, steer = next_mode(

@@ -1,12 +1,15 @@
 """The rule by which every robot brakes for another that is ahead of it: which of two stops, and which goes on."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from robotics.laws.equation import uncounted
 from robotics.laws.law import Observation
-from robotics.paths.posture import wrapped
+from robotics.paths.posture import wrapped, wrapped_compiled
+from robotics.radio.channel import AGE, BELIEVED, HEARS
 from robotics.vehicle.robot import Robot
 
 STATED_FOR = float(np.hypot(0.23, 0.20))  # m: turning circle's diameter of the robots for which laws state distances
@@ -27,6 +30,66 @@ class Others(NamedTuple):
     bearing: np.ndarray  # rad in [-π, π), from the robot's own heading
     x: np.ndarray  # m, in the world
     y: np.ndarray  # m
+
+
+# For one robot, in a law's equation ------------------------------------------------------------------------------
+
+
+@uncounted
+def whereabouts_of(x, y, heading, v):  # type: ignore[no-untyped-def]
+    """A robot's place [m] and velocity [m/s] for its message, the values WHEREABOUTS."""
+    return x, y, v * math.cos(heading), v * math.sin(heading)
+
+
+@uncounted
+def other(heard, at, i, j, x, y):  # type: ignore[no-untyped-def]
+    """Robot j's present place from lane i's place (x, y) [m], dx and dy [m], and its velocity [m/s], as lane i heard.
+
+    The values WHEREABOUTS begin at plane ``at`` of ``heard``. They are not-a-number before the first message.
+    """
+    since = min(heard[AGE, i, j], BELIEVED)
+    v_x, v_y = heard[at + 2, i, j], heard[at + 3, i, j]
+    return heard[at, i, j] + v_x * since - x, heard[at + 1, i, j] + v_y * since - y, v_x, v_y
+
+
+@uncounted
+def in_the_way(dx, dy, v_x, v_y, heading, limit, goes_first):  # type: ignore[no-untyped-def]
+    """Whether a robot must stop for another, of which it knows what :func:`other` tells.
+
+    It must where that one is ahead and nearer than ``limit`` [m], unless it ``goes_first`` and the two drive towards
+    each other.
+    """
+    if not (abs(dx) < limit and abs(dy) < limit):  # most are far; nor is one that was never heard
+        return False
+    distance = math.hypot(dx, dy)
+    if not (distance < limit and abs(wrapped_compiled(math.atan2(dy, dx) - heading)) < CONE):
+        return False
+    speed = math.hypot(v_x, v_y)
+    # The other is taken to head where its velocity points.
+    towards = -(dx * v_x + dy * v_y) > math.cos(CONE) * distance * speed
+    return not (goes_first and towards and speed > MOVES)
+
+
+@uncounted
+def limit_of(near, v):  # type: ignore[no-untyped-def]
+    """The distance [m] within which a robot with speed v [m/s] stops for others: ``near`` and its braking distance."""
+    speed = abs(v)
+    return near + speed**2 / (2 * BRAKING) + 0.1 * speed
+
+
+@uncounted
+def must_stop(heard, at, i, x, y, heading, v, near):  # type: ignore[no-untyped-def]
+    """Whether lane i at a posture must stop for another: :func:`blocked` of one robot."""
+    robots, limit = heard.shape[2], limit_of(near, v)
+    for j in range(robots):
+        if heard[HEARS, i, j] > 0:
+            dx, dy, v_x, v_y = other(heard, at, i, j, x, y)
+            if in_the_way(dx, dy, v_x, v_y, heading, limit, i % robots < j):
+                return True
+    return False
+
+
+# For all robots, in a law of arrays ------------------------------------------------------------------------------
 
 
 def whereabouts(seen: Observation) -> dict[str, np.ndarray]:

@@ -81,7 +81,7 @@ def plan_right_of_way(
     return Plan(progress, found, np.where(found, ticks, CELLS) / CELLS, count)
 
 
-@kernel
+@kernel(nogil=True)
 def _plan_runs(nodes, clear, margin, tried, horizons, late, cells, ticks, count):  # type: ignore[no-untyped-def]
     robots = nodes.shape[1]
     longest = horizons[-1]

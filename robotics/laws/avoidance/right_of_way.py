@@ -18,23 +18,52 @@ robots as large as the EtsRo; between others there is the same room. Where two r
 one with the lower number goes first (:mod:`robotics.laws.avoidance.priority`).
 """
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
-from robotics.laws.avoidance.planned_way import CLOCK_MARGIN, PlannedTiming, planned_timing
-from robotics.laws.avoidance.priority import WHEREABOUTS, blocked, others, whereabouts, wider
-from robotics.laws.avoidance.reservation import CELLS
-from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
+from robotics.laws.avoidance.planned_way import CLOCK_MARGIN, planned_timing
+from robotics.laws.avoidance.priority import WHEREABOUTS, must_stop, whereabouts_of, wider
+from robotics.laws.equation import (
+    FIRST,
+    HEADING,
+    MODE,
+    PROGRESS,
+    REFUSED,
+    SAYS,
+    SECOND,
+    TO_HEADING,
+    TO_S,
+    TO_V,
+    TO_W,
+    TO_X,
+    TO_Y,
+    WISH_V,
+    WISH_W,
+    EquationLaw,
+    Memory,
+    V,
+    X,
+    Y,
+    equation,
+    uncounted,
+)
+from robotics.laws.law import ControllerError, check_connected, check_team
 from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
-from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
-from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.paths.trajectory import Reference
+from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH_AFTER_OUTAGE, reach
+from robotics.laws.tracking.lyapunov import GAINS, Lyapunov, track
+from robotics.paths.road import CELLS, at, nearest, planned
 from robotics.quantity import check_quantities, quantity
+from robotics.radio.channel import AGE, BELIEVED, HEARD, HEARS
 from robotics.vehicle.robot import Robot
+
+CLOCK, PACE, PLACE = range(3)  # memory: s of the nominal duration up to the plan's end; 1: of that clock; m
+SLACK, SOFTNESS, NEAR, REACH, FOUND = range(GAINS, GAINS + 5)  # the gains that follow the tracker's
+SAID_PLACE, SAID_CLOCK, SAID_PACE, SAID_WHERE = range(4)  # the message: share of the path, memory, WHEREABOUTS
 
 DIAGRAM = StateDiagram(
     {
@@ -48,18 +77,74 @@ DIAGRAM = StateDiagram(
 )
 
 
-class _Memory(NamedTuple):
-    """Each field is (runs, robots) unless it says otherwise."""
+@equation
+def right_of_way(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """Run the clock, look up the plan, track it, and brake."""
+    gains, g, road, path, seen, heard = known.gains, known.column[i], known.road, known.path[i], known.seen, known.heard
+    x, y, heading = seen[X, i], seen[Y, i], seen[HEADING, i]
+    clock, found, length = memory[CLOCK, i], gains[FOUND, g] > 0, road.lengths[path]
+    place = nearest(road, path, x, y, memory[PLACE, i], reach(heard, i, known.time))
+    own, slope = planned(road, path, clock)
+    worst = max(own * length - place, _worst_lag(i, known))
+    pace = min(max(1 - (worst - gains[SLACK, g]) / gains[SOFTNESS, g], 0.0), 1.0) * (1 - math.exp(-known.time))
+    pace = pace if found else 0.0
+    # the plan and the tracker
+    v_d = slope * CELLS / road.durations[path] * pace * length
+    s = min(own * length, place + gains[REACH, g])
+    to_x, to_y, to_heading, curvature = at(road, path, s)
+    w_d = v_d * curvature
+    v, w = track(x, y, heading, to_x, to_y, to_heading, v_d, w_d, gains, 0, g)
+    stops = must_stop(heard, HEARD + SAID_WHERE, i, x, y, heading, seen[V, i], gains[NEAR, g])
+    if stops or not found:
+        v, w = 0.0, 0.0
+    command[FIRST, i], command[SECOND, i], command[WISH_V, i], command[WISH_W, i] = v, w, v, w
+    command[TO_X, i], command[TO_Y, i], command[TO_HEADING, i] = to_x, to_y, to_heading
+    command[TO_V, i], command[TO_W, i], command[TO_S, i] = v_d, w_d, s
+    command[PROGRESS, i] = place / length
+    command[MODE, i] = YIELD if stops and found else TRACK
+    command[REFUSED, i] = 0.0 if found else 1.0
+    command[SAYS + SAID_PLACE, i], command[SAYS + SAID_CLOCK, i], command[SAYS + SAID_PACE, i] = (
+        place / length,
+        clock,
+        pace,
+    )
+    where, first = whereabouts_of(x, y, heading, seen[V, i]), SAYS + SAID_WHERE
+    command[first, i], command[first + 1, i], command[first + 2, i], command[first + 3, i] = where
+    memory[CLOCK, i] = _least_clock(i, known, min(clock + known.dt * pace, road.ends[path]))
+    memory[PACE, i], memory[PLACE, i] = pace, place
 
-    clock: np.ndarray  # s of the nominal duration, up to the plan's end
-    pace: np.ndarray  # 1: of that clock
-    place: np.ndarray  # m: abscissa of the nearest point
-    plan: PlannedTiming
-    wider: float  # m: what the robots' size adds to the distances
+
+@uncounted
+def _worst_lag(i, known):  # type: ignore[no-untyped-def]
+    """The largest lag [m] behind the plan that lane i has heard of.
+
+    A message says where its sender was and what its clock showed then: its delay adds no lag of its own.
+    """
+    heard, road = known.heard, known.road
+    robots, worst = heard.shape[2], -np.inf
+    first = known.path[i] - i % robots
+    for j in range(robots):
+        share = heard[HEARD + SAID_PLACE, i, j]
+        if heard[HEARS, i, j] > 0 and not math.isnan(share):
+            due, _ = planned(road, first + j, heard[HEARD + SAID_CLOCK, i, j])
+            worst = max(worst, (due - share) * road.lengths[first + j])
+    return worst
+
+
+@uncounted
+def _least_clock(i, known, clock):  # type: ignore[no-untyped-def]
+    """z := min(z, z_j) over the clocks that lane i has heard of, as they will be in the next period."""
+    heard = known.heard
+    for j in range(heard.shape[2]):
+        since = min(heard[AGE, i, j], BELIEVED)
+        theirs = heard[HEARD + SAID_CLOCK, i, j] + heard[HEARD + SAID_PACE, i, j] * since + known.dt
+        if heard[HEARS, i, j] > 0 and theirs < clock:
+            clock = theirs
+    return clock
 
 
 @dataclass(frozen=True, kw_only=True)
-class RightOfWay(Law[_Memory]):
+class RightOfWay(EquationLaw):
     """Right of way: distances of the plan and of the emergency rule, and the tracker."""
 
     clearance: float = quantity(0.5, "m", above=0.31)  # between centers of robots as large as the EtsRo, in the plan
@@ -72,6 +157,8 @@ class RightOfWay(Law[_Memory]):
 
     message = ("place", "clock", "pace", *WHEREABOUTS)
     yields = True
+    equation = right_of_way
+    aims = progresses = has_modes = may_refuse = True
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
@@ -95,7 +182,7 @@ class RightOfWay(Law[_Memory]):
         """Tracking and standing."""
         return (DIAGRAM,)
 
-    def init(self, setting: Setting, runs: int) -> _Memory:
+    def init(self, setting: Setting, runs: int) -> Memory:
         """Make the plans. Raises ControllerError where the graph is not connected, or a scenario has no safe plan.
 
         In an ensemble the runs without a plan are refused: ``Command.refused`` says which.
@@ -103,39 +190,21 @@ class RightOfWay(Law[_Memory]):
         check_team(setting)
         check_connected(setting)
         plan = planned_timing(setting, self.kept_between(setting.robots), self.margin)
-        zero = np.zeros((runs, len(setting.robots)))
-        pose = np.broadcast_to(setting.starts, (runs, len(setting.robots), 3))
-        place = plan.joined.nearest(pose[..., 0], pose[..., 1], zero, zero + SEARCH_REACH_AFTER_OUTAGE)
-        return _Memory(zero, zero, place, plan, wider(setting.robots))
+        return super().init(replace(setting, references=plan), runs)  # from now on it is what they refer to
 
-    def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        """Run the clock, look up the plan, track it, and brake."""
-        heard, plan = seen.heard, memory.plan
-        paths, lengths, found = plan.joined, plan.joined.lengths, plan.found
-        place = paths.nearest(seen.x, seen.y, memory.place, search_reach(heard, seen.time))
-        # the clock
-        own, rate = plan.due(memory.clock[:, None])
-        own, rate = own[:, 0], rate[:, 0]
-        # A message says where its sender was and what its clock showed then: its delay adds no lag of its own.
-        their_share, their_clock = heard["place"], heard["clock"]
-        due, _ = plan.due(np.nan_to_num(their_clock))
-        lags = np.where(heard.hears & ~np.isnan(their_share), (due - their_share) * lengths[..., None, :], -np.inf)
-        worst = np.maximum(own * lengths - place, lags.max(axis=-1))
-        pace = np.clip(1 - (worst - self.slack) / self.softness, 0.0, 1.0) * (1 - np.exp(-seen.time)) * found
-        # the plan and the tracker
-        speed = rate * CELLS / plan.durations * pace * lengths
-        wanted = np.minimum(own * lengths, place + self.reach)
-        point = paths.at(wanted)
-        target = Reference(point.x, point.y, point.heading, speed, speed * point.curvature, wanted)
-        wish, _ = self.tracker.control(seen._replace(reference=target), None, dt)
-        stops = blocked(seen, others(seen), self.near + memory.wider)
-        brake = stops | ~found
-        refused = np.broadcast_to(~found[:, 0], len(place))
-        mode = np.where(stops & found, YIELD, TRACK)
-        v, w = np.where(brake, 0.0, wish.v), np.where(brake, 0.0, wish.w)
-        share = place / lengths
-        message = {"place": share, "clock": memory.clock, "pace": pace, **whereabouts(seen)}
-        clock = np.minimum(memory.clock + dt * pace, plan.end)
-        clock = np.minimum(clock, smallest_heard(clock, heard.now("clock", by="pace") + dt, heard.hears))
-        after = memory._replace(clock=clock, pace=pace, place=place)
-        return Command(v, w, v, w, message, target, share, refused, mode), after
+    def gain_rows(self, setting: Setting) -> Sequence[Any]:
+        """The tracker's gains, those of the clock and of the brake, and whether each run has a plan."""
+        plan: Any = setting.references  # of :meth:`init`
+        near = self.near + wider(setting.robots)
+        found = np.repeat(plan.found, len(setting.robots), axis=1)
+        return *self.tracker.gain_rows(setting), self.slack, self.softness, near, self.reach, found
+
+    def begin(self, setting: Setting, runs: int) -> np.ndarray:
+        """The clocks at 0, and where on its path each robot starts."""
+        memory = np.zeros((3, runs, len(setting.robots)))
+        pose = np.broadcast_to(setting.starts, (runs, len(setting.robots), 3))
+        around = np.zeros(pose.shape[:2])
+        memory[PLACE] = setting.references.joined.nearest(
+            pose[..., 0], pose[..., 1], around, around + SEARCH_REACH_AFTER_OUTAGE
+        )
+        return memory

@@ -223,7 +223,7 @@ class FuzzyTeam(Law[_Memory]):
             return np.zeros_like(pace), np.zeros_like(pace)
         ahead = np.minimum(now.recall.clock + self.look_ahead * pace, now.fixed.end)
         due = now.seen.references.each_at(ahead)
-        target, behind, phase = held(now.seen, due, now.place, now.fixed.lengths, self.reach)
+        target, behind, phase = held(now.seen, due, now.place, self.reach)
         v, w, asked = self.tracker.toward_with_inputs(now.seen, target, behind)
         joins = phase == JOINING
         if joins.any():

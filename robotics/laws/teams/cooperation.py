@@ -25,21 +25,49 @@ clock all but stops for a robot that lags by much more than d0. Stability: the l
 of :mod:`robotics.laws.tracking.fuzzy_tracking`; there is no proof for the whole.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
+from fuzzy.compiled.jit import kernel
 from fuzzy.system import Sugeno
-from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
+from robotics.laws.equation import (
+    FIRST,
+    HEADING,
+    PROGRESS,
+    SAYS,
+    SECOND,
+    TO_HEADING,
+    TO_S,
+    TO_V,
+    TO_W,
+    TO_X,
+    TO_Y,
+    WISH_V,
+    WISH_W,
+    EquationLaw,
+    Memory,
+    X,
+    Y,
+    equation,
+    uncounted,
+)
+from robotics.laws.law import Command, ControllerError, Observation, check_connected, check_team
 from robotics.laws.modes import Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
-from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
-from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
+from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH, SEARCH_REACH_AFTER_OUTAGE
+from robotics.laws.tracking.fuzzy_tracking import NUMBERS as TRACKER_NUMBERS
+from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, told, toward
+from robotics.paths.road import at as point_at
+from robotics.paths.road import moving, nearest, share
+from robotics.paths.road import place as place_at
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
+from robotics.radio.channel import AGE, BELIEVED, HEARD, HEARS
 
 AT_END = 0.04  # m: a robot that is nearer to the end of its path has arrived
 ON_PATH = 0.03  # m: a robot that is no farther from its path is on it
@@ -82,19 +110,163 @@ REPAIRED_DIAGRAM = StateDiagram(
 )
 
 
-class _Memory(NamedTuple):
-    """Each field is (runs, robots) unless it says otherwise."""
+VARIANTS = ("repaired", "lag-clock", "literal")
+# Places of the equation's numbers, in known.gains; those of the tracker come after them
+VARIANT, AHEAD, REACH, LAG, SOFTNESS, CATCH_UP, END, TRACKER = range(8)  # END: s, when the last reference arrives
+NUMBERS = TRACKER + TRACKER_NUMBERS
+# The memory: the scenario's time [s] that each robot's copy of the clock shows, the abscissa [m] of its nearest point,
+# and what it does: FOLLOWING, WAITING, JOINING or ARRIVED
+CLOCK, PLACE, PHASE, REMEMBERED = range(4)
+# The message: abscissa [m] ("literal": d_RP) and its rate [m/s], the copy of the clock [s] and its pace
+SAID_PLACE, SAID_SPEED, SAID_CLOCK, SAID_PACE = range(4)
 
-    clock: np.ndarray  # s: the scenario's time that each robot's copy of the clock shows
-    pace: np.ndarray  # 1: of that copy
-    place: np.ndarray  # m: abscissa of the nearest point
-    lengths: np.ndarray  # (robots,) or (runs, robots) m
-    end: np.ndarray  # (1,) or (runs, 1) s: the last reference arrives
-    phase: np.ndarray  # FOLLOWING, WAITING, JOINING or ARRIVED
+
+@uncounted
+def steered(  # type: ignore[no-untyped-def]
+    i, known, memory, first, command, work, turn, excused, no_lateral, at
+):
+    """Run one robot's copy of the clock, drive it towards the sample due, and say so; what :data:`cooperate` does.
+
+    It leaves the inputs of the rule bases in ``work``, for :func:`robotics.laws.tracking.fuzzy_tracking.told`.
+
+    Args:
+        i: The lane.
+        known: What the law knows; the message's first four values are those of this law.
+        memory: Whose rows from ``first`` on are CLOCK, PLACE, PHASE.
+        first: See there.
+        command: All of it is written but the message's other values, and the inputs of the rule bases.
+        work: What the rule bases work in.
+        turn: Added to α [rad].
+        excused: Whether the clock does not wait for the robot; it then broadcasts a place that is not a number.
+        no_lateral: Whether λ is not added.
+        at: The row at which the numbers of this law begin in ``known.gains``.
+    """
+    gains, g, road, path = known.gains, known.column[i], known.road, known.path[i]
+    x, y, heading = known.seen[X, i], known.seen[Y, i], known.seen[HEADING, i]
+    variant, end = gains[at + VARIANT, g], gains[at + END, g]
+    repaired, literal = variant == 0, variant == 2
+    clock, before = memory[first + CLOCK, i], memory[first + PLACE, i]
+    due_x, due_y, due_heading, due_v, due_w, due_s = moving(road, path, min(clock, end))
+    newest, apart, worst, slowest = _listened(i, known, due_s, literal)
+    place = nearest(road, path, x, y, before, SEARCH_REACH_AFTER_OUTAGE if newest > OUTAGE else SEARCH_REACH)
+    if literal:
+        said = math.hypot(due_x - x, due_y - y)  # d_RP
+        rate = 0.0
+        slowing = math.tanh(said * said + apart)  # (5.14) as printed
+    else:
+        said, rate = math.nan if excused else place, (place - before) / known.dt
+        own = 0.0 if excused else due_s - place
+        beyond = (worst if own < worst else own) - gains[at + LAG, g]
+        late = beyond / gains[at + SOFTNESS, g] if not beyond < 0 else 0.0
+        slowing = math.tanh(late * late)
+    pace = (1 - math.exp(-known.time)) * (1 - slowing)  # after (5.14)
+    look_ahead, x_err = gains[at + AHEAD, g], math.nan
+    if repaired:
+        pace = pace * (1 + (gains[at + CATCH_UP, g] - 1) * min(max(known.time - clock, 0.0), 1.0))
+        look_ahead = look_ahead * pace
+    # The sample to drive to
+    to_x, to_y, to_heading, to_v, to_w, to_s = moving(road, path, min(clock + look_ahead, end))
+    if repaired:
+        to_x, to_y, to_heading, to_w, to_s, x_err, phase = held_one(
+            road, path, x, y, heading, place, to_x, to_y, to_heading, to_v, to_w, to_s, gains[at + REACH, g]
+        )
+    else:
+        ahead = math.cos(heading) * (to_x - x) + math.sin(heading) * (to_y - y)
+        phase = FOLLOWING if ahead >= 0 else WAITING
+    v, w, _ = toward(
+        x, y, heading, to_x, to_y, to_heading, to_v, to_w, x_err, turn, no_lateral,
+        gains, at + TRACKER, g, known.rules[known.base[i]], work,
+    )  # fmt: skip
+    command[FIRST, i], command[WISH_V, i] = v, v
+    command[SECOND, i], command[WISH_W, i] = w, w
+    command[TO_X, i], command[TO_Y, i], command[TO_HEADING, i] = due_x, due_y, due_heading
+    command[TO_V, i], command[TO_W, i], command[TO_S, i] = due_v * pace, due_w * pace, due_s
+    command[PROGRESS, i] = share(road, path, place)
+    command[SAYS + SAID_PLACE, i], command[SAYS + SAID_SPEED, i] = said, rate
+    command[SAYS + SAID_CLOCK, i], command[SAYS + SAID_PACE, i] = clock, pace
+    clock = clock + known.dt * pace
+    memory[first + CLOCK, i] = slowest if slowest < clock and not literal else clock
+    memory[first + PLACE, i], memory[first + PHASE, i] = place, phase
+
+
+@uncounted
+def _listened(i, known, due, literal):  # type: ignore[no-untyped-def]
+    """What one robot makes of the messages it has heard.
+
+    Returns the age [s] of the newest message, at most the time; Σ d_RP² [m²] of the others if the clock is ``literal``;
+    the greatest lag [m] of another behind what is level with the abscissa ``due`` [m], at least 0; and the time [s]
+    that the slowest copy of the clock may show in the next period.
+    """
+    heard, road, path = known.heard, known.road, known.path
+    robots = heard.shape[2]
+    run = i - i % robots  # the lane of the run's first robot
+    # All paths have the same timing: what is level with the own place due is due on every path.
+    progress = share(road, path[i], due)
+    newest, apart, worst, slowest = known.time, 0.0, 0.0, math.inf
+    for j in range(robots):
+        if not heard[HEARS, i, j] > 0:
+            continue
+        age = heard[AGE, i, j]
+        newest = min(newest, age)
+        ahead = min(age, BELIEVED)  # s for which what was heard is predicted
+        theirs = heard[HEARD + SAID_PLACE, i, j] + heard[HEARD + SAID_SPEED, i, j] * ahead
+        if not math.isnan(theirs):
+            if literal:
+                apart += theirs * theirs
+            else:
+                worst = max(worst, place_at(road, path[run + j], progress) - theirs)
+        pace = heard[HEARD + SAID_PACE, i, j]
+        shown = heard[HEARD + SAID_CLOCK, i, j] + pace * ahead + known.dt * (1.0 if pace < 1.0 else pace)
+        if shown < slowest:  # false where nothing was heard yet
+            slowest = shown
+    return newest, apart, worst, slowest
+
+
+@uncounted
+def held_one(  # type: ignore[no-untyped-def]
+    road, path, x, y, heading, place, to_x, to_y, to_heading, to_v, to_w, to_s, reach
+):
+    """Hold the sample due near one robot; see :func:`held`. ``to_x`` to ``to_s`` are the sample due.
+
+    Returns the target's x, y [m], heading [rad], turn rate [rad/s] and abscissa [m], how far it is ahead [m], and the
+    phase.
+    """
+    near_x, near_y, _, _ = point_at(road, path, place)
+    off = math.hypot(near_x - x, near_y - y)
+    dx, dy = to_x - x, to_y - y
+    ahead = math.cos(heading) * dx + math.sin(heading) * dy
+    behind, s = to_s - place, min(to_s, place + reach)
+    if to_s >= road.lengths[path] and math.hypot(dx, dy) < AT_END:
+        # At the path's end the nearest point is the end from both sides: there the robot's own x tells.
+        phase, behind = ARRIVED, ahead if ahead > 0 else -1.0
+    elif off > ON_PATH:
+        # A robot that is ahead of time but off its path drives to the path before it waits.
+        phase, behind, s = JOINING, max(behind, off), max(s, place + min(off, reach) / 2)
+    else:
+        phase = FOLLOWING if to_s >= place else WAITING
+    if s != to_s:
+        to_x, to_y, to_heading, curvature = point_at(road, path, s)
+        to_w = to_v * curvature
+    return to_x, to_y, to_heading, to_w, s, behind, phase
+
+
+@equation
+def cooperate(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """Run the clock, and drive towards the sample due by Table 5.6."""
+    steered(i, known, memory, 0, command, work, 0.0, False, False, 0)
+    told(i, command, SAYS + SAID_PACE + 1, known.gains, TRACKER, known.column[i], work)
+
+
+@equation
+def cooperate_otherwise(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """The same, with three more rows of memory: turn, excused and no_lateral of :func:`steered`."""
+    turn, excused, no_lateral = memory[REMEMBERED, i], memory[REMEMBERED + 1, i], memory[REMEMBERED + 2, i]
+    steered(i, known, memory, 0, command, work, turn, excused > 0, no_lateral > 0, 0)
+    told(i, command, SAYS + SAID_PACE + 1, known.gains, TRACKER, known.column[i], work)
 
 
 @dataclass(frozen=True, kw_only=True)
-class FuzzyCooperation(Law[_Memory]):
+class FuzzyCooperation(EquationLaw):
     """Fuzzy cooperation: the rule base, how its target is chosen, and the clock."""
 
     variant: Literal["repaired", "lag-clock", "literal"] = "repaired"
@@ -134,39 +306,47 @@ class FuzzyCooperation(Law[_Memory]):
         """The rule bases of the lower level."""
         return self.tracker.fuzzy_systems
 
-    def init(self, setting: Setting, runs: int) -> _Memory:
+    equation = cooperate
+    aims = progresses = True
+
+    def gain_rows(self, setting: Setting) -> Sequence[Any]:
+        """The numbers of the equation, in the order of the places above."""
+        ends = setting.references.ends
+        end = np.broadcast_to(ends.max(axis=-1, keepdims=True), ends.shape) if ends.ndim > 1 else float(ends.max())
+        clock = self.reach, self.lag, self.softness, self.catch_up, end
+        return float(VARIANTS.index(self.variant)), self.look_ahead, *clock, *self.tracker.gain_rows(setting)
+
+    def rule_rows(self) -> Sequence[np.ndarray]:
+        """The rule bases of the lower level."""
+        return self.tracker.rule_rows()
+
+    @property
+    def working(self) -> int:
+        """The numbers that the rule bases are evaluated in."""
+        return self.tracker.working
+
+    def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Set the clocks to 0. Raises ControllerError where the robots are no team, or the graph is not connected."""
         robots = len(setting.robots)
         if robots > 1:
             check_team(setting)
         check_connected(setting)
         zero = np.zeros((runs, robots))
-        paths = setting.references.joined
         pose = np.broadcast_to(setting.starts, (runs, robots, 3))
-        begin = setting.references.at(0.0).s
-        near = paths.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
-        return _Memory(
-            zero,
-            zero,
-            near,
-            paths.lengths,
-            setting.references.ends.max(axis=-1, keepdims=True),
-            np.full(zero.shape, WAITING),
-        )
-
-    def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        """Run the clock, and drive towards the sample due by Table 5.6."""
-        return self.steered(seen, memory, dt)
+        start = setting.references.at(0.0).s
+        paths, reach = setting.references.joined, zero + SEARCH_REACH_AFTER_OUTAGE
+        near = paths.nearest(pose[..., 0], pose[..., 1], start, reach)
+        return np.stack([zero, near, zero + WAITING])
 
     def steered(
         self,
         seen: Observation,
-        memory: _Memory,
+        memory: Memory,
         dt: float,
         turn: np.ndarray | None = None,
         excused: np.ndarray | None = None,
         no_lateral: np.ndarray | None = None,
-    ) -> tuple[Command, _Memory]:
+    ) -> tuple[Command, Memory]:
         """Do as :meth:`control`, with a turn added and some robots excused from the clock.
 
         Args:
@@ -178,52 +358,18 @@ class FuzzyCooperation(Law[_Memory]):
                 number. None by default.
             no_lateral: Robots to which λ is not added (runs, robots) bool; none by default.
         """
-        heard = seen.heard
-        paths, lengths = seen.references.joined, memory.lengths
-        place = paths.nearest(seen.x, seen.y, memory.place, search_reach(heard, seen.time))
-        clock = memory.clock
-        due = seen.references.each_at(np.minimum(clock, memory.end))
-        theirs = heard.now("place", by="speed")
-        if self.variant == "literal":
-            apart = np.hypot(due.x - seen.x, due.y - seen.y)  # d_RP
-            said, said_rate = apart, np.zeros_like(apart)
-            others = np.where(heard.hears & ~np.isnan(theirs), theirs, 0.0)
-            slowing = np.tanh(apart**2 + (others**2).sum(axis=-1))
-        else:
-            said, said_rate = place, (place - memory.place) / dt
-            own = due.s - place
-            if excused is not None:
-                said, own = np.where(excused, np.nan, said), np.where(excused, 0.0, own)
-            # All paths have the same timing: what is level with the own place due is due on every path.
-            lags = paths.level(due.s) - theirs
-            lags = np.where(heard.hears & ~np.isnan(lags), lags, 0.0)
-            worst = np.maximum(own, lags.max(axis=-1))
-            slowing = np.tanh((np.maximum(worst - self.lag, 0.0) / self.softness) ** 2)
-        pace = (1 - np.exp(-seen.time)) * (1 - slowing)
-        if self.variant == "repaired":
-            pace = pace * (1 + (self.catch_up - 1) * np.clip(seen.time - clock, 0.0, 1.0))
-        # The sample to drive to
-        late = self.look_ahead * pace if self.variant == "repaired" else self.look_ahead
-        target = seen.references.each_at(np.minimum(clock + late, memory.end))
-        if self.variant == "repaired":
-            target, behind, phase = held(seen, target, place, lengths, self.reach)
-        else:
-            behind = None
-            ahead = np.cos(seen.heading) * (target.x - seen.x) + np.sin(seen.heading) * (target.y - seen.y)
-            phase = np.where(ahead >= 0, FOLLOWING, WAITING)
-        v, w, inputs = self.tracker.toward_with_inputs(seen, target, behind, turn, no_lateral)
-        message = {"place": said, "speed": said_rate, "clock": clock, "pace": pace}
-        clock = clock + dt * pace
-        if self.variant != "literal":
-            theirs = heard.now("clock", by="pace") + dt * np.maximum(heard["pace"], 1.0)
-            clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
-        after = memory._replace(clock=clock, pace=pace, place=place, phase=phase)
-        moving = due._replace(v=due.v * pace, w=due.w * pace)
-        return Command(v, w, v, w, message, moving, paths.share(place), inputs=inputs), after
+        more = np.zeros((3, memory.rows.shape[1]))
+        for row, given in zip(more, (turn, excused, no_lateral), strict=True):
+            if given is not None:
+                row[...] = given.ravel()
+        command, after = self.by(
+            cooperate_otherwise, seen, Memory(memory.setup, np.concatenate([memory.rows, more])), dt
+        )
+        return command, Memory(memory.setup, after.rows[:REMEMBERED])
 
 
 def held(
-    seen: Observation, target: Reference, place: np.ndarray, lengths: np.ndarray, reach: float
+    seen: Observation, target: Reference, place: np.ndarray, reach: float
 ) -> tuple[Reference, np.ndarray, np.ndarray]:
     """Hold the sample due near the robot, along its path; so that it drives to the path before it drives across it.
 
@@ -231,26 +377,27 @@ def held(
         seen: What the robots know.
         target: The samples due, each field (runs, robots).
         place: The abscissae of the paths' nearest points (runs, robots) [m].
-        lengths: Of the paths [m], (robots,) or (runs, robots).
         reach: How far ahead of the robot's place the target is at most [m].
 
     Returns the target, how far it is ahead [m], as rule 11 takes it, and what the robot does: FOLLOWING, WAITING,
     JOINING or ARRIVED; each (runs, robots).
     """
-    paths = seen.references.joined
-    near = paths.at(place)
-    off = np.hypot(near.x - seen.x, near.y - seen.y)
-    dx, dy = target.x - seen.x, target.y - seen.y
-    ahead = np.cos(seen.heading) * dx + np.sin(seen.heading) * dy
-    phase = np.where(target.s >= place, FOLLOWING, WAITING)
-    phase = np.where(off > ON_PATH, JOINING, phase)
-    phase = np.where((target.s >= lengths) & (np.hypot(dx, dy) < AT_END), ARRIVED, phase)
-    over, joining = phase == ARRIVED, phase == JOINING
-    # At the path's end the nearest point is the end from both sides: there the robot's own x tells.
-    behind = np.where(over, np.where(ahead > 0, ahead, -1.0), target.s - place)
-    at = np.minimum(target.s, place + reach)
-    # A robot that is ahead of time but off its path drives to the path before it waits.
-    behind = np.where(joining, np.maximum(behind, off), behind)
-    at = np.where(joining, np.maximum(at, place + np.minimum(off, reach) / 2), at)
-    point = paths.at(at)
-    return Reference(point.x, point.y, point.heading, target.v, target.v * point.curvature, at), behind, phase
+    given = seen.x, seen.y, seen.heading, place, *target
+    rows = np.empty((len(given), *place.shape))
+    for row, values in zip(rows, given, strict=True):
+        row[...] = values
+    found = _held(seen.references.road, rows.reshape(len(rows), -1), float(reach)).reshape(-1, *place.shape)
+    x, y, heading, w, s, behind, phase = found
+    return Reference(x, y, heading, target.v, w, s), behind, phase.astype(int)
+
+
+@kernel
+def _held(road, rows, reach):  # type: ignore[no-untyped-def]
+    found = np.empty((7, rows.shape[1]))
+    for i in range(rows.shape[1]):
+        one = held_one(
+            road, i % len(road.lengths), rows[0, i], rows[1, i], rows[2, i], rows[3, i],
+            rows[4, i], rows[5, i], rows[6, i], rows[7, i], rows[8, i], rows[9, i], reach,
+        )  # fmt: skip
+        found[0, i], found[1, i], found[2, i], found[3, i], found[4, i], found[5, i], found[6, i] = one
+    return found

@@ -157,12 +157,17 @@ def track_by_rules(i, known, memory, command, work):  # type: ignore[no-untyped-
 
 @uncounted
 def told(i, command, first, gains, at, g, work):  # type: ignore[no-untyped-def]
-    """Put the inputs of the rule bases, which :func:`toward` left in ``work``, into a command from row ``first`` on."""
+    """Put the inputs of the rule bases, which :func:`toward` left in ``work``, into a command from row ``first`` on.
+
+    Returns the row after them.
+    """
     count = int(gains[at + COUNT, g])
     for n in range(count):
         command[first + n, i] = work[_ASKED + n]
     if gains[at + LATERAL, g] > 0:
         command[first + count, i] = work[_Y_ERR]
+        count += 1
+    return first + count
 
 
 @kernel(nogil=True)

@@ -27,20 +27,76 @@ Stability: local, by a common P of (2.42), for those rules that :mod:`robotics.e
 Where the reference rests nearer than the smallest operating distance, the target is held that far ahead of it.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.membershipfunction import MembershipFunction
-from robotics.laws.law import Command, ControllerError, Law, Observation
+from fuzzy.rule import Clause, Rule
+from fuzzy.system import Constant, Sugeno, Variable
+from robotics.laws.equation import (
+    AT_HEADING,
+    AT_V,
+    AT_W,
+    AT_X,
+    AT_Y,
+    FIRST,
+    HEADING,
+    SECOND,
+    WISH_V,
+    WISH_W,
+    EquationLaw,
+    X,
+    Y,
+    equation,
+    uncounted,
+)
+from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from robotics.paths.posture import wrapped
+from robotics.paths.posture import wrapped_compiled
+from robotics.paths.road import moving
 from robotics.quantity import check_quantities, quantity
+
+LOOK_AHEAD, NEAREST = range(2)  # places of the gains; NEAREST: the smallest operating distance [m]
+GAINS = 6  # entries of K^j: those of v, and those of ω
+_STATE, _GAIN, _WORK = 0, 2, 2 + GAINS  # places in what the equation works in
+
+
+@uncounted
+def seen_from(x, y, heading, to_x, to_y, to_heading):  # type: ignore[no-untyped-def]
+    """The distance [m], the bearing [rad] and the heading [rad] of a target, from a posture."""
+    dx, dy = to_x - x, to_y - y
+    return math.hypot(dx, dy), wrapped_compiled(math.atan2(dy, dx) - heading), wrapped_compiled(to_heading - heading)
+
+
+@equation
+def compensate(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """Command (2.41)."""
+    seen, gains, g = known.seen, known.gains, known.column[i]
+    now_x, now_y = seen[AT_X, i], seen[AT_Y, i]
+    x, y, to_heading, _, _, _ = moving(known.road, known.path[i], known.time + gains[LOOK_AHEAD, g])
+    lead = max(gains[NEAREST, g] - math.hypot(x - now_x, y - now_y), 0.0)
+    x += lead * math.cos(to_heading)
+    y += lead * math.sin(to_heading)
+    d, alpha, psi = seen_from(seen[X, i], seen[Y, i], seen[HEADING, i], x, y, to_heading)
+    d_d, alpha_d, psi_d = seen_from(now_x, now_y, seen[AT_HEADING, i], x, y, to_heading)
+    e_d, e_alpha, e_psi = d - d_d, wrapped_compiled(alpha - alpha_d), wrapped_compiled(psi - psi_d)
+    work[_STATE], work[_STATE + 1] = d, alpha
+    k = work[_GAIN:_WORK]
+    evaluate_packed(known.rules[known.base[i]], work[_STATE:_GAIN], k, work[_WORK:])  # Σ_j h_j K^j
+    v = seen[AT_V, i] - (k[0] * e_d + k[1] * e_alpha + k[2] * e_psi)
+    w = seen[AT_W, i] - (k[3] * e_d + k[4] * e_alpha + k[5] * e_psi)
+    command[FIRST, i] = command[WISH_V, i] = v
+    command[SECOND, i] = command[WISH_W, i] = w
 
 
 @dataclass(frozen=True, kw_only=True)
-class ParallelCompensation(Law[None]):
+class ParallelCompensation(EquationLaw):
     """Parallel distributed compensation: the rule base whose sets it uses, and what weighs errors and commands."""
 
     rule_base: str = "tracking"  # of its inputs distance and alpha the sets are used, of its rules nothing
@@ -112,32 +168,46 @@ class ParallelCompensation(Law[None]):
         product = near[..., :, None] * side[..., None, :]
         return np.asarray(product / product.sum(axis=(-2, -1), keepdims=True))
 
-    def init(self, setting: Setting, runs: int) -> None:
-        """Remember nothing."""
+    @cached_property
+    def blend(self) -> Sugeno:
+        """Σ_j h_j K^j as a system: of d and α, the six entries of the gain one after the other.
 
-    def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
-        """Command (2.41)."""
-        now, target = seen.reference, seen.references.at(seen.time + self.look_ahead)
-        lead = np.maximum(self.distances[0] - np.hypot(target.x - now.x, target.y - now.y), 0.0)
-        x = target.x + lead * np.cos(target.heading)
-        y = target.y + lead * np.sin(target.heading)
-        state = _seen_from(seen.x, seen.y, seen.heading, x, y, target.heading)
-        wanted = _seen_from(now.x, now.y, now.heading, x, y, target.heading)
-        error = state - wanted
-        error[..., 1:] = wrapped(error[..., 1:])
-        gain = np.einsum("...ij,ijkl->...kl", self.strengths(state[..., 0], state[..., 1]), self.gains)
-        change = np.einsum("...kl,...l->...k", gain, error)
-        v, w = now.v - change[..., 0], now.w - change[..., 1]
-        return Command(v, w, v, w), None
+        Beyond the outermost operating points the strengths are those at them.
+        """
+        near, side = (
+            Variable(name, (points[0], points[-1]), {f"{name}{n}": mf for n, mf in enumerate(sets)})
+            for name, points, sets in zip(("d", "alpha"), (self.distances, self.alphas), self.sets, strict=True)
+        )
+        gains = self.gains.reshape(-1, GAINS)
+        outputs = [
+            Variable(f"k{m}", (row.min(), row.max()), {f"k{m} {j}": Constant(k) for j, k in enumerate(row)})
+            for m, row in enumerate(gains.T)
+        ]
+        pairs = [(d, alpha) for d in near.terms for alpha in side.terms]
+        rules = [
+            Rule((Clause("d", d), Clause("alpha", alpha)), tuple((v.name, f"{v.name} {j}") for v in outputs))
+            for j, (d, alpha) in enumerate(pairs)
+        ]
+        return Sugeno([near, side], outputs, rules, name="gains", out_of_range="clip")
 
+    equation = compensate
 
-def _seen_from(
-    x: np.ndarray, y: np.ndarray, heading: np.ndarray, to_x: np.ndarray, to_y: np.ndarray, to_heading: np.ndarray
-) -> np.ndarray:
-    """The distance [m], the bearing [rad] and the heading [rad] (..., 3) of a target, from a posture."""
-    dx, dy = to_x - x, to_y - y
-    parts = np.hypot(dx, dy), wrapped(np.arctan2(dy, dx) - heading), wrapped(to_heading - heading)
-    return np.stack(np.broadcast_arrays(*parts), axis=-1)
+    def gain_rows(self, setting: Setting) -> Sequence[float]:
+        """How far ahead it looks, and the smallest operating distance."""
+        return self.look_ahead, self.distances[0]
+
+    def rule_rows(self) -> Sequence[np.ndarray]:
+        """The gains, blended."""
+        return (self._packed,)
+
+    @property
+    def working(self) -> int:
+        """The state, the blended gain, and what blending works in."""
+        return _WORK + packed_work(self._packed)
+
+    @cached_property
+    def _packed(self) -> np.ndarray:
+        return packed(self.blend)
 
 
 def _peak(mf: MembershipFunction) -> float:

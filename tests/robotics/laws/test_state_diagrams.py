@@ -9,6 +9,7 @@ from robotics.experiments.stress.single import single_run
 from robotics.experiments.together import run_together
 from robotics.laws.catalogue import CATALOGUE, make_controller
 from robotics.laws.modes import MODES, STOPPED, StateDiagram
+from robotics.laws.teams.cooperation import PHASE
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.run import Run
@@ -85,8 +86,8 @@ def test_right_of_way_goes_through_its_diagram() -> None:
 
 def phases(law: str, text: str) -> np.ndarray:
     scenario = load_scenario(text) if "\n" not in text else parse_scenario(text, "pair")
-    states = list(drive(scenario.setting, make_controller(law), (0,)))
-    return np.array([state.memory.phase for state in states[2:]])  # the first is what the law begins with
+    found = [state.memory[PHASE].copy() for state in drive(scenario.setting, make_controller(law), (0,))]
+    return np.array(found[1:])
 
 
 def test_cooperation_goes_through_its_diagram() -> None:

@@ -12,14 +12,15 @@ from robotics.laws.law import ControllerError
 from robotics.scenario.description import ScenarioError
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.sensing.carried import CarriedSensors, sensor_names
-from robotics.sensing.sonar import SONAR, Ranges, RangeSensor, SensorArray, SonarError
+from robotics.sensing.sonar import SONAR, Ranges, RangeSensor, SonarError
 from robotics.simulation.loop import simulate
+from tests.robotics.sensing.readings import TICK, Readings
 from tests.robotics.vehicle.etsro import ETSRO
 
-TICK = 0.05
 ROOM = compile_world(
     World(obstacles=(Wall(points=((-2.0, -2.0), (3.0, -2.0), (3.0, 2.0), (-2.0, 2.0), (-2.0, -2.0))),))
 )
+EMPTY = compile_world(World()).at(0.0)
 FILE = """duration = 2.0
 {sensors}
 [[robots]]
@@ -102,27 +103,32 @@ def test_robots_that_carry_different_sensors_read_what_each_would_alone():
         {},
     )
     assert sensor_names(sensors) == ("nose", "rear")
-    x, y, heading = pose = np.array([[[0.0, 1.0, -1.0, 0.0]], [[0.0, 1.0, -1.0, 1.5]], [[0.0, 0.3, 2.0, 0.0]]])
+    x, y, heading = np.array([[[0.0, 1.0, -1.0, 0.0]], [[0.0, 1.0, -1.0, 1.5]], [[0.0, 0.3, 2.0, 0.0]]])
     sizes = footprints([ETSRO] * 4)
-    all_of_them = CarriedSensors.opened(sensors, (3,), TICK)
-    found, _ = all_of_them.sense(all_of_them.init(), 0, pose, sizes, ROOM.at(0.0))
-    like = SensorArray.opened([beam], (3,), TICK)
-    expected, _ = like.sense(like.init(4), 0, x, y, heading, sizes, ROOM.at(0.0))
+    all_of_them = Readings((), (3,), sizes, ROOM.at(0.0), carried=sensors)
+    found = Ranges(all_of_them.carried.names, all_of_them.at(0, x, y, heading))
+    expected = Readings([beam], (3,), sizes, ROOM.at(0.0)).at(0, x, y, heading)
     assert found["nose"][0, [0, 2]].tolist() == expected[0, [0, 2], 0].tolist()
-    other = SensorArray.opened(list(sensors[1].values()), (3,), TICK)
-    expected, _ = other.sense(other.init(4), 0, x, y, heading, sizes, ROOM.at(0.0))
+    expected = Readings([*sensors[1].values()], (3,), sizes, ROOM.at(0.0)).at(0, x, y, heading)
     assert found.of(("rear", "nose"))[0, 1].tolist() == expected[0, 1].tolist()
     assert np.isinf(found["rear"][0, [0, 2, 3]]).all()
     assert np.isinf(found["nose"][0, 3])
 
 
+def test_pings_are_heard_of_robots_that_carry_the_same_sensors_only():
+    beam = RangeSensor(x=0.115, half_cone=0.5, rays=5, range=2.0, crosstalk=1.0)
+    sizes, poses = footprints([ETSRO] * 2), (np.array([[0.0, 1.6]]), np.zeros((1, 2)), np.array([[0.0, np.pi]]))
+    alike = Readings([beam], (0,), sizes, EMPTY).at(0, *poses)
+    np.testing.assert_allclose(alike[..., 0], 1.37 / 2)
+    unlike = ({"nose": beam}, {"nose": replace(beam, range=1.9)})
+    np.testing.assert_allclose(Readings((), (0,), sizes, EMPTY, carried=unlike).at(0, *poses)[..., 0], 1.37)
+
+
 def test_a_sensor_sees_nothing_while_it_fails():
     beam = RangeSensor(range=5.0, failure_start=0.1, failure_end=0.2)
-    array = SensorArray.opened([beam, replace(beam, failure_start=None, failure_end=None)], (0,), TICK)
-    state, read, zero = array.init(1), [], np.zeros((1, 1))
-    for k in range(6):
-        found, state = array.sense(state, k, zero, zero, zero, footprints([ETSRO]), ROOM.at(0.0))
-        read.append(found[0, 0].tolist())
+    pair = [beam, replace(beam, failure_start=None, failure_end=None)]
+    readings, zero = Readings(pair, (0,), footprints([ETSRO]), ROOM.at(0.0)), np.zeros((1, 1))
+    read = [readings.at(k, zero, zero, zero)[0, 0].tolist() for k in range(6)]
     assert read == [[3.0, 3.0]] * 2 + [[np.inf, 3.0]] * 2 + [[3.0, 3.0]] * 2
 
 
@@ -156,4 +162,4 @@ def test_the_same_law_meets_other_sensors_than_before():
 
 def test_a_period_that_does_not_fit_is_refused():
     with pytest.raises(SonarError, match="period must be a multiple"):
-        CarriedSensors.opened([{"a": RangeSensor(period=0.07)}], (0,), TICK)
+        CarriedSensors.opened([{"a": RangeSensor(period=0.07)}], 1, (0,), TICK)

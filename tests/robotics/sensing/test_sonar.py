@@ -30,6 +30,8 @@ from robotics.environment.world import (
 )
 from robotics.paths.path import Line, Quintic, compile_path
 from robotics.paths.trajectory import Timing
+from robotics.random_streams import SONAR_STREAM
+from robotics.sensing.carried import CarriedSensors, exact_echoes
 from robotics.sensing.sonar import (
     FRONT_LEFT,
     FRONT_RIGHT,
@@ -39,13 +41,12 @@ from robotics.sensing.sonar import (
     RIGHT,
     SONAR,
     RangeSensor,
-    SensorArray,
     SonarError,
     lidar,
 )
+from tests.robotics.sensing.readings import TICK, Readings
 from tests.robotics.vehicle.etsro import ETSRO
 
-TICK = 0.05
 BEAM = RangeSensor(range=3.0)  # straight ahead, exact
 FOUR = tuple(SONAR.values())
 QUIET = tuple(replace(s, noise=0.0, relative_noise=0.0) for s in FOUR)
@@ -66,10 +67,8 @@ def at(*rows) -> Pose:
 
 def echo(sensors, geometry, *rows, robots=None):
     """The exact echoes of one run (robots, sensors)."""
-    array = SensorArray.opened(sensors, (0,), TICK)
-    return array.echoes(*at(*(rows or [(0.0, 0.0, 0.0)])), footprints(robots or [ETSRO] * max(len(rows), 1)), geometry)[
-        0
-    ]
+    poses, sizes = at(*(rows or [(0.0, 0.0, 0.0)])), footprints(robots or [ETSRO] * max(len(rows), 1))
+    return exact_echoes(sensors, *poses, sizes, geometry)[0]
 
 
 # Ray by ray -----------------------------------------------------------------------------------------------------
@@ -151,9 +150,8 @@ def scenes(count):
 def test_echoes_are_those_of_a_plain_search(sensors):
     robots = [ETSRO, replace(ETSRO, length=0.6, width=0.1), ETSRO]
     worlds, poses = zip(*scenes(25), strict=True)
-    array = SensorArray.opened(sensors, range(25), TICK)
     x, y, heading = np.moveaxis(np.array(poses), 2, 0)
-    together = array.echoes(x, y, heading, footprints(robots), compile_worlds(worlds).at(0.0))
+    together = exact_echoes(sensors, x, y, heading, footprints(robots), compile_worlds(worlds).at(0.0))
     for r, (world, rows) in enumerate(zip(worlds, poses, strict=True)):
         for i in range(3):
             others = [(rows[j], robots[j]) for j in range(3) if j != i]
@@ -289,12 +287,8 @@ def flat(count, distance=1.0) -> tuple[Pose, np.ndarray, Geometry]:
 
 def read(sensors, count=3000, distance=1.0, seed=0, updates=1):
     poses, sizes, geometry = flat(count, distance)
-    array = SensorArray.opened(sensors, (seed,), TICK)
-    state, rows = array.init(count), []
-    for k in range(updates):
-        readings, state = array.sense(state, k, *poses, sizes, geometry)
-        rows.append(readings[0])
-    return np.array(rows)
+    readings = Readings(sensors, (seed,), sizes, geometry)
+    return np.array([readings.at(k, *poses)[0] for k in range(updates)])
 
 
 def test_noise_has_the_standard_deviation_that_was_asked_for():
@@ -336,33 +330,33 @@ def test_what_is_lost_does_not_shift_the_noise():
 
 def test_each_sensor_keeps_its_reading_until_its_next_update():
     sensors = [replace(BEAM, period=0.1), replace(BEAM, period=0.15), BEAM]
-    array = SensorArray.opened(sensors, (0,), TICK)
-    state = array.init(1)
-    assert np.isinf(state.readings).all()
-    sizes, geometry = footprints([ETSRO]), placed(Wall(points=((2.0, -9.0), (2.0, 9.0))))
+    readings = Readings(sensors, (0,), footprints([ETSRO]), placed(Wall(points=((2.0, -9.0), (2.0, 9.0)))))
+    assert np.isinf(readings.looks.readings).all()
     for k in range(13):
-        before = state
-        readings, state = array.sense(state, k, *at((0.1 * k, 0.0, 0.0)), sizes, geometry)
         expected = [2.0 - 0.1 * (k - k % every) for every in (2, 3, 1)]
-        np.testing.assert_allclose(readings[0, 0], expected)
-        assert np.array_equal(before.readings, before.readings.copy())
+        np.testing.assert_allclose(readings.at(k, *at((0.1 * k, 0.0, 0.0)))[0, 0], expected)
 
 
 def test_a_periods_readings_depend_on_the_seed_and_the_period_alone():
-    """Neither on what was asked before, nor on how often: the state that was passed in is as it was."""
+    """Neither on what was asked before, nor on how often."""
     poses, sizes, geometry = flat(2)
-    array = SensorArray.opened([replace(BEAM, noise=0.01, dropout=0.1)] * 4, (7,), TICK)
-    state, rows = array.init(2), []
-    for k in range(1200):  # more than two blocks of random numbers
-        readings, state = array.sense(state, k, *poses, sizes, geometry)
-        rows.append(readings)
-    assert state.block == 2
+    sensors = [replace(BEAM, noise=0.01, dropout=0.1)] * 4
+    readings = Readings(sensors, (7,), sizes, geometry)
+    rows = [readings.at(k, *poses) for k in range(1200)]  # more than two blocks of random numbers
+    assert readings.looks.drawn.tolist() == [2]
     for k in (1199, 3, 600):
-        again, _ = array.sense(array.init(2), k, *poses, sizes, geometry)
-        np.testing.assert_array_equal(again, rows[k])
-        again, _ = array.sense(state, k, *poses, sizes, geometry)
-        np.testing.assert_array_equal(again, rows[k])
+        np.testing.assert_array_equal(Readings(sensors, (7,), sizes, geometry).at(k, *poses), rows[k])
+        np.testing.assert_array_equal(readings.at(k, *poses), rows[k])
     assert not np.array_equal(rows[3], rows[600])
+
+
+def test_the_noise_of_a_seed_is_that_of_its_generator():
+    """Block by block of 4096 numbers and fewer, update by update, robot by robot, sensor by sensor."""
+    poses, sizes, geometry = flat(2)
+    readings = Readings([replace(BEAM, noise=0.01, period=0.1)] * 4, (7,), sizes, geometry)
+    for k, block, place in ((0, 0, 0), (2, 0, 8), (1024, 1, 0), (2050, 2, 8)):  # blocks of 512 updates of 8 numbers
+        drawn = np.random.default_rng([7, SONAR_STREAM, 1, block]).standard_normal(4096)[place : place + 8]
+        np.testing.assert_array_equal(readings.at(k, *poses).ravel(), 1.0 + 0.01 * drawn)
 
 
 # Crosstalk ------------------------------------------------------------------------------------------------------
@@ -372,9 +366,7 @@ OPEN = RangeSensor(x=0.115, half_cone=0.5, rays=5, range=2.0, crosstalk=1.0)
 
 
 def talk(sensors, geometry, *rows, seed=0, k=0):
-    array = SensorArray.opened(sensors, (seed,), TICK)
-    sizes = footprints([ETSRO] * len(rows))
-    return array.sense(array.init(len(rows)), k, *at(*rows), sizes, geometry)[0][0]
+    return Readings(sensors, (seed,), footprints([ETSRO] * len(rows)), geometry).at(k, *at(*rows))[0]
 
 
 def test_a_ping_straight_on_reads_as_half_its_way():
@@ -437,12 +429,8 @@ def fleet(seeds) -> tuple[Pose, list[World]]:
 
 def driven(seeds, ticks=5, start=0):
     poses, worlds = fleet(seeds)
-    array = SensorArray.opened(ALL, seeds, TICK)
-    state, geometry, rows = array.init(4), compile_worlds(worlds).at(0.0), []
-    for k in range(start, start + ticks):
-        readings, state = array.sense(state, k, *poses, footprints([ETSRO] * 4), geometry)
-        rows.append(readings)
-    return np.array(rows)
+    readings = Readings(ALL, seeds, footprints([ETSRO] * 4), compile_worlds(worlds).at(0.0))
+    return np.array([readings.at(k, *poses) for k in range(start, start + ticks)])
 
 
 def test_a_run_does_not_depend_on_its_neighbours():
@@ -458,8 +446,7 @@ import sys
 import numpy as np
 from numba import config
 assert config.DISABLE_JIT
-sys.path.insert(0, sys.argv[1])
-from test_sonar import everything
+from tests.robotics.sensing.test_sonar import everything
 np.savez(sys.argv[2], **everything())
 """
 
@@ -481,7 +468,7 @@ def everything():
         "obstacles": obstacle_contacts(x, y, heading, sizes, geometry),
         "between": robot_clearance(x, y, heading, sizes),
         "around": obstacle_clearance(x, y, heading, sizes, geometry),
-        "echoes": SensorArray.opened(FOUR, range(4), TICK).echoes(x, y, heading, sizes, geometry),
+        "echoes": exact_echoes(FOUR, x, y, heading, sizes, geometry),
         "readings": driven(range(4), 2),
     }
 
@@ -522,11 +509,11 @@ def test_a_sensor_that_cannot_be_is_refused(field, values, message):
 
 def test_sensors_that_do_not_fit_the_control_period_are_refused():
     with pytest.raises(SonarError, match=r"period must be a multiple of 0.05 s, got 0.07"):
-        SensorArray.opened([replace(BEAM, period=0.07)], (0,), TICK)
+        CarriedSensors.opened([{"a": replace(BEAM, period=0.07)}], 1, (0,), TICK)
     with pytest.raises(SonarError, match="period must be a multiple"):
-        SensorArray.opened([replace(BEAM, period=0.01)], (0,), TICK)
+        CarriedSensors.opened([{"a": replace(BEAM, period=0.01)}], 1, (0,), TICK)
     with pytest.raises(SonarError, match="at least one range sensor is needed"):
-        SensorArray.opened([], (0,), TICK)
+        exact_echoes([], *at((0.0, 0.0, 0.0)), footprints([ETSRO]), EMPTY)
     with pytest.raises(SonarError, match="beams must be a whole number >= 2"):
         lidar(1)
 

@@ -72,17 +72,25 @@ def after(simulated, *steps, k=0):
 
 
 def test_sense_measures_and_looks_up_the_reference_and_moves_nothing():
-    simulated = simulation(obstacles=(Disc(position=(0.0, 1.5), radius=0.2),))
+    simulated = simulation()
     simulated.lanes.body.truth[p.X] = 0.3
     before = simulated.lanes.body.truth.copy()
     lanes = after(simulated, "sense", k=10)
     np.testing.assert_array_equal(lanes.known.seen[X : HEADING + 1], [[0.3, 0.3], [0.0, 1.0], [0.0, 0.0]])
     np.testing.assert_allclose(lanes.known.seen[AT_X], [0.1, 0.1])  # 5 m in 25 s, after 0.5 s
     assert lanes.body.truth.tobytes() == before.tobytes()
+
+
+def test_look_reads_the_range_sensors_and_moves_nothing():
+    simulated = simulation(obstacles=(Disc(position=(0.0, 1.5), radius=0.2),))
+    simulated.lanes.body.truth[p.X] = 0.3
+    before = simulated.lanes.body.truth.copy()
+    after(simulated, "sense", "look", k=10)
+    assert simulated.lanes.body.truth.tobytes() == before.tobytes()
     assert np.isinf(simulated.ranges["right"][0, 0])
     assert abs(simulated.ranges["right"][0, 1] - 0.8) < 0.05  # the first robot: 1 m less half a width and the mounting
     alone = simulation(obstacles=(Disc(position=(0.0, 1.5), radius=0.2),))
-    after(alone, "sense")
+    after(alone, "sense", "look")
     assert abs(alone.ranges["left"][0, 1] - 0.2) < 0.05  # 0.5 m less the radius and the mounting
     assert abs(alone.ranges["left"][0, 0] - 0.8) < 0.05  # the second robot
 

@@ -7,12 +7,13 @@ import pytest
 
 from robotics.commands.application import main
 from robotics.experiments.stress.crossing_runs import stress_crossing
-from robotics.experiments.stress.crossings import crossing_ensemble, quintic_table
+from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.disturbance import Disturbance
 from robotics.laws.avoidance.reservation import CELLS, plan_right_of_way
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.law import ControllerError
 from robotics.paths.path import Quintic, compile_path
+from robotics.paths.quintic_table import quintic_table
 from robotics.scenario.reading import load_scenario
 
 

@@ -20,7 +20,8 @@ from robotics.laws.rules.clearances import (
     standing_robots,
     without_robots,
 )
-from robotics.sensing.sonar import LIDAR, SONAR, RangeSensor, SensorArray
+from robotics.sensing.carried import exact_echoes
+from robotics.sensing.sonar import LIDAR, SONAR, RangeSensor
 from tests.robotics.vehicle.etsro import ETSRO
 
 ROBOT = ETSRO
@@ -35,9 +36,10 @@ WALL = 0.1  # m thick
 
 def clearances(carried, *walls, heading=0.0):
     """The clearance in each sector [m] of one robot at the origin between ``walls``."""
-    array = SensorArray.opened(tuple(carried.values()), (0,), 0.05)
     pose = np.zeros((1, 1)), np.zeros((1, 1)), np.full((1, 1), heading)
-    values = array.echoes(*pose, footprints([ROBOT]), compile_world(World(obstacles=walls)).at(0.0))
+    values = exact_echoes(
+        [*carried.values()], *pose, footprints([ROBOT]), compile_world(World(obstacles=walls)).at(0.0)
+    )
     return sensed(Sensors.of([ROBOT], [carried]), values)[:, 0, 0]
 
 
@@ -103,12 +105,11 @@ def test_robots_that_carry_unlike_sensors_are_told_of_their_own():
 def test_within_the_turning_circle_there_is_no_room_to_brake(sensors):
     """Clearances end at 0; what is nearer to the nose than a sonar's minimum may touch it."""
     carried = NOISELESS[sensors]
-    array = SensorArray.opened(tuple(carried.values()), (0,), 0.05)
     sorted_by_axis = Sensors.of([ROBOT], [carried])
     for gap, room in ((0.3, 0.3), (0.01, None)):  # m from the nose
         world = compile_world(World(obstacles=(ahead(ROBOT.length / 2 + gap),))).at(0.0)
         here = np.zeros((1, 1))
-        values = array.echoes(here, here, here, footprints([ROBOT]), world)
+        values = exact_echoes([*carried.values()], here, here, here, footprints([ROBOT]), world)
         values = np.maximum(values, [s.minimum for s in carried.values()])
         found = room_for_braking(sorted_by_axis, values)[:, 0, 0]
         if room is None:
@@ -121,10 +122,9 @@ def test_within_the_turning_circle_there_is_no_room_to_brake(sensors):
 def echo_of_the_other(place, moves, robot=ROBOT, reading=None):
     """What remains of the readings of a robot at the origin, of another of its kind at ``place`` in its frame."""
     carried = NOISELESS["sonar"]
-    array = SensorArray.opened(tuple(carried.values()), (0,), 0.05)
     x, y, heading = np.array([[0.0, place[0]]]), np.array([[0.0, place[1]]]), np.zeros((1, 2))
     nothing = compile_world(World()).at(0.0)
-    values = array.echoes(x, y, heading, footprints([robot, robot]), nothing)
+    values = exact_echoes([*carried.values()], x, y, heading, footprints([robot, robot]), nothing)
     assert np.isfinite(values[0, 0]).any()  # it sees the other
     if reading is not None:
         values = np.where(np.isfinite(values), reading, values)

@@ -1,0 +1,41 @@
+"""The brake for others: the scalar functions of one robot against the arrays of all robots."""
+
+import numpy as np
+
+from robotics.laws.avoidance.priority import WHEREABOUTS, blocked, must_stop, others, whereabouts, whereabouts_of
+from robotics.laws.law import Observation
+from robotics.paths.trajectory import Reference
+from robotics.radio.channel import AGE, HEARD, HEARS, Heard
+
+RUNS, ROBOTS, NEAR = 200, 4, 0.6
+
+
+def crowd() -> Observation:
+    """Robots in a small field, some of whom have not been heard, and one of whom not everybody hears."""
+    rng = np.random.default_rng(5)
+    shape = (RUNS, ROBOTS, ROBOTS)
+    values = np.stack([*rng.uniform(0.0, 1.5, (2, *shape)), *rng.normal(0.0, 0.2, (2, *shape))])
+    age = rng.choice([0.05, 0.3, 0.9, np.inf], shape)
+    values[:, np.isinf(age)] = np.nan
+    hears = ~np.eye(ROBOTS, dtype=bool)
+    hears[0, 3] = False
+    x, y = rng.uniform(0.0, 1.5, (2, RUNS, ROBOTS))
+    heading, v = rng.uniform(-4.0, 4.0, (RUNS, ROBOTS)), rng.uniform(-0.3, 0.3, (RUNS, ROBOTS))
+    reference = Reference(*(np.zeros((RUNS, ROBOTS)) for _ in range(6)))
+    heard = Heard(WHEREABOUTS, values, age, hears)
+    return Observation(1.0, x, y, heading, v, np.zeros_like(v), reference, None, heard, None)
+
+
+def test_one_robot_stops_where_the_arrays_say_so() -> None:
+    seen = crowd()
+    lanes = RUNS * ROBOTS
+    heard = np.empty((HEARD + len(WHEREABOUTS), lanes, ROBOTS))
+    heard[AGE], heard[HEARS] = seen.heard.age.reshape(lanes, -1), np.tile(seen.heard.hears, (RUNS, 1))
+    heard[HEARD:] = seen.heard.values.reshape(len(WHEREABOUTS), lanes, -1)
+    columns = [row.ravel() for row in (seen.x, seen.y, seen.heading, seen.v)]
+    found = [must_stop(heard, HEARD, i, *(row[i] for row in columns), NEAR) for i in range(lanes)]
+    expected = blocked(seen, others(seen), NEAR)
+    assert found == expected.ravel().tolist()
+    assert 0.05 < expected.mean() < 0.95
+    told = np.array([whereabouts_of(*(row[i] for row in columns)) for i in range(lanes)])
+    np.testing.assert_allclose(told.T, [row.ravel() for row in whereabouts(seen).values()], rtol=1e-15, atol=1e-17)
