@@ -9,7 +9,7 @@ from robotics.environment.world import World, compile_worlds
 from robotics.laws.catalogue import make_controller
 from robotics.paths.references import side_by_side
 from robotics.scenario.description import Scenario
-from robotics.simulation.loop import Simulation, stopped
+from robotics.simulation.loop import Simulation, when_stopped
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.vehicle import plant as p
@@ -65,7 +65,7 @@ def run_together(
             break
         simulation.say(k)
         simulation.move(k)
-    gone = stopped(simulation.lanes, k)
+    gone = when_stopped(simulation.lanes, k)
     parts = [slice(r * each, (r + 1) * each) for r in range(len(settings))]
     return [
         recorder.run(s.setting, seeds, controller, gone, k + 1, part) for s, part in zip(settings, parts, strict=True)

@@ -10,7 +10,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numba import types
@@ -69,16 +69,21 @@ class SimulationError(InputError):
 @kernel(nogil=True, _nrt=False)
 def _periods(law, look, looks, k, end, last, lanes):  # type: ignore[no-untyped-def]
     """Drive from period ``k`` to before ``end``; in ``last``, the last of all, nobody moves any more."""
+    body, known, air, trouble, period = lanes.body, lanes.known, lanes.air, lanes.trouble, lanes.period
+    truth, seen, command, order, stops = body.truth, known.seen, lanes.command, lanes.order, lanes.stopped
+    count = len(stops)
     while k < end:
-        sense(k, lanes)
-        look(looks, k, lanes.body.truth, lanes.robots, lanes.known.ranges)
-        hear(k, lanes)
-        decide(law, k, lanes)
-        obey(lanes)
-        record(k, lanes)
+        sense(k, period, body.parameters, truth, lanes.senses, seen, lanes.road, lanes.path, lanes.references)
+        look(looks, k, truth, lanes.robots, known.ranges)
+        hear(k, period, trouble, air)
+        decide(law, k, 0, count, known, lanes.memory, command, lanes.work)
+        obey(
+            period, lanes.divergence, lanes.watchdog, truth, trouble, command, order, lanes.held_for, stops, lanes.lost
+        )
+        record(k, lanes.kept, truth, seen, command, order, trouble.code, air, lanes.readings, stops)
         if k < last:
-            say(k, lanes)
-            move(k, lanes)
+            say(k, period, trouble.cut, air, command, truth)
+            move(k, body, order, stops, lanes.lost)
         k += 1
 
 
@@ -103,10 +108,10 @@ def drive_chunk(
         if advance is not None:
             advance((end - k) * (last - first))
         k = end
-    return stopped(lanes, ticks)
+    return when_stopped(lanes, ticks)
 
 
-def stopped(lanes: Lanes, k: int) -> np.ndarray:
+def when_stopped(lanes: Lanes, k: int) -> np.ndarray:
     """The period in which each robot was stopped, or -1 (runs, robots), after period ``k``."""
     return np.where(lanes.lost, k, lanes.stopped).reshape(-1, lanes.robots)
 
@@ -172,7 +177,9 @@ class Simulation:
     def sense(self, k: int) -> None:
         """Measure encoders and postures, and look up where the references are."""
         self.lanes = self.supply.to(self.lanes, k)
-        self._step(sense, k)
+        one = self.lanes
+        truth, seen, road = one.body.truth, one.known.seen, one.road
+        sense(k, one.period, one.body.parameters, truth, one.senses, seen, road, one.path, one.references)
 
     def look(self, k: int) -> None:
         """Read the range sensors."""
@@ -184,16 +191,16 @@ class Simulation:
 
     def hear(self, k: int) -> None:
         """Find out who is at fault, and receive what the radio brings."""
-        self._step(hear, k)
+        hear(k, self.lanes.period, self.lanes.trouble, self.lanes.air)
 
     def decide(self, k: int) -> Command:
         """Ask the law for its command."""
         if has_equation(self.law):
-            law: Any = self.law
-            machine_code(decide, types.FunctionType(EQUATION_TYPE), types.int64)(
-                compiled(type(law).equation), k, self.lanes
-            )
-            return law.commanded(self.rows(self.lanes.command))
+            law, one = cast(Any, self.law), self.lanes
+            one.command[TO_X : TO_S + 1] = one.known.seen[AT_X : AT_S + 1]
+            known = one.known._replace(time=k * one.period)
+            compiled(type(law).equation)(0, len(one.lost), known, one.memory, one.command, one.work)
+            return cast(Command, law.commanded(self.rows(one.command)))
         lanes = self.lanes
         seen = self.rows(lanes.known.seen.copy())  # a law may keep what it is given
         observation = Observation(
@@ -235,23 +242,28 @@ class Simulation:
 
     def obey(self) -> None:
         """Make the order of the command, and notice who is lost."""
-        self._step(obey)
+        one = self.lanes
+        obey(
+            one.period, one.divergence, one.watchdog, one.body.truth, one.trouble, one.command, one.order,
+            one.held_for, one.stopped, one.lost,
+        )  # fmt: skip
 
     def record(self, k: int) -> None:
         """Keep the samples of the period."""
-        self._step(record, k)
+        one = self.lanes
+        truth, seen, code = one.body.truth, one.known.seen, one.trouble.code
+        record(k, one.kept, truth, seen, one.command, one.order, code, one.air, one.readings, one.stopped)
 
     def say(self, k: int) -> None:
         """Broadcast the message of every robot."""
         if self.speaks:
-            self._step(say, k)
+            one = self.lanes
+            say(k, one.period, one.trouble.cut, one.air, one.command, one.body.truth)
 
     def move(self, k: int) -> None:
         """Stop the robots that are lost, and move the plant by one period."""
-        self._step(move, k)
-
-    def _step(self, step: Any, *k: int) -> None:
-        machine_code(step, *(types.int64 for _ in k))(*k, self.lanes)
+        one = self.lanes
+        move(k, one.body, one.order, one.stopped, one.lost)
 
     def rows(self, columns: np.ndarray) -> np.ndarray:
         """Columns (..., lanes) as (..., runs, robots)."""
@@ -345,7 +357,7 @@ def record_run(
             simulation.move(k)
         if progress is not None:
             progress()
-    return recorder.run(setting, seeds, name, stopped(simulation.lanes, setting.ticks), setting.ticks + 1)
+    return recorder.run(setting, seeds, name, when_stopped(simulation.lanes, setting.ticks), setting.ticks + 1)
 
 
 class Periods:

@@ -1,7 +1,8 @@
 """The steps of a period over all lanes: sense, hear, decide, obey, record, say, move.
 
-Every step reads and writes the columns of :class:`robotics.simulation.lanes.Lanes`. No lane's numbers depend on which
-lanes are beside it, but for what a robot hears of the others of its run.
+Every step reads and writes columns of :class:`robotics.simulation.lanes.Lanes`, those that it needs: handing all of
+them on would take the compiler minutes. No lane's numbers depend on which lanes are beside it, but for what a robot
+hears of the others of its run, and sees of them. To look is :func:`robotics.sensing.carried.look`.
 """
 
 import math
@@ -40,104 +41,111 @@ TRUE_X, TRUE_Y = plant.X, plant.Y
 
 
 @uncounted
-def sense(k, lanes):  # type: ignore[no-untyped-def]
-    """Measure encoders and postures, and look up where the references are in period ``k``."""
-    known, truth = lanes.known, lanes.body.truth
-    seen, shared = known.seen, lanes.references
-    velocity = seen[V : V + 2]
-    read_encoders(lanes.body.parameters, truth, lanes.senses.counts, lanes.period, velocity)
-    measure(lanes.senses, truth, seen[X : X + 3], velocity, k, lanes.period)
-    if shared.shape[1] > 0:
+def sense(k, period, parameters, truth, senses, seen, road, path, references):  # type: ignore[no-untyped-def]
+    """Measure encoders and postures, and look up where the references are in period ``k``.
+
+    Args:
+        k: The control period.
+        period: Its length [s].
+        parameters, truth: Of the plant.
+        senses: How the robots know where they are.
+        seen: What is written (SEEN, lanes).
+        road, path: The references' road, and each lane's path on it.
+        references: Those that all runs share, looked up at once; or no samples.
+    """
+    velocity, lanes = seen[V : V + 2], seen.shape[1]
+    read_encoders(parameters, truth, senses.counts, period, velocity)
+    measure(senses, truth, seen[X : X + 3], velocity, k, period)
+    if references.shape[1] > 0:
         for c in range(AT_S - AT_X + 1):
-            for i in range(seen.shape[1]):
-                seen[AT_X + c, i] = shared[c, k, i % lanes.robots]
+            for i in range(lanes):
+                seen[AT_X + c, i] = references[c, k, i % references.shape[2]]
         return
-    for i in range(seen.shape[1]):
-        x, y, heading, v, w, s = moving(lanes.road, lanes.path[i], k * lanes.period)
+    for i in range(lanes):
+        x, y, heading, v, w, s = moving(road, path[i], k * period)
         seen[AT_X, i], seen[AT_X + 1, i], seen[AT_X + 2, i] = x, y, heading
         seen[AT_X + 3, i], seen[AT_X + 4, i], seen[AT_X + 5, i] = v, w, s
 
 
 @uncounted
-def hear(k, lanes):  # type: ignore[no-untyped-def]
-    """Find out who is at fault, and receive what the radio brings in period ``k``."""
-    notice(lanes.trouble, k * lanes.period, lanes.robots)
-    receive(lanes.air, k, lanes.period, lanes.trouble.cut)
+def hear(k, period, trouble, air):  # type: ignore[no-untyped-def]
+    """Find out who is at fault, and receive what the radio brings in period ``k``, of ``period`` [s]."""
+    notice(trouble, k * period, len(air.graph))
+    receive(air, k, period, trouble.cut)
 
 
 @uncounted
-def decide(law, k, lanes):  # type: ignore[no-untyped-def]
-    """Ask the equation of the law for its commands."""
-    decide_for(law, k, 0, lanes.command.shape[1], lanes)
+def decide(law, k, first, last, old, memory, command, work):  # type: ignore[no-untyped-def]
+    """Ask the equation of the law for the commands of the lanes from ``first`` to before ``last`` in period ``k``.
 
-
-@uncounted
-def decide_for(law, k, first, last, lanes):  # type: ignore[no-untyped-def]
-    """The same for the lanes from ``first`` to before ``last`` only."""
-    old, command = lanes.known, lanes.command
+    What is known is ``old``, but for the time.
+    """
     for c in range(TO_S - TO_X + 1):
         for i in range(first, last):
             command[TO_X + c, i] = old.seen[AT_X + c, i]
     known = Known(
-        k * lanes.period, old.dt, old.seen, old.heard, old.ranges,
+        k * old.dt, old.dt, old.seen, old.heard, old.ranges,
         old.road, old.path, old.column, old.gains, old.base, old.rules,
     )  # fmt: skip
-    law(first, last, known, lanes.memory, command, lanes.work)
+    law(first, last, known, memory, command, work)
 
 
 @uncounted
-def obey(lanes):  # type: ignore[no-untyped-def]
-    """Make the order of the command: a robot at fault holds its last one or stands. Notice who is lost."""
-    command, truth, order, trouble = lanes.command, lanes.body.truth, lanes.order, lanes.trouble
+def obey(period, divergence, watchdog, truth, trouble, command, order, held_for, stopped, lost):  # type: ignore[no-untyped-def]
+    """Make the order of the command: a robot at fault holds its last one or stands. Notice who is lost.
+
+    The arguments are the fields of :class:`robotics.simulation.lanes.Lanes` of these names, and of its body.
+    """
     for i in range(truth.shape[1]):
         first, second = command[FIRST, i], command[SECOND, i]
         dx, dy = truth[TRUE_X, i] - command[TO_X, i], truth[TRUE_Y, i] - command[TO_Y, i]
-        near = dx * dx + dy * dy < lanes.divergence * lanes.divergence
+        near = dx * dx + dy * dy < divergence * divergence
         good = math.isfinite(first) and math.isfinite(second) and near
-        lanes.lost[i] = not good and lanes.stopped[i] < 0
+        lost[i] = not good and stopped[i] < 0
         # Without a new command a robot holds its last, until its watchdog stops it.
         held = trouble.held[i]
-        lanes.held_for[i] = lanes.held_for[i] + lanes.period if held else 0.0
+        held_for[i] = held_for[i] + period if held else 0.0
         if not held:
             order[0, i], order[1, i] = first, second
-        if trouble.failed[i] or lanes.held_for[i] > lanes.watchdog + 1e-9:
+        if trouble.failed[i] or held_for[i] > watchdog + 1e-9:
             order[0, i], order[1, i] = 0.0, 0.0
 
 
 @uncounted
-def record(k, lanes):  # type: ignore[no-untyped-def]
-    """Keep the samples of period ``k``; of stopped robots what stands for them."""
-    kept, robots = lanes.kept, lanes.robots
-    for i in range(lanes.command.shape[1]):
-        run, robot, gone = i // robots, i % robots, lanes.stopped[i] >= 0
+def record(k, kept, truth, seen, command, order, code, air, readings, stopped):  # type: ignore[no-untyped-def]
+    """Keep the samples of period ``k``; of stopped robots what stands for them.
+
+    ``code`` is that of the faults and ``readings`` those of the range sensors; else the arguments are as of
+    :func:`obey`.
+    """
+    robots = len(air.graph)
+    for i in range(command.shape[1]):
+        run, robot, gone = i // robots, i % robots, stopped[i] >= 0
         if len(kept.samples) > 0:
-            _sample(k, i, run, robot, gone, lanes)
+            _sample(k, i, run, robot, gone, kept.samples, kept.limits, truth, seen, command, order)
         if len(kept.team) > 0:
-            kept.team[k, 0, run, robot] = np.nan if gone else lanes.command[PROGRESS, i]
+            kept.team[k, 0, run, robot] = np.nan if gone else command[PROGRESS, i]
             for c in range(TO_HEADING - TO_X + 1):
-                kept.team[k, 1 + c, run, robot] = np.nan if gone else lanes.command[TO_X + c, i]
-            kept.team[k, 4, run, robot] = np.nan if gone else float(lanes.trouble.code[i])
+                kept.team[k, 1 + c, run, robot] = np.nan if gone else command[TO_X + c, i]
+            kept.team[k, 4, run, robot] = np.nan if gone else float(code[i])
         if len(kept.modes) > 0:
-            kept.modes[k, run, robot] = STOPPED if gone else np.int8(lanes.command[MODE, i])
+            kept.modes[k, run, robot] = STOPPED if gone else np.int8(command[MODE, i])
         if len(kept.guarded) > 0:
-            kept.guarded[k, run, robot] = not gone and lanes.command[GUARDED, i] > 0
+            kept.guarded[k, run, robot] = not gone and command[GUARDED, i] > 0
         if len(kept.inputs) > 0:
-            first = SAYS + lanes.air.values
             for n in range(kept.inputs.shape[1]):
-                kept.inputs[k, n, run, robot] = np.nan if gone else lanes.command[first + n, i]
+                kept.inputs[k, n, run, robot] = np.nan if gone else command[SAYS + air.values + n, i]
         if len(kept.links) > 0:
             for j in range(robots):
-                hears = lanes.air.heard[HEARS, i, j] > 0
-                kept.links[k, run, robot, j] = lanes.air.heard[AGE, i, j] if hears else np.inf
+                kept.links[k, run, robot, j] = air.heard[AGE, i, j] if air.heard[HEARS, i, j] > 0 else np.inf
         if len(kept.ranges) > 0:
             for n in range(kept.ranges.shape[3]):
-                kept.ranges[k, run, robot, n] = lanes.readings[i, n]
+                kept.ranges[k, run, robot, n] = readings[i, n]
 
 
 @uncounted
-def _sample(k, i, run, robot, gone, lanes):  # type: ignore[no-untyped-def]
+def _sample(k, i, run, robot, gone, samples, limits, truth, seen, command, order):  # type: ignore[no-untyped-def]
     """The channels of every run, in the order of robotics.simulation.channels.CHANNELS."""
-    samples, truth, seen, order = lanes.kept.samples, lanes.body.truth, lanes.known.seen, lanes.order
     if gone:
         for c in range(samples.shape[1]):
             samples[k, c, run, robot] = np.nan
@@ -147,28 +155,26 @@ def _sample(k, i, run, robot, gone, lanes):  # type: ignore[no-untyped-def]
     for c in range(3):
         samples[k, 5 + c, run, robot] = seen[c, i]
     samples[k, 8, run, robot], samples[k, 9, run, robot] = order[0, i], order[1, i]
-    v, w = within(lanes.kept.limits, i, lanes.command[WISH_V, i], lanes.command[WISH_W, i])
+    v, w = within(limits, i, command[WISH_V, i], command[WISH_W, i])
     samples[k, 10, run, robot], samples[k, 11, run, robot] = v, w
     samples[k, 12, run, robot], samples[k, 13, run, robot] = truth[EFFORT, i], truth[VARIATION, i]
 
 
 @uncounted
-def say(k, lanes):  # type: ignore[no-untyped-def]
-    """Broadcast the message of every robot, where period ``k`` is one for it."""
-    truth = lanes.body.truth
-    broadcast(lanes.air, k, lanes.period, lanes.trouble.cut, lanes.command, SAYS, truth[TRUE_X], truth[TRUE_Y])
+def say(k, period, cut, air, command, truth):  # type: ignore[no-untyped-def]
+    """Broadcast the message of every robot, where period ``k``, of ``period`` [s], is one for it."""
+    broadcast(air, k, period, cut, command, SAYS, truth[TRUE_X], truth[TRUE_Y])
 
 
 @uncounted
-def move(k, lanes):  # type: ignore[no-untyped-def]
+def move(k, body, order, stopped, lost):  # type: ignore[no-untyped-def]
     """Stop the robots that are lost, and move the plant by period ``k``."""
-    body, order = lanes.body, lanes.order
     flights = len(body.pending)
     now = body.pending[k % flights]
     for i in range(order.shape[1]):
-        if lanes.lost[i]:
-            lanes.stopped[i] = k
-        if lanes.stopped[i] >= 0:
+        if lost[i]:
+            stopped[i] = k
+        if stopped[i] >= 0:
             order[0, i], order[1, i] = 0.0, 0.0
         now[0, i], now[1, i] = order[0, i], order[1, i]
     earlier = body.pending[(k - body.late_periods - 1) % flights]

@@ -16,7 +16,7 @@ from robotics.environment.world import Geometry
 from robotics.laws.equation import EQUATION_TYPE, GUARDED, MODE, REFUSED
 from robotics.laws.modes import FOLLOW
 from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, machine_code
-from robotics.simulation.steps import decide_for, hear, move, obey, say, sense
+from robotics.simulation.steps import decide, hear, move, obey, say, sense
 
 
 class Known(NamedTuple):
@@ -59,13 +59,14 @@ WORLD_TYPE = types.NamedTuple(  # the obstacles one period ago and now, or once,
 
 
 @kernel(nogil=True)
-def judge(k, known, world, lanes):  # type: ignore[no-untyped-def]
-    """Carry ``known`` on to period ``k``, in which the law has decided.
+def judge(k, known, world, period, truth, command):  # type: ignore[no-untyped-def]
+    """Carry ``known`` on to period ``k``, of ``period`` [s], in which the law has decided on its ``command``.
 
-    Returns whether a contact began since the last period, whether a run goes on, and the contacts that ended.
+    ``truth`` is the plant's state. Returns whether a contact began since the last period, whether a run goes on, and
+    the contacts that ended.
     """
     runs, robots = known.arrivals.shape
-    time, truth, poses = k * lanes.period, lanes.body.truth, known.poses
+    time, poses = k * period, known.poses
     for c in range(len(poses)):
         for r in range(runs):
             for i in range(robots):
@@ -73,7 +74,7 @@ def judge(k, known, world, lanes):  # type: ignore[no-untyped-def]
     known.counts_before[:] = known.counts
     known.since_before[:] = known.since
     ended = sweep(
-        np.array([max(k - 1, 0) * lanes.period, time]), poses, world.circles, world.bodies, world.segments,
+        np.array([max(k - 1, 0) * period, time]), poses, world.circles, world.bodies, world.segments,
         world.counts, known.spans, known.sizes, known.goes_on, False,
         known.least, known.first, known.counts, known.ends,
         known.floor, known.since, known.depth,
@@ -84,14 +85,14 @@ def judge(k, known, world, lanes):  # type: ignore[no-untyped-def]
             begun |= k > 0 and known.counts[r, i] > known.counts_before[r, i]
         if known.goes_on[r]:
             if k == 0:
-                known.refused[r] = lanes.command[REFUSED, r * robots] > 0
-            known.goes_on[r] = _judge_run(r, time, known, lanes)
+                known.refused[r] = command[REFUSED, r * robots] > 0
+            known.goes_on[r] = _judge_run(r, time, known, command)
             goes_on |= known.goes_on[r]
     return begun, goes_on, ended
 
 
 @kernel
-def _judge_run(r, time, known, lanes):  # type: ignore[no-untyped-def]
+def _judge_run(r, time, known, command):  # type: ignore[no-untyped-def]
     """Note what became of one run beside contacts; return whether it goes on."""
     robots, poses, nearest = known.arrivals.shape[1], known.poses, np.inf
     left = 0
@@ -100,7 +101,7 @@ def _judge_run(r, time, known, lanes):  # type: ignore[no-untyped-def]
         for j in range(i + 1, robots):
             dx, dy = x - poses[0, r, j, 1], y - poses[1, r, j, 1]
             nearest = min(nearest, dx * dx + dy * dy)
-        known.followed[r] |= int(lanes.command[MODE, r * robots + i]) & 3 == FOLLOW
+        known.followed[r] |= int(command[MODE, r * robots + i]) & 3 == FOLLOW
         if known.arrivals[r, i] == np.inf:
             if math.hypot(x - known.goals[0, r, i], y - known.goals[1, r, i]) < known.near[r, i]:
                 known.arrivals[r, i] = time
@@ -112,18 +113,18 @@ def _judge_run(r, time, known, lanes):  # type: ignore[no-untyped-def]
     for i in range(robots):
         if known.arrivals[r, i] == np.inf:
             known.driven[r] += 1
-            known.guarded[r] += lanes.command[GUARDED, r * robots + i] > 0
+            known.guarded[r] += command[GUARDED, r * robots + i] > 0
     return True
 
 
 @kernel
-def _decide(law, k, goes_on, lanes):  # type: ignore[no-untyped-def]
+def _decide(law, k, goes_on, robots, known, memory, command, work):  # type: ignore[no-untyped-def]
     """Ask the law for the commands of the runs that go on."""
     first = 0
     for run in range(len(goes_on) + 1):
         if run == len(goes_on) or not goes_on[run]:
             if run > first:
-                decide_for(law, k, first * lanes.robots, run * lanes.robots, lanes)
+                decide(law, k, first * robots, run * robots, known, memory, command, work)
             first = run + 1
 
 
@@ -135,26 +136,27 @@ def _periods(law, look, looks, k, end, halfway, known, world, lanes):  # type: i
     the contacts that ended in it.
     """
     ended = np.empty((0, 7))
+    body, told, air, trouble, period = lanes.body, lanes.known, lanes.air, lanes.trouble, lanes.period
+    truth, seen, command, order, stops = body.truth, told.seen, lanes.command, lanes.order, lanes.stopped
+    robots = lanes.robots
     while k < end:
         if not halfway:
-            sense(k, lanes)
-            look(looks, k, lanes.body.truth, lanes.robots, lanes.known.ranges)
-            hear(k, lanes)
-            _decide(law, k, known.goes_on, lanes)
-            obey(lanes)
-            begun, goes_on, ended = judge(k, known, world, lanes)
+            sense(k, period, body.parameters, truth, lanes.senses, seen, lanes.road, lanes.path, lanes.references)
+            look(looks, k, truth, robots, told.ranges)
+            hear(k, period, trouble, air)
+            _decide(law, k, known.goes_on, robots, told, lanes.memory, command, lanes.work)
+            obey(
+                period, lanes.divergence, lanes.watchdog, truth, trouble, command, order, lanes.held_for, stops,
+                lanes.lost,
+            )  # fmt: skip
+            begun, goes_on, ended = judge(k, known, world, period, truth, command)
             if begun or not goes_on:
                 return k, ended
         halfway = False
-        say(k, lanes)
-        move(k, lanes)
+        say(k, period, trouble.cut, air, command, truth)
+        move(k, body, order, stops, lanes.lost)
         k += 1
     return k, ended
-
-
-def judging() -> Any:
-    """The machine code of :func:`judge`."""
-    return machine_code(judge, types.int64, KNOWN_TYPE, WORLD_TYPE)
 
 
 def driving() -> Any:

@@ -14,7 +14,7 @@ import numpy as np
 from robotics.environment.collision import footprints
 from robotics.environment.swept import TO_OBSTACLE, TO_ROBOT, Watch, body_spans, stacked
 from robotics.environment.world import Geometry
-from robotics.experiments.stress.judge import KNOWN_TYPE, WORLD_TYPE, Known, driving, judging
+from robotics.experiments.stress.judge import KNOWN_TYPE, WORLD_TYPE, Known, driving, judge
 from robotics.experiments.stress.outcome import Outcome, joined
 from robotics.laws.equation import compiled
 from robotics.laws.law import Law
@@ -91,7 +91,7 @@ class Tally:
         if k > 0 and world is not None and world.motion is not None:
             self.geometry_before, self.geometry = self.geometry, self._world(k * lanes.period, self.runs)
             self.world = self._stacked()
-        begun, goes_on, ended = judging()(k, self.known, self.world, lanes)
+        begun, goes_on, ended = judge(k, self.known, self.world, lanes.period, lanes.body.truth, lanes.command)
         if begun:
             self.blame(k, ended)
         return bool(goes_on)

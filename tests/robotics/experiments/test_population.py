@@ -1,6 +1,7 @@
 """Many laws in one pass: each run is the one that its law makes alone."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -34,7 +35,7 @@ def same(one, other):
 
 @pytest.mark.parametrize("seeds", [(3,), (5, 1, 4)])
 def test_every_run_is_the_one_that_its_law_makes_alone(seeds):
-    laws = [*LAWS, Slow()]
+    laws: list[Any] = [*LAWS, Slow()]
     runs = simulate_many(SCENARIO, laws, seeds)
     for law, run in zip(laws, runs, strict=True):
         assert same(run, simulate(SCENARIO, law, seeds))
