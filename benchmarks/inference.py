@@ -180,23 +180,25 @@ def report(result: dict[str, Any]) -> str:
     lines += ["", f"ratio: time over that of '{OURS}'. Without a call from Python, one point is its share of a loop."]
     lines.append(f"'-': the engine has one thread, whose time is compared with that of '{OURS}' on all processors.")
     lines += verdicts(one, many, everywhere)
+    if result["load"] and result["load"] > result["processors"]:
+        lines.append(
+            "The machine was busy, from which long measurements suffer more than short ones: these ratios flatter."
+        )
     worst = max(result["difference_from_infer"].values())
     lines.append(f"Engines of the same system agree within {worst:.1e}.")
     return "\n".join(lines + result["notes"])
 
 
 def verdicts(one: dict[str, float], many: dict[str, float], everywhere: dict[str, float]) -> list[str]:
-    """Sentences that compare ours with the C loop and with the best of the peers."""
+    """Sentences that compare ours with the C loop and with the fastest of the peers."""
     own = {e.name for e in ours()}
     lines = []
     for what, times in ((f"{POINTS:,} points on one processor", many), ("and on all", everywhere), ("one point", one)):
         peers = {name: t for name, t in times.items() if name not in own and name != "C loop"}
-        parts = []
-        if "C loop" in times and what != "one point":
-            parts.append(f"{times[OURS] / times['C loop']:.2f} of the C loop's time on one")
+        others = {name: times[name] for name in ("C loop",) if name in times and times is not one}
         if peers:
-            best = min(peers, key=lambda name: peers[name])
-            parts.append(f"1/{peers[best] / times[OURS]:.3g} of that of {best}, the fastest peer")
+            others |= {min(peers, key=lambda name: peers[name]): min(peers.values())}
+        parts = [f"{times[OURS] / t:.3g} of the time of {name}" for name, t in others.items()]
         lines.append(f"{what}: {OURS} takes {' and '.join(parts)}." if parts else f"{what}: no peer is installed.")
     return lines
 

@@ -165,9 +165,7 @@ def pyfuzzylite() -> Engine:
     def answers(x: np.ndarray) -> np.ndarray:
         return np.reshape(made_engine.ask("check")[: len(x)], (-1, 1))
 
-    made_engine = Elsewhere(
-        f"pyfuzzylite {version}", lambda _: made_engine.ask("check")[-1], answers, points=1000, process=process
-    )
+    made_engine = Elsewhere(f"pyfuzzylite {version}", lambda _: made_engine.ask("check")[-1], answers, process=process)
     return made_engine
 
 

@@ -15,6 +15,7 @@ from fuzzy.inference import say_no_rule_fires, say_out_of_range
 from fuzzy.system import FuzzySystemError, Sugeno
 
 BLOCK = 16_384  # points that a thread takes at a time, a whole number of the kernel's blocks
+MANY = 8 * BLOCK  # from here on threads: fewer take a few milliseconds, for which another thread may keep one waiting
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,24 +81,30 @@ class CompiledSugeno:
         rows, values = points.reshape(-1, inputs), output.reshape(-1, outputs)
         if not rows.flags.carray:  # read-only and strided arrays are other types to Numba: compiled again
             rows = rows.copy()
+        if len(rows) < MANY:
+            outside, missing = np.empty((1, inputs), dtype=np.bool_), np.empty((1, outputs), dtype=np.bool_)
+            told = evaluate_batch(self.system, rows, values, outside[0], missing[0])
+        else:
+            told, outside, missing = self._shared_out(rows, values)
+        if told:
+            if self.fis.out_of_range in ("warn", "error") and outside.any():
+                say_out_of_range(self.fis, outside.any(axis=0))
+            if missing.any():
+                say_no_rule_fires(self.fis, missing.any(axis=0))
+        return output
+
+    def _shared_out(self, rows: np.ndarray, values: np.ndarray) -> tuple[bool, np.ndarray, np.ndarray]:
+        """Evaluate very many points on all processors; what ``evaluate_batch`` tells, for each block."""
         blocks = -(-len(rows) // BLOCK)
-        outside, missing = np.empty((blocks, inputs), dtype=np.bool_), np.empty((blocks, outputs), dtype=np.bool_)
+        outside, missing = (np.empty((blocks, count), dtype=np.bool_) for count in (rows.shape[1], values.shape[1]))
         told = [False] * blocks
 
         def work(first: int, end: int) -> None:
             k = first // BLOCK
             told[k] = evaluate_batch(self.system, rows[first:end], values[first:end], outside[k], missing[k])
 
-        if blocks == 1:
-            work(0, len(rows))
-        else:
-            share_out(work, len(rows), BLOCK)
-        if any(told):
-            if self.fis.out_of_range in ("warn", "error") and outside.any():
-                say_out_of_range(self.fis, outside.any(axis=0))
-            if missing.any():
-                say_no_rule_fires(self.fis, missing.any(axis=0))
-        return output
+        share_out(work, len(rows), BLOCK)
+        return any(told), outside, missing
 
 
 def compile_sugeno(fis: Sugeno) -> CompiledSugeno:

@@ -43,8 +43,8 @@ def crossing(
     """Simulate random crossings of paths, and count who arrives, who never does, and who touches.
 
     The plant is the full one and postures are noisy. A crossing depends on its seed alone, so that `robotics repeat
-    crossing --seed N` with the same options repeats, draws and saves one that failed. The number of processes changes
-    no number.
+    crossing --seed N` with the same options repeats, draws and saves one that failed. The number of jobs changes no
+    number.
 
     \b
     Example:
@@ -56,6 +56,7 @@ def crossing(
     from robotics.experiments.stress.disturbance import Disturbance
     from robotics.experiments.stress.single import ALIASES
     from robotics.laws.catalogue import make_controller
+    from robotics.simulation.opening import has_equation
 
     controller = chosen_controller(controller, law) or "right-of-way"
     name = ALIASES["crossing"].get(controller, controller)
@@ -64,6 +65,7 @@ def crossing(
     wrong = Disturbance(loss=loss, latency=latency, freeze=freeze)
     with progress_bar(quiet) as begin:
         stress = partial(stress_crossing, name, robots, kind=ends.value, disturbance=wrong)
-        stressed = in_chunks(stress, robots, range(seed, seed + runs), jobs=jobs, begin=begin)
+        seeds, threads = range(seed, seed + runs), has_equation(driver)
+        stressed = in_chunks(stress, robots, seeds, jobs=jobs, begin=begin, threads=threads)
     about = {"controller": controller, "class": ends.value, "robots": robots, "first_seed": seed}
     print_stressed(about, stressed, json)

@@ -134,6 +134,7 @@ class Watch:
             self.spans,
             footprints(self.robots),
             np.ones(runs, dtype=np.bool_) if going is None else going,
+            True,
             *changed.values(),
         )
         return replace(self, time=float(times[-1]), poses=poses[..., -1], geometry=last, **changed), ended
@@ -461,12 +462,14 @@ def _crossing(out, into, pair, motion, sizes, world):  # type: ignore[no-untyped
 
 @kernel(nogil=True)
 def sweep(  # type: ignore[no-untyped-def]
-    times, poses, circles, bodies, segments, counts, spans, sizes, going, least, first, begun, ends, floor, since, depth
-):
+    times, poses, circles, bodies, segments, counts, spans, sizes, going, each_robot,
+    least, first, begun, ends, floor, since, depth,
+):  # fmt: skip
     """Carry the last seven arrays, those of :class:`Watch`, through all samples; return the contacts that ended.
 
     Poses, obstacles and ``going`` are as of :meth:`Watch.along` and :meth:`Watch.to`, ``sizes`` those of
-    :func:`robotics.environment.collision.footprints`.
+    :func:`robotics.environment.collision.footprints`. Without ``each_robot`` clearances are those of whole runs: the
+    least of all robots is as with it, and those of single robots are no less than they should be.
     """
     runs, robots, samples = poses.shape[1:]
     obstacles = spans.shape[1]
@@ -504,6 +507,7 @@ def sweep(  # type: ignore[no-untyped-def]
             a = k if moves else 0
             b = k + 1 if moves else 0
             world = (circles[a, g], circles[b, g], bodies[g], segments[a, g], segments[b, g], spans[g], corners)
+            run_least = min(least[TO_ROBOT, r].min(), least[TO_OBSTACLE, r].min())
             pair = -1
             for i in range(robots):
                 for j in range(i + 1, robots):
@@ -513,7 +517,7 @@ def sweep(  # type: ignore[no-untyped-def]
                         if not np.isnan(since[r, pair]):
                             log, length = _ended(log, length, r, i, j, -1, since, depth, pair, times[k])
                         continue
-                    level = max(least[TO_ROBOT, r, i], least[TO_ROBOT, r, j])
+                    level = max(least[TO_ROBOT, r, i], least[TO_ROBOT, r, j]) if each_robot else run_least
                     level = max(level, 0.0) if np.isnan(since[r, pair]) else -depth[r, pair]
                     floor[r, pair] -= arc[i] + arc[j]
                     if floor[r, pair] > max(level, 0.0) or _circles_apart(
@@ -552,7 +556,7 @@ def sweep(  # type: ignore[no-untyped-def]
                         if not np.isnan(since[r, pair]):
                             log, length = _ended(log, length, r, i, -1, o, since, depth, pair, times[k])
                         continue
-                    level = least[TO_OBSTACLE, r, i]
+                    level = least[TO_OBSTACLE, r, i] if each_robot else run_least
                     level = max(level, 0.0) if np.isnan(since[r, pair]) else -depth[r, pair]
                     shift = _displacement(o, world) if moves else 0.0
                     floor[r, pair] -= arc[i] + shift

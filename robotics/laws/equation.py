@@ -75,7 +75,7 @@ def equation(law: Callable[..., None]) -> Any:
     ``memory`` (numbers, lanes) is what the law remembers, ``command`` the rows above, and ``work`` a row of numbers to
     work in, whose content has no meaning before or after.
     """
-    one = inlined(law)
+    one = kernel(nogil=True, _nrt=False, inline="always")(law)
 
     @uncounted
     def each(first, last, known, memory, command, work):  # type: ignore[no-untyped-def]

@@ -403,22 +403,37 @@ def _points(table, length, s):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def cell_by_x(table, first, cells, x):  # type: ignore[no-untyped-def]
+    """The cell of one path, along which x grows, that has that ``x`` [m], or its first or last.
+
+    Its nodes begin at column ``first`` of ``table``.
+    """
+    low, high = 0, cells
+    while high - low > 1:
+        middle = (low + high) // 2
+        if table[0, first + middle] <= x:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@kernel
+def point_beside(table, first, cells, length, x):  # type: ignore[no-untyped-def]
+    """The point of one path with that ``x`` [m], or its nearer end: as of :meth:`Path.beside`."""
+    low = cell_by_x(table, first, cells, x)
+    share = low + (x - table[0, first + low]) / (table[0, first + low + 1] - table[0, first + low])
+    s = min(max(share, 0.0), cells) * (length / cells)
+    for _ in range(2):  # Newton: dx/ds = cos(heading)
+        there = point(table, first, cells, length, s)
+        s = min(max(s + (x - there[0]) / np.cos(there[2]), 0.0), length)
+    return point(table, first, cells, length, s)
+
+
+@kernel
 def _points_beside(table, length, x):  # type: ignore[no-untyped-def]
     out = np.empty((4, x.shape[0]))
     cells = table.shape[1] - 1
-    spacing = length / cells
     for i in range(x.shape[0]):
-        low, high = 0, cells  # the cell with table[0, low] <= x < table[0, low + 1], or the first or last
-        while high - low > 1:
-            middle = (low + high) // 2
-            if table[0, middle] <= x[i]:
-                low = middle
-            else:
-                high = middle
-        share = low + (x[i] - table[0, low]) / (table[0, low + 1] - table[0, low])
-        s = min(max(share, 0.0), cells) * spacing
-        for _ in range(2):  # Newton: dx/ds = cos(heading)
-            there = point(table, 0, cells, length, s)
-            s = min(max(s + (x[i] - there[0]) / np.cos(there[2]), 0.0), length)
-        out[0, i], out[1, i], out[2, i], out[3, i] = point(table, 0, cells, length, s)
+        out[0, i], out[1, i], out[2, i], out[3, i] = point_beside(table, 0, cells, length, x[i])
     return out

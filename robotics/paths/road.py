@@ -10,7 +10,7 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from robotics.paths.joined import PathTable, nearest_abscissa
-from robotics.paths.path import point
+from robotics.paths.path import cell_by_x, point, point_beside
 
 TABULATED, EVEN, PLANNED = range(3)  # how a road is timed: by a table of abscissae, evenly, or by a plan's shares
 CELLS = 160  # ticks of a plan in its nominal duration
@@ -122,26 +122,49 @@ def at(road, path, s):  # type: ignore[no-untyped-def]
 
 
 @uncounted
+def beside(road, path, x):  # type: ignore[no-untyped-def]
+    """The point of one path, along which x grows, with that x [m]: x, y [m], heading [rad], curvature [1/m]."""
+    return point_beside(road.table, road.first[path], road.cells[path], road.lengths[path], x)
+
+
+@uncounted
+def by_x(road, path, x):  # type: ignore[no-untyped-def]
+    """The abscissa [m] where one path, along which x grows, has that x [m]; linear between nodes."""
+    k = cell_by_x(road.table, road.first[path], road.cells[path], x)
+    a, b = road.table[0, road.first[path] + k], road.table[0, road.first[path] + k + 1]
+    return _between(x, a, b, _node(road, path, k), _node(road, path, k + 1))
+
+
+@uncounted
+def last_x(road, path):  # type: ignore[no-untyped-def]
+    """The x [m] of the end of one path."""
+    return road.table[0, road.first[path] + road.cells[path]]
+
+
+@uncounted
 def share(road, path, s):  # type: ignore[no-untyped-def]
     """The progress, 0 to 1, at an abscissa [m]; in a formation it is that of the virtual path."""
     if road.shares.shape[1] == 0:
         return s / road.lengths[path]
-    first, cells = road.first[path], road.cells[path]
-    h = road.lengths[path] / cells
-    place = min(max(s / h, 0.0), float(cells))
-    k = min(int(place), cells - 1)
-    a, b = road.shares[0, first + k], road.shares[0, first + k + 1]
-    return a + (place - k) * (b - a)
+    cells = road.cells[path]
+    k = min(max(int(s / road.lengths[path] * cells), 0), cells - 1)
+    if s < _node(road, path, k):  # by rounding
+        k = max(k - 1, 0)
+    elif s >= _node(road, path, k + 1):
+        k = min(k + 1, cells - 1)
+    n = road.first[path] + k
+    return _between(s, _node(road, path, k), _node(road, path, k + 1), road.shares[0, n], road.shares[0, n + 1])
 
 
 @uncounted
 def place(road, path, progress):  # type: ignore[no-untyped-def]
     """The abscissa [m] at a progress; what :func:`share` inverts."""
-    length = road.lengths[path]
     if road.shares.shape[1] == 0:
-        return progress * length
-    k, t = _share_cell(road, path, progress)
-    return (k + t) * (length / road.cells[path])
+        return progress * road.lengths[path]
+    k = _share_cell(road, path, progress)
+    n = road.first[path] + k
+    a, b = road.shares[0, n], road.shares[0, n + 1]
+    return _between(progress, a, b, _node(road, path, k), _node(road, path, k + 1))
 
 
 @uncounted
@@ -149,25 +172,36 @@ def stretch(road, path, progress):  # type: ignore[no-untyped-def]
     """The way [m] for each unit of progress, at a progress: the path's length, or nearly so."""
     if road.shares.shape[1] == 0:
         return road.lengths[path]
-    k, t = _share_cell(road, path, progress)
-    k += road.first[path]
-    return road.shares[1, k] + t * (road.shares[1, k + 1] - road.shares[1, k])
+    n = road.first[path] + _share_cell(road, path, progress)
+    return _between(progress, road.shares[0, n], road.shares[0, n + 1], road.shares[1, n], road.shares[1, n + 1])
 
 
 @uncounted
 def _share_cell(road, path, progress):  # type: ignore[no-untyped-def]
-    """The cell in which a path has a progress, and where in it, 0 to 1."""
-    first, cells = road.first[path], road.cells[path]
-    low, high = 0, cells
+    """The cell in which a path has a progress."""
+    low, high = 0, road.cells[path]
     while high - low > 1:
         middle = (low + high) // 2
-        if road.shares[0, first + middle] <= progress:
+        if road.shares[0, road.first[path] + middle] <= progress:
             low = middle
         else:
             high = middle
-    a, b = road.shares[0, first + low], road.shares[0, first + low + 1]
-    t = (progress - a) / (b - a) if b > a else 0.0
-    return low, min(max(t, 0.0), 1.0)
+    return low
+
+
+@uncounted
+def _node(road, path, k):  # type: ignore[no-untyped-def]
+    """The abscissa [m] of a path's node, to the last bit as numpy.linspace has it."""
+    cells = road.cells[path]
+    return k * (road.lengths[path] / cells) if k < cells else road.lengths[path]
+
+
+@uncounted
+def _between(x, a, b, at_a, at_b):  # type: ignore[no-untyped-def]
+    """The value at ``x`` between two points, or at the nearer one outside; to the last bit as numpy.interp has it."""
+    if x <= a:
+        return at_a
+    return (at_b - at_a) / (b - a) * (x - a) + at_a if x < b else at_b
 
 
 @uncounted

@@ -68,15 +68,21 @@ def hear(k, lanes):  # type: ignore[no-untyped-def]
 @uncounted
 def decide(law, k, lanes):  # type: ignore[no-untyped-def]
     """Ask the equation of the law for its commands."""
+    decide_for(law, k, 0, lanes.command.shape[1], lanes)
+
+
+@uncounted
+def decide_for(law, k, first, last, lanes):  # type: ignore[no-untyped-def]
+    """The same for the lanes from ``first`` to before ``last`` only."""
     old, command = lanes.known, lanes.command
     for c in range(TO_S - TO_X + 1):
-        for i in range(command.shape[1]):
+        for i in range(first, last):
             command[TO_X + c, i] = old.seen[AT_X + c, i]
     known = Known(
         k * lanes.period, old.dt, old.seen, old.heard, old.ranges,
         old.road, old.path, old.column, old.gains, old.base, old.rules,
     )  # fmt: skip
-    law(0, command.shape[1], known, lanes.memory, command, lanes.work)
+    law(first, last, known, lanes.memory, command, lanes.work)
 
 
 @uncounted

@@ -25,7 +25,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import replacing
-from robotics.laws.formation.leader_follower import FormationTeacher, bearing, law, lead
+from robotics.laws.formation.leader_follower import FormationTeacher, bearings, law, lead
 from robotics.paths.path import compile_path
 from robotics.quantity import check_quantities, is_number, quantity
 from robotics.scenario.formations import PERIOD, formation_scenario, leader_path
@@ -162,7 +162,7 @@ def _well_posed(recipe: Recipe) -> np.ndarray:
     sideways = rng.uniform(-recipe.lateral, recipe.lateral, total) / np.cos(path.beside(x).heading)
     y = y + np.where(displaced, sideways, 0.0)
     heading = heading + np.where(displaced, rng.uniform(-recipe.heading, recipe.heading, total), 0.0)
-    alpha, kappa = bearing(path, x, y, heading, teacher.look_ahead), path.beside(x - dx).curvature
+    alpha, kappa = bearings(path, x, y, heading, teacher.look_ahead), path.beside(x - dx).curvature
     return np.stack([dx, alpha, kappa, *law(dx, alpha, kappa, recipe.speed, teacher.look_ahead)], axis=1)
 
 

@@ -16,7 +16,7 @@ from robotics.environment.world import Geometry
 from robotics.laws.equation import EQUATION_TYPE, GUARDED, MODE, REFUSED
 from robotics.laws.modes import FOLLOW
 from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, machine_code
-from robotics.simulation.steps import decide, hear, move, obey, say, sense
+from robotics.simulation.steps import decide_for, hear, move, obey, say, sense
 
 
 class Known(NamedTuple):
@@ -74,7 +74,8 @@ def judge(k, known, world, lanes):  # type: ignore[no-untyped-def]
     known.since_before[:] = known.since
     ended = sweep(
         np.array([max(k - 1, 0) * lanes.period, time]), poses, world.circles, world.bodies, world.segments,
-        world.counts, known.spans, known.sizes, known.goes_on, known.least, known.first, known.counts, known.ends,
+        world.counts, known.spans, known.sizes, known.goes_on, False,
+        known.least, known.first, known.counts, known.ends,
         known.floor, known.since, known.depth,
     )  # fmt: skip
     begun, goes_on = False, False
@@ -115,6 +116,17 @@ def _judge_run(r, time, known, lanes):  # type: ignore[no-untyped-def]
     return True
 
 
+@kernel
+def _decide(law, k, goes_on, lanes):  # type: ignore[no-untyped-def]
+    """Ask the law for the commands of the runs that go on."""
+    first = 0
+    for run in range(len(goes_on) + 1):
+        if run == len(goes_on) or not goes_on[run]:
+            if run > first:
+                decide_for(law, k, first * lanes.robots, run * lanes.robots, lanes)
+            first = run + 1
+
+
 @kernel(nogil=True)
 def _periods(law, look, looks, k, end, halfway, known, world, lanes):  # type: ignore[no-untyped-def]
     """Drive and judge from period ``k`` to before ``end``; if ``halfway``, that has been judged already.
@@ -128,7 +140,7 @@ def _periods(law, look, looks, k, end, halfway, known, world, lanes):  # type: i
             sense(k, lanes)
             look(looks, k, lanes.body.truth, lanes.robots, lanes.known.ranges)
             hear(k, lanes)
-            decide(law, k, lanes)
+            _decide(law, k, known.goes_on, lanes)
             obey(lanes)
             begun, goes_on, ended = judge(k, known, world, lanes)
             if begun or not goes_on:

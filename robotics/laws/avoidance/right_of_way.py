@@ -49,7 +49,7 @@ from robotics.laws.equation import (
     X,
     Y,
     equation,
-    uncounted,
+    inlined,
 )
 from robotics.laws.law import ControllerError, check_connected, check_team
 from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
@@ -114,7 +114,7 @@ def right_of_way(i, known, memory, command, work):  # type: ignore[no-untyped-de
     memory[PACE, i], memory[PLACE, i] = pace, place
 
 
-@uncounted
+@inlined
 def _worst_lag(i, known):  # type: ignore[no-untyped-def]
     """The largest lag [m] behind the plan that lane i has heard of.
 
@@ -131,7 +131,7 @@ def _worst_lag(i, known):  # type: ignore[no-untyped-def]
     return worst
 
 
-@uncounted
+@inlined
 def _least_clock(i, known, clock):  # type: ignore[no-untyped-def]
     """z := min(z, z_j) over the clocks that lane i has heard of, as they will be in the next period."""
     heard = known.heard

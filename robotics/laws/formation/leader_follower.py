@@ -30,8 +30,10 @@ observation: in the thesis's set-up one computer commands all robots. There is n
 these.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from importlib import resources
 from pathlib import Path as FilePath
 from types import MappingProxyType
@@ -39,22 +41,53 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.equation import (
+    FIRST,
+    HEADING,
+    SAYS,
+    SECOND,
+    WISH_V,
+    WISH_W,
+    EquationLaw,
+    X,
+    Y,
+    equation,
+    uncounted,
+)
+from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from robotics.paths.path import Path, X
-from robotics.paths.posture import wrapped
+from robotics.paths import path as nodes
+from robotics.paths.joined import join_paths
+from robotics.paths.posture import wrapped_compiled
+from robotics.paths.road import EVEN, at, beside, by_x, last_x, road_of
 from robotics.quantity import check_quantities, quantity
 
 # m, m, rad, m, rad, 1/m: the names of the inputs that a network may have
 INPUTS = ("x_l", "y_l", "theta_l", "dx", "alpha_l", "kappa_f")
+ALPHA_L, KAPPA_F = 4, 5  # places in INPUTS
 LOOK_AHEAD = 0.5  # m, L of the leader's pursuit
 OUTPUTS = ("v_l", "w_l", "v_f", "w_f")  # m/s, rad/s, m/s, rad/s
+LEADER_PACE, FOLLOWERS_PACE = (3.0, 0.0, 1.5), (0.5, 1.2, 1.2)  # b, a and r [1/m] of S
 Correction = Literal["own-pose", "none"]
+
+# Places of the gains of both laws, and what follows them of the teacher's, and of the networks
+AHEAD, KY, KPSI, OWN_POSE, SPEED, LITERAL = range(6)
+COUNT, NETWORKS = 4, 5  # of networks, and where the first one begins
+# Each network: where it begins in the rule bases, whether it drives the leader and followers, its inputs as places in
+# INPUTS, and where it has each of OUTPUTS, or -1
+BEGIN, DRIVES_LEADER, DRIVES_FOLLOWERS, ASKS, ASKED, ANSWERS, NETWORK = 0, 1, 2, 3, 4, 10, 14
+# Places of what is remembered: dx at the start [m], whether the leader has met the followers, and whether it has
+# reached the end of its path; then all stand still
+FIRST_LEAD, TOGETHER, OVER = range(3)
+# Places in what the networks work in: all of INPUTS, those of one network, its outputs
+_ALL, _ASKED, _ANSWER, _WORK = 0, 6, 12, 16
 
 
 class Velocities(NamedTuple):
@@ -66,30 +99,7 @@ class Velocities(NamedTuple):
     w_f: np.ndarray  # rad/s
 
 
-class Memory(NamedTuple):
-    """The memory of a formation controller."""
-
-    first_lead: np.ndarray  # (runs,) m: dx at the start; not-a-number before it
-    together: np.ndarray  # (runs,) bool: whether the leader has met the followers
-    over: np.ndarray  # (runs,) bool: whether the leader has reached the end of its path; then all stand still
-    paths: tuple[Path, ...]  # one for each robot
-
-
-def correction(path: Path, x: Any, y: Any, heading: Any, v: Any, ky: float, kpsi: float) -> np.ndarray:
-    """Return −K_y v e − K_ψ ψ [rad/s] for robots that drive along one path; the arrays have any one shape.
-
-    Args:
-        path: The path, along which x grows.
-        x: The robots' x [m].
-        y: Their y [m].
-        heading: Their heading [rad].
-        v: Their speed [m/s].
-        ky: K_y [1/m²].
-        kpsi: K_ψ [1/s].
-    """
-    point = path.beside(x)
-    lateral = (y - point.y) * np.cos(point.heading)
-    return -ky * v * lateral - kpsi * wrapped(heading - point.heading)
+# The law of the module's head ------------------------------------------------------------------------------------
 
 
 def pace(dx: np.ndarray, behind: float, ahead: float, rate: float) -> np.ndarray:
@@ -105,30 +115,25 @@ def pace(dx: np.ndarray, behind: float, ahead: float, rate: float) -> np.ndarray
     return behind + (ahead - behind) * (1 + np.tanh((rate * dx - np.log(q)) / 2)) / 2  # 1/(1 + e^−z) without overflow
 
 
-def speeds(dx: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return v_l and v_f [m/s] of this module's head by the lead ``dx`` [m], of any shape, and ``speed``, v_d [m/s]."""
-    return speed * pace(dx, 3.0, 0.0, 1.5), speed * pace(dx, 0.5, 1.2, 1.2)
+pace_compiled = kernel(nogil=True)(pace)  # the same, for one number in a compiled loop
 
 
-def bearing(path: Path, x: np.ndarray, y: np.ndarray, heading: np.ndarray, look_ahead: float) -> np.ndarray:
-    """α_l [rad], in (−π, π]: the bearing of the path's point ahead, seen from the leader; all arrays have one shape.
+@kernel(nogil=True)
+def leader_speed(dx, speed):  # type: ignore[no-untyped-def]
+    """v_l [m/s] by the lead ``dx`` [m], a number or an array, and ``speed``, v_d [m/s]."""
+    return speed * pace_compiled(dx, *LEADER_PACE)
 
-    The point lies ``look_ahead`` further along the path than the point beside the leader; beyond its end the path goes
-    on straight.
 
-    Args:
-        path: The leader's path, along which x grows.
-        x: The leader's x [m].
-        y: The leader's y [m].
-        heading: The leader's heading [rad].
-        look_ahead: The distance L along the path [m].
-    """
-    nodes = np.linspace(0.0, path.length, path.table.shape[1])
-    s = np.interp(x, path.table[X], nodes) + look_ahead
-    point, beyond = path.at(s), np.maximum(s - path.length, 0.0)
-    ahead_x = point.x + beyond * np.cos(point.heading)
-    ahead_y = point.y + beyond * np.sin(point.heading)
-    return np.asarray(wrapped(np.arctan2(ahead_y - y, ahead_x - x) - heading))
+@kernel(nogil=True)
+def follower_speed(dx, speed):  # type: ignore[no-untyped-def]
+    """v_f [m/s]; the arguments are those of :func:`leader_speed`."""
+    return speed * pace_compiled(dx, *FOLLOWERS_PACE)
+
+
+@kernel(nogil=True)
+def pursuit(v, alpha, look_ahead):  # type: ignore[no-untyped-def]
+    """ω_l [rad/s] of pure pursuit with the speed ``v`` [m/s] of a point at the bearing ``alpha``; numbers or arrays."""
+    return 2 * v * np.sin(alpha) / look_ahead
 
 
 def law(dx: np.ndarray, alpha: np.ndarray, kappa: np.ndarray, speed: float, look_ahead: float) -> Velocities:
@@ -141,27 +146,189 @@ def law(dx: np.ndarray, alpha: np.ndarray, kappa: np.ndarray, speed: float, look
         speed: v_d [m/s].
         look_ahead: L [m].
     """
-    v_l, v_f = speeds(dx, speed)
-    return Velocities(v_l, 2 * v_l * np.sin(alpha) / look_ahead, v_f, v_f * kappa)
+    v_l, v_f = leader_speed(dx, speed), follower_speed(dx, speed)
+    return Velocities(v_l, pursuit(v_l, alpha, look_ahead), v_f, v_f * kappa)
 
 
-def literal_speeds(first_lead: np.ndarray, together: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return v_l and v_f [m/s] as thesis 5.2.1 has them: the leader's speed depends on where it started.
+@uncounted
+def literal_speed(first_lead, together, speed):  # type: ignore[no-untyped-def]
+    """v_l [m/s] as thesis 5.2.1 has it: the leader's speed depends on where it started.
 
     It is 3, 2, 1, 0, 0 times v_d for a start 4 and 2 m behind, level, 2 and 4 m ahead, until the leader meets the
     followers; v_d from then on, and for the followers always.
 
     Args:
-        first_lead: dx at the start [m], of any shape.
-        together: Whether the leader has met the followers, bool, of the same shape.
+        first_lead: dx at the start [m].
+        together: Whether the leader has met the followers.
         speed: v_d [m/s].
     """
-    v_l = speed * np.where(together, 1.0, np.clip(1 - first_lead / 2, 0.0, 3.0))
-    return v_l, np.full_like(v_l, speed)
+    return speed if together else speed * min(max(1 - first_lead / 2, 0.0), 3.0)
+
+
+@uncounted
+def correction(y, heading, to_y, to_heading, v, ky, kpsi):  # type: ignore[no-untyped-def]
+    """−K_y v e − K_ψ ψ [rad/s] of a robot that shall drive along its path.
+
+    Args:
+        y: The robot's y [m].
+        heading: Its heading [rad].
+        to_y: The y of the path's point that has the robot's x [m].
+        to_heading: The heading of the path there [rad].
+        v: The robot's speed [m/s].
+        ky: K_y [1/m²].
+        kpsi: K_ψ [1/s].
+    """
+    lateral = (y - to_y) * math.cos(to_heading)
+    return -ky * v * lateral - kpsi * wrapped_compiled(heading - to_heading)
+
+
+@uncounted
+def bearing(road, path, x, y, heading, look_ahead):  # type: ignore[no-untyped-def]
+    """α_l [rad], in [−π, π): the bearing of the path's point ahead, seen from the leader.
+
+    The point lies ``look_ahead`` further along the path than the point beside the leader; beyond its end the path goes
+    on straight.
+
+    Args:
+        road: The leader's path is on it; x grows along it.
+        path: Which of its paths that is.
+        x: The leader's x [m].
+        y: The leader's y [m].
+        heading: The leader's heading [rad].
+        look_ahead: The distance L along the path [m].
+    """
+    s = by_x(road, path, x) + look_ahead
+    to_x, to_y, to_heading, _ = at(road, path, s)
+    beyond = max(s - road.lengths[path], 0.0)
+    to_x, to_y = to_x + beyond * math.cos(to_heading), to_y + beyond * math.sin(to_heading)
+    return wrapped_compiled(math.atan2(to_y - y, to_x - x) - heading)
+
+
+@kernel
+def _bearings(road, x, y, heading, look_ahead):  # type: ignore[no-untyped-def]
+    out = np.empty(x.shape)
+    for i in range(len(x)):
+        out[i] = bearing(road, 0, x[i], y[i], heading[i], look_ahead)
+    return out
+
+
+def bearings(path: nodes.Path, x: np.ndarray, y: np.ndarray, heading: np.ndarray, look_ahead: float) -> np.ndarray:
+    """:func:`bearing` along one path for many postures (n,)."""
+    road = road_of(join_paths([path]), EVEN, np.ones(1))
+    return np.asarray(_bearings(road, x, y, heading, look_ahead))
+
+
+def lead(x: np.ndarray) -> np.ndarray:
+    """dx [m] (runs,): the leader's x minus the followers' mean, from ``x`` (runs, robots) [m]."""
+    return x[:, 0] - x[:, 1:].mean(axis=1)
+
+
+# Its controller, and the networks ---------------------------------------------------------------------------------
+
+
+@uncounted
+def formed(i, known, memory):  # type: ignore[no-untyped-def]
+    """The lane of the leader, and its lead dx [m], which are remembered."""
+    robots, seen = known.heard.shape[2], known.seen
+    leader = i - i % robots
+    followers = 0.0
+    for j in range(leader + 1, leader + robots):
+        followers += seen[X, j]
+    dx = seen[X, leader] - followers / (robots - 1)
+    if math.isnan(memory[FIRST_LEAD, i]):
+        memory[FIRST_LEAD, i] = dx
+    first = memory[FIRST_LEAD, i]
+    if (dx if first > 0 else -dx if first < 0 else 0.0) <= 0:
+        memory[TOGETHER, i] = 1.0
+    if seen[X, leader] >= last_x(known.road, known.path[leader]):
+        memory[OVER, i] = 1.0
+    return leader, dx
+
+
+@uncounted
+def form(i, v, w, known, memory, command):  # type: ignore[no-untyped-def]
+    """Command one robot, a follower with its own correction if it has one; all stand still once it is over."""
+    seen, gains, g, robots = known.seen, known.gains, known.column[i], known.heard.shape[2]
+    if i % robots > 0 and gains[OWN_POSE, g] > 0:
+        _, y, heading, _ = beside(known.road, known.path[i], seen[X, i])
+        w += correction(seen[Y, i], seen[HEADING, i], y, heading, v, gains[KY, g], gains[KPSI, g])
+    if memory[OVER, i] > 0:
+        v, w = 0.0, 0.0
+    command[FIRST, i] = command[WISH_V, i] = v
+    command[SECOND, i] = command[WISH_W, i] = w
+
+
+@equation
+def teach(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """Evaluate the law of the module's head at the measured postures."""
+    seen, gains, g, road = known.seen, known.gains, known.column[i], known.road
+    leader, dx = formed(i, known, memory)
+    path, x, speed, literal = known.path[leader], seen[X, leader], gains[SPEED, g], gains[LITERAL, g] > 0
+    if i != leader:
+        v = speed if literal else follower_speed(dx, speed)
+        w = v * beside(road, path, x - dx)[3]
+    elif literal:
+        v = literal_speed(memory[FIRST_LEAD, i], memory[TOGETHER, i] > 0, speed)
+        _, y, heading, curvature = beside(road, path, x)
+        w = v * curvature + correction(seen[Y, i], seen[HEADING, i], y, heading, v, gains[KY, g], gains[KPSI, g])
+    else:
+        v = leader_speed(dx, speed)
+        w = pursuit(v, bearing(road, path, x, seen[Y, i], seen[HEADING, i], gains[AHEAD, g]), gains[AHEAD, g])
+    form(i, v, w, known, memory, command)
+
+
+@equation
+def lead_and_follow(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+    """Evaluate those of the networks (5.7) that drive the robot."""
+    seen, gains, g, road = known.seen, known.gains, known.column[i], known.road
+    leader, dx = formed(i, known, memory)
+    path, x, y, theta = known.path[leader], seen[X, leader], seen[Y, leader], wrapped_compiled(seen[HEADING, leader])
+    work[_ALL], work[_ALL + 1], work[_ALL + 2], work[_ALL + 3] = x, y, theta, dx
+    work[_ALL + ALPHA_L] = work[_ALL + KAPPA_F] = np.nan  # until they are asked for
+    own, output = (DRIVES_LEADER, 0) if i == leader else (DRIVES_FOLLOWERS, 2)
+    rules, told, v, w = known.rules[known.base[i]], SAYS, 0.0, 0.0
+    for k in range(int(gains[COUNT, g])):
+        network = NETWORKS + k * NETWORK
+        asks, drives = int(gains[network + ASKS, g]), gains[network + own, g] > 0
+        for n in range(asks):
+            place = int(gains[network + ASKED + n, g])
+            if drives and math.isnan(work[_ALL + place]):
+                if place == ALPHA_L:
+                    work[_ALL + ALPHA_L] = bearing(road, path, x, y, theta, gains[AHEAD, g])
+                elif place == KAPPA_F:
+                    work[_ALL + KAPPA_F] = beside(road, path, x - dx)[3]
+            work[_ASKED + n] = work[_ALL + place]
+            command[told + n, i] = work[_ALL + place] if drives else np.nan
+        told += asks
+        if drives:
+            system = rules[int(gains[network + BEGIN, g]) :]
+            evaluate_packed(system, work[_ASKED:_ANSWER], work[_ANSWER:_WORK], work[_WORK:])
+            at_v, at_w = int(gains[network + ANSWERS + output, g]), int(gains[network + ANSWERS + output + 1, g])
+            v = work[_ANSWER + at_v] if at_v >= 0 else v
+            w = work[_ANSWER + at_w] if at_w >= 0 else w
+    form(i, v, w, known, memory, command)
+
+
+class _FormationLaw(EquationLaw):
+    """What both laws remember."""
+
+    def begin(self, setting: Setting, runs: int) -> np.ndarray:
+        """Begin with no formation met. Raises ControllerError where x does not grow along every path."""
+        paths, robots = setting.references.joined.paths, len(setting.robots)
+        if robots < 2:
+            raise ControllerError(f"{setting.name}: a formation needs a leader and followers, at least two robots")
+        for i, path in enumerate(paths):
+            if not np.all(np.diff(path.table[nodes.X]) > 0):
+                raise ControllerError(
+                    f"{setting.name}: robot {i % robots + 1}: x must grow along the path of a formation"
+                )
+        rows = np.zeros((3, runs, robots))
+        rows[FIRST_LEAD] = np.nan
+        return rows
 
 
 @dataclass(frozen=True, kw_only=True)
-class FormationTeacher(Law[Memory]):
+class FormationTeacher(_FormationLaw):
     """The law of the module's head as a controller.
 
     Its ``speeds`` "literal" are those of the thesis's data; the leader then keeps to its path as followers do that are
@@ -178,27 +345,16 @@ class FormationTeacher(Law[Memory]):
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
 
-    def init(self, setting: Setting, runs: int) -> Memory:
-        """Begin with no formation met. Raises ControllerError where x does not grow along every path."""
-        return _begin(setting, runs)
+    equation = teach
 
-    def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
-        """Evaluate the law at the measured postures."""
-        memory = _remember(seen, memory)
-        path, dx = memory.paths[0], lead(seen.x)
-        x, y, heading = seen.x[:, 0], seen.y[:, 0], seen.heading[:, 0]
-        if self.speeds == "lead":
-            alpha = bearing(path, x, y, heading, self.look_ahead)
-            wish = law(dx, alpha, path.beside(x - dx).curvature, self.speed, self.look_ahead)
-        else:
-            v_l, v_f = literal_speeds(memory.first_lead, memory.together, self.speed)
-            w_l = v_l * path.beside(x).curvature + correction(path, x, y, heading, v_l, self.ky, self.kpsi)
-            wish = Velocities(v_l, w_l, v_f, v_f * path.beside(x - dx).curvature)
-        return _command(seen, wish, memory, self.correction, self.ky, self.kpsi), memory
+    def gain_rows(self, setting: Setting) -> Sequence[float]:
+        """The gains."""
+        own = self.look_ahead, self.ky, self.kpsi, self.correction == "own-pose"
+        return *own, self.speed, self.speeds == "literal"
 
 
 @dataclass(frozen=True, kw_only=True)
-class LeaderFollower(Law[Memory]):
+class LeaderFollower(_FormationLaw):
     """Four Sugeno systems, v_l, w_l, v_f and w_f of (5.7), that have learned the law and drive in its place.
 
     ``networks`` is the path of one .fis file with these four outputs, or of a folder that holds v_l.fis, w_l.fis,
@@ -239,37 +395,33 @@ class LeaderFollower(Law[Memory]):
         """The gains that have no effect without a correction."""
         return frozenset({"ky", "kpsi"} if self.correction == "none" else ())
 
-    def init(self, setting: Setting, runs: int) -> Memory:
-        """Begin with no formation met. Raises ControllerError where x does not grow along every path."""
-        return _begin(setting, runs)
+    equation = lead_and_follow
 
-    def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
-        """Evaluate the networks (5.7)."""
-        memory = _remember(seen, memory)
-        path, dx = memory.paths[0], lead(seen.x)
-        x, y, heading = seen.x[:, 0], seen.y[:, 0], wrapped(seen.heading[:, 0])
-        alpha, kappa = bearing(path, x, y, heading, self.look_ahead), path.beside(x - dx).curvature
-        known = dict(zip(INPUTS, (x, y, heading, dx, alpha, kappa), strict=True))
-        found: dict[str, np.ndarray] = {}
-        rows = []
-        for system in self.systems:
-            inputs = np.stack([known[v.name] for v in system.fis.inputs], axis=-1)
-            z = system(inputs)
-            found |= {v.name: z[:, i] for i, v in enumerate(system.fis.outputs)}
-            rows.append(_told(inputs, [v.name for v in system.fis.outputs], seen.x.shape[1]))
-        wish = Velocities(*(found[name] for name in OUTPUTS))
-        command = _command(seen, wish, memory, self.correction, self.ky, self.kpsi)
-        return command._replace(inputs=np.concatenate(rows)), memory
+    def gain_rows(self, setting: Setting) -> Sequence[float]:
+        """The gains, and what each network asks and answers, with room for as many as there are OUTPUTS."""
+        numbers: list[float] = [self.look_ahead, self.ky, self.kpsi, self.correction == "own-pose", len(self.systems)]
+        begin = 0
+        for own, row in zip(self.systems, self._packed, strict=True):
+            inputs, outputs = [v.name for v in own.fis.inputs], [v.name for v in own.fis.outputs]
+            asked = [INPUTS.index(name) for name in inputs]
+            answers = [outputs.index(name) if name in outputs else -1 for name in OUTPUTS]
+            numbers += [begin, max(answers[:2]) >= 0, max(answers[2:]) >= 0, len(asked)]
+            numbers += [*asked, *(0,) * (len(INPUTS) - len(asked)), *answers]
+            begin += len(row)
+        return *numbers, *(0.0,) * (NETWORK * (len(OUTPUTS) - len(self.systems)))
 
+    def rule_rows(self) -> Sequence[np.ndarray]:
+        """The networks, one after the other."""
+        return self._packed
 
-def _told(inputs: np.ndarray, outputs: list[str], robots: int) -> np.ndarray:
-    """A network's ``inputs`` (runs, inputs) as those of the robots that it drives (inputs, runs, robots), else nan."""
-    told = np.full((inputs.shape[1], len(inputs), robots), np.nan)
-    if any(name.endswith("_l") for name in outputs):
-        told[..., 0] = inputs.T
-    if any(name.endswith("_f") for name in outputs):
-        told[..., 1:] = inputs.T[..., None]
-    return told
+    @property
+    def working(self) -> int:
+        """All inputs, those and the outputs of one network, and what it is evaluated in."""
+        return _WORK + max(packed_work(row) for row in self._packed)
+
+    @cached_property
+    def _packed(self) -> tuple[np.ndarray, ...]:
+        return tuple(packed(own) for own in self.systems)
 
 
 def load_networks(source: str | tuple[Sugeno, ...]) -> tuple[Sugeno, ...]:
@@ -298,37 +450,3 @@ def _read_networks(name: str) -> list[Sugeno]:
     if packaged is not None and packaged.is_dir():
         folder = FilePath(str(packaged))
     return [read_fis(folder / f"{o}.fis") for o in OUTPUTS] if folder.is_dir() else [load_rule_base(name)]
-
-
-def lead(x: np.ndarray) -> np.ndarray:
-    """dx [m] (runs,): the leader's x minus the followers' mean, from ``x`` (runs, robots) [m]."""
-    return x[:, 0] - x[:, 1:].mean(axis=1)
-
-
-def _begin(setting: Setting, runs: int) -> Memory:
-    paths = setting.references.joined.paths
-    if len(paths) < 2:
-        raise ControllerError(f"{setting.name}: a formation needs a leader and followers, at least two robots")
-    for i, path in enumerate(paths):
-        if not np.all(np.diff(path.table[X]) > 0):
-            raise ControllerError(f"{setting.name}: robot {i + 1}: x must grow along the path of a formation")
-    return Memory(np.full(runs, np.nan), np.zeros(runs, dtype=bool), np.zeros(runs, dtype=bool), paths)
-
-
-def _remember(seen: Observation, memory: Memory) -> Memory:
-    dx = lead(seen.x)
-    first = np.where(np.isnan(memory.first_lead), dx, memory.first_lead)
-    over = memory.over | (seen.x[:, 0] >= memory.paths[0].table[X, -1])
-    return Memory(first, memory.together | (dx * np.sign(first) <= 0), over, memory.paths)
-
-
-def _command(seen: Observation, wish: Velocities, memory: Memory, own: Correction, ky: float, kpsi: float) -> Command:
-    """The command of the leader and of the followers, each with its own correction; 0 for all once it is over."""
-    v, w = np.empty_like(seen.x), np.empty_like(seen.x)
-    v[:, 0], w[:, 0] = wish.v_l, wish.w_l
-    v[:, 1:], w[:, 1:] = wish.v_f[:, None], wish.w_f[:, None]
-    if own == "own-pose":
-        for i, path in enumerate(memory.paths[1:], start=1):
-            w[:, i] += correction(path, seen.x[:, i], seen.y[:, i], seen.heading[:, i], wish.v_f, ky, kpsi)
-    v[memory.over], w[memory.over] = 0.0, 0.0
-    return Command(v, w, v, w)

@@ -61,6 +61,11 @@ class FormationNetworks(LeaderFollower):
             super().__post_init__()
 
     @property
+    def has_equation(self) -> bool:  # type: ignore[override]
+        """Whether they are the thesis's four, which have one."""
+        return not self.own
+
+    @property
     def robots(self) -> int:
         """The number of robots that they drive; 0: the thesis's four drive a leader and any number of followers."""
         return max((network.robot for network in self.own), default=0)

@@ -23,7 +23,7 @@ from fuzzy.compiled.packed import (
     evaluate_packed,
     packed_work,
 )
-from fuzzy.compiled.sugeno import BLOCK, CompiledSugeno, compile_sugeno
+from fuzzy.compiled.sugeno import BLOCK, MANY, CompiledSugeno, compile_sugeno
 from fuzzy.compiled.tables import NUMBERS
 from fuzzy.inference import InferenceWarning, infer
 from fuzzy.membership import FUNCTIONS, Gaussian, LinearS, LinearZ, Triangle
@@ -172,7 +172,7 @@ def test_a_point_has_the_same_bits_in_every_batch(rows, choices):
 
 def test_the_bits_of_very_many_points_do_not_depend_on_the_processors(monkeypatch):
     compiled = compile_sugeno(example())
-    x = np.random.default_rng(0).uniform(-1, 1, (2 * BLOCK + 77, 3))
+    x = np.random.default_rng(0).uniform(-1, 1, (MANY + 77, 3))
     x[BLOCK + 5, 1] = np.nan
     results = []
     for count in (1, 2, 5):
@@ -184,7 +184,7 @@ def test_the_bits_of_very_many_points_do_not_depend_on_the_processors(monkeypatc
 
 
 def test_a_warning_comes_from_any_block_of_very_many_points():
-    x = np.full((2 * BLOCK + 9, 2), [7.0, 0.5])
+    x = np.full((MANY + 9, 2), [7.0, 0.5])
     x[BLOCK + 3, 0] = 11.0
     with pytest.warns(InferenceWarning) as caught:
         compile_sugeno(GAP)(x)

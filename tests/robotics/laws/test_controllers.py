@@ -61,7 +61,7 @@ def test_specifications_change_gains():
         steering="heading", lateral="path", look_ahead=0.6
     )
     assert make_controller("lyapunov:") == make_controller("lyapunov")
-    assert made("qssm:discretisation=memory").law.discretisation == "memory"
+    assert made("qssm:discretisation=memory").discretisation == "memory"
     assert made("csm:ky=3,kpsi=2").outer == Lyapunov(ky=3.0, kpsi=2.0)
 
 

@@ -1,9 +1,13 @@
 """Random crossings: what the classes promise, how runs are judged, and robots that are parked in each other's way."""
 
+from functools import partial
+from typing import Any
+
 import numpy as np
 import pytest
 
 from robotics.experiments.stress import crossing_runs
+from robotics.experiments.stress.crew import in_chunks
 from robotics.experiments.stress.crossing_runs import stress_crossing
 from robotics.experiments.stress.crossings import crossing_ensemble, random_crossing
 from robotics.experiments.stress.disturbance import Disturbance
@@ -187,3 +191,17 @@ def test_robots_parked_in_the_way_are_passed_without_contact():
     assert found["collisions"] == found["deadlocks"] == 0
     assert found["refused"] <= 1  # of 300 it is 2
     assert found["arrived_together"] == 20 - found["refused"]
+
+
+def silent(description: str, total: int) -> Any:
+    """A bar of a progress display that nobody sees."""
+    return lambda more=1: None
+
+
+def test_an_outcome_does_not_depend_on_threads():
+    """Chunks in threads of this process, and all runs one after the other: the same bits."""
+    stress, seeds = partial(stress_crossing, "right-of-way", 3, disturbance=Disturbance(loss=0.2)), range(40)
+    alone = stress(seeds)
+    shared = in_chunks(stress, 3, seeds, jobs=2, begin=silent, threads=True).outcome
+    for name in ("arrivals", "collided", "refused", "min_distance", "clearance", "caused", "driven"):
+        np.testing.assert_array_equal(getattr(alone, name), getattr(shared, name))

@@ -17,11 +17,11 @@ from robotics.laws.catalogue import CATALOGUE, gains_of, make_controller
 from robotics.laws.formation.leader_follower import (
     FormationTeacher,
     LeaderFollower,
-    bearing,
+    bearings,
     correction,
     law,
     lead,
-    literal_speeds,
+    literal_speed,
     pace,
 )
 from robotics.laws.law import ControllerError
@@ -74,25 +74,26 @@ def test_bearing_of_the_path_ahead():
     slope = np.arctan2(3, 4)
     # On it; 0.1 m to the left, where the point with the same x lies 0.075 m further back; at its end, which goes on
     expected = [-0.2, np.arctan2(-0.1, 0.5 - 0.1 * 0.75), 0.1]
-    found = bearing(straight, x, y, slope + np.array([0.2, 0.0, -0.1]), 0.5)
+    found = bearings(straight, x, y, slope + np.array([0.2, 0.0, -0.1]), 0.5)
     np.testing.assert_allclose(found, expected, atol=1e-6)
     # A chord of a circle of radius 1 leaves the tangent by half the angle of its arc, whatever the turns of the heading
     arc = compile_path(Circle(center=(0.0, 1.0), start_angle=-np.pi / 2, turns=0.2))
     angle = 0.3
-    found = bearing(arc, np.array([np.sin(angle)]), np.array([1 - np.cos(angle)]), np.array([angle + 2 * np.pi]), 0.5)
+    found = bearings(arc, np.array([np.sin(angle)]), np.array([1 - np.cos(angle)]), np.array([angle + 2 * np.pi]), 0.5)
     assert found[0] == pytest.approx(0.25, abs=1e-5)
 
 
 def test_correction_turns_back_to_the_path():
-    assert correction(PATH, np.pi, -0.4, 0.0, 0.1, 4.0, 0.0) == pytest.approx(-0.04)  # left of it: to the right
-    assert correction(PATH, np.pi, -0.5, 0.1 + 2 * np.pi, 0.1, 4.0, 0.8) == pytest.approx(-0.08)
+    path = PATH.beside(np.array(np.pi))
+    y, heading = float(path.y), float(path.heading)
+    assert correction(-0.4, 0.0, y, heading, 0.1, 4.0, 0.0) == pytest.approx(-0.04)  # left of it: to the right
+    assert correction(-0.5, 0.1 + 2 * np.pi, y, heading, 0.1, 4.0, 0.8) == pytest.approx(-0.08)
 
 
 def test_literal_speeds_are_those_of_5_2_1():
-    v_l, v_f = literal_speeds(np.array([-4.0, -2.0, 0.0, 2.0, 4.0]), np.array([False] * 5), 0.1)
-    np.testing.assert_allclose(v_l, [0.3, 0.2, 0.1, 0.0, 0.0])
-    np.testing.assert_allclose(literal_speeds(v_l, np.array([True] * 5), 0.1)[0], 0.1)
-    np.testing.assert_allclose(v_f, 0.1)
+    starts = (-4.0, -2.0, 0.0, 2.0, 4.0)
+    np.testing.assert_allclose([literal_speed(dx, False, 0.1) for dx in starts], [0.3, 0.2, 0.1, 0.0, 0.0])
+    np.testing.assert_allclose([literal_speed(dx, True, 0.1) for dx in starts], 0.1)
 
 
 def aligned_by_hand(start):

@@ -261,14 +261,11 @@ def test_at_the_end_it_arrives_and_stays(noise):
     ],
 )
 def test_the_literal_laws_drive_as_before_there_was_a_steering_distance(scenario, law, x, y, heading):
-    """Where they were after 10 s (chapter 6: 20 s) with seed 3, recorded before.
-
-    Encoders make a loop chaotic: in these times a last bit becomes some micrometres and tenths of a milliradian.
-    """
+    """Where they were after 10 s (chapter 6: 20 s) with seed 3, recorded before."""
     duration = 10.0 if law in ("fuzzy-literal", "cooperation-literal") else 20.0
     run = simulate(replace(load_scenario(scenario), duration=duration), make_controller(law), (3,))
     for channel, values in (("x", x), ("y", y), ("heading", heading)):
-        np.testing.assert_allclose(run[channel][0, :, -1], values, rtol=0, atol=1e-3)
+        np.testing.assert_allclose(run[channel][0, :, -1], values, rtol=0, atol=1e-9)
 
 
 # The rule bases -------------------------------------------------------------------------------------------------
