@@ -306,13 +306,12 @@ def _aside(i, known, near):  # type: ignore[no-untyped-def]
 
 
 @uncounted
-def _literal(i, known, memory, command, work):  # type: ignore[no-untyped-def]
-    """Turn by (6.7) while an obstacle is near. Returns v [m/s], ω [rad/s], the mode, and whether it avoids."""
+def _literal(i, known, memory, command, work, alone, avoids, slowing, front):  # type: ignore[no-untyped-def]
+    """Slow down while an obstacle is near. Returns v [m/s], ω [rad/s], the mode, and whether it avoids.
+
+    The cooperation has steered already, turned by (6.7); ``alone`` robots are excused from its clock.
+    """
     gains, g = known.gains, known.column[i]
-    rules = known.rules[known.base[i]]
-    avoids, turn, slowing, front = sight_of(memory[RANGES : RANGES + SONARS, i], gains, g, rules, work)
-    alone = memory[STATE + STALLED, i] > gains[PATIENCE, g]
-    steered(i, known, memory, 0, command, work[_BELOW:], turn, alone, False, COOPERATION)
     row = told(i, command, _AVOIDS + 5, gains, COOPERATION + TRACKER, g, work[_BELOW:])
     command[row, i] = theta_input_of(front, gains, g)
     memory[STATE + BEST, i], memory[STATE + STALLED, i] = stalled(
@@ -329,14 +328,12 @@ def _literal(i, known, memory, command, work):  # type: ignore[no-untyped-def]
 
 
 @uncounted
-def _committed(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def _committed(i, known, memory, command, work, alone):  # type: ignore[no-untyped-def]
     """Choose a mode, and steer by it. Returns as :func:`_literal`."""
     seen, gains, g, road, path, dt = known.seen, known.gains, known.column[i], known.road, known.path[i], known.dt
     x, y, heading = seen[X, i], seen[Y, i], seen[HEADING, i]
     state, ranges = memory[STATE : STATE + ROWS, i], memory[RANGES : RANGES + SONARS, i]
     rules, fresh = known.rules[known.base[i]], work[_FRESH:_ASKED]
-    alone = state[MODE] != TRACK and state[STALLED] > gains[PATIENCE, g]
-    steered(i, known, memory, 0, command, work[_BELOW:], 0.0, alone, False, COOPERATION)
     place, length = memory[PLACE, i], road.lengths[path]
     near_x, near_y, _, _ = point_at(road, path, place)
     end_x, end_y, _, _ = point_at(road, path, length)
@@ -412,12 +409,20 @@ def _in_time(due_v, due_s, place, off, mode):  # type: ignore[no-untyped-def]
 @equation
 def avoid_obstacles(i, known, memory, command, work):  # type: ignore[no-untyped-def]
     """Look, choose a mode, steer, and say so."""
-    seen = known.seen
+    seen, gains, g = known.seen, known.gains, known.column[i]
     _look(i, known, memory, work)
-    if known.gains[COMMITTED, known.column[i]] > 0:
-        v, w, mode, avoids = _committed(i, known, memory, command, work)
+    committed, alone = gains[COMMITTED, g] > 0, memory[STATE + STALLED, i] > gains[PATIENCE, g]
+    avoids, turn, slowing, front = False, 0.0, 1.0, np.inf
+    if committed:
+        alone = alone and memory[STATE + MODE, i] != TRACK
     else:
-        v, w, mode, avoids = _literal(i, known, memory, command, work)
+        ranges, rules = memory[RANGES : RANGES + SONARS, i], known.rules[known.base[i]]
+        avoids, turn, slowing, front = sight_of(ranges, gains, g, rules, work)
+    steered(i, known, memory, 0, command, work[_BELOW:], turn, alone, False, COOPERATION)
+    if committed:
+        v, w, mode, avoids = _committed(i, known, memory, command, work, alone)
+    else:
+        v, w, mode, avoids = _literal(i, known, memory, command, work, alone, avoids, slowing, front)
     command[FIRST, i], command[WISH_V, i] = v, v
     command[SECOND, i], command[WISH_W, i] = w, w
     command[COMMAND_MODE, i], command[_AVOIDS, i] = mode, 1.0 if avoids else 0.0
