@@ -7,7 +7,7 @@ import numpy as np
 import torch
 
 from anfis.methods.method import Method, Problem
-from anfis.network import Point
+from anfis.point import Point
 from anfis.state import State
 
 
@@ -35,7 +35,8 @@ class Backprop(Method):
 
     def advance(self, problem: Problem, state: State) -> State:
         """One pass over all samples, in an order drawn from the seed and the epoch if there are mini-batches."""
-        network, data, options = problem.network, problem.data, problem.options
+        data, options = problem.data, problem.options
+        network: Any = problem.network  # torch's
         leaves = [p.detach().clone().requires_grad_() for p in (*state.point.free, *state.point.values)]
         optimiser = getattr(torch.optim, options.optimiser)(leaves, lr=options.rate)
         if "optimiser" in state.memory:

@@ -1,0 +1,326 @@
+"""The network of :mod:`anfis.network` in compiled code: what training computes of a point, block by block."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from anfis.compiled import threads
+from anfis.compiled.kernel import add_errors, fill_design, fill_jacobian
+from anfis.compiled.least_squares import Equations, joined, plus, ridge_rows, singular, solve
+from anfis.compiled.plan import Plan
+from anfis.data import Samples
+from anfis.point import Fit, Point, Solution, numbers
+from anfis.premises import Arrays, Premises, premises
+from anfis.proposals import consequent_terms, present_values
+from fuzzy.compiled.sugeno import compile_sugeno
+from fuzzy.compiled.tables import NUMBERS, Tables
+from fuzzy.fitting.consequents import OutputGroup, output_groups
+from fuzzy.system import Sugeno
+
+BLOCK = 2048  # samples whose sums are made in one piece: what a thread is given
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledNetwork:
+    """A Sugeno system as a function of a point, with the sums over samples that learning needs."""
+
+    premises: Premises
+    groups: tuple[OutputGroup, ...]
+    ridge: float  # without a unit, see fuzzy.fitting.consequents
+    block: int  # samples held at a time
+    _tables: Tables = field(repr=False)
+    _plan: Plan = field(repr=False)
+    _ranges: WeakKeyDictionary[Samples, tuple[np.ndarray, np.ndarray]] = field(
+        default_factory=WeakKeyDictionary, init=False, repr=False
+    )
+
+    # The system and its numbers -----------------------------------------------------------------------------------
+
+    @property
+    def fis(self) -> Sugeno:
+        """The system that learning started from: its structure stays."""
+        return self.premises.fis
+
+    @cached_property
+    def count(self) -> int:
+        """The number of parameters that are learnt, premises and consequents."""
+        return sum(p.size for p in self.premises.signs) + sum(len(g.columns) * len(g.outputs) for g in self.groups)
+
+    @cached_property
+    def columns(self) -> int:
+        """The number of parameters of the largest of the least squares."""
+        return max(len(g.columns) for g in self.groups)
+
+    def start(self) -> Point:
+        """The point of the system as it is, its premises made legal."""
+        p = self.premises
+        return Point(p.valid(p.start()), present_values(self.fis, p.low, p.span))
+
+    def system(self, point: Point) -> Sugeno:
+        """The system at ``point``, in the inputs' own units, with plain numbers."""
+        p = self.premises
+        return p.system(point.free, consequent_terms(self.fis, point.values, p.low, p.span))
+
+    def samples(self, data: Samples) -> Samples:
+        """The samples as this network takes them."""
+        return data
+
+    def array(self, values: Any) -> np.ndarray:
+        """Numbers of a checkpoint as an array of this network."""
+        return np.array(numbers(values))
+
+    def threads(self, count: int) -> AbstractContextManager[None]:
+        """The threads that suit ``count`` samples, while learning goes on."""
+        return threads.one_for_linear_algebra()
+
+    def unflatten(self, flat: Any) -> Arrays:
+        """Free premises, as in :class:`anfis.point.Point`, from one vector of all of them."""
+        ends = np.cumsum([sign.size for sign in self.premises.signs])[:-1]
+        return tuple(p.reshape(s.shape) for p, s in zip(np.split(flat, ends), self.premises.signs, strict=True))
+
+    def _at(self, free: Sequence[np.ndarray]) -> tuple[list[np.ndarray], Tables]:
+        """The membership functions' parameters at ``free``, by kind and as tables."""
+        natural, parameters = list(self.premises.natural(free)), np.zeros_like(self._tables.parameters)
+        for kind, own in zip(self.fis.structure.kinds, natural, strict=True):
+            parameters[kind.terms, : own.shape[1]] = own
+        return natural, self._tables._replace(parameters=parameters)
+
+    def _by_kind(self, natural: Sequence[np.ndarray], gradient: np.ndarray) -> list[np.ndarray]:
+        """The gradient to the free premises, from (functions, 4, ...) to the membership functions' parameters."""
+        kinds = zip(self.fis.structure.kinds, natural, strict=True)
+        return self.premises.free_gradient(natural, [gradient[k.terms, : p.shape[1]] for k, p in kinds])
+
+    def _proposals(self, values: Sequence[np.ndarray]) -> np.ndarray:
+        """The consequents (outputs, terms, inputs + 1) of the groups' ``values``."""
+        width = len(self.fis.inputs) + 1
+        result = np.zeros((len(self.fis.outputs), max(1, int(self._plan.terms.max())), width))
+        flat = result.reshape(len(result), -1)
+        for group, found in zip(self.groups, values, strict=True):
+            for k, o in enumerate(group.outputs):
+                flat[o, group.columns] = found[:, k]
+        return result
+
+    # Sums over samples --------------------------------------------------------------------------------------------
+
+    def _portions(self, data: Samples) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Inputs and outputs of some samples at a time, those that lie on disk read now."""
+        for start in range(0, data.count, self.block):
+            yield data.rows(slice(start, start + self.block))
+
+    def _over_blocks(self, samples: int, work: Callable[[int, slice], None]) -> None:
+        """Call ``work`` for each block of a portion: its number and its samples."""
+        blocks = -(-samples // BLOCK)
+        threads.shared_out(
+            lambda block: work(block, slice(BLOCK * block, min(BLOCK * (block + 1), samples))),
+            blocks,
+            threads.count() if blocks > 1 else 1,
+        )
+
+    def _design(self, tables: Tables, g: int, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, int]:
+        """The design matrix and the targets of a block, transposed, (parameters + outputs, samples); who fires."""
+        group, fires = self.groups[g], np.zeros(1, dtype=np.int64)
+        design = np.empty((len(group.columns) + len(group.outputs), len(x)))
+        fill_design(tables, self._plan, x, g, design, fires)
+        design[len(group.columns) :] = y[:, list(group.outputs)].T
+        return design, int(fires[0])
+
+    def _equations(self, tables: Tables, g: int, data: Samples) -> tuple[Equations, int, np.ndarray | None]:
+        """The normal equations of a group, who fires, and the design matrix with the targets if that is one block."""
+        total, firing, design = np.zeros(()), 0, None
+        for x, y in self._portions(data):
+            blocks = -(-len(x) // BLOCK)
+            parts: list[Any] = [None] * blocks
+
+            def work(block: int, rows: slice, x: np.ndarray = x, y: np.ndarray = y, parts: list[Any] = parts) -> None:
+                made, fires = self._design(tables, g, x[rows], y[rows])
+                with np.errstate(over="ignore", invalid="ignore"):  # the solution says so
+                    parts[block] = made @ made.T, fires, made if data.count <= BLOCK else None
+
+            self._over_blocks(len(x), work)
+            for gram, fires, made in parts:
+                total, firing, design = total + gram, firing + fires, made
+        return joined(total, len(self.groups[g].columns)), firing, design
+
+    def fit(self, free: Sequence[np.ndarray], data: Samples, gradient: bool = False) -> Fit:
+        """Solve for the consequents by least squares: they, the error left, and its gradient to the premises if asked.
+
+        The gradient holds the consequents: they are at their own minimum, where their change does not count (with a
+        ridge that holds as nearly as the ridge is small).
+        """
+        natural, tables = self._at(free)
+        solutions = [self._solution(tables, g, data) for g in range(len(self.groups))]
+        squares, slopes, _ = self._errors(tables, [s.values for s in solutions], data, gradient)
+        rmse = (squares / (data.count * len(self.fis.outputs))) ** 0.5
+        return Fit(solutions, rmse, self._by_kind(natural, slopes) if gradient else None)
+
+    def _solution(self, tables: Tables, g: int, data: Samples) -> Solution:
+        equations, fires, design = self._equations(tables, g, data)
+        group, below = self.groups[g], None
+        if self.ridge:
+            below = ridge_rows(group, equations, self.ridge * fires, *self._range(data), self._plan.normalise)
+            equations = plus(equations, *below)
+
+        def samples() -> tuple[np.ndarray, np.ndarray]:
+            whole = design
+            if whole is None:
+                x, y = next(self._portions(data))
+                whole, _ = self._design(tables, g, x, y)
+            a, y = whole[: len(group.columns)], whole[len(group.columns) :].T
+            return (a, y) if below is None else (np.hstack([a, below[0].T]), np.concatenate([y, below[1]]))
+
+        return solve(equations, samples if data.count <= self.block else None)
+
+    def _range(self, data: Samples) -> tuple[np.ndarray, np.ndarray]:
+        """Middle and half width (inputs,) of the samples, in scaled units; an input that is constant has width 1."""
+        if data not in self._ranges:
+            units = [self.premises.scale(x) for x, _ in self._portions(data)]
+            low, high = np.min([u.min(axis=0) for u in units], axis=0), np.max([u.max(axis=0) for u in units], axis=0)
+            self._ranges[data] = (low + high) / 2, np.where(high > low, (high - low) / 2, 1.0)
+        return self._ranges[data]
+
+    def _errors(
+        self, tables: Tables, values: Sequence[np.ndarray], data: Samples, gradient: bool
+    ) -> tuple[float, np.ndarray, int]:
+        """The squared errors, their gradient to the membership functions' parameters, and at how many none fires."""
+        proposals, squares, silent = self._proposals(values), 0.0, 0
+        slopes = np.zeros_like(tables.parameters)
+        for x, y in self._portions(data):
+            blocks = -(-len(x) // BLOCK)
+            found: list[Any] = [None] * blocks
+            parts = np.empty((blocks, *slopes.shape))
+
+            def work(
+                block: int,
+                rows: slice,
+                x: np.ndarray = x,
+                y: np.ndarray = y,
+                found: list[Any] = found,
+                parts: np.ndarray = parts,
+            ) -> None:
+                found[block] = add_errors(tables, self._plan, proposals, x[rows], y[rows], parts[block], gradient)
+
+            self._over_blocks(len(x), work)
+            for (error, none), part in zip(found, parts, strict=True):
+                squares, silent, slopes = squares + error, silent + none, slopes + part
+        return squares, slopes, silent
+
+    def rmse(self, point: Point, data: Samples) -> float:
+        """The root mean square error at ``point`` over samples and outputs, in the outputs' unit."""
+        squares, _, _ = self._errors(self._at(point.free)[1], point.values, data, False)
+        return float((squares / (data.count * len(self.fis.outputs))) ** 0.5)
+
+    def silent(self, free: Sequence[np.ndarray], data: Samples) -> int:
+        """The number of samples at which no rule fires for some output."""
+        values = [np.zeros((len(g.columns), len(g.outputs))) for g in self.groups]
+        return self._errors(self._at(free)[1], values, data, False)[2]
+
+    # Second order -------------------------------------------------------------------------------------------------
+
+    def reduced(self, point: Point, data: Samples) -> tuple[np.ndarray, np.ndarray]:
+        """Jᵀ J and Jᵀ r of the reduced residual, consequents eliminated, as :meth:`anfis.network.Network.reduced`."""
+        natural, tables = self._at(point.free)
+        proposals = self._proposals(point.values)
+        factor = np.zeros_like(tables.parameters)
+        ones = self.premises.free_gradient(natural, [np.ones_like(p) for p in natural])
+        for kind, by in zip(self.fis.structure.kinds, ones, strict=True):
+            factor[kind.terms, : by.shape[1]] = by
+        jtj: Any = 0.0
+        jtr: Any = 0.0
+        for g, group in enumerate(self.groups):
+            triangle, fires = self._triangle(tables, factor, g, proposals, data)
+            n, q = len(group.columns), len(group.outputs)
+            if self.ridge:
+                triangle = self._with_ridge(g, triangle, point.values[g], fires, data)
+            basis, _, _ = singular(triangle[:, :n], max(len(triangle), n))
+            for j, jacobian in enumerate(np.split(triangle[:, n:-q], q, axis=1)):
+                own = jacobian - basis @ (basis.T @ jacobian)
+                jtj, jtr = jtj + own.T @ own, jtr + own.T @ triangle[:, j - q]
+        return jtj, jtr
+
+    def _triangle(
+        self, tables: Tables, factor: np.ndarray, g: int, proposals: np.ndarray, data: Samples
+    ) -> tuple[np.ndarray, int]:
+        """The triangle (QR) of [A, J, r] of a group over all samples, and who fires."""
+        triangle: Any = np.zeros((0, 0))
+        firing = 0
+        for x, y in self._portions(data):
+            blocks = -(-len(x) // BLOCK)
+            parts: list[Any] = [None] * blocks
+
+            def work(block: int, rows: slice, x: np.ndarray = x, y: np.ndarray = y, parts: list[Any] = parts) -> None:
+                parts[block] = self._rows_of(tables, factor, g, proposals, x[rows], y[rows])
+
+            self._over_blocks(len(x), work)
+            for rows, fires in parts:
+                joined_rows = rows if not triangle.size else np.concatenate([triangle, rows])
+                triangle, firing = np.linalg.qr(joined_rows, mode="r"), firing + fires
+        return triangle, firing
+
+    def _rows_of(
+        self,
+        tables: Tables,
+        factor: np.ndarray,
+        g: int,
+        proposals: np.ndarray,
+        x: np.ndarray,
+        y: np.ndarray,
+    ) -> tuple[np.ndarray, int]:
+        """The rows [A, J, r] of a block (samples, parameters + outputs × premises + outputs), and who fires."""
+        group, samples = self.groups[g], len(x)
+        design, fires = self._design(tables, g, x, y)
+        n, q, premises = len(group.columns), len(group.outputs), sum(s.size for s in self.premises.signs)
+        rows = np.empty((n + q * premises + q, samples))
+        rows[:n] = design[:n]
+        for k, o in enumerate(group.outputs):
+            jacobian = rows[n + k * premises : n + (k + 1) * premises]
+            fill_jacobian(tables, self._plan, proposals, x, y, o, factor, jacobian, rows[n + q * premises + k])
+        return rows.T, fires
+
+    def _with_ridge(self, g: int, triangle: np.ndarray, values: np.ndarray, fires: int, data: Samples) -> np.ndarray:
+        """The triangle [A, J, r] of a group with the ridge's rows [a, 0, t − a · values] below."""
+        n, q = values.shape
+        a, targets = triangle[:, :n], triangle[:, -q:] + triangle[:, :n] @ values
+        equations = Equations(a.T @ a, a.T @ targets)
+        rows, wanted = ridge_rows(
+            self.groups[g], equations, self.ridge * fires, *self._range(data), self._plan.normalise
+        )
+        below = np.zeros((len(rows), triangle.shape[1]))
+        below[:, :n] = rows
+        below[:, -q:] = wanted - rows @ values
+        return np.concatenate([triangle, below])
+
+
+def has_kernel(fis: Sugeno) -> bool:
+    """Whether compiled code knows all membership functions of ``fis``."""
+    return all(type(f) in NUMBERS for v in fis.inputs for f in v.terms.values())
+
+
+def make_network(fis: Sugeno, keep_order: bool, ridge: float, block: int) -> CompiledNetwork:
+    """The compiled network of ``fis``, which has plain numbers and functions that all have a kernel."""
+    held, groups, tables = premises(fis, keep_order=keep_order), output_groups(fis), compile_sugeno(fis).tables
+    place = np.full(tables.parameters.shape, -1, dtype=np.int64)
+    for kind, last in zip(fis.structure.kinds, np.cumsum([s.size for s in held.signs]), strict=True):
+        shape = len(kind.terms), len(kind.function.roles)
+        place[kind.terms, : shape[1]] = np.arange(last - shape[0] * shape[1], last).reshape(shape)
+    plan = Plan(
+        low=held.low,
+        span=held.span,
+        high=held.high,
+        clip=fis.out_of_range == "clip",
+        normalise=fis.defuzzification == "wtaver",
+        place=np.array([g.place for g in groups], dtype=np.int64),
+        everyone=np.array([min(g.place) >= 0 for g in groups]),
+        terms=np.array([len(g.linear) for g in groups], dtype=np.int64),
+        column=np.concatenate([g.columns for g in groups]).astype(np.int64),
+        first_column=np.cumsum([0, *(len(g.columns) for g in groups)], dtype=np.int64),
+        output=np.array([o for g in groups for o in g.outputs], dtype=np.int64),
+        first_output=np.cumsum([0, *(len(g.outputs) for g in groups)], dtype=np.int64),
+        middle=np.array([v.midrange for v in fis.outputs]),
+        premise=place,
+    )
+    return CompiledNetwork(held, groups, ridge, block, tables, plan)

@@ -1,0 +1,64 @@
+"""The threads of compiled learning: blocks of samples are shared out over them.
+
+What is computed does not depend on their number: a block's sums are its own, and are added in the blocks' order. Linear
+algebra has one thread, because its last digits may depend on how many there are.
+"""
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import cache
+from threading import Lock
+from typing import Any
+
+from threadpoolctl import ThreadpoolController
+
+
+def count() -> int:
+    """How many threads learning may use: the cores of this process, or fewer by OMP_NUM_THREADS."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    asked = os.environ.get("OMP_NUM_THREADS", "")
+    return min(cores, int(asked)) if asked.isdigit() and int(asked) > 0 else cores
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, "anfis")
+
+
+def shared_out(work: Callable[[int], None], blocks: int, threads: int) -> None:
+    """Call ``work`` with the number of each block, in up to ``threads`` threads; this one is one of them."""
+    threads = min(threads, blocks)
+
+    def some(first: int) -> None:
+        for block in range(first, blocks, threads):
+            work(block)
+
+    others = [_pool(threads - 1).submit(some, k) for k in range(1, threads)] if threads > 1 else []
+    some(0)
+    for other in others:
+        other.result()
+
+
+_lock = Lock()
+_learning: list[Any] = []  # the limits that hold now, one while anything learns
+
+
+@cache
+def _libraries() -> ThreadpoolController:
+    return ThreadpoolController()
+
+
+@contextmanager
+def one_for_linear_algebra() -> Iterator[None]:
+    """One thread in every call of linear algebra; the setting is restored when the last one that learns leaves."""
+    with _lock:
+        _learning.append(_learning[0] if _learning else _libraries().limit(limits=1, user_api="blas"))
+    try:
+        yield
+    finally:
+        with _lock:
+            limit = _learning.pop()
+            if not _learning:
+                limit.restore_original_limits()
