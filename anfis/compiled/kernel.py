@@ -10,13 +10,20 @@ import numpy as np
 from anfis.compiled.derivatives import derivatives
 from anfis.compiled.plan import LANES, Plan, Rows, rows
 from fuzzy.compiled.jit import kernel
-from fuzzy.compiled.kernel import evaluate_rules, uncounted
+from fuzzy.compiled.kernel import evaluate_rules
 from fuzzy.compiled.tables import Tables, Workspace
+
+# What a sweep over samples is for: a sum of these.
+DESIGN, ERRORS, GRADIENT, JACOBIAN = 1, 2, 4, 8
+
+# Each is called from one place, and becomes part of it: compiled alone, with all these arrays for arguments, they
+# would take longer than the whole.
+part = kernel(inline="always")
 
 # Forward ----------------------------------------------------------------------------------------------------------
 
 
-@uncounted
+@part
 def _load(plan: Plan, x: np.ndarray, start: int, count: int, work: Workspace) -> None:
     """``work.x`` ← the chunk's inputs in units of their universes."""
     for i in range(x.shape[1]):
@@ -30,7 +37,7 @@ def _load(plan: Plan, x: np.ndarray, start: int, count: int, work: Workspace) ->
                 row[p] = 0.0 if row[p] < 0.0 else (high if row[p] > high else row[p])
 
 
-@uncounted
+@part
 def _share(tables: Tables, plan: Plan, g: int, work: Workspace, own: Rows) -> None:
     """The weights of the terms of group ``g``; ``own.total[0]`` ← their sum before they are normalised again."""
     weights = work.weights if plan.normalise else work.firing
@@ -54,7 +61,7 @@ def _share(tables: Tables, plan: Plan, g: int, work: Workspace, own: Rows) -> No
                 share[t, p] /= total[p] if total[p] > 0.0 else 1.0
 
 
-@uncounted
+@part
 def _output(plan: Plan, g: int, proposals: np.ndarray, o: int, work: Workspace, own: Rows) -> None:
     """``own.total[1]`` ← output ``o``, and ``own.proposal`` ← what each term proposes."""
     output, proposal, share, total = own.total[1], own.proposal, own.share, own.total[0]
@@ -78,16 +85,16 @@ def _output(plan: Plan, g: int, proposals: np.ndarray, o: int, work: Workspace, 
 # Backward ---------------------------------------------------------------------------------------------------------
 
 
-@uncounted
-def _pull_terms(plan: Plan, g: int, begin: bool, work: Workspace, own: Rows) -> None:
+@part
+def _pull_terms(plan: Plan, g: int, work: Workspace, own: Rows) -> None:
     """Add to ``own.pull`` what ``own.total[2]``, the derivative to the output, means for the terms' weights."""
     factor, proposal, pull = own.total[2], own.proposal, own.pull
     for t in range(plan.terms[g]):
         for p in range(LANES):
-            pull[t, p] = (0.0 if begin else pull[t, p]) + factor[p] * proposal[t, p]
+            pull[t, p] += factor[p] * proposal[t, p]
 
 
-@uncounted
+@part
 def _pull_rules(plan: Plan, g: int, work: Workspace, own: Rows) -> None:
     """Add to ``own.rule_pull`` what ``own.pull`` means for the rules' weights."""
     pull, share, total, lost = own.pull, own.share, own.total[0], own.total[1]
@@ -106,7 +113,7 @@ def _pull_rules(plan: Plan, g: int, work: Workspace, own: Rows) -> None:
                 own.rule_pull[r, p] += (pull[t, p] - lost[p]) / scale
 
 
-@uncounted
+@part
 def _pull_firing(tables: Tables, plan: Plan, work: Workspace, own: Rows) -> None:
     """``own.rule_pull``: from weights back to the logarithms of firing strengths, or to the strengths themselves."""
     weights, firing, pull = work.weights, work.firing, own.rule_pull
@@ -129,7 +136,7 @@ def _pull_firing(tables: Tables, plan: Plan, work: Workspace, own: Rows) -> None
                 pull[r, p] = (pull[r, p] - lost[p]) / (1.0 if total[p] == 0.0 else total[p])
 
 
-@uncounted
+@part
 def _hedge(tables: Tables, r: int, i: int, work: Workspace, own: Rows) -> None:
     """Row ``i`` of ``own.clause``: the degree after hedge and "not"; the neutral one where the rule leaves it out."""
     t, power = tables.clause[r, i], tables.power[r, i]
@@ -150,7 +157,7 @@ def _hedge(tables: Tables, r: int, i: int, work: Workspace, own: Rows) -> None:
             clause[i, p] = 1.0 - clause[i, p]
 
 
-@uncounted
+@part
 def _pull_clause(tables: Tables, r: int, i: int, slope: np.ndarray, work: Workspace, own: Rows) -> None:
     """Add ``slope``, the derivative to a clause, to its term's row of ``own.term_pull``."""
     t, power = tables.clause[r, i], tables.power[r, i]
@@ -166,7 +173,7 @@ def _pull_clause(tables: Tables, r: int, i: int, slope: np.ndarray, work: Worksp
             pull[p] += sign * slope[p] * (power * degree[p] ** (power - 1.0) if degree[p] > 0.0 else 1.0)
 
 
-@uncounted
+@part
 def _pull_degrees(tables: Tables, r: int, work: Workspace, own: Rows) -> None:
     """Add to ``own.term_pull`` what rule ``r`` makes of ``own.rule_pull``: back through "and" or "or"."""
     inputs = len(own.clause)
@@ -204,7 +211,7 @@ def _pull_degrees(tables: Tables, r: int, work: Workspace, own: Rows) -> None:
         _pull_clause(tables, r, i, slope, work, own)
 
 
-@uncounted
+@part
 def _pull_memberships(tables: Tables, work: Workspace, own: Rows) -> None:
     """``own.term_pull``: the derivatives to the degrees, or to their logarithms, from ``own.rule_pull``."""
     for t in range(len(own.term_pull)):
@@ -224,51 +231,77 @@ def _pull_memberships(tables: Tables, work: Workspace, own: Rows) -> None:
 # Whole blocks -----------------------------------------------------------------------------------------------------
 
 
-@kernel(nogil=True)
-def fill_design(tables: Tables, plan: Plan, x: np.ndarray, g: int, design: np.ndarray, fires: np.ndarray) -> None:
-    """Write the design matrix of group ``g``, transposed.
+@part
+def _fill_design(plan: Plan, g: int, first: int, start: int, count: int, work: Workspace, own: Rows, made: np.ndarray):  # type: ignore[no-untyped-def]
+    """Write the columns of group ``g`` as rows of ``made`` from ``first`` on."""
+    inputs = len(work.x)
+    for k in range(plan.first_column[g], plan.first_column[g + 1]):
+        t, i = plan.column[k] // (inputs + 1), plan.column[k] % (inputs + 1)
+        share, row = own.share[t], made[first + k - plan.first_column[g], start:]
+        if i == inputs:
+            for p in range(count):
+                row[p] = share[p]
+        else:
+            value = work.x[i]
+            for p in range(count):
+                row[p] = share[p] * value[p]
 
-    Args:
-        tables: The system, its parameters in units of the universes.
-        plan: Its consequents' side.
-        x: The samples' inputs (samples, inputs), in their own units.
-        g: The group.
-        design: Where it is written, (parameters, samples) or more rows.
-        fires: (1,), to which the number of samples is added where a rule of the group fires.
-    """
-    work, own = rows(tables, plan)
-    width = x.shape[1] + 1
-    columns = plan.column[plan.first_column[g] : plan.first_column[g + 1]]
-    for start in range(0, len(x), LANES):
-        count = min(LANES, len(x) - start)
-        _load(plan, x, start, count, work)
-        evaluate_rules(tables, work, LANES)
-        _share(tables, plan, g, work, own)
-        for k in range(len(columns)):
-            t, i = columns[k] // width, columns[k] % width
-            share, row = own.share[t], design[k, start:]
-            if i == width - 1:
+
+@part
+def _add_slopes(
+    tables: Tables,
+    plan: Plan,
+    task: int,
+    factor: np.ndarray,
+    first: int,
+    start: int,
+    count: int,
+    work: Workspace,
+    own: Rows,
+    made: np.ndarray,
+):  # type: ignore[no-untyped-def]
+    """From ``own.term_pull`` to the parameters: added to ``own.slope``, or as rows of ``made`` from ``first`` on."""
+    for t in range(len(tables.kind)):
+        pull, x = own.term_pull[t], work.x[tables.place[t]]
+        own.partial[:] = 0.0
+        derivatives(
+            tables.kind[t],
+            tables.parameters[t],
+            x,
+            work.degree[t],
+            tables.logarithmic,
+            own.partial,
+            own.scratch,
+            own.bits,
+        )
+        for k in range(4):
+            slope, partial, place = own.slope[t, k], own.partial[k], plan.premise[t, k]
+            if not task & JACOBIAN:
+                for p in range(LANES):
+                    slope[p] += pull[p] * partial[p]
+            elif place >= 0:
+                row, scale = made[first + place, start:], factor[t, k]
                 for p in range(count):
-                    row[p] = share[p]
-            else:
-                value = work.x[i]
-                for p in range(count):
-                    row[p] = share[p] * value[p]
-        for p in range(count):
-            fires[0] += own.total[0, p] != 0.0
+                    row[p] = pull[p] * partial[p] * scale
 
 
 @kernel(nogil=True)
-def add_errors(
+def sweep(
     tables: Tables,
     plan: Plan,
     proposals: np.ndarray,
     x: np.ndarray,
     y: np.ndarray,
+    task: int,
+    made: np.ndarray,
+    place: np.ndarray,
+    factor: np.ndarray,
+    fires: np.ndarray,
     gradient: np.ndarray,
-    wanted: bool,
 ) -> tuple[float, int]:
-    """Sum the squared errors of a block; return them, and the number of samples where no rule fires for some output.
+    """Sweep over a block; return its squared errors, and the number of samples where no rule fires for some output.
+
+    One function for all tasks: it compiles for some seconds, and most of it serves them all.
 
     Args:
         tables: The system, its parameters in units of the universes.
@@ -276,8 +309,14 @@ def add_errors(
         proposals: The consequents (outputs, terms, inputs + 1), for inputs in units of the universes.
         x: The samples' inputs (samples, inputs), in their own units.
         y: Their outputs (samples, outputs).
-        gradient: Where the derivatives of the sum to the membership functions' parameters are written (functions, 4).
-        wanted: Are these wanted?
+        task: A sum of DESIGN, the groups' design matrices; ERRORS; with these GRADIENT, that of the squared errors; or
+            JACOBIAN, the outputs' derivatives to the free premises and the residuals, y minus the output.
+        made: Where matrices are written, transposed: (rows, samples).
+        place: Where in it (3, groups or outputs) int: the first rows of the groups' designs, and of the outputs'
+            Jacobians; the outputs' residuals.
+        factor: The derivatives of the functions' parameters to the free premises (functions, 4).
+        fires: (groups,), to which is added at how many samples a rule of the group fires.
+        gradient: Where the derivatives of the squared errors to the functions' parameters are written (functions, 4).
     """
     work, own = rows(tables, plan)
     squares, silent = np.zeros(LANES), 0
@@ -288,110 +327,47 @@ def add_errors(
         _load(plan, x, start, count, work)
         evaluate_rules(tables, work, LANES)
         missing[:] = False
-        own.rule_pull[:] = 0.0
-        for g in range(len(plan.terms)):
-            _share(tables, plan, g, work, own)
-            for k in range(plan.first_output[g], plan.first_output[g + 1]):
-                o = plan.output[k]
-                _output(plan, g, proposals, o, work, own)
-                output, error = own.total[1], own.total[2]
-                for p in range(count):
-                    error[p] = output[p] - y[start + p, o]
-                    squares[p] += error[p] * error[p]
-                    missing[p] |= not own.total[0, p] > 0.0
-                if wanted:
+        # Backward all outputs go together, but for the Jacobian each alone.
+        for turn in range(len(plan.output) if task & JACOBIAN else 1):
+            own.rule_pull[:] = 0.0
+            for g in range(len(plan.terms)):
+                _share(tables, plan, g, work, own)
+                if turn == 0:
                     for p in range(count):
-                        error[p] = 2.0 * error[p]
-                    for p in range(count, LANES):
-                        error[p] = 0.0
-                    _pull_terms(plan, g, k == plan.first_output[g], work, own)
-            if wanted and plan.first_output[g + 1] > plan.first_output[g]:
-                _pull_rules(plan, g, work, own)
+                        fires[g] += own.total[0, p] != 0.0
+                    if task & DESIGN:
+                        _fill_design(plan, g, place[0, g], start, count, work, own, made)
+                if not task & (ERRORS | JACOBIAN):
+                    continue
+                own.pull[:] = 0.0
+                for k in range(plan.first_output[g], plan.first_output[g + 1]):
+                    o = plan.output[k]
+                    if task & JACOBIAN and k != turn:
+                        continue
+                    _output(plan, g, proposals, o, work, own)
+                    output, error = own.total[1], own.total[2]
+                    for p in range(count):
+                        error[p] = output[p] - y[start + p, o]
+                        squares[p] += error[p] * error[p]
+                        missing[p] |= not own.total[0, p] > 0.0
+                    if task & JACOBIAN:
+                        row = made[place[2, o], start:]
+                        for p in range(count):
+                            row[p] = -error[p]
+                    for p in range(LANES):
+                        error[p] = 1.0 if task & JACOBIAN else (2.0 * error[p] if p < count else 0.0)
+                    if task & (GRADIENT | JACOBIAN):
+                        _pull_terms(plan, g, work, own)
+                if task & (GRADIENT | JACOBIAN):
+                    _pull_rules(plan, g, work, own)
+            if task & (GRADIENT | JACOBIAN):
+                _pull_firing(tables, plan, work, own)
+                _pull_memberships(tables, work, own)
+                first = place[1, plan.output[turn]]
+                _add_slopes(tables, plan, task, factor, first, start, count, work, own, made)
         for p in range(count):
             silent += missing[p]
-        if wanted:
-            _pull_firing(tables, plan, work, own)
-            _pull_memberships(tables, work, own)
-            for t in range(len(tables.kind)):
-                _derivatives_of(tables, t, work, own)
-                pull = own.term_pull[t]
-                for k in range(4):
-                    slope, partial = own.slope[t, k], own.partial[k]
-                    for p in range(LANES):
-                        slope[p] += pull[p] * partial[p]
     for t in range(len(tables.kind)):
         for k in range(4):
             gradient[t, k] = own.slope[t, k].sum()
     return squares.sum(), silent
-
-
-@uncounted
-def _derivatives_of(tables: Tables, t: int, work: Workspace, own: Rows) -> None:
-    """``own.partial`` ← the derivatives of the degrees of function ``t``, 0 for parameters that it has not."""
-    for k in range(4):
-        for p in range(LANES):
-            own.partial[k, p] = 0.0
-    x = work.x[tables.place[t]]
-    derivatives(
-        tables.kind[t],
-        tables.parameters[t],
-        x,
-        work.degree[t],
-        tables.logarithmic,
-        own.partial,
-        own.scratch,
-        own.bits,
-    )
-
-
-@kernel(nogil=True)
-def fill_jacobian(
-    tables: Tables,
-    plan: Plan,
-    proposals: np.ndarray,
-    x: np.ndarray,
-    y: np.ndarray,
-    o: int,
-    factor: np.ndarray,
-    jacobian: np.ndarray,
-    residual: np.ndarray,
-) -> None:
-    """Write the derivatives of output ``o`` to the free premises, sample by sample, transposed.
-
-    Args:
-        tables: The system, its parameters in units of the universes.
-        plan: Its consequents' side.
-        proposals: The consequents (outputs, terms, inputs + 1), for inputs in units of the universes.
-        x: The samples' inputs (samples, inputs), in their own units.
-        y: Their outputs (samples, outputs).
-        o: The output.
-        factor: The derivatives of the functions' parameters to the free premises (functions, 4).
-        jacobian: Where the derivatives are written (premises, samples).
-        residual: Where y minus the output is written (samples,).
-    """
-    work, own = rows(tables, plan)
-    g = 0
-    while not (plan.output[plan.first_output[g] : plan.first_output[g + 1]] == o).any():
-        g += 1
-    for start in range(0, len(x), LANES):
-        count = min(LANES, len(x) - start)
-        _load(plan, x, start, count, work)
-        evaluate_rules(tables, work, LANES)
-        _share(tables, plan, g, work, own)
-        _output(plan, g, proposals, o, work, own)
-        for p in range(count):
-            residual[start + p] = y[start + p, o] - own.total[1, p]
-        own.total[2] = 1.0
-        own.rule_pull[:] = 0.0
-        _pull_terms(plan, g, True, work, own)
-        _pull_rules(plan, g, work, own)
-        _pull_firing(tables, plan, work, own)
-        _pull_memberships(tables, work, own)
-        for t in range(len(tables.kind)):
-            _derivatives_of(tables, t, work, own)
-            pull = own.term_pull[t]
-            for k in range(4):
-                if plan.premise[t, k] >= 0:
-                    row, partial, scale = jacobian[plan.premise[t, k], start:], own.partial[k], factor[t, k]
-                    for p in range(count):
-                        row[p] = pull[p] * partial[p] * scale

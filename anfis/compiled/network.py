@@ -4,13 +4,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from anfis.compiled import threads
-from anfis.compiled.kernel import add_errors, fill_design, fill_jacobian
+from anfis.compiled.kernel import DESIGN, ERRORS, GRADIENT, JACOBIAN, sweep
 from anfis.compiled.least_squares import Equations, joined, plus, ridge_rows, singular, solve
 from anfis.compiled.plan import Plan
 from anfis.data import Samples
@@ -23,6 +23,18 @@ from fuzzy.fitting.consequents import OutputGroup, output_groups
 from fuzzy.system import Sugeno
 
 BLOCK = 2048  # samples whose sums are made in one piece: what a thread is given
+_NOTHING, _NOWHERE = np.empty((0, 0)), np.zeros((3, 1), dtype=np.int64)
+T = TypeVar("T")
+
+
+class Swept(NamedTuple):
+    """What a sweep finds in a block of samples."""
+
+    squares: float  # the sum of the squared errors
+    silent: int  # samples where no rule fires for some output
+    slopes: np.ndarray  # (functions, 4): the gradient of ``squares`` to the membership functions' parameters
+    made: np.ndarray  # (rows, samples): the matrices that were asked for
+    fires: np.ndarray  # (groups,) int: samples where a rule of the group fires
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +109,7 @@ class CompiledNetwork:
 
     def _proposals(self, values: Sequence[np.ndarray]) -> np.ndarray:
         """The consequents (outputs, terms, inputs + 1) of the groups' ``values``."""
-        width = len(self.fis.inputs) + 1
-        result = np.zeros((len(self.fis.outputs), max(1, int(self._plan.terms.max())), width))
+        result = np.zeros_like(self._no_proposals)
         flat = result.reshape(len(result), -1)
         for group, found in zip(self.groups, values, strict=True):
             for k, o in enumerate(group.outputs):
@@ -112,39 +123,97 @@ class CompiledNetwork:
         for start in range(0, data.count, self.block):
             yield data.rows(slice(start, start + self.block))
 
-    def _over_blocks(self, samples: int, work: Callable[[int, slice], None]) -> None:
-        """Call ``work`` for each block of a portion: its number and its samples."""
-        blocks = -(-samples // BLOCK)
-        threads.shared_out(
-            lambda block: work(block, slice(BLOCK * block, min(BLOCK * (block + 1), samples))),
-            blocks,
-            threads.count() if blocks > 1 else 1,
-        )
-
-    def _design(self, tables: Tables, g: int, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, int]:
-        """The design matrix and the targets of a block, transposed, (parameters + outputs, samples); who fires."""
-        group, fires = self.groups[g], np.zeros(1, dtype=np.int64)
-        design = np.empty((len(group.columns) + len(group.outputs), len(x)))
-        fill_design(tables, self._plan, x, g, design, fires)
-        design[len(group.columns) :] = y[:, list(group.outputs)].T
-        return design, int(fires[0])
-
-    def _equations(self, tables: Tables, g: int, data: Samples) -> tuple[Equations, int, np.ndarray | None]:
-        """The normal equations of a group, who fires, and the design matrix with the targets if that is one block."""
-        total, firing, design = np.zeros(()), 0, None
+    def _over_blocks(self, data: Samples, work: Callable[[tuple[np.ndarray, np.ndarray]], T]) -> Iterator[T]:
+        """What ``work`` makes of each block of samples, in the blocks' order."""
         for x, y in self._portions(data):
-            blocks = -(-len(x) // BLOCK)
-            parts: list[Any] = [None] * blocks
+            starts = range(0, len(x), BLOCK)
+            yield from threads.shared_out(
+                lambda start, x=x, y=y: work((x[start : start + BLOCK], y[start : start + BLOCK])),  # type: ignore[misc]
+                starts,
+            )
 
-            def work(block: int, rows: slice, x: np.ndarray = x, y: np.ndarray = y, parts: list[Any] = parts) -> None:
-                made, fires = self._design(tables, g, x[rows], y[rows])
-                with np.errstate(over="ignore", invalid="ignore"):  # the solution says so
-                    parts[block] = made @ made.T, fires, made if data.count <= BLOCK else None
+    def _sweep(
+        self,
+        tables: Tables,
+        samples: tuple[np.ndarray, np.ndarray],
+        task: int,
+        proposals: np.ndarray | None = None,
+        factor: np.ndarray | None = None,
+    ) -> Swept:
+        """What the kernel finds in a block of samples."""
+        x, y = samples
+        slopes, fires = np.empty_like(tables.parameters), np.zeros(len(self.groups), dtype=np.int64)
+        if not task & (DESIGN | JACOBIAN):
+            made, place = _NOTHING, _NOWHERE
+        else:
+            places = self._places(bool(task & JACOBIAN))
+            made, place = np.empty((places[1], len(x))), places[0]
+            if not task & JACOBIAN:
+                made[place[2]] = y.T
+        squares, silent = sweep(
+            tables,
+            self._plan,
+            self._no_proposals if proposals is None else proposals,
+            x,
+            y,
+            task,
+            made,
+            place,
+            tables.parameters if factor is None else factor,
+            fires,
+            slopes,
+        )
+        return Swept(squares, silent, slopes, made, fires)
 
-            self._over_blocks(len(x), work)
-            for gram, fires, made in parts:
-                total, firing, design = total + gram, firing + fires, made
-        return joined(total, len(self.groups[g].columns)), firing, design
+    @cached_property
+    def _no_proposals(self) -> np.ndarray:
+        shape = len(self.fis.outputs), max(1, int(self._plan.terms.max())), len(self.fis.inputs) + 1
+        return np.zeros(shape)
+
+    def _rows(self, g: int, jacobian: bool) -> slice:
+        """The rows of group ``g`` in what a sweep makes: [A y] or [A J r], transposed."""
+        first = self._places(jacobian)[0][0]
+        return slice(first[g], first[g + 1] if g + 1 < len(self.groups) else self._places(jacobian)[1])
+
+    def _places(self, jacobian: bool) -> tuple[np.ndarray, int]:
+        """Where a sweep writes the groups' designs, the outputs' Jacobians and targets; how many rows there are."""
+        return self._all_places[jacobian]
+
+    @cached_property
+    def _all_places(self) -> tuple[tuple[np.ndarray, int], tuple[np.ndarray, int]]:
+        found, premises = [], sum(sign.size for sign in self.premises.signs)
+        for size in (0, premises):
+            place, row = np.zeros((3, len(self.fis.outputs)), dtype=np.int64), 0
+            for g, group in enumerate(self.groups):
+                place[0, g] = row
+                row += len(group.columns)
+                for o in group.outputs:
+                    place[1, o] = row
+                    row += size
+                for o in group.outputs:
+                    place[2, o] = row
+                    row += 1
+            found.append((place, row))
+        return found[0], found[1]
+
+    def _equations(self, tables: Tables, data: Samples) -> tuple[list[Equations], np.ndarray, np.ndarray | None]:
+        """The groups' normal equations, where rules fire, and the designs with the targets if that is one block."""
+        firing = np.zeros(len(self.groups), dtype=np.int64)
+        grams: list[Any] = [0.0] * len(self.groups)
+        design = None
+
+        def work(samples: tuple[np.ndarray, np.ndarray]) -> tuple[list[np.ndarray], np.ndarray, np.ndarray | None]:
+            found = self._sweep(tables, samples, DESIGN)
+            parts = [found.made[self._rows(g, False)] for g in range(len(self.groups))]
+            with np.errstate(over="ignore", invalid="ignore"):  # the solution says so
+                made = [part @ part.T for part in parts]
+            return made, found.fires, found.made if data.count <= BLOCK else None
+
+        for made, fires, design in self._over_blocks(data, work):
+            firing = firing + fires
+            grams = [total + part for total, part in zip(grams, made, strict=True)]
+        equations = [joined(gram, len(g.columns)) for gram, g in zip(grams, self.groups, strict=True)]
+        return equations, firing, design
 
     def fit(self, free: Sequence[np.ndarray], data: Samples, gradient: bool = False) -> Fit:
         """Solve for the consequents by least squares: they, the error left, and its gradient to the premises if asked.
@@ -153,23 +222,24 @@ class CompiledNetwork:
         ridge that holds as nearly as the ridge is small).
         """
         natural, tables = self._at(free)
-        solutions = [self._solution(tables, g, data) for g in range(len(self.groups))]
+        equations, fires, design = self._equations(tables, data)
+        solutions = [self._solution(tables, g, equations[g], int(fires[g]), design, data) for g in range(len(fires))]
         squares, slopes, _ = self._errors(tables, [s.values for s in solutions], data, gradient)
         rmse = (squares / (data.count * len(self.fis.outputs))) ** 0.5
         return Fit(solutions, rmse, self._by_kind(natural, slopes) if gradient else None)
 
-    def _solution(self, tables: Tables, g: int, data: Samples) -> Solution:
-        equations, fires, design = self._equations(tables, g, data)
+    def _solution(
+        self, tables: Tables, g: int, equations: Equations, fires: int, design: np.ndarray | None, data: Samples
+    ) -> Solution:
+        """The consequents of group ``g``; ``design`` holds the design matrices of all groups, if they are at hand."""
         group, below = self.groups[g], None
         if self.ridge:
             below = ridge_rows(group, equations, self.ridge * fires, *self._range(data), self._plan.normalise)
             equations = plus(equations, *below)
 
         def samples() -> tuple[np.ndarray, np.ndarray]:
-            whole = design
-            if whole is None:
-                x, y = next(self._portions(data))
-                whole, _ = self._design(tables, g, x, y)
+            whole = self._sweep(tables, next(self._portions(data)), DESIGN).made if design is None else design
+            whole = whole[self._rows(g, False)]
             a, y = whole[: len(group.columns)], whole[len(group.columns) :].T
             return (a, y) if below is None else (np.hstack([a, below[0].T]), np.concatenate([y, below[1]]))
 
@@ -189,24 +259,9 @@ class CompiledNetwork:
         """The squared errors, their gradient to the membership functions' parameters, and at how many none fires."""
         proposals, squares, silent = self._proposals(values), 0.0, 0
         slopes = np.zeros_like(tables.parameters)
-        for x, y in self._portions(data):
-            blocks = -(-len(x) // BLOCK)
-            found: list[Any] = [None] * blocks
-            parts = np.empty((blocks, *slopes.shape))
-
-            def work(
-                block: int,
-                rows: slice,
-                x: np.ndarray = x,
-                y: np.ndarray = y,
-                found: list[Any] = found,
-                parts: np.ndarray = parts,
-            ) -> None:
-                found[block] = add_errors(tables, self._plan, proposals, x[rows], y[rows], parts[block], gradient)
-
-            self._over_blocks(len(x), work)
-            for (error, none), part in zip(found, parts, strict=True):
-                squares, silent, slopes = squares + error, silent + none, slopes + part
+        task = ERRORS | GRADIENT if gradient else ERRORS
+        for found in self._over_blocks(data, lambda samples: self._sweep(tables, samples, task, proposals)):
+            squares, silent, slopes = squares + found.squares, silent + found.silent, slopes + found.slopes
         return squares, slopes, silent
 
     def rmse(self, point: Point, data: Samples) -> float:
@@ -231,55 +286,31 @@ class CompiledNetwork:
             factor[kind.terms, : by.shape[1]] = by
         jtj: Any = 0.0
         jtr: Any = 0.0
-        for g, group in enumerate(self.groups):
-            triangle, fires = self._triangle(tables, factor, g, proposals, data)
+        triangles, fires = self._triangles(tables, factor, proposals, data)
+        for g, (group, triangle) in enumerate(zip(self.groups, triangles, strict=True)):
             n, q = len(group.columns), len(group.outputs)
             if self.ridge:
-                triangle = self._with_ridge(g, triangle, point.values[g], fires, data)
+                triangle = self._with_ridge(g, triangle, point.values[g], int(fires[g]), data)
             basis, _, _ = singular(triangle[:, :n], max(len(triangle), n))
             for j, jacobian in enumerate(np.split(triangle[:, n:-q], q, axis=1)):
                 own = jacobian - basis @ (basis.T @ jacobian)
                 jtj, jtr = jtj + own.T @ own, jtr + own.T @ triangle[:, j - q]
         return jtj, jtr
 
-    def _triangle(
-        self, tables: Tables, factor: np.ndarray, g: int, proposals: np.ndarray, data: Samples
-    ) -> tuple[np.ndarray, int]:
-        """The triangle (QR) of [A, J, r] of a group over all samples, and who fires."""
-        triangle: Any = np.zeros((0, 0))
-        firing = 0
-        for x, y in self._portions(data):
-            blocks = -(-len(x) // BLOCK)
-            parts: list[Any] = [None] * blocks
-
-            def work(block: int, rows: slice, x: np.ndarray = x, y: np.ndarray = y, parts: list[Any] = parts) -> None:
-                parts[block] = self._rows_of(tables, factor, g, proposals, x[rows], y[rows])
-
-            self._over_blocks(len(x), work)
-            for rows, fires in parts:
-                joined_rows = rows if not triangle.size else np.concatenate([triangle, rows])
-                triangle, firing = np.linalg.qr(joined_rows, mode="r"), firing + fires
-        return triangle, firing
-
-    def _rows_of(
-        self,
-        tables: Tables,
-        factor: np.ndarray,
-        g: int,
-        proposals: np.ndarray,
-        x: np.ndarray,
-        y: np.ndarray,
-    ) -> tuple[np.ndarray, int]:
-        """The rows [A, J, r] of a block (samples, parameters + outputs × premises + outputs), and who fires."""
-        group, samples = self.groups[g], len(x)
-        design, fires = self._design(tables, g, x, y)
-        n, q, premises = len(group.columns), len(group.outputs), sum(s.size for s in self.premises.signs)
-        rows = np.empty((n + q * premises + q, samples))
-        rows[:n] = design[:n]
-        for k, o in enumerate(group.outputs):
-            jacobian = rows[n + k * premises : n + (k + 1) * premises]
-            fill_jacobian(tables, self._plan, proposals, x, y, o, factor, jacobian, rows[n + q * premises + k])
-        return rows.T, fires
+    def _triangles(
+        self, tables: Tables, factor: np.ndarray, proposals: np.ndarray, data: Samples
+    ) -> tuple[list[np.ndarray], np.ndarray]:
+        """The triangle (QR) of each group's [A, J, r] over all samples, and where rules fire."""
+        firing: Any = 0
+        triangles: list[Any] = []
+        task = DESIGN | JACOBIAN
+        for found in self._over_blocks(data, lambda samples: self._sweep(tables, samples, task, proposals, factor)):
+            rows = [found.made[self._rows(g, True)].T for g in range(len(self.groups))]
+            if triangles:
+                rows = [np.concatenate(pair) for pair in zip(triangles, rows, strict=True)]
+            triangles = [np.linalg.qr(part, mode="r") for part in rows]
+            firing = firing + found.fires
+        return triangles, firing
 
     def _with_ridge(self, g: int, triangle: np.ndarray, values: np.ndarray, fires: int, data: Samples) -> np.ndarray:
         """The triangle [A, J, r] of a group with the ridge's rows [a, 0, t − a · values] below."""

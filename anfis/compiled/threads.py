@@ -5,14 +5,17 @@ algebra has one thread, because its last digits may depend on how many there are
 """
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache
 from threading import Lock
-from typing import Any
+from typing import Any, TypeVar
 
 from threadpoolctl import ThreadpoolController
+
+
+T = TypeVar("T")
 
 
 def count() -> int:
@@ -27,18 +30,16 @@ def _pool(threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, "anfis")
 
 
-def shared_out(work: Callable[[int], None], blocks: int, threads: int) -> None:
-    """Call ``work`` with the number of each block, in up to ``threads`` threads; this one is one of them."""
-    threads = min(threads, blocks)
-
-    def some(first: int) -> None:
-        for block in range(first, blocks, threads):
-            work(block)
-
-    others = [_pool(threads - 1).submit(some, k) for k in range(1, threads)] if threads > 1 else []
-    some(0)
-    for other in others:
-        other.result()
+def shared_out(work: Callable[[int], T], blocks: Sequence[int]) -> list[T]:
+    """The results of ``work`` for each of ``blocks``, in their order; this thread takes its share."""
+    threads = min(count(), len(blocks))
+    if threads == 1:
+        return [work(block) for block in blocks]
+    others = [
+        _pool(threads - 1).submit(lambda own: [work(b) for b in own], blocks[k::threads]) for k in range(1, threads)
+    ]
+    parts = [[work(block) for block in blocks[::threads]], *(other.result() for other in others)]
+    return [parts[k % threads][k // threads] for k in range(len(blocks))]
 
 
 _lock = Lock()

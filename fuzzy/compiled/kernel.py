@@ -522,7 +522,7 @@ def evaluate_batch(tables: Tables, x: np.ndarray, output: np.ndarray, outside: n
     return bool(missing.any() or (outside.any() and not tables.clip))
 
 
-@uncounted
+@kernel(inline="always")
 def evaluate_rules(tables: Tables, work: Workspace, lanes: int) -> None:
     """Layers 1 to 3 alone, for learning: ``degree``, ``firing`` and ``weights`` of ``work`` from its ``x``.
 
