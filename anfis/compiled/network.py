@@ -200,7 +200,7 @@ class CompiledNetwork:
         """The groups' normal equations, where rules fire, and the designs with the targets if that is one block."""
         firing = np.zeros(len(self.groups), dtype=np.int64)
         grams: list[Any] = [0.0] * len(self.groups)
-        design = None
+        design: np.ndarray | None = None
 
         def work(samples: tuple[np.ndarray, np.ndarray]) -> tuple[list[np.ndarray], np.ndarray, np.ndarray | None]:
             found = self._sweep(tables, samples, DESIGN)
@@ -209,7 +209,8 @@ class CompiledNetwork:
                 made = [part @ part.T for part in parts]
             return made, found.fires, found.made if data.count <= BLOCK else None
 
-        for made, fires, design in self._over_blocks(data, work):
+        for made, fires, held in self._over_blocks(data, work):
+            design = held
             firing = firing + fires
             grams = [total + part for total, part in zip(grams, made, strict=True)]
         equations = [joined(gram, len(g.columns)) for gram, g in zip(grams, self.groups, strict=True)]
