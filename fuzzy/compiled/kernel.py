@@ -520,17 +520,3 @@ def evaluate_batch(tables: Tables, x: np.ndarray, output: np.ndarray, outside: n
                 output[start + p, o] = row[p]
             missing[o] |= work.missing[o].any()
     return bool(missing.any() or (outside.any() and not tables.clip))
-
-
-@kernel(inline="always")
-def evaluate_rules(tables: Tables, work: Workspace, lanes: int) -> None:
-    """Layers 1 to 3 alone, for learning: ``degree``, ``firing`` and ``weights`` of ``work`` from its ``x``.
-
-    Degrees are logarithms if ``tables.logarithmic``; firing strengths are then made only for a weighted sum.
-    """
-    _memberships(tables, work, lanes)
-    if tables.logarithmic:
-        _log_firing(tables, work, lanes)
-    else:
-        _firing(tables, work, lanes)
-    _normalise(work, lanes)
