@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit
 
 from benchmarks.reporting import heading, machine, start, versions
-from fuzzy.compiled.kernel import evaluate_point, workspace
+from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import compile_sugeno
 from fuzzy.inference import infer
 from fuzzy.membership import Gaussian
@@ -62,20 +62,21 @@ def system() -> Sugeno:
 
 
 @njit
-def _point_by_point(tables: Any, x: np.ndarray, output: np.ndarray) -> None:
-    work = workspace(tables, 1)
+def _point_by_point(system: np.ndarray, x: np.ndarray, output: np.ndarray, work: np.ndarray) -> None:
     for k in range(len(x)):
-        evaluate_point(tables, x[k], output[k], work)
+        evaluate_packed(system, x[k], output[k], work)
 
 
 def ours() -> list[Engine]:
     """The package's own three ways."""
     fis = system()
     compiled = compile_sugeno(fis)
+    row = packed(fis)
+    work = np.empty(packed_work(row))
 
     def by_point(x: np.ndarray) -> np.ndarray:
         output = np.empty((len(x), 1))
-        _point_by_point(compiled.tables, x, output)
+        _point_by_point(row, x, output, work)
         return output
 
     return [

@@ -14,7 +14,8 @@ numpy, torch (with gradients, on any device) and every other array of the array-
 gradient is that of one of the two sides, or lies between them; it is never NaN.
 
 The other facts that a class states are those of :class:`fuzzy.membershipfunction.MembershipFunction`. Only speed and
-pictures need more than the class: a branch in :mod:`fuzzy.compiled.kernel`, a line in the designer's membership.js.
+pictures need more than the class: a branch in :mod:`fuzzy.compiled.packed` and :mod:`fuzzy.compiled.kernel`, a line in
+the designer's membership.js.
 
 Sources: [MATLAB fismf] for names, order and the degenerate cases; [Jang 1993] for the bell.
 """

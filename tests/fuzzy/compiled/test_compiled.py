@@ -14,7 +14,15 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numba import njit
 
-from fuzzy.compiled.kernel import LANES, evaluate_point, exp_nonpositive, log1p_unit, workspace
+from fuzzy.compiled.degrees import exp_nonpositive, log1p_unit
+from fuzzy.compiled.kernel import FEW, LANES
+from fuzzy.compiled.packed import (
+    LOGARITHMIC,
+    SEGMENT_KIND,
+    SEGMENTS,
+    evaluate_packed,
+    packed_work,
+)
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.compiled.tables import NUMBERS
 from fuzzy.inference import InferenceWarning, infer
@@ -27,9 +35,11 @@ quiet = pytest.mark.filterwarnings("ignore::fuzzy.inference.InferenceWarning")
 law = settings(deadline=None, max_examples=150)
 
 
+@njit
 def exponential(values: np.ndarray) -> np.ndarray:
-    result, scale = values.copy(), np.empty(len(values))
-    exp_nonpositive(result, scale, scale.view(np.int64))
+    result = np.empty(len(values))
+    for k in range(len(values)):
+        result[k] = exp_nonpositive(values[k])
     return result
 
 
@@ -91,7 +101,7 @@ def test_compiled_equals_infer(drawn):
 def test_compiled_equals_infer_where_strengths_are_logarithms(drawn):
     fis, x = drawn
     compiled = compile_sugeno(fis)
-    assert compiled.tables.logarithmic
+    assert compiled.system[LOGARITHMIC]
     assert_same(fis, compiled(x), x)
 
 
@@ -147,7 +157,7 @@ def example(rules: int = 8, inputs: int = 3, **choices) -> Sugeno:
     return Sugeno(variables, (y,), sentences, **choices)
 
 
-@pytest.mark.parametrize("rows", [0, 1, 7, LANES - 1, LANES, LANES + 1, 2 * LANES + 9])
+@pytest.mark.parametrize("rows", [0, 1, int(FEW) - 1, int(FEW), LANES - 1, LANES, LANES + 1, 2 * LANES + 9])
 @pytest.mark.parametrize("choices", [{}, {"and_method": "min"}])
 def test_a_point_has_the_same_bits_in_every_batch(rows, choices):
     fis = example(**choices)
@@ -166,17 +176,17 @@ def test_a_point_has_the_same_bits_in_every_batch(rows, choices):
 def test_a_point_has_the_same_bits_for_other_compiled_functions(drawn):
     fis, x = drawn
     compiled = compile_sugeno(fis)
-    output, work = np.empty((len(x), len(fis.outputs))), workspace(compiled.tables, 1)
+    output, work = np.empty((len(x), len(fis.outputs))), np.empty(packed_work(compiled.system))
     for point, values in zip(x, output, strict=True):
-        evaluate_point(compiled.tables, point, values, work)
+        evaluate_packed(compiled.system, point, values, work)
     np.testing.assert_array_equal(output, compiled(x))
 
 
 @njit
-def total_by_point(tables, x):
-    work, output, total = workspace(tables, 1), np.empty(len(tables.default)), 0.0
+def total_by_point(system, x):
+    work, output, total = np.empty(packed_work(system)), np.empty(1), 0.0
     for k in range(len(x)):
-        evaluate_point(tables, x[k], output, work)
+        evaluate_packed(system, x[k], output, work)
         total += output[0]
     return total
 
@@ -184,7 +194,7 @@ def total_by_point(tables, x):
 def test_the_point_function_serves_other_compiled_functions():
     fis = example()
     x = np.random.default_rng(0).uniform(-1, 1, (100, 3))
-    assert total_by_point(compile_sugeno(fis).tables, x) == pytest.approx(infer(fis, x).output.sum(), rel=1e-12)
+    assert total_by_point(compile_sugeno(fis).system, x) == pytest.approx(infer(fis, x).output.sum(), rel=1e-12)
 
 
 @settings(deadline=None)
@@ -279,7 +289,7 @@ def test_clipping():
     compiled = compile_sugeno(fis)
     assert compiled([[-4.0], [0.0], [5.0], [12.0]])[:, 0].tolist() == [1, 1, 5.5, 0]
     output = np.empty(1)
-    evaluate_point(compiled.tables, np.array([-4.0]), output, workspace(compiled.tables, 1))
+    evaluate_packed(compiled.system, np.array([-4.0]), output, np.empty(packed_work(compiled.system)))
     assert output.tolist() == [1]
 
 
@@ -322,7 +332,7 @@ def test_compiled_systems_are_values():
     x = [0.1, 0.2, 0.3]
     assert pickle.loads(pickle.dumps(compiled))(x) == compiled(x)
     with pytest.raises(FrozenInstanceError):
-        compiled.tables = None  # type: ignore[misc]
+        compiled.system = None  # type: ignore[misc]
 
 
 WITHOUT_NUMBA = """
@@ -371,12 +381,13 @@ def test_an_unknown_number_gives_not_a_number_and_never_another_function():
     for fis in systems:
         compiled = compile_sugeno(fis)
         for number in (-1, len(NUMBERS), 99):
-            for unknown in (slice(None), slice(1)):  # every term, and only the first
-                kind = compiled.tables.kind.copy()
-                kind[unknown] = number
-                wrong = replace(compiled, tables=compiled.tables._replace(kind=kind))
+            for unknown in (slice(None), slice(1)):  # every term, and only those of the first input
+                system = compiled.system.copy()
+                first = int(system[SEGMENT_KIND])
+                system[first : first + int(system[SEGMENTS])][unknown] = number
+                wrong = replace(compiled, system=system)
                 pairs.append((wrong, np.random.default_rng(0).uniform(0, 1, (3, len(fis.inputs)))))
-    assert len({compiled.tables.logarithmic for compiled, _ in pairs}) == 2
+    assert len({compiled.system[LOGARITHMIC] for compiled, _ in pairs}) == 2
     for (compiled, x), plain in zip(pairs, interpreted(pairs), strict=True):
         assert np.isnan(compiled(x)).all()
         assert np.isnan(plain).all()
