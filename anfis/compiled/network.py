@@ -10,15 +10,14 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from anfis.compiled import threads
-from anfis.compiled.kernel import DESIGN, ERRORS, GRADIENT, JACOBIAN, sweep
+from anfis.compiled.kernel import DESIGN, ERRORS, GRADIENT, JACOBIAN, KEEP, KEPT, sweep
 from anfis.compiled.least_squares import Equations, joined, plus, ridge_rows, singular, solve
-from anfis.compiled.plan import Plan
+from anfis.compiled.plan import LANES, Plan, plan_of
 from anfis.data import Samples
 from anfis.point import Fit, Point, Solution, numbers
 from anfis.premises import Arrays, Premises, premises
 from anfis.proposals import consequent_terms, present_values
-from fuzzy.compiled.sugeno import compile_sugeno
-from fuzzy.compiled.tables import NUMBERS, Tables
+from fuzzy.compiled.tables import NUMBERS
 from fuzzy.fitting.consequents import OutputGroup, output_groups
 from fuzzy.system import Sugeno
 
@@ -45,7 +44,6 @@ class CompiledNetwork:
     groups: tuple[OutputGroup, ...]
     ridge: float  # without a unit, see fuzzy.fitting.consequents
     block: int  # samples held at a time
-    _tables: Tables = field(repr=False)
     _plan: Plan = field(repr=False)
     _ranges: WeakKeyDictionary[Samples, tuple[np.ndarray, np.ndarray]] = field(
         default_factory=WeakKeyDictionary, init=False, repr=False
@@ -95,12 +93,12 @@ class CompiledNetwork:
         ends = np.cumsum([sign.size for sign in self.premises.signs])[:-1]
         return tuple(p.reshape(s.shape) for p, s in zip(np.split(flat, ends), self.premises.signs, strict=True))
 
-    def _at(self, free: Sequence[np.ndarray]) -> tuple[list[np.ndarray], Tables]:
-        """The membership functions' parameters at ``free``, by kind and as tables."""
-        natural, parameters = list(self.premises.natural(free)), np.zeros_like(self._tables.parameters)
+    def _at(self, free: Sequence[np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
+        """The membership functions' parameters at ``free``, by kind and as the kernel takes them (functions, 4)."""
+        natural, parameters = list(self.premises.natural(free)), np.zeros(self._plan.premise.shape)
         for kind, own in zip(self.fis.structure.kinds, natural, strict=True):
             parameters[kind.terms, : own.shape[1]] = own
-        return natural, self._tables._replace(parameters=parameters)
+        return natural, parameters
 
     def _by_kind(self, natural: Sequence[np.ndarray], gradient: np.ndarray) -> list[np.ndarray]:
         """The gradient to the free premises, from (functions, 4, ...) to the membership functions' parameters."""
@@ -134,15 +132,18 @@ class CompiledNetwork:
 
     def _sweep(
         self,
-        tables: Tables,
+        parameters: np.ndarray,
         samples: tuple[np.ndarray, np.ndarray],
         task: int,
         proposals: np.ndarray | None = None,
         factor: np.ndarray | None = None,
+        kept: np.ndarray | None = None,
     ) -> Swept:
-        """What the kernel finds in a block of samples."""
+        """What the kernel finds in a block of samples; ``kept`` is filled with a design and used without one."""
         x, y = samples
-        slopes, fires = np.empty_like(tables.parameters), np.zeros(len(self.groups), dtype=np.int64)
+        if kept is not None:
+            task |= KEEP if task & DESIGN else KEPT
+        slopes, fires = np.empty_like(parameters), np.zeros(len(self.groups), dtype=np.int64)
         if not task & (DESIGN | JACOBIAN):
             made, place = _NOTHING, _NOWHERE
         else:
@@ -151,17 +152,18 @@ class CompiledNetwork:
             if not task & JACOBIAN:
                 made[place[2]] = y.T
         squares, silent = sweep(
-            tables,
             self._plan,
+            parameters,
             self._no_proposals if proposals is None else proposals,
             x,
             y,
             task,
             made,
             place,
-            tables.parameters if factor is None else factor,
+            parameters if factor is None else factor,
             fires,
             slopes,
+            _NOTHING if kept is None else kept,
         )
         return Swept(squares, silent, slopes, made, fires)
 
@@ -196,18 +198,20 @@ class CompiledNetwork:
             found.append((place, row))
         return found[0], found[1]
 
-    def _equations(self, tables: Tables, data: Samples) -> tuple[list[Equations], np.ndarray, np.ndarray | None]:
+    def _equations(
+        self, parameters: np.ndarray, data: Samples, kept: np.ndarray | None
+    ) -> tuple[list[Equations], np.ndarray, np.ndarray | None]:
         """The groups' normal equations, where rules fire, and the designs with the targets if that is one block."""
         firing = np.zeros(len(self.groups), dtype=np.int64)
         grams: list[Any] = [0.0] * len(self.groups)
         design: np.ndarray | None = None
 
         def work(samples: tuple[np.ndarray, np.ndarray]) -> tuple[list[np.ndarray], np.ndarray, np.ndarray | None]:
-            found = self._sweep(tables, samples, DESIGN)
+            found = self._sweep(parameters, samples, DESIGN, kept=kept)
             parts = [found.made[self._rows(g, False)] for g in range(len(self.groups))]
             with np.errstate(over="ignore", invalid="ignore"):  # the solution says so
                 made = [part @ part.T for part in parts]
-            return made, found.fires, found.made if data.count <= BLOCK else None
+            return made, found.fires, found.made if kept is not None else None
 
         for made, fires, held in self._over_blocks(data, work):
             design = held
@@ -222,15 +226,21 @@ class CompiledNetwork:
         The gradient holds the consequents: they are at their own minimum, where their change does not count (with a
         ridge that holds as nearly as the ridge is small).
         """
-        natural, tables = self._at(free)
-        equations, fires, design = self._equations(tables, data)
-        solutions = [self._solution(tables, g, equations[g], int(fires[g]), design, data) for g in range(len(fires))]
-        squares, slopes, _ = self._errors(tables, [s.values for s in solutions], data, gradient)
+        natural, parameters = self._at(free)
+        kept = None
+        if data.count <= min(BLOCK, self.block):
+            functions, rules = len(self._plan.kind), len(self._plan.weight)
+            kept = np.empty((functions + 2 * rules, -(-data.count // LANES) * LANES))
+        equations, fires, design = self._equations(parameters, data, kept)
+        solutions = [
+            self._solution(parameters, g, equations[g], int(fires[g]), design, data) for g in range(len(fires))
+        ]
+        squares, slopes, _ = self._errors(parameters, [s.values for s in solutions], data, gradient, kept)
         rmse = (squares / (data.count * len(self.fis.outputs))) ** 0.5
         return Fit(solutions, rmse, self._by_kind(natural, slopes) if gradient else None)
 
     def _solution(
-        self, tables: Tables, g: int, equations: Equations, fires: int, design: np.ndarray | None, data: Samples
+        self, parameters: np.ndarray, g: int, equations: Equations, fires: int, design: np.ndarray | None, data: Samples
     ) -> Solution:
         """The consequents of group ``g``; ``design`` holds the design matrices of all groups, if they are at hand."""
         group, below = self.groups[g], None
@@ -239,7 +249,7 @@ class CompiledNetwork:
             equations = plus(equations, *below)
 
         def samples() -> tuple[np.ndarray, np.ndarray]:
-            whole = self._sweep(tables, next(self._portions(data)), DESIGN).made if design is None else design
+            whole = self._sweep(parameters, next(self._portions(data)), DESIGN).made if design is None else design
             whole = whole[self._rows(g, False)]
             a, y = whole[: len(group.columns)], whole[len(group.columns) :].T
             return (a, y) if below is None else (np.hstack([a, below[0].T]), np.concatenate([y, below[1]]))
@@ -255,13 +265,20 @@ class CompiledNetwork:
         return self._ranges[data]
 
     def _errors(
-        self, tables: Tables, values: Sequence[np.ndarray], data: Samples, gradient: bool
+        self,
+        parameters: np.ndarray,
+        values: Sequence[np.ndarray],
+        data: Samples,
+        gradient: bool,
+        kept: np.ndarray | None = None,
     ) -> tuple[float, np.ndarray, int]:
         """The squared errors, their gradient to the membership functions' parameters, and at how many none fires."""
         proposals, squares, silent = self._proposals(values), 0.0, 0
-        slopes = np.zeros_like(tables.parameters)
+        slopes = np.zeros_like(parameters)
         task = ERRORS | GRADIENT if gradient else ERRORS
-        for found in self._over_blocks(data, lambda samples: self._sweep(tables, samples, task, proposals)):
+        for found in self._over_blocks(
+            data, lambda samples: self._sweep(parameters, samples, task, proposals, kept=kept)
+        ):
             squares, silent, slopes = squares + found.squares, silent + found.silent, slopes + found.slopes
         return squares, slopes, silent
 
@@ -279,15 +296,15 @@ class CompiledNetwork:
 
     def reduced(self, point: Point, data: Samples) -> tuple[np.ndarray, np.ndarray]:
         """Jᵀ J and Jᵀ r of the reduced residual, consequents eliminated, as :meth:`anfis.network.Network.reduced`."""
-        natural, tables = self._at(point.free)
+        natural, parameters = self._at(point.free)
         proposals = self._proposals(point.values)
-        factor = np.zeros_like(tables.parameters)
+        factor = np.zeros_like(parameters)
         ones = self.premises.free_gradient(natural, [np.ones_like(p) for p in natural])
         for kind, by in zip(self.fis.structure.kinds, ones, strict=True):
             factor[kind.terms, : by.shape[1]] = by
         jtj: Any = 0.0
         jtr: Any = 0.0
-        triangles, fires = self._triangles(tables, factor, proposals, data)
+        triangles, fires = self._triangles(parameters, factor, proposals, data)
         for g, (group, triangle) in enumerate(zip(self.groups, triangles, strict=True)):
             n, q = len(group.columns), len(group.outputs)
             if self.ridge:
@@ -299,13 +316,13 @@ class CompiledNetwork:
         return jtj, jtr
 
     def _triangles(
-        self, tables: Tables, factor: np.ndarray, proposals: np.ndarray, data: Samples
+        self, parameters: np.ndarray, factor: np.ndarray, proposals: np.ndarray, data: Samples
     ) -> tuple[list[np.ndarray], np.ndarray]:
         """The triangle (QR) of each group's [A, J, r] over all samples, and where rules fire."""
         firing: Any = 0
         triangles: list[Any] = []
         task = DESIGN | JACOBIAN
-        for found in self._over_blocks(data, lambda samples: self._sweep(tables, samples, task, proposals, factor)):
+        for found in self._over_blocks(data, lambda samples: self._sweep(parameters, samples, task, proposals, factor)):
             rows = [found.made[self._rows(g, True)].T for g in range(len(self.groups))]
             if triangles:
                 rows = [np.concatenate(pair) for pair in zip(triangles, rows, strict=True)]
@@ -334,25 +351,5 @@ def has_kernel(fis: Sugeno) -> bool:
 
 def make_network(fis: Sugeno, keep_order: bool, ridge: float, block: int) -> CompiledNetwork:
     """The compiled network of ``fis``, which has plain numbers and functions that all have a kernel."""
-    held, groups, tables = premises(fis, keep_order=keep_order), output_groups(fis), compile_sugeno(fis).tables
-    place = np.full(tables.parameters.shape, -1, dtype=np.int64)
-    for kind, last in zip(fis.structure.kinds, np.cumsum([s.size for s in held.signs]), strict=True):
-        shape = len(kind.terms), len(kind.function.roles)
-        place[kind.terms, : shape[1]] = np.arange(last - shape[0] * shape[1], last).reshape(shape)
-    plan = Plan(
-        low=held.low,
-        span=held.span,
-        high=held.high,
-        clip=fis.out_of_range == "clip",
-        normalise=fis.defuzzification == "wtaver",
-        place=np.array([g.place for g in groups], dtype=np.int64),
-        everyone=np.array([min(g.place) >= 0 for g in groups]),
-        terms=np.array([len(g.linear) for g in groups], dtype=np.int64),
-        column=np.concatenate([g.columns for g in groups]).astype(np.int64),
-        first_column=np.cumsum([0, *(len(g.columns) for g in groups)], dtype=np.int64),
-        output=np.array([o for g in groups for o in g.outputs], dtype=np.int64),
-        first_output=np.cumsum([0, *(len(g.outputs) for g in groups)], dtype=np.int64),
-        middle=np.array([v.midrange for v in fis.outputs]),
-        premise=place,
-    )
-    return CompiledNetwork(held, groups, ridge, block, tables, plan)
+    held, groups = premises(fis, keep_order=keep_order), output_groups(fis)
+    return CompiledNetwork(held, groups, ridge, block, plan_of(fis, groups, held.low, held.span, held.high))
