@@ -85,11 +85,15 @@ class Premises:
         result = []
         for kind, natural in zip(self.fis.structure.kinds, self._scaled(), strict=True):
             columns = [
-                self._xp.log(self._xp.abs(natural[:, k])) if role in ("width", "shape") else natural[:, k]
+                self._log(natural[:, k]) if role in ("width", "shape") else natural[:, k]
                 for k, role in enumerate(kind.function.roles)
             ]
             result.append(self._xp.stack(columns, axis=-1))
         return tuple(result)
+
+    def _log(self, values: Array) -> Array:
+        with np.errstate(divide="ignore"):  # a bell's steepness may be 0
+            return self._xp.log(self._xp.abs(values))
 
     def _scaled(self) -> list[Array]:
         result = []

@@ -74,19 +74,49 @@ def cholesky(gram: np.ndarray, least: float) -> np.ndarray | None:
     return lower if bool((pivots * pivots > least * gram.diagonal()).all()) else None
 
 
-def orthonormal(equations: Equations, transposed: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Columns Q (parameters, samples) and a factor L with Aᵀ = L Q, if Cholesky's factor is good enough to find them.
+class Orthonormal(NamedTuple):
+    """A design matrix A as L K Q, transposed: with the factors L, K (parameters, parameters) and orthonormal rows Q."""
 
-    ``transposed`` is Aᵀ (parameters, samples). Twice Cholesky [Yamamoto et al. 2015] is as exact as Householder's
-    reflections where the condition of A is below some 1e7; then the factor of A is all but exact, and its columns
-    nearly orthonormal at the first try. So the rank is full if they are.
+    first: np.ndarray  # L, lower triangular
+    second: np.ndarray  # K, lower triangular and near the unit matrix
+    nearly: np.ndarray  # K Q (parameters, samples)
+
+
+def orthonormal(gram: np.ndarray, transposed: np.ndarray) -> Orthonormal | None:
+    """The rows of ``transposed``, Aᵀ (parameters, samples), made orthonormal; None where that would not be exact.
+
+    Twice Cholesky [Yamamoto et al. 2015] is as exact as Householder's reflections where the condition of A is below
+    some 1e7. Then the pivots are sound and the rows nearly orthonormal at the first try, and the rank is full.
+    ``gram`` is Aᵀ A.
     """
-    lower = cholesky(equations.gram, 0.0)
-    if lower is None:
+    first = cholesky(gram, _TOLERANCE)
+    if first is None:
         return None
-    found = np.empty_like(transposed)
-    divide_columns(lower, transposed, found)
-    return found, lower
+    nearly = np.empty_like(transposed)
+    divide_columns(first, transposed, nearly)
+    again = nearly @ nearly.T
+    if not float(abs(again - np.eye(len(again))).max()) < _NEAR_ONE:
+        return None
+    second = cholesky(again, 0.0)
+    return None if second is None else Orthonormal(first, second, nearly)
+
+
+def eliminated(transposed: np.ndarray, parameters: int) -> np.ndarray:
+    """BᵀB, of the columns B beside the first ``parameters`` ones A, less what A can make up for: B − A A⁺ B.
+
+    ``transposed`` is [A B]ᵀ (columns, samples). What is squared is orthonormal, which keeps what squares would lose.
+    """
+    a, rest = np.ascontiguousarray(transposed[:parameters]), transposed[parameters:]
+    if not parameters:
+        return np.asarray(rest @ rest.T)
+    made = orthonormal(a @ a.T, a)
+    if made is not None:
+        part = np.linalg.solve(made.second, made.nearly @ rest.T)
+        return np.asarray(rest @ rest.T - part.T @ part)
+    triangle: Any = np.linalg.qr(transposed.T, mode="r")
+    basis, _, _ = singular(triangle[:, :parameters], max(len(triangle), parameters))
+    own = triangle[:, parameters:] - basis @ (basis.T @ triangle[:, parameters:])
+    return np.asarray(own.T @ own)
 
 
 def solve(equations: Equations, samples: Callable[[], tuple[np.ndarray, np.ndarray]] | None = None) -> Solution:
@@ -125,15 +155,11 @@ def solve(equations: Equations, samples: Callable[[], tuple[np.ndarray, np.ndarr
 
 def _of_samples(equations: Equations, transposed: np.ndarray, targets: np.ndarray) -> Solution:
     """The solution from the design matrix itself, which loses nothing by squaring."""
-    made = orthonormal(equations, transposed)
+    made = orthonormal(equations.gram, transposed)
     if made is not None:
-        columns, lower = made
-        again = columns @ columns.T
-        if float(abs(again - np.eye(len(again))).max()) < _NEAR_ONE:
-            second = np.linalg.cholesky(again)
-            values = columns @ targets
-            solve_triangles(second, values)
-            return Solution(np.linalg.solve(lower.T, values), len(again))
+        values = made.nearly @ targets
+        solve_triangles(made.second, values)
+        return Solution(np.linalg.solve(made.first.T, values), len(values))
     parameters, samples = transposed.shape
     triangle: Any = np.linalg.qr(np.concatenate([transposed, targets.T]).T, mode="r")
     a, y = triangle[:, :parameters], triangle[:, parameters:]

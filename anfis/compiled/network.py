@@ -11,7 +11,7 @@ import numpy as np
 
 from anfis.compiled import threads
 from anfis.compiled.kernel import DESIGN, ERRORS, GRADIENT, JACOBIAN, KEEP, KEPT, sweep
-from anfis.compiled.least_squares import Equations, joined, plus, ridge_rows, singular, solve
+from anfis.compiled.least_squares import Equations, eliminated, joined, plus, ridge_rows, solve
 from anfis.compiled.plan import LANES, Plan, plan_of
 from anfis.data import Samples
 from anfis.point import Fit, Point, Solution, numbers
@@ -304,31 +304,33 @@ class CompiledNetwork:
             factor[kind.terms, : by.shape[1]] = by
         jtj: Any = 0.0
         jtr: Any = 0.0
-        triangles, fires = self._triangles(parameters, factor, proposals, data)
-        for g, (group, triangle) in enumerate(zip(self.groups, triangles, strict=True)):
+        parts, fires = self._rows_of(parameters, factor, proposals, data)
+        for g, (group, rows) in enumerate(zip(self.groups, parts, strict=True)):
             n, q = len(group.columns), len(group.outputs)
             if self.ridge:
-                triangle = self._with_ridge(g, triangle, point.values[g], int(fires[g]), data)
-            basis, _, _ = singular(triangle[:, :n], max(len(triangle), n))
-            for j, jacobian in enumerate(np.split(triangle[:, n:-q], q, axis=1)):
-                own = jacobian - basis @ (basis.T @ jacobian)
-                jtj, jtr = jtj + own.T @ own, jtr + own.T @ triangle[:, j - q]
+                rows = self._with_ridge(g, rows.T, point.values[g], int(fires[g]), data).T
+            left = eliminated(rows, n)
+            size = (len(left) - q) // q
+            for k in range(q):
+                own = slice(k * size, (k + 1) * size)
+                jtj, jtr = jtj + left[own, own], jtr + left[own, k - q]
         return jtj, jtr
 
-    def _triangles(
+    def _rows_of(
         self, parameters: np.ndarray, factor: np.ndarray, proposals: np.ndarray, data: Samples
     ) -> tuple[list[np.ndarray], np.ndarray]:
-        """The triangle (QR) of each group's [A, J, r] over all samples, and where rules fire."""
+        """Each group's [A, J, r], transposed, or of more than one block its triangle (QR); and where rules fire."""
         firing: Any = 0
-        triangles: list[Any] = []
+        whole: list[Any] = []
         task = DESIGN | JACOBIAN
         for found in self._over_blocks(data, lambda samples: self._sweep(parameters, samples, task, proposals, factor)):
-            rows = [found.made[self._rows(g, True)].T for g in range(len(self.groups))]
-            if triangles:
-                rows = [np.concatenate(pair) for pair in zip(triangles, rows, strict=True)]
-            triangles = [np.linalg.qr(part, mode="r") for part in rows]
+            rows: list[Any] = [found.made[self._rows(g, True)] for g in range(len(self.groups))]
             firing = firing + found.fires
-        return triangles, firing
+            if data.count > min(BLOCK, self.block):
+                rows = [np.hstack(pair) for pair in zip(whole, rows, strict=True)] if whole else rows
+                rows = [np.asarray(np.linalg.qr(part.T, mode="r")).T for part in rows]
+            whole = rows
+        return whole, firing
 
     def _with_ridge(self, g: int, triangle: np.ndarray, values: np.ndarray, fires: int, data: Samples) -> np.ndarray:
         """The triangle [A, J, r] of a group with the ridge's rows [a, 0, t − a · values] below."""

@@ -12,6 +12,7 @@ from anfis.point import Point, numbers
 from anfis.state import State
 
 _DAMPING = 1e-2  # of the first step, relative to the diagonal of Jᵀ J
+_LEAST = 1e-2  # of the diagonal's largest element: what counts at least, so that no parameter is let loose
 _TRIALS = 16  # dampings tried for one step, each 4 times the last that failed
 
 
@@ -26,15 +27,20 @@ class SecondOrder(Method):
         return _DAMPING
 
     def advance(self, problem: Problem, state: State) -> State | None:
-        """One accepted step; the damping falls after success and grows until there is one. None where none helps."""
+        """One accepted step; the damping grows until there is one. None where none helps.
+
+        After it the damping falls, or grows, by how much of the reduction that the Jacobian promises has come true
+        [Nielsen 1999].
+        """
         network = problem.network
         jtj, jtr = (numbers(part) for part in network.reduced(state.point, problem.data))
         # Marquardt's scaling, but no parameter is let loose just because the error hardly depends on it yet.
         diagonal = jtj.diagonal()
         if not float(diagonal.max()) > 0:
             return None  # the error does not depend on the premises
-        scale = np.diag(np.maximum(diagonal, max(0.1 * float(diagonal.max()), np.finfo(np.float64).tiny)))
+        scale = np.diag(np.maximum(diagonal, max(_LEAST * float(diagonal.max()), np.finfo(np.float64).tiny)))
         damping, present = state.step, state.history[-1].train
+        count = problem.data.count * len(network.fis.outputs)
         flat = np.concatenate([numbers(p).ravel() for p in state.point.free])
         for _ in range(_TRIALS):
             step = _solved(jtj + damping * scale, jtr)
@@ -45,9 +51,17 @@ class SecondOrder(Method):
             fit = network.fit(free, problem.data)
             if fit.rmse < present:
                 point = Point(free, [solution.values for solution in fit.solutions])
-                return state._replace(point=point, epoch=state.epoch + 1, step=max(damping / 5, 1e-12))
+                promised = float(step @ (2 * jtr - jtj @ step))
+                found = (present - fit.rmse) * (present + fit.rmse) * count
+                damping *= _change(found / promised) if promised > 0 else 1.0
+                return state._replace(point=point, epoch=state.epoch + 1, step=max(damping, 1e-12))
             damping *= 4
         return None
+
+
+def _change(gain: float) -> float:
+    """The factor of the damping after a step with that share of the promised reduction   [Nielsen 1999]."""
+    return max(1 / 3, 1 - (2 * gain - 1) ** 3)
 
 
 def _solved(matrix: np.ndarray, target: np.ndarray) -> np.ndarray | None:
