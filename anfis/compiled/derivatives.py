@@ -12,7 +12,6 @@ import numpy as np
 from fuzzy.compiled.degrees import (
     exp_nonpositive,
     inlined,
-    log1p_unit,
     log_gaussian,
     log_sigmoid,
     log_two_sided,
@@ -67,21 +66,36 @@ def log_positive(v: float) -> float:
 
 
 @inlined
+def _log1p(u: float) -> float:
+    """Compute log(1 + u) for u ≥ 0: the logarithm of the rounded sum, and what the rounding took away."""
+    v = 1.0 + u
+    return log_positive(v) + (u - (v - 1.0)) / v
+
+
+@inlined
 def _bell_exponent(x: float, a: float, b: float, c: float) -> float:
     """2b log |(x − c)/a|, and what it tends to at the center."""
     z = abs((x - c) / a)
     center = -math.inf if b > 0.0 else (math.inf if b < 0.0 else 0.0)
-    return 2.0 * b * log_positive(z if z > _LEAST else _LEAST) if z > 0.0 else center
+    away = 2.0 * b * log_positive(z if z > _LEAST else _LEAST)
+    return away if z > 0.0 else center
 
 
 @inlined
-def fill_degrees(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray) -> None:
-    """Write a row of degrees; of a function from GAUSSIAN on their logarithms, of an unknown one not-a-number."""
+def fill_degrees(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, row: np.ndarray) -> None:
+    """Write a row of degrees; of a function from GAUSSIAN on their logarithms, of an unknown one not-a-number.
+
+    ``row`` is memory to work in, as long as the others.
+    """
     a, b, c, d = parameters[0], parameters[1], parameters[2], parameters[3]
     if kind == BELL:
+        # One after the other: all in one loop have more constants than there are registers, and take twice the time.
         for p in range(len(x)):
-            exponent = _bell_exponent(x[p], a, b, c)
-            degree[p] = -((exponent if exponent > 0.0 else 0.0) + log1p_unit(exp_nonpositive(-abs(exponent))))
+            degree[p] = _bell_exponent(x[p], a, b, c)
+        for p in range(len(x)):
+            row[p] = exp_nonpositive(-abs(degree[p]))
+        for p in range(len(x)):
+            degree[p] = -((degree[p] if degree[p] > 0.0 else 0.0) + _log1p(row[p]))
     elif kind == GAUSSIAN:
         for p in range(len(x)):
             degree[p] = log_gaussian(x[p], a, b)
@@ -228,12 +242,13 @@ def _smooth(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, pa
             partial[3, p] = right / c
     elif kind == BELL:
         for p in range(len(x)):
-            away = x[p] - c
-            z = abs(away / a)
-            log = log_positive(z if z > _LEAST else _LEAST)
-            exponent = 2.0 * b * log
-            u = exp_nonpositive(-abs(exponent))
-            share = (1.0 if exponent > 0.0 else u) / (1.0 + u)  # |z|^2b / (1 + |z|^2b)
+            z = abs((x[p] - c) / a)
+            partial[1, p] = log_positive(z if z > _LEAST else _LEAST)
+        for p in range(len(x)):
+            partial[0, p] = exp_nonpositive(-abs(2.0 * b * partial[1, p]))
+        for p in range(len(x)):
+            u, log, away = partial[0, p], partial[1, p], x[p] - c
+            share = (1.0 if b * log > 0.0 else u) / (1.0 + u)  # |z|^2b / (1 + |z|^2b)
             share = 0.0 if away == 0.0 else share
             partial[0, p] = share * (2.0 * b / a)
             partial[1, p] = share * (-2.0 * log)

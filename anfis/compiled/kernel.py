@@ -48,7 +48,7 @@ def _memberships(plan: Plan, parameters: np.ndarray, own: Rows) -> None:
     """Layer 1: degrees of membership, or their logarithms, which are not below ``_NEVER``."""
     for t in range(len(plan.kind)):
         degree = own.degree[t]
-        fill_degrees(plan.kind[t], parameters[t], own.x[plan.input[t]], degree)
+        fill_degrees(plan.kind[t], parameters[t], own.x[plan.input[t]], degree, own.row)
         if plan.logarithmic:
             for p in range(LANES):
                 degree[p] = _NEVER if degree[p] < _NEVER else degree[p]

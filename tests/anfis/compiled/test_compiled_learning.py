@@ -62,8 +62,8 @@ def errors_and_slopes(fis: Sugeno, seed: int):
     free = [torch.tensor(p).requires_grad_() for p in start.free]
     x, y = data.to(torch.float64, "cpu").rows(slice(None))
     error = other.output(free, [torch.tensor(v) for v in values], other.premises.scale(x)) - y
-    expected = torch.autograd.grad(error.square().sum(), free, allow_unused=True)
-    expected = [torch.zeros_like(p) if g is None else g for p, g in zip(free, expected, strict=True)]
+    found = torch.autograd.grad(error.square().sum(), free, allow_unused=True)
+    expected = [torch.zeros_like(p) if g is None else g for p, g in zip(free, found, strict=True)]
     return squares, own._by_kind(natural, slopes), float(error.detach().square().sum()), expected
 
 
@@ -226,7 +226,7 @@ def test_hybrid_learning_does_without_torch(tmp_path):
 
 
 def test_single_precision_and_own_functions_learn_in_torch():
-    for options in ({"dtype": "float32"}, {"method": "backprop"}):
-        state = anfis.train(FIS, X, Y, Options(epochs=1, **options), check=CHECK).state
+    for options in (Options(epochs=1, dtype="float32"), Options(epochs=1, method="backprop")):
+        state = anfis.train(FIS, X, Y, options, check=CHECK).state
         assert isinstance(state["point"]["free"][0], torch.Tensor)
     assert isinstance(anfis.train(FIS, X, Y, Options(epochs=1)).state["point"]["free"][0], np.ndarray)
