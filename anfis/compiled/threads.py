@@ -14,19 +14,24 @@ from typing import Any, TypeVar
 
 from threadpoolctl import ThreadpoolController
 
+from fuzzy.compiled.threads import processors
+
 T = TypeVar("T")
 
 
 def count() -> int:
     """How many threads learning may use: the cores of this process, or fewer by OMP_NUM_THREADS."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     asked = os.environ.get("OMP_NUM_THREADS", "")
-    return min(cores, int(asked)) if asked.isdigit() and int(asked) > 0 else cores
+    return min(processors(), int(asked)) if asked.isdigit() and int(asked) > 0 else processors()
 
 
 @cache
 def _pool(threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, "anfis")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool.cache_clear)  # a child has its parent's pool, but none of its threads
 
 
 def shared_out(work: Callable[[int], T], blocks: Sequence[int]) -> list[T]:

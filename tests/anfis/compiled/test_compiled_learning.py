@@ -10,6 +10,7 @@ import pytest
 import torch
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from threadpoolctl import ThreadpoolController
 
 import anfis
 import fuzzy
@@ -163,6 +164,24 @@ def test_a_sample_counts_alike_in_every_place():
     small = compiled.make_network(FIS, False, 0.0, 13)
     a, b = (n.fit(point.free, samples(FIS, X, Y, "training"), gradient=True) for n in (own, small))
     assert a.rmse == pytest.approx(b.rmse, rel=1e-12)
+
+
+def test_linear_algebra_gets_its_threads_back():
+    """When the last of several trainings leaves, in whatever order they do."""
+    learning = ThreadpoolController()
+
+    def counts():
+        return {library["num_threads"] for library in learning.info() if library["user_api"] == "blas"}
+
+    with learning.limit(limits=2, user_api="blas"):
+        first, second = threads.one_for_linear_algebra(), threads.one_for_linear_algebra()
+        first.__enter__()
+        second.__enter__()
+        assert counts() == {1}
+        first.__exit__(None, None, None)
+        assert counts() == {1}
+        second.__exit__(None, None, None)
+        assert counts() == {2}
 
 
 # Least squares --------------------------------------------------------------------------------------------------------
