@@ -2,20 +2,16 @@
 
 The system has 3 inputs, 8 rules of Gaussian terms joined by the product, first-order consequents and the
 weighted average. Engines take turns, one round after another, so that a busy machine disturbs all of them
-alike; each number is the median over the rounds. Engines first have to give our answers.
+alike; each number is the median over the rounds. Engines first have to give our answers. Many points are measured on
+one processor, and on all of them where an engine uses more than one.
 
 Run ``python -m benchmarks.inference [--json]``. Peers that are not installed are left out with a note.
 """
 
 import contextlib
-import ctypes
-import shutil
-import subprocess
+import os
 import sys
-import tempfile
-import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -23,31 +19,18 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from benchmarks.reporting import heading, machine, start, versions
+from benchmarks.inferencepeers import CENTER, CONSEQUENT, INPUTS, PEERS, POINTS, RULES, SIGMA, Engine, X
+from benchmarks.reporting import heading, machine, start
 from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import compile_sugeno
+from fuzzy.compiled.threads import processors
 from fuzzy.inference import infer
 from fuzzy.membership import Gaussian
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Linear, Sugeno, Variable
 
-INPUTS, RULES, POINTS, ROUNDS = 3, 8, 100_000, 9
-RNG = np.random.default_rng(0)
-CENTER = RNG.uniform(-1, 1, (RULES, INPUTS))
-SIGMA = RNG.uniform(0.3, 0.8, (RULES, INPUTS))
-CONSEQUENT = RNG.normal(size=(RULES, INPUTS + 1))  # slopes, constant
-X = RNG.uniform(-1, 1, (POINTS, INPUTS))
-
-
-@dataclass(frozen=True)
-class Engine:
-    """A way to evaluate the system. ``one`` takes a list of inputs, ``many`` an array (n, inputs)."""
-
-    name: str
-    one: Callable[[list[float]], Any] | None
-    many: Callable[[np.ndarray], Any]
-    points: int = POINTS  # how many a round measures; the time is scaled up to POINTS
-    comparable: bool = True  # does it give our answers?
+ROUNDS = 9
+OURS = "compiled"
 
 
 def system() -> Sugeno:
@@ -81,154 +64,70 @@ def ours() -> list[Engine]:
 
     return [
         Engine("infer (numpy)", lambda x: infer(fis, x).output, lambda x: infer(fis, x).output),
-        Engine("compiled", compiled, compiled),
+        Engine(OURS, compiled, compiled, threaded=True),
         Engine("compiled, point by point in a Numba loop", None, by_point),
     ]
 
 
-def c_loop() -> Engine:
-    """inference.c, compiled now for this machine."""
-    compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-    if compiler is None:
-        raise ImportError("no C compiler")
-    with tempfile.TemporaryDirectory() as folder:
-        target = Path(folder) / "inference.so"
-        # Strict IEEE arithmetic: no contraction to fused multiply-add, no fast-math.
-        flags = ["-O3", "-march=native", "-ffp-contract=off", "-shared", "-fPIC"]
-        source = Path(__file__).with_suffix(".c")
-        subprocess.run([compiler, *flags, str(source), "-o", str(target), "-lm"], check=True)
-        library = ctypes.CDLL(str(target))
-    tables = [a.ctypes.data_as(ctypes.c_void_p) for a in (CENTER, SIGMA, CONSEQUENT)]
-
-    def many(x: np.ndarray) -> np.ndarray:
-        output = np.empty((len(x), 1))
-        place = ctypes.c_void_p
-        library.infer(ctypes.c_ssize_t(len(x)), place(x.ctypes.data), *tables, place(output.ctypes.data))
-        return output
-
-    return Engine("C loop", None, many)
-
-
-def pyfuzzylite() -> Engine:
-    """Takagi-Sugeno engine; evaluates arrays from version 8 on, before that point by point."""
-    import fuzzylite as fl
-
-    if hasattr(fl.lib, "abs_tolerance"):
-        fl.lib.abs_tolerance = 0.0  # by default it drops rules that fire with less than 1e-5
-
-    inputs = [
-        fl.InputVariable(
-            f"x{i}", "", True, -1, 1, False, [fl.Gaussian(f"t{r}", CENTER[r, i], SIGMA[r, i]) for r in range(RULES)]
-        )
-        for i in range(INPUTS)
-    ]
-    output = fl.OutputVariable("y", minimum=-10, maximum=10, defuzzifier=fl.WeightedAverage("TakagiSugeno"))
-    engine = fl.Engine("bench", "", inputs, [output])
-    output.terms = [fl.Linear(f"f{r}", CONSEQUENT[r].tolist(), engine) for r in range(RULES)]
-    rules = [
-        fl.Rule.create("if " + " and ".join(f"x{i} is t{r}" for i in range(INPUTS)) + f" then y is f{r}", engine)
-        for r in range(RULES)
-    ]
-    product = fl.AlgebraicProduct()
-    engine.rule_blocks = [
-        fl.RuleBlock("", conjunction=product, implication=product, activation=fl.General(), rules=rules)
-    ]
-
-    def evaluate(x: Any) -> np.ndarray:
-        for i, variable in enumerate(inputs):
-            variable.value = x[..., i] if isinstance(x, np.ndarray) else x[i]
-        engine.process()
-        return np.reshape(output.value, (-1, 1))
-
-    if int(versions(["pyfuzzylite"])["pyfuzzylite"].partition(".")[0]) >= 8:
-        return Engine("pyfuzzylite", evaluate, evaluate)
-    return Engine(
-        "pyfuzzylite", evaluate, lambda x: np.concatenate([evaluate(point) for point in x.tolist()]), points=100
-    )
-
-
-def simpful() -> Engine:
-    """Sugeno inference of one point at a time."""
-    from simpful import FuzzySystem, GaussianFuzzySet, LinguisticVariable
-
-    engine = FuzzySystem(operators=["AND_PRODUCT"], show_banner=False, verbose=False)
-    for i in range(INPUTS):
-        sets = [GaussianFuzzySet(mu=CENTER[r, i], sigma=SIGMA[r, i], term=f"t{r}") for r in range(RULES)]
-        engine.add_linguistic_variable(f"x{i}", LinguisticVariable(sets, universe_of_discourse=[-1, 1]))
-    for r in range(RULES):
-        *slopes, constant = CONSEQUENT[r].tolist()
-        engine.set_output_function(
-            f"f{r}", " + ".join(f"({s!r})*x{i}" for i, s in enumerate(slopes)) + f"+({constant!r})"
-        )
-        clauses = " AND ".join(f"(x{i} IS t{r})" for i in range(INPUTS))
-        engine.add_rules([f"IF {clauses} THEN (y IS f{r})"])
-
-    def one(x: Any) -> float:
-        for i in range(INPUTS):
-            engine.set_variable(f"x{i}", x[i])
-        return engine.Sugeno_inference(["y"])["y"]
-
-    return Engine("simpful", one, lambda x: np.array([[one(point)] for point in x]), points=50)
-
-
-def scikit_fuzzy() -> Engine:
-    """A Mamdani system of the same size: it has no Sugeno systems, so that only the times compare."""
-    from skfuzzy import control, gaussmf
-
-    inputs = [control.Antecedent(np.linspace(-1, 1, 101), f"x{i}") for i in range(INPUTS)]
-    y = control.Consequent(np.linspace(-10, 10, 101), "y")
-    rules = []
-    for r in range(RULES):
-        for i, variable in enumerate(inputs):
-            variable[f"t{r}"] = gaussmf(variable.universe, CENTER[r, i], SIGMA[r, i])
-        y[f"t{r}"] = gaussmf(y.universe, CONSEQUENT[r, -1], 1.0)
-        first, second, third = (variable[f"t{r}"] for variable in inputs)
-        rules.append(control.Rule(first & second & third, y[f"t{r}"]))
-    engine = control.ControlSystemSimulation(control.ControlSystem(rules), cache=False)
-
-    def one(x: Any) -> float:
-        for i in range(INPUTS):
-            engine.input[f"x{i}"] = x[i]
-        engine.compute()
-        return engine.output["y"]
-
-    return Engine("scikit-fuzzy (Mamdani)", one, lambda x: [one(point) for point in x], points=5, comparable=False)
-
-
-def seconds(call: Callable[[], Any]) -> float:
-    start = time.perf_counter()
-    call()
-    return time.perf_counter() - start
-
-
 def check(engine: Engine) -> float:
-    """The greatest difference from the numpy inference; AssertionError from 1e-9 on."""
+    """The greatest difference from the numpy inference; AssertionError beyond the engine's tolerance."""
     x = X[: min(engine.points, 1000)]
     expected = infer(system(), x).output
     difference = float(np.abs(np.asarray(engine.many(x)) - expected).max())
     if engine.one is not None:
         difference = max(difference, float(np.abs(np.ravel(engine.one(x[0].tolist())) - expected[0]).max()))
-    assert difference < 1e-9, f"{engine.name} differs by {difference:g}"
+    assert engine.tolerance is not None
+    assert difference < engine.tolerance, f"{engine.name} differs by {difference:g}"
     return difference
 
 
 def repetitions(engine: Engine, point: list[float]) -> int:
     """How many single points make a measurement of some 5 ms."""
-    assert engine.one is not None
-    engine.one(point)
-    return max(1, min(1000, int(0.005 / seconds(lambda: engine.one(point)))))  # type: ignore[misc]
+    engine.time_one(point, 1)
+    return max(1, min(1000, int(0.005 / engine.time_one(point, 1))))
 
 
-def measure() -> dict[str, Any]:
-    """Every number of the report, by name; times in seconds."""
+@contextlib.contextmanager
+def on_one_processor(engine: Engine) -> Iterator[None]:
+    """Keep every thread of this process on one processor, and an engine that can be told so to one thread."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    allowed = os.sched_getaffinity(0)
+    _move({min(allowed)})
+    if engine.limit is not None:
+        engine.limit(1)
+    try:
+        yield
+    finally:
+        _move(allowed)
+        if engine.limit is not None:
+            engine.limit(len(allowed))
+
+
+def _move(allowed: set[int]) -> None:
+    for thread in Path("/proc/self/task").iterdir():
+        with contextlib.suppress(ProcessLookupError):  # it has just ended
+            os.sched_setaffinity(int(thread.name), allowed)
+
+
+def engines_and_notes() -> tuple[list[Engine], list[str]]:
+    """Ours and the peers that are there, and sentences about the others."""
     engines, notes = ours(), []
-    for make in (c_loop, pyfuzzylite, simpful, scikit_fuzzy):
+    for make in PEERS:
         try:
             with contextlib.redirect_stdout(sys.stderr):  # simpful announces itself
                 engines.append(make())
         except ImportError as error:
-            notes.append(f"{make.__name__} left out: {error}")
-    differences = {e.name: check(e) for e in engines if e.comparable}
+            notes.append(f"{make.__name__} is left out: {error}")
+    notes += [f"{e.name}: {e.points} points are measured, and scaled" for e in engines if e.points < POINTS]
+    return engines, notes
+
+
+def measure() -> dict[str, Any]:
+    """Every number of the report, by name; times in seconds."""
+    engines, notes = engines_and_notes()
+    differences = {e.name: check(e) for e in engines if e.tolerance is not None}
     point = X[0].tolist()
     counts = {e.name: repetitions(e, point) for e in engines if e.one is not None}
     # After the numpy inference of a large array, whatever runs next takes twice its time (measured on Zen 5: the C
@@ -237,42 +136,71 @@ def measure() -> dict[str, Any]:
     clear = compile_sugeno(system())
     one: dict[str, list[float]] = {e.name: [] for e in engines}
     many: dict[str, list[float]] = {e.name: [] for e in engines}
+    everywhere: dict[str, list[float]] = {e.name: [] for e in engines if e.threaded}
     for _ in range(ROUNDS):
         for e in engines:
             clear(X[:1000])
-            many[e.name].append(seconds(lambda e=e: e.many(X[: e.points])) * POINTS / e.points)  # type: ignore[misc]
+            with on_one_processor(e):
+                many[e.name].append(e.time_many())
+            if e.threaded:
+                clear(X[:1000])
+                everywhere[e.name].append(e.time_many())
             if e.one is None:  # called from compiled code: the time of a point in its loop
                 one[e.name].append(many[e.name][-1] / POINTS)
             else:
-                count = counts[e.name]
                 clear(X[:1000])
-                one[e.name].append(seconds(lambda e=e, n=count: [e.one(point) for _ in range(n)]) / count)  # type: ignore[misc]
-    for e in engines:
-        if e.points < POINTS:
-            notes.append(f"{e.name}: measured {e.points} points and scaled")
-    return machine(["numpy", "numba", "pyfuzzylite", "simpful", "scikit-fuzzy"]) | {
+                one[e.name].append(e.time_one(point, counts[e.name]))
+    about = machine(["numpy", "numba"]) | {"load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None}
+    return about | {
         "system": f"{INPUTS} inputs, {RULES} Gaussian rules, first order; {POINTS} points; median of {ROUNDS} rounds",
+        "processors": processors(),
         "difference_from_infer": differences,
         "one_point_s": {name: median(times) for name, times in one.items()},
         "many_points_s": {name: median(times) for name, times in many.items()},
+        "many_points_all_processors_s": {name: median(times) for name, times in everywhere.items()},
         "notes": notes,
     }
 
 
 def report(result: dict[str, Any]) -> str:
     """The result as a table: times, and how many times the compiled inference's."""
-    lines = [heading(result), result["system"], ""]
-    lines.append(f"{'':42}{'one point':>12}{'ratio':>9}{f'{POINTS:,} points':>18}{'ratio':>9}")
     one, many = result["one_point_s"], result["many_points_s"]
+    everywhere = many | result["many_points_all_processors_s"]
+    lines = [heading(result), f"{result['system']}; {result['processors']} processors, load {result['load']}", ""]
+    lines.append(
+        f"{'':42}{'one point':>12}{'ratio':>9}{f'{POINTS:,} points':>18}{'ratio':>9}{'all processors':>18}{'ratio':>9}"
+    )
     for name in one:
-        lines.append(
-            f"{name:42}{one[name] * 1e6:>9.2f} us{one[name] / one['compiled']:>9.3g}"
-            f"{many[name] * 1e3:>15.3g} ms{many[name] / many['compiled']:>9.3g}"
+        line = f"{name:42}{one[name] * 1e6:>9.2f} us{one[name] / one[OURS]:>9.3g}"
+        line += f"{many[name] * 1e3:>15.3g} ms{many[name] / many[OURS]:>9.3g}"
+        shared = (
+            f"{everywhere[name] * 1e3:>15.3g} ms" if name in result["many_points_all_processors_s"] else f"{'-':>18}"
         )
-    lines += ["", "ratio: time over that of 'compiled'. Without a call from Python, one point is its share of a loop."]
+        lines.append(line + shared + f"{everywhere[name] / everywhere[OURS]:>9.3g}")
+    lines += ["", f"ratio: time over that of '{OURS}'. Without a call from Python, one point is its share of a loop."]
+    lines.append(f"'-': the engine has one thread, whose time is compared with that of '{OURS}' on all processors.")
+    lines += verdicts(one, many, everywhere)
+    if result["load"] and result["load"] > result["processors"]:
+        lines.append(
+            "The machine was busy, from which long measurements suffer more than short ones: these ratios flatter."
+        )
     worst = max(result["difference_from_infer"].values())
     lines.append(f"Engines of the same system agree within {worst:.1e}.")
     return "\n".join(lines + result["notes"])
+
+
+def verdicts(one: dict[str, float], many: dict[str, float], everywhere: dict[str, float]) -> list[str]:
+    """Sentences that compare ours with the C loop and with the fastest of the peers."""
+    own = {e.name for e in ours()}
+    lines = []
+    for what, times in ((f"{POINTS:,} points on one processor", many), ("and on all", everywhere), ("one point", one)):
+        peers = {name: t for name, t in times.items() if name not in own and name != "C loop"}
+        others = {name: times[name] for name in ("C loop",) if name in times and times is not one}
+        if peers:
+            others |= {min(peers, key=lambda name: peers[name]): min(peers.values())}
+        parts = [f"{times[OURS] / t:.3g} of the time of {name}" for name, t in others.items()]
+        lines.append(f"{what}: {OURS} takes {' and '.join(parts)}." if parts else f"{what}: no peer is installed.")
+    return lines
 
 
 def main() -> None:

@@ -19,6 +19,6 @@ def test_the_citation_is_of_this_project_and_version():
 
 
 def test_make_clean_removes_the_compiled_kernels_of_every_folder_with_code():
-    folders = {file.relative_to(ROOT).parts[0] for file in ROOT.glob("*/**/*.py")} - {".venv", "node_modules"}
+    folders = {file.relative_to(ROOT).parts[0] for file in ROOT.glob("*/**/*.py")} - {".venv", "build", "node_modules"}
     (recipe,) = re.findall(r"(?m)^\tfind (.+) -name __pycache__ ", (ROOT / "Makefile").read_text(encoding="utf-8"))
     assert folders <= set(recipe.split())

@@ -169,53 +169,49 @@ def clipped(log: float) -> float:
     return NEVER if log < NEVER else log
 
 
+@uncounted
+def _degree(kind: int, x: float, a: float, b: float, c: float, d: float) -> float:
+    """Degree of one term, from GAUSSIAN on its logarithm; not-a-number for an unknown kind.
+
+    A function of its own: vector instructions for each of these would take seconds to compile.
+    """
+    if kind == LINEAR_S:
+        return rise(x, a, b)
+    if kind == LINEAR_Z:
+        return 1.0 - rise(x, a, b)
+    if kind == S_SHAPE:
+        return spline(x, a, b)
+    if kind == Z_SHAPE:
+        return spline(-x, -b, -a)
+    if kind == PI_SHAPE:
+        return spline(x, a, b) * spline(-x, -d, -c)
+    if kind == SIGMOID_DIFFERENCE:
+        return sigmoid_difference(x, a, b, c, d)
+    if kind == TWO_SIDED_GAUSSIAN:
+        return log_two_sided(x, a, b, c, d)
+    if kind == BELL:
+        return log_bell(x, a, b, c)
+    if kind == SIGMOID:
+        return log_sigmoid(x, a, b)
+    if kind == SIGMOID_PRODUCT:
+        return log_sigmoid(x, a, b) + log_sigmoid(x, c, d)
+    return np.nan
+
+
 @inlined
 def _degrees(kind: int, system: np.ndarray, begin: int, end: int, x: float, work: np.ndarray, at: int) -> None:
     """Degrees of one segment, those of ``kind`` from GAUSSIAN on as logarithms; not-a-number for an unknown kind."""
     a, b, c, d = whole(system, A), whole(system, B), whole(system, C), whole(system, D)
-    if kind == TRIANGLE:
-        for t in range(begin, end):
-            work[at + t] = trapezoid(x, system[a + t], system[b + t], system[b + t], system[c + t])
-    elif kind == TRAPEZOID:
-        for t in range(begin, end):
-            work[at + t] = trapezoid(x, system[a + t], system[b + t], system[c + t], system[d + t])
-    elif kind == GAUSSIAN:
+    if kind == GAUSSIAN:
         for t in range(begin, end):
             work[at + t] = clipped(log_gaussian(x, system[a + t], system[b + t]))
-    elif kind == LINEAR_S:
+    elif kind in (TRIANGLE, TRAPEZOID):
+        c, d = (b, c) if kind == TRIANGLE else (c, d)
         for t in range(begin, end):
-            work[at + t] = rise(x, system[a + t], system[b + t])
-    elif kind == LINEAR_Z:
-        for t in range(begin, end):
-            work[at + t] = 1.0 - rise(x, system[a + t], system[b + t])
-    elif kind == S_SHAPE:
-        for t in range(begin, end):
-            work[at + t] = spline(x, system[a + t], system[b + t])
-    elif kind == Z_SHAPE:
-        for t in range(begin, end):
-            work[at + t] = spline(-x, -system[b + t], -system[a + t])
-    elif kind == PI_SHAPE:
-        for t in range(begin, end):
-            work[at + t] = spline(x, system[a + t], system[b + t]) * spline(-x, -system[d + t], -system[c + t])
-    elif kind == SIGMOID_DIFFERENCE:
-        for t in range(begin, end):
-            work[at + t] = sigmoid_difference(x, system[a + t], system[b + t], system[c + t], system[d + t])
-    elif kind == TWO_SIDED_GAUSSIAN:
-        for t in range(begin, end):
-            work[at + t] = log_two_sided(x, system[a + t], system[b + t], system[c + t], system[d + t])
-    elif kind == BELL:
-        for t in range(begin, end):
-            work[at + t] = log_bell(x, system[a + t], system[b + t], system[c + t])
-    elif kind == SIGMOID:
-        for t in range(begin, end):
-            work[at + t] = log_sigmoid(x, system[a + t], system[b + t])
-    elif kind == SIGMOID_PRODUCT:
-        for t in range(begin, end):
-            second = log_sigmoid(x, system[c + t], system[d + t])
-            work[at + t] = log_sigmoid(x, system[a + t], system[b + t]) + second
+            work[at + t] = trapezoid(x, system[a + t], system[b + t], system[c + t], system[d + t])
     else:
         for t in range(begin, end):
-            work[at + t] = np.nan
+            work[at + t] = _degree(kind, x, system[a + t], system[b + t], system[c + t], system[d + t])
 
 
 @inlined
@@ -416,7 +412,24 @@ def evaluate_packed(system: np.ndarray, x: np.ndarray, output: np.ndarray, work:
     return told
 
 
-@kernel(nogil=True)
-def evaluate_one(system: np.ndarray, x: np.ndarray, output: np.ndarray) -> int:
-    """Evaluate one point as :func:`evaluate_packed` does, with memory of its own to work in, for calls from Python."""
-    return evaluate_packed(system, x, output, np.empty(packed_work(system)))
+def one_point(system: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Make all that :func:`evaluate_one` needs, in one array: the system, a point, its outputs and memory to work in.
+
+    Returns:
+        The array, and its parts (inputs,) and (outputs,), where a point is written before and its outputs stand after.
+    """
+    x = len(system)
+    output = x + int(system[INPUTS])
+    work = output + int(system[OUTPUTS])
+    memory = np.zeros(work + packed_work(system) + 1)
+    memory[:x], memory[-1] = system, x
+    return memory, memory[x:output], memory[output:work]
+
+
+@uncounted
+def evaluate_one(memory: np.ndarray) -> int:
+    """Evaluate the point in what :func:`one_point` made, as :func:`evaluate_packed` does, for calls from Python."""
+    x = whole(memory, len(memory) - 1)
+    output = x + whole(memory, INPUTS)
+    work = output + whole(memory, OUTPUTS)
+    return evaluate_packed(memory, memory[x:output], memory[output:work], memory[work:])

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from fuzzy.compiled.kernel import evaluate_batch
-from fuzzy.compiled.packed import evaluate_one, packed
+from fuzzy.compiled.packed import evaluate_one, one_point, packed
 from fuzzy.compiled.threads import share_out
 from fuzzy.inference import say_no_rule_fires, say_out_of_range
 from fuzzy.system import FuzzySystemError, Sugeno
 
 BLOCK = 16_384  # points that a thread takes at a time, a whole number of the kernel's blocks
+MANY = 8 * BLOCK  # from here on threads: fewer take a few milliseconds, for which another thread may keep one waiting
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,12 +30,19 @@ class CompiledSugeno:
 
     fis: Sugeno
     system: np.ndarray
-    _point: tuple[int] = field(init=False, repr=False)  # the shape of one point
-    _outputs: int = field(init=False, repr=False)
+    _shape: tuple[int] = field(init=False, repr=False)  # of one point
+    _length: int = field(init=False, repr=False)  # of a list that is one point
+    _ready: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = field(init=False, repr=False, default_factory=list)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_point", (len(self.fis.inputs),))
-        object.__setattr__(self, "_outputs", len(self.fis.outputs))
+        inputs = len(self.fis.inputs)
+        object.__setattr__(self, "_shape", (inputs,))
+        object.__setattr__(
+            self, "_length", inputs if inputs > 1 else -1
+        )  # [[1.0]] is no point, but can be copied as one
+
+    def __reduce__(self) -> Any:
+        return CompiledSugeno, (self.fis, self.system)
 
     def __call__(self, x: Any) -> np.ndarray:
         """Evaluate the outputs (..., outputs) at ``x`` (..., inputs), both float64, each in the unit of its variable.
@@ -42,12 +50,24 @@ class CompiledSugeno:
         Warns and raises as :func:`fuzzy.inference.infer` does. The result at a point does not depend on other points,
         nor on the number of processors, over which very many points are shared out.
         """
-        points = np.asarray(x, dtype=np.float64)
-        if points.shape == self._point and points.flags.carray:
-            output = np.empty(self._outputs)
-            if not evaluate_one(self.system, points, output):
-                return output
-        return self._evaluated(points)
+        # One point takes a microsecond, most of it for arrays that are made and handed over: its place is made once.
+        listed = type(x) is list and len(x) == self._length
+        if not listed and (type(x) is not np.ndarray or x.shape != self._shape):
+            x = np.asarray(x, dtype=np.float64)
+            if x.shape != self._shape:
+                return self._evaluated(x)
+        try:
+            memory, point, values = ready = self._ready.pop()  # of this thread from here on
+        except IndexError:
+            memory, point, values = ready = one_point(self.system)
+        try:
+            point[:] = x
+        except (TypeError, ValueError):  # of a list of something else
+            return self._evaluated(np.asarray(x, dtype=np.float64))
+        told = evaluate_one(memory)
+        output = values.copy()
+        self._ready.append(ready)
+        return self._evaluated(np.asarray(x, dtype=np.float64)) if told else output
 
     def _evaluated(self, points: np.ndarray) -> np.ndarray:
         """Evaluate points of any shape, with warnings and errors."""
@@ -61,24 +81,30 @@ class CompiledSugeno:
         rows, values = points.reshape(-1, inputs), output.reshape(-1, outputs)
         if not rows.flags.carray:  # read-only and strided arrays are other types to Numba: compiled again
             rows = rows.copy()
+        if len(rows) < MANY:
+            outside, missing = np.empty((1, inputs), dtype=np.bool_), np.empty((1, outputs), dtype=np.bool_)
+            told = evaluate_batch(self.system, rows, values, outside[0], missing[0])
+        else:
+            told, outside, missing = self._shared_out(rows, values)
+        if told:
+            if self.fis.out_of_range in ("warn", "error") and outside.any():
+                say_out_of_range(self.fis, outside.any(axis=0))
+            if missing.any():
+                say_no_rule_fires(self.fis, missing.any(axis=0))
+        return output
+
+    def _shared_out(self, rows: np.ndarray, values: np.ndarray) -> tuple[bool, np.ndarray, np.ndarray]:
+        """Evaluate very many points on all processors; what ``evaluate_batch`` tells, for each block."""
         blocks = -(-len(rows) // BLOCK)
-        outside, missing = np.empty((blocks, inputs), dtype=np.bool_), np.empty((blocks, outputs), dtype=np.bool_)
+        outside, missing = (np.empty((blocks, count), dtype=np.bool_) for count in (rows.shape[1], values.shape[1]))
         told = [False] * blocks
 
         def work(first: int, end: int) -> None:
             k = first // BLOCK
             told[k] = evaluate_batch(self.system, rows[first:end], values[first:end], outside[k], missing[k])
 
-        if blocks == 1:
-            work(0, len(rows))
-        else:
-            share_out(work, len(rows), BLOCK)
-        if any(told):
-            if self.fis.out_of_range in ("warn", "error") and outside.any():
-                say_out_of_range(self.fis, outside.any(axis=0))
-            if missing.any():
-                say_no_rule_fires(self.fis, missing.any(axis=0))
-        return output
+        share_out(work, len(rows), BLOCK)
+        return any(told), outside, missing
 
 
 def compile_sugeno(fis: Sugeno) -> CompiledSugeno:

@@ -14,9 +14,9 @@ def processors() -> int:
 def share_out(work: Callable[[int, int], None], rows: int, size: int) -> None:
     """Call ``work(first, end)`` for blocks of ``size`` rows until all rows are done, on all processors.
 
-    The blocks do not depend on the number of processors. With one block, or one processor, no thread is started.
+    The blocks do not depend on the number of processors. On one processor no thread is started.
     """
-    starts = iter(range(0, rows, size))
+    starts = iter(range(0, rows, size))  # next() on it is one step for all threads, by Python's lock
 
     def run() -> None:
         for first in starts:

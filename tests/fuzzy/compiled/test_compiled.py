@@ -23,7 +23,7 @@ from fuzzy.compiled.packed import (
     evaluate_packed,
     packed_work,
 )
-from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
+from fuzzy.compiled.sugeno import BLOCK, MANY, CompiledSugeno, compile_sugeno
 from fuzzy.compiled.tables import NUMBERS
 from fuzzy.inference import InferenceWarning, infer
 from fuzzy.membership import FUNCTIONS, Gaussian, LinearS, LinearZ, Triangle
@@ -168,6 +168,57 @@ def test_a_point_has_the_same_bits_in_every_batch(rows, choices):
     np.testing.assert_array_equal(batch, np.array([compiled(point) for point in x]).reshape(rows, 1))
     np.testing.assert_array_equal(batch[::-1], compiled(x[::-1]))
     np.testing.assert_allclose(batch, infer(fis, x).output, rtol=1e-12, atol=1e-13)
+
+
+def test_the_bits_of_very_many_points_do_not_depend_on_the_processors(monkeypatch):
+    compiled = compile_sugeno(example())
+    x = np.random.default_rng(0).uniform(-1, 1, (MANY + 77, 3))
+    x[BLOCK + 5, 1] = np.nan
+    results = []
+    for count in (1, 2, 5):
+        monkeypatch.setattr("fuzzy.compiled.threads.processors", lambda count=count: count)
+        results.append(compiled(x))
+    np.testing.assert_array_equal(results[0], np.concatenate([compiled(x[:BLOCK]), compiled(x[BLOCK:])]))
+    for other in results[1:]:
+        np.testing.assert_array_equal(other, results[0])
+
+
+def test_a_warning_comes_from_any_block_of_very_many_points():
+    x = np.full((MANY + 9, 2), [7.0, 0.5])
+    x[BLOCK + 3, 0] = 11.0
+    with pytest.warns(InferenceWarning) as caught:
+        compile_sugeno(GAP)(x)
+    assert len(caught) == 2
+    assert "input a outside [0 10]" in str(caught[0].message)
+    assert "no rule fires for output y, z" in str(caught[1].message)
+
+
+@pytest.mark.parametrize("kind", [list, tuple, np.array, torch.tensor])
+def test_one_point_of_any_kind_is_an_array_of_its_own(kind):
+    compiled = compile_sugeno(example())
+    first, second = compiled(kind([0.125, 0.25, 0.5])), compiled(kind([0.125, 0.25, 0.75]))
+    np.testing.assert_array_equal(np.array([first, second]), compiled([[0.125, 0.25, 0.5], [0.125, 0.25, 0.75]]))
+    assert first.flags.owndata
+    assert first.shape == (1,)
+
+
+@pytest.mark.parametrize("wrong", [[[0.1], [0.2], [0.3]], [np.zeros(3)] * 3 + [[1.0]], ["a", 0.2, 0.3], [0.1, 0.2, 1j]])
+def test_a_list_that_is_no_point_is_what_numpy_makes_of_it(wrong):
+    compiled = compile_sugeno(example())
+    with pytest.raises((FuzzySystemError, TypeError, ValueError)) as by_infer:
+        infer(compiled.fis, np.asarray(wrong, dtype=np.float64))
+    with pytest.raises(by_infer.type) as by_compiled:
+        compiled(wrong)
+    assert str(by_compiled.value) == str(by_infer.value)
+
+
+def test_a_column_of_one_input_is_no_point():
+    x = Variable("x", (0, 1), {"low": LinearZ(0, 1), "high": LinearS(0, 1)})
+    fis = Sugeno((x,), (Variable("y", (0, 5), {"a": 1, "b": 5}),), ["x is low => y = a", "x is high => y = b"])
+    compiled = compile_sugeno(fis)
+    assert compiled([[0.25]]).tolist() == [[2.0]]
+    assert compiled([0.25]).tolist() == [2.0]
+    assert compiled([[0.25], [0.75]]).tolist() == [[2.0], [4.0]]
 
 
 @quiet
