@@ -4,6 +4,7 @@ The rank and the solution of least norm are those of the singular values of the 
 where they are needed: where Cholesky's factor of the normal equations is sound, the rank is full.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -17,6 +18,7 @@ from fuzzy.fitting.consequents import OutputGroup
 _TOLERANCE = 1e3 * np.finfo(np.float64).eps  # of a pivot, relative to the diagonal
 _SOUND = 1e4  # times that a pivot must be where the samples are at hand, for one more pass over them is dear
 _NEAR_ONE = 0.1  # how far columns that Cholesky's factor made orthonormal may be from that
+_SETTLED = 1e-12  # a change of the fitted outputs, relative to them, after which there is no other
 _LANES = 128  # samples that are transformed together
 
 
@@ -153,13 +155,37 @@ def solve(equations: Equations, samples: Callable[[], tuple[np.ndarray, np.ndarr
     return Solution(vectors @ ((vectors.T @ moment) / eigenvalues[kept, None]), int(kept.sum()))
 
 
+def refined(equations: Equations, transposed: np.ndarray, targets: np.ndarray) -> np.ndarray | None:
+    """The solution by Cholesky's factor, made exact by the residuals of the samples; None where that fails.
+
+    Corrected seminormal equations [Björck 1987]. An error falls each time by the square of the condition times the
+    precision of numbers; where it falls to a tenth or less the rank is full, and three times bring it to its end.
+    """
+    lower = cholesky(equations.gram, _TOLERANCE)
+    if lower is None:
+        return None
+    values = np.array(equations.moment)
+    solve_triangles(lower, values)
+    before = math.inf
+    for _ in range(3):
+        change = transposed @ (targets - (values.T @ transposed).T)
+        solve_triangles(lower, change)
+        values += change
+        # Both by what they change of the fitted outputs.
+        size, whole = (float(np.linalg.norm(lower.T @ part)) for part in (change, values))
+        if size <= _SETTLED * whole:
+            return values
+        if not size <= _NEAR_ONE * before:
+            return None
+        before = size
+    return values
+
+
 def _of_samples(equations: Equations, transposed: np.ndarray, targets: np.ndarray) -> Solution:
     """The solution from the design matrix itself, which loses nothing by squaring."""
-    made = orthonormal(equations.gram, transposed)
-    if made is not None:
-        values = made.nearly @ targets
-        solve_triangles(made.second, values)
-        return Solution(np.linalg.solve(made.first.T, values), len(values))
+    values = refined(equations, transposed, targets)
+    if values is not None:
+        return Solution(values, len(values))
     parameters, samples = transposed.shape
     triangle: Any = np.linalg.qr(np.concatenate([transposed, targets.T]).T, mode="r")
     a, y = triangle[:, :parameters], triangle[:, parameters:]

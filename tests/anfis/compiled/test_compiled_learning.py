@@ -198,7 +198,7 @@ def designed(condition: float, rows: int = 200, columns: int = 12, rank: int = 1
 
 @pytest.mark.parametrize(("condition", "rank"), [(10, 12), (1e4, 12), (1e6, 12), (1e10, 12), (1e3, 9)])
 def test_least_squares_are_numpys_however_well_they_are_determined(condition, rank):
-    """Cholesky, Cholesky twice, singular values."""
+    """Cholesky, its solution refined, singular values."""
     a, y = designed(condition, rank=rank)
     found = solve(Equations(a.T @ a, a.T @ y), lambda: (np.ascontiguousarray(a.T), y))
     expected, _, expected_rank, _ = np.linalg.lstsq(a, y, rcond=None)
