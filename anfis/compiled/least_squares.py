@@ -109,12 +109,13 @@ def eliminated(transposed: np.ndarray, parameters: int) -> np.ndarray:
     ``transposed`` is [A B]ᵀ (columns, samples). What is squared is orthonormal, which keeps what squares would lose.
     """
     a, rest = np.ascontiguousarray(transposed[:parameters]), transposed[parameters:]
+    gram = transposed @ transposed.T
     if not parameters:
-        return np.asarray(rest @ rest.T)
-    made = orthonormal(a @ a.T, a)
+        return gram
+    made = orthonormal(gram[:parameters, :parameters], a)
     if made is not None:
         part = np.linalg.solve(made.second, made.nearly @ rest.T)
-        return np.asarray(rest @ rest.T - part.T @ part)
+        return np.asarray(gram[parameters:, parameters:] - part.T @ part)
     triangle: Any = np.linalg.qr(transposed.T, mode="r")
     basis, _, _ = singular(triangle[:, :parameters], max(len(triangle), parameters))
     own = triangle[:, parameters:] - basis @ (basis.T @ triangle[:, parameters:])

@@ -45,6 +45,8 @@ class CompiledNetwork:
     ridge: float  # without a unit, see fuzzy.fitting.consequents
     block: int  # samples held at a time
     _plan: Plan = field(repr=False)
+    # The last fit, and what it is of: a method that tries points has it measured once more at the one it takes.
+    _last: list[Any] = field(default_factory=list, init=False, repr=False)
     _ranges: WeakKeyDictionary[Samples, tuple[np.ndarray, np.ndarray]] = field(
         default_factory=WeakKeyDictionary, init=False, repr=False
     )
@@ -226,6 +228,8 @@ class CompiledNetwork:
         The gradient holds the consequents: they are at their own minimum, where their change does not count (with a
         ridge that holds as nearly as the ridge is small).
         """
+        if not gradient and self._last and self._last[0] is free and self._last[1] is data:
+            return self._last[2]  # type: ignore[no-any-return]
         natural, parameters = self._at(free)
         kept = None
         if data.count <= min(BLOCK, self.block):
@@ -237,7 +241,9 @@ class CompiledNetwork:
         ]
         squares, slopes, _ = self._errors(parameters, [s.values for s in solutions], data, gradient, kept)
         rmse = (squares / (data.count * len(self.fis.outputs))) ** 0.5
-        return Fit(solutions, rmse, self._by_kind(natural, slopes) if gradient else None)
+        found = Fit(solutions, rmse, self._by_kind(natural, slopes) if gradient else None)
+        self._last[:] = free, data, found
+        return found
 
     def _solution(
         self, parameters: np.ndarray, g: int, equations: Equations, fires: int, design: np.ndarray | None, data: Samples

@@ -11,9 +11,10 @@ from anfis.methods.options import Options
 from anfis.point import Point, numbers
 from anfis.state import State
 
-_DAMPING = 1e-2  # of the first step, relative to the diagonal of Jᵀ J
-_LEAST = 1e-2  # of the diagonal's largest element: what counts at least, so that no parameter is let loose
-_TRIALS = 16  # dampings tried for one step, each 4 times the last that failed
+_DAMPING = 0.1  # of the first step, relative to the diagonal of Jᵀ J
+_LEAST = 3e-2  # of the diagonal's largest element: what counts at least, so that no parameter is let loose
+_GROWTH = 2.0  # of the damping after a step that failed
+_TRIALS = 32  # dampings tried for one step
 
 
 class SecondOrder(Method):
@@ -45,7 +46,7 @@ class SecondOrder(Method):
         for _ in range(_TRIALS):
             step = _solved(jtj + damping * scale, jtr)
             if step is None:
-                damping *= 4
+                damping *= _GROWTH
                 continue
             free = network.premises.valid(network.unflatten(network.array(flat + step)))
             fit = network.fit(free, problem.data)
@@ -55,7 +56,7 @@ class SecondOrder(Method):
                 found = (present - fit.rmse) * (present + fit.rmse) * count
                 damping *= _change(found / promised) if promised > 0 else 1.0
                 return state._replace(point=point, epoch=state.epoch + 1, step=max(damping, 1e-12))
-            damping *= 4
+            damping *= _GROWTH
         return None
 
 
