@@ -1,28 +1,37 @@
-"""Checkpoints of a training: its state as plain values and tensors, kept to the last bit."""
+"""Checkpoints of a training: its state as plain values and arrays, kept to the last bit.
+
+A file holds torch's tensors, whatever learnt: only to write or read one is torch loaded.
+"""
 
 import io
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from zipfile import ZipFile
 
-import torch
+import numpy as np
+from array_api_compat import is_torch_array
 
 from anfis.data import Samples
 from anfis.methods.options import Options, TrainingError
-from anfis.network import Network, Point
+from anfis.point import Array, Point
 from anfis.state import Epoch, State
 from fuzzy.files.atomic import replacing
 from fuzzy.files.sealed import intact, is_sealed, sealed_archive
+
+if TYPE_CHECKING:
+    from anfis.compiled.network import CompiledNetwork
+    from anfis.network import Network
 
 _FORMAT = 2  # 1, of versions before, has no checksum
 _POINTS = ("point", "best_train", "best_check")
 
 
 def dump(state: State, options: Options, fingerprint: str) -> dict[str, Any]:
-    """The state as plain values and tensors of its own, which torch.save keeps to the last bit."""
+    """The state as plain values and arrays of its own."""
     points = {
         name: {"free": list(getattr(state, name).free), "values": list(getattr(state, name).values)} for name in _POINTS
     }
@@ -42,7 +51,11 @@ def dump(state: State, options: Options, fingerprint: str) -> dict[str, Any]:
 
 
 def restore(
-    source: str | Path | dict[str, Any], options: Options, fingerprint: str, like: Point | None = None
+    source: str | Path | dict[str, Any],
+    options: Options,
+    fingerprint: str,
+    like: Point | None = None,
+    array: Callable[[Any], Array] | None = None,
 ) -> State:
     """The state that :func:`dump` made. Raises TrainingError if it is damaged, or belongs to another problem.
 
@@ -52,6 +65,7 @@ def restore(
         options: The options of the training that goes on.
         fingerprint: That of its problem, as :func:`fingerprint_of` makes it.
         like: A point of its network, with whose shapes and types the saved ones are compared.
+        array: Makes an array as its network has them, of the saved ones.
     """
     saved = deepcopy(source) if isinstance(source, dict) else _load(source)
     where = "" if isinstance(source, dict) else f"{source}: "
@@ -67,12 +81,15 @@ def restore(
         points = {name: Point(tuple(saved[name]["free"]), list(saved[name]["values"])) for name in _POINTS}
         if not _is_history(history, saved) or not all(_alike(point, like) for point in points.values()):
             raise TrainingError(f"{where}this checkpoint is damaged: its numbers do not fit the network")
+        if array is not None:
+            points = {name: Point(*_converted(tuple(point), array)) for name, point in points.items()}
+        memory = saved["memory"] if array is None else _converted(saved["memory"], array)
         return State(
             epoch=saved["epoch"],
             step=saved["step"],
             history=history,
             since=saved["since"],
-            memory=saved["memory"],
+            memory=memory,
             least_train=min((row.train for row in history), default=float("inf")),
             least_check=min((row.check for row in history if row.check == row.check), default=float("inf")),
             **points,
@@ -100,16 +117,37 @@ def _is_history(history: tuple[Epoch, ...], saved: dict[str, Any]) -> bool:
 
 def _alike(point: Point, like: Point | None) -> bool:
     """Whether ``point`` is of finite numbers, of the shapes and types of ``like``."""
-    tensors = (*point.free, *point.values)
-    if not all(isinstance(tensor, torch.Tensor) and bool(torch.isfinite(tensor).all()) for tensor in tensors):
+    arrays = (*point.free, *point.values)
+    # A difference from itself is 0 for finite numbers only.
+    if not all(_is_array(each) and not bool((each - each != 0).any()) for each in arrays):
         return False
     if like is None:
         return True
     parts = ((point.free, like.free), (point.values, like.values))
-    return all([(t.shape, t.dtype) for t in a] == [(t.shape, t.dtype) for t in b] for a, b in parts)
+    return all([_kind(each) for each in a] == [_kind(each) for each in b] for a, b in parts)
 
 
-def fingerprint_of(network: Network, data: Samples, checking: Samples | None) -> str:
+def _is_array(value: Any) -> bool:
+    return isinstance(value, np.ndarray) or bool(is_torch_array(value))
+
+
+def _kind(array: Array) -> tuple[tuple[int, ...], str]:
+    """Shape and type of number, which do not depend on the library."""
+    return tuple(array.shape), str(array.dtype).removeprefix("torch.")
+
+
+def _converted(value: Any, array: Callable[[Any], Array]) -> Any:
+    """A value of plain values and arrays with every array of the other library made one of ``array``'s."""
+    if isinstance(value, dict):
+        return {name: _converted(part, array) for name, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return type(value)(_converted(part, array) for part in value)
+    if not _is_array(value) or isinstance(value, np.ndarray) == isinstance(array(np.zeros(1)), np.ndarray):
+        return value
+    return array(value)
+
+
+def fingerprint_of(network: "Network | CompiledNetwork", data: Samples, checking: Samples | None) -> str:
     """What must be the same to go on: the system's structure, what is scaled by what, and the data."""
     fis = network.fis
     structure = (
@@ -126,15 +164,27 @@ def fingerprint_of(network: Network, data: Samples, checking: Samples | None) ->
     return digest.hexdigest()
 
 
+def with_tensors(state: dict[str, Any]) -> dict[str, Any]:
+    """What :func:`dump` made as a file holds it."""
+    import torch
+
+    held: dict[str, Any] = _converted(state, lambda numbers: torch.from_numpy(numbers.copy()))
+    return held
+
+
 def save(state: dict[str, Any], path: str | Path) -> None:
     """Write what :func:`dump` made, with a checksum; the file appears whole or not at all. Raises OSError."""
+    import torch
+
     content = io.BytesIO()
-    torch.save(state, content)
+    torch.save(with_tensors(state), content)
     with replacing(path) as temporary:
         temporary.write_bytes(sealed_archive(content.getvalue()))
 
 
 def _load(path: str | Path) -> dict[str, Any]:
+    import torch
+
     try:
         content = Path(path).read_bytes()
     except OSError as error:

@@ -9,14 +9,15 @@ determine the consequents is that of inputs in units of their universes, not of 
 """
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import torch
 
+from anfis.point import Solution
 from fuzzy.files.table import DataError
 from fuzzy.fitting.consequents import output_groups
-from fuzzy.system import Constant, Linear, Sugeno
+from fuzzy.system import Sugeno
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,13 +123,6 @@ def equations(a: torch.Tensor, y: torch.Tensor) -> NormalEquations:
     return NormalEquations(a.T @ a, a.T @ y)
 
 
-class Solution(NamedTuple):
-    """Least-squares consequents, and how well they are determined."""
-
-    values: torch.Tensor  # (parameters, outputs)
-    rank: int
-
-
 def ridge_rows(
     group: Group, normal: NormalEquations, weight: float, middle: torch.Tensor, half: torch.Tensor, normalise: bool
 ) -> tuple[torch.Tensor, torch.Tensor]:
@@ -190,49 +184,6 @@ def solve(normal: NormalEquations, rows: tuple[torch.Tensor, torch.Tensor] | Non
     kept = eigenvalues > tolerance * eigenvalues[-1].clamp_min(torch.finfo(gram.dtype).tiny)
     inverse = torch.where(kept, 1 / torch.where(kept, eigenvalues, 1.0), 0.0)
     return Solution(vectors @ (inverse[:, None] * (vectors.T @ moment)), int(kept.sum()))
-
-
-def consequent_terms(
-    fis: Sugeno, parts: tuple[Group, ...], solutions: list[torch.Tensor], low: torch.Tensor, span: torch.Tensor
-) -> list[list[Any]]:
-    """The consequents of every output, in the inputs' own units, from solutions in scaled units (x − low)/span.
-
-    A term that no rule proposes stays as it is.
-    """
-    result: list[list[Any]] = [[] for _ in fis.outputs]
-    width = len(fis.inputs) + 1
-    for group, values in zip(parts, solutions, strict=True):
-        full = values.new_zeros(group.share.shape[1] * width, values.shape[1])
-        full[group.columns] = values
-        for column, o in enumerate(group.outputs):
-            rows = full[:, column].reshape(-1, width)
-            slopes = rows[:, :-1] / span
-            constants = rows[:, -1] - slopes @ low
-            for t, term in enumerate(fis.outputs[o].terms.values()):
-                if not group.used[t]:
-                    result[o].append(term)
-                    continue
-                constant = float(constants[t])
-                result[o].append(
-                    Linear(tuple(slopes[t].tolist()), constant) if isinstance(term, Linear) else Constant(constant)
-                )
-    return result
-
-
-def present_values(fis: Sugeno, parts: tuple[Group, ...], low: torch.Tensor, span: torch.Tensor) -> list[torch.Tensor]:
-    """The consequents that ``fis`` has now, in scaled units: the inverse of :func:`consequent_terms`."""
-    result = []
-    for group in parts:
-        columns = []
-        for o in group.outputs:
-            rows = []
-            for term in fis.outputs[o].terms.values():
-                *slopes, constant = [float(p) for p in term.parameters]
-                slope = low.new_tensor(slopes or [0.0] * len(fis.inputs))
-                rows.append(torch.cat([slope * span, (low.new_tensor(constant) + slope @ low)[None]]))
-            columns.append(torch.cat(rows)[group.columns] if rows else low.new_zeros(0))
-        result.append(torch.stack(columns, dim=1))
-    return result
 
 
 class Recursive(NamedTuple):

@@ -6,7 +6,7 @@ from hashlib import sha256
 from typing import Any
 
 import numpy as np
-import torch
+from array_api_compat import is_torch_array
 
 from fuzzy.files.table import DataError
 from fuzzy.fitting.clustering import DataWarning
@@ -26,39 +26,43 @@ class Samples:
 
     x: Any
     y: Any
-    dtype: torch.dtype = torch.float64
-    device: str = "cpu"
+    dtype: Any = None  # None: numpy arrays in double precision, else torch's type of number
+    device: str = "cpu"  # of torch
 
     @property
     def count(self) -> int:
         """How many samples there are."""
         return len(self.x)
 
-    def to(self, dtype: torch.dtype, device: str) -> "Samples":
-        """The same samples as tensors on ``device``, all at once unless they lie on disk."""
+    def to(self, dtype: Any, device: str) -> "Samples":
+        """The same samples as tensors of torch's ``dtype`` on ``device``, all at once unless they lie on disk."""
+        import torch
+
         if isinstance(self.x, np.memmap):
             return Samples(self.x, self.y, dtype, device)
         # torch shares memory with an array, but not with one that is read-only or runs backwards.
         x, y = (torch.as_tensor(np.require(a, requirements=["C", "W"])) for a in (self.x, self.y))
         return Samples(x.to(device, dtype), y.to(device, dtype), dtype, device)
 
-    def rows(self, which: Any) -> tuple[torch.Tensor, torch.Tensor]:
-        """Inputs and outputs of the rows ``which`` (a slice or an index) as tensors."""
-        if isinstance(self.x, torch.Tensor):
+    def rows(self, which: Any) -> tuple[Any, Any]:
+        """Inputs and outputs of the rows ``which`` (a slice or an index): tensors, or arrays in one piece."""
+        if is_torch_array(self.x):
             return self.x[which], self.y[which]
-        if isinstance(which, torch.Tensor):
+        if is_torch_array(which):
             which = which.cpu().numpy()
-        return (
-            torch.as_tensor(np.array(self.x[which]), dtype=self.dtype, device=self.device),
-            torch.as_tensor(np.array(self.y[which]), dtype=self.dtype, device=self.device),
-        )
+        parts = self.x[which], self.y[which]
+        if self.dtype is None:
+            return tuple(np.require(part, np.float64, ["C", "W"]) for part in parts)  # type: ignore[return-value]
+        import torch
+
+        return tuple(torch.as_tensor(np.array(part), dtype=self.dtype, device=self.device) for part in parts)  # type: ignore[return-value]
 
     def digest(self) -> bytes:
         """A digest of the values, which differs for other samples."""
         digest = sha256(repr(self.count).encode())
         for start in range(0, self.count, _PORTION):
             for part in self.rows(slice(start, start + _PORTION)):
-                digest.update(part.cpu().contiguous().numpy().tobytes())
+                digest.update((part.cpu().numpy() if is_torch_array(part) else part).tobytes())
         return digest.digest()
 
 
@@ -113,7 +117,7 @@ def samples(fis: Sugeno, x: Any, y: Any, what: str) -> Samples:
 def _array(values: Any, what: str) -> Any:
     if isinstance(values, np.memmap):
         return values
-    if isinstance(values, torch.Tensor):
+    if is_torch_array(values):
         values = values.detach().cpu().numpy()
     try:
         if np.iscomplexobj(values):

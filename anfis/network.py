@@ -5,8 +5,9 @@ larger than a block's activations need no more memory than one block.
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import torch
@@ -14,35 +15,22 @@ import torch
 from anfis.consequents import (
     Group,
     NormalEquations,
-    Solution,
-    consequent_terms,
     design,
     equations,
-    present_values,
+    groups,
     range_of,
     ridge_rows,
     solve,
     weights_gradient,
 )
 from anfis.data import Samples
-from anfis.premises import Premises, Tensors
+from anfis.point import Fit, Point, numbers
+from anfis.premises import Premises, premises
+from anfis.proposals import consequent_terms, present_values
 from fuzzy.inference import rule_weights
 from fuzzy.system import Sugeno
 
-
-class Fit(NamedTuple):
-    """The least-squares consequents for given premises, and the error that they leave."""
-
-    solutions: list[Solution]  # one a group
-    rmse: float  # over samples and outputs
-    gradient: list[torch.Tensor] | None  # of the sum of squares, to the free premises
-
-
-class Point(NamedTuple):
-    """The numbers that are learnt, as learning holds them."""
-
-    free: Tensors  # the premises, see :class:`anfis.premises.Premises`
-    values: list[torch.Tensor]  # the consequents in scaled units, (parameters, outputs) a group
+_SMALL = 250_000  # numbers in a design matrix up to which one thread does
 
 
 class Block(NamedTuple):
@@ -73,6 +61,33 @@ class Network:
         return self.premises.fis
 
     @property
+    def columns(self) -> int:
+        """The number of parameters of the largest of the least squares."""
+        return max(len(g.columns) for g in self.groups)
+
+    def samples(self, data: Samples) -> Samples:
+        """The samples as tensors, as this network takes them."""
+        low = self.premises.low
+        return data.to(low.dtype, str(low.device))
+
+    def array(self, values: Any) -> torch.Tensor:
+        """Numbers of a checkpoint as a tensor of this network."""
+        return torch.as_tensor(values).to(self.premises.low)
+
+    @contextmanager
+    def threads(self, count: int) -> Iterator[None]:
+        """One thread for few samples, where waiting costs more than the arithmetic; the setting is restored."""
+        before = torch.get_num_threads()
+        small = before > 1 and min(count, self.block) * self.columns < _SMALL
+        if small:
+            torch.set_num_threads(1)
+        try:
+            yield
+        finally:
+            if small:
+                torch.set_num_threads(before)
+
+    @property
     def count(self) -> int:
         """The number of parameters that are learnt, premises and consequents."""
         return sum(p.numel() for p in self.premises.signs) + sum(len(g.columns) * len(g.outputs) for g in self.groups)
@@ -80,12 +95,14 @@ class Network:
     def start(self) -> Point:
         """The point of the system as it is, its premises made legal."""
         p = self.premises
-        return Point(p.valid(p.start()), present_values(self.fis, self.groups, p.low, p.span))
+        values = present_values(self.fis, numbers(p.low), numbers(p.span))
+        return Point(p.valid(p.start()), [self.array(v) for v in values])
 
     def system(self, point: Point) -> Sugeno:
         """The system at ``point``, in the inputs' own units, with plain numbers."""
         p = self.premises
-        return p.system(point.free, consequent_terms(self.fis, self.groups, point.values, p.low, p.span))
+        values = [numbers(v) for v in point.values]
+        return p.system(point.free, consequent_terms(self.fis, values, numbers(p.low), numbers(p.span)))
 
     def weights(self, free: Sequence[torch.Tensor], u: torch.Tensor) -> torch.Tensor:
         """The rules' weights (samples, rules) at scaled inputs ``u``; firing strengths for a weighted sum."""
@@ -327,7 +344,7 @@ class Network:
             jacobians.append(torch.cat([r.flatten(1) for r in free], dim=1))
         return jacobians
 
-    def unflatten(self, flat: torch.Tensor) -> Tensors:
+    def unflatten(self, flat: Any) -> tuple[torch.Tensor, ...]:
         """Free premises, as in :class:`Point`, from one vector of all of them."""
         result, start = [], 0
         for sign in self.premises.signs:
@@ -362,3 +379,10 @@ def _gradients(
             weights = firing
     found = torch.autograd.grad(weights, leaves, pull, retain_graph=again, allow_unused=True)
     return [torch.zeros_like(p) if g is None else g for p, g in zip(leaves, found, strict=True)]
+
+
+def make_network(fis: Sugeno, dtype: str, device: str, keep_order: bool, ridge: float, block: int) -> Network:
+    """The network of ``fis``, which has plain numbers; ``dtype`` is torch's name of a type of number."""
+    kind = getattr(torch, dtype)
+    held = premises(fis, dtype=kind, device=device, keep_order=keep_order)
+    return Network(held, groups(fis, kind, device), ridge, block)

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from anfis.network import Point
+from anfis.point import Point
 
 
 class Epoch(NamedTuple):
@@ -25,6 +25,6 @@ class State(NamedTuple):
     best_train: Point
     best_check: Point
     since: int  # epochs since the last minimum of the checking error (training error without checking data)
-    memory: dict[str, Any]  # the method's own, in plain values and tensors: a gradient, an optimiser's state
+    memory: dict[str, Any]  # the method's own, in plain values and arrays: a gradient, an optimiser's state
     least_train: float = float("inf")  # the least errors in the history
     least_check: float = float("inf")

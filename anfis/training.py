@@ -5,32 +5,33 @@ inference of :mod:`fuzzy.inference`.
 """
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import torch
 
 from anfis.accuracy import total_rmse
 from anfis.checkpoint import dump, fingerprint_of, restore, save
-from anfis.consequents import groups
 from anfis.data import DataError, DataWarning, Samples, samples
 from anfis.methods.method import Method, Problem, make_method
 from anfis.methods.options import Options, TrainingError
-from anfis.network import Network, Point
-from anfis.premises import premises
+from anfis.point import Point
 from anfis.state import Epoch, State
 from fuzzy.detached import detached
 from fuzzy.errors import quoted
 from fuzzy.shown import shown
 from fuzzy.system import Sugeno
 
+if TYPE_CHECKING:
+    from anfis.compiled.network import CompiledNetwork
+    from anfis.network import Network
+
+_BLOCK = 65_536  # samples held at a time
 _NEGLIGIBLE = 1e-6  # of the outputs' spread: a difference of errors below it is none
-_SMALL = 250_000  # numbers in a design matrix up to which one thread does
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,25 +81,22 @@ def train(
     data that cannot be learnt from, TrainingError for options, checkpoints or a system without rules.
     """
     options = options or Options()
-    dtype = getattr(torch, options.dtype)
     fis = detached(fis)
     if not fis.rules:
         raise TrainingError(f"{fis.name} has no rules, so there is nothing to learn")
     data = samples(fis, x, y, "training")
     checking = samples(fis, *check, "checking") if check is not None else None
-    held = premises(fis, dtype=dtype, device=options.device, keep_order=options.keep_order)
-    parts = groups(fis, dtype, options.device)
-    network = Network(held, parts, options.ridge, options.batch or 65_536)
-    problem = Problem(network, data.to(dtype, options.device), options)
-    checked = checking.to(dtype, options.device) if checking is not None else None
-    run = _Run(make_method(options.method), problem, checked)
+    method = make_method(options.method)
+    network = _network(method, fis, options)
+    problem = Problem(network, network.samples(data), options)
+    run = _Run(method, problem, network.samples(checking) if checking is not None else None)
     _say_too_few(network, data.count)
     if resume is None:
         state = run.begin()
         _say_silent(run, state.point)
     else:
         state = run.resumed(resume)
-    with _few_threads(network, data.count):
+    with network.threads(data.count):
         state, stopped = _learn(run, state, callback, checkpoint)
     system = network.system(state.best_check if checking is not None else state.best_train)
     best = _argmin(state.history, "check" if checking is not None else "train")
@@ -161,19 +159,15 @@ def _saved(state: dict[str, Any], checkpoint: str | Path, told: bool) -> bool:
     return told
 
 
-@contextmanager
-def _few_threads(network: Network, count: int) -> Iterator[None]:
-    """One thread for small problems, where waiting costs more than the arithmetic; the caller's setting is restored."""
-    columns = max(len(g.columns) for g in network.groups)
-    before = torch.get_num_threads()
-    small = before > 1 and min(count, network.block) * columns < _SMALL
-    if small:
-        torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        if small:
-            torch.set_num_threads(before)
+def _network(method: Method, fis: Sugeno, options: Options) -> "Network | CompiledNetwork":
+    """The network in compiled code where the method, the numbers and the functions allow it, else in torch."""
+    # Imported when it is known which: torch takes seconds to load, and compiled learning does without.
+    chosen = options.keep_order, options.ridge, options.batch or _BLOCK
+    if method.compiled and options.dtype == "float64" and options.device == "cpu":
+        compiled = import_module("anfis.compiled.network")
+        if compiled.has_kernel(fis):
+            return compiled.make_network(fis, *chosen)
+    return import_module("anfis.network").make_network(fis, options.dtype, options.device, *chosen)
 
 
 def _argmin(history: Sequence[Epoch], column: str) -> int:
@@ -202,7 +196,7 @@ class _Run:
     def resumed(self, source: str | Path | dict[str, Any]) -> State:
         """The state that a checkpoint holds. Raises TrainingError for one of another problem, and a damaged one."""
         problem = self.problem
-        state = restore(source, problem.options, self.fingerprint, problem.network.start())
+        state = restore(source, problem.options, self.fingerprint, problem.network.start(), problem.network.array)
         try:
             known = self.method.remembers(problem, state.point, state.memory)
         except (KeyError, TypeError, AttributeError):
@@ -271,8 +265,8 @@ def _say_differing(rmse: float, learnt: float, data: Samples, fis: Sugeno) -> No
     )
 
 
-def _say_too_few(network: Network, count: int) -> None:
-    most = max(len(g.columns) for g in network.groups)
+def _say_too_few(network: "Network | CompiledNetwork", count: int) -> None:
+    most = network.columns
     if most > count and not network.ridge:
         warnings.warn(
             f"{count} samples for {most} parameters of the consequents: the solution of least norm is taken. Fewer "

@@ -22,7 +22,8 @@ STAIRS = {
         detached files compiled insight fitting shell figures designer commands
     """,
     "anfis": """
-        data premises consequents network state methods checkpoint accuracy training estimator plot designer commands
+        data point premises proposals consequents network compiled state methods checkpoint accuracy training estimator
+        plot designer commands
     """,
     "robotics": """
         quantity random_streams tables vehicle paths radio environment sensing laws scenario simulation measures

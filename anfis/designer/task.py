@@ -420,7 +420,7 @@ def _work(task: Task, pipe: Connection) -> None:
 
     def report(what: str, about: Any) -> bool:
         nonlocal asked
-        # A plain tuple: who unpickles an Epoch imports torch, for which the page would wait.
+        # A plain tuple, so that the page loads nothing of what learns.
         pipe.send((what, tuple(about) if what == "epoch" else about))
         asked = asked or pipe.poll()
         return not asked

@@ -1,13 +1,15 @@
-"""Back-propagation: an optimiser of torch moves premises and consequents together, by mini-batches if asked."""
+"""Back-propagation: an optimiser of torch moves premises and consequents together, by mini-batches if asked.
+
+torch is loaded when the method learns, not when it is named in a list.
+"""
 
 from copy import deepcopy
 from typing import Any
 
 import numpy as np
-import torch
 
 from anfis.methods.method import Method, Problem
-from anfis.network import Point
+from anfis.point import Point
 from anfis.state import State
 
 
@@ -21,6 +23,8 @@ class Backprop(Method):
         """Whether the optimiser's state is that of such an optimiser, of the shapes of what it moves; or none yet."""
         if "optimiser" not in memory:
             return True
+        import torch
+
         leaves = [*point.free, *point.values]
         options = problem.options
         fresh = getattr(torch.optim, options.optimiser)([p.clone() for p in leaves], lr=options.rate).state_dict()
@@ -35,7 +39,10 @@ class Backprop(Method):
 
     def advance(self, problem: Problem, state: State) -> State:
         """One pass over all samples, in an order drawn from the seed and the epoch if there are mini-batches."""
-        network, data, options = problem.network, problem.data, problem.options
+        import torch
+
+        data, options = problem.data, problem.options
+        network: Any = problem.network  # torch's
         leaves = [p.detach().clone().requires_grad_() for p in (*state.point.free, *state.point.values)]
         optimiser = getattr(torch.optim, options.optimiser)(leaves, lr=options.rate)
         if "optimiser" in state.memory:

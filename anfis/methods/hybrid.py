@@ -4,11 +4,9 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
-import torch
-
 from anfis.methods.method import Method, Problem
 from anfis.methods.options import Options
-from anfis.network import Point
+from anfis.point import Array, Point
 from anfis.state import State
 
 
@@ -17,6 +15,7 @@ class Hybrid(Method):
 
     reads = ("step", "increase", "decrease", "ridge", "batch")
     gradient = True
+    compiled = True
 
     def first_step(self, options: Options) -> float:
         """The length of the first step, in units of the universes."""
@@ -29,9 +28,9 @@ class Hybrid(Method):
 
     def advance(self, problem: Problem, state: State) -> State | None:
         """One step of Jang's length; None where the gradient is 0."""
-        gradient: list[torch.Tensor] = state.memory["gradient"]
-        norm = torch.sqrt(sum((g.square().sum() for g in gradient), start=gradient[0].new_zeros(())))
-        if not float(norm) > 0:
+        gradient: list[Array] = state.memory["gradient"]
+        norm = sum(float((g * g).sum()) for g in gradient) ** 0.5
+        if not norm > 0:
             return None
         recent = state.history[-6:]  # more than these the rules do not look at
         errors, steps = [row.train for row in recent], [row.step for row in recent]

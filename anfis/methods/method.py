@@ -2,20 +2,24 @@
 
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from anfis.data import Samples
 from anfis.methods.catalogue import METHODS
 from anfis.methods.options import Options
-from anfis.network import Network, Point
+from anfis.point import Point
 from anfis.state import State
+
+if TYPE_CHECKING:
+    from anfis.compiled.network import CompiledNetwork
+    from anfis.network import Network
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
     """What a method learns from, the same in every epoch."""
 
-    network: Network
+    network: "Network | CompiledNetwork"
     data: Samples  # to learn from; a method never sees the checking data
     options: Options
 
@@ -25,15 +29,16 @@ class Method(Protocol):
 
     Every epoch training first measures the errors at ``state.point``, solving for the consequents if the method wants
     that, and then asks the method for the next point. A method has no memory of its own: what it must remember goes
-    into ``State.memory``, as plain values and tensors, and so into checkpoints.
+    into ``State.memory``, as plain values and arrays, and so into checkpoints.
     """
 
     reads: ClassVar[tuple[str, ...]] = ()  # the names of the Options that are this method's own
     solves: ClassVar[bool] = True  # are the consequents solved by least squares at every point? Else it moves them
     gradient: ClassVar[bool] = False  # with ``solves``: does it want the gradient there, as memory["gradient"]?
+    compiled: ClassVar[bool] = False  # can its arrays be numpy's? Then it learns in compiled code where there is one
     once: ClassVar[bool] = False  # is everything learnt when the consequents are solved, without a step?
 
-    def start(self, network: Network) -> Point:
+    def start(self, network: "Network | CompiledNetwork") -> Point:
         """The point of the first epoch: the system as it is, its premises made legal."""
         return network.start()
 

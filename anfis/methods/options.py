@@ -4,15 +4,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import torch
 
 from anfis.methods.catalogue import METHODS
 from fuzzy.errors import InputError
 from fuzzy.fitting.consequents import LARGEST_RIDGE
 from fuzzy.naming import expected
-
-# These want more than a gradient: a closure, or sparse gradients.
-_UNUSABLE = (torch.optim.Optimizer, torch.optim.LBFGS, torch.optim.SparseAdam)
 
 
 class TrainingError(InputError):
@@ -65,10 +61,27 @@ class Options:
             raise TrainingError(f"decrease must be <= 1, got {self.decrease!r}")
         if self.dtype not in ("float64", "float32"):
             raise TrainingError(expected(str(self.dtype), ("float64", "float32"), "dtype"))
-        kind = getattr(torch.optim, self.optimiser, None) if isinstance(self.optimiser, str) else None
-        if not (isinstance(kind, type) and issubclass(kind, torch.optim.Optimizer)) or kind in _UNUSABLE:
-            raise TrainingError(f"optimiser must be a class of torch.optim, such as 'Adam'; got {self.optimiser!r}")
-        try:
-            torch.empty(0, device=self.device)
-        except (RuntimeError, AssertionError) as error:
-            raise TrainingError(f"device {self.device!r} cannot be used: {str(error).splitlines()[0]}") from None
+        # torch is loaded only to ask for what is not known without it.
+        if self.optimiser != "Adam":
+            _check_optimiser(self.optimiser)
+        if self.device != "cpu":
+            _check_device(self.device)
+
+
+def _check_optimiser(name: object) -> None:
+    from torch import optim
+
+    # These want more than a gradient: a closure, or sparse gradients.
+    unusable = (optim.Optimizer, optim.LBFGS, optim.SparseAdam)
+    kind = getattr(optim, name, None) if isinstance(name, str) else None
+    if not (isinstance(kind, type) and issubclass(kind, optim.Optimizer)) or kind in unusable:
+        raise TrainingError(f"optimiser must be a class of torch.optim, such as 'Adam'; got {name!r}")
+
+
+def _check_device(device: str) -> None:
+    import torch
+
+    try:
+        torch.empty(0, device=device)
+    except (RuntimeError, AssertionError) as error:
+        raise TrainingError(f"device {device!r} cannot be used: {str(error).splitlines()[0]}") from None

@@ -11,19 +11,19 @@ import anfis
 import fuzzy
 from anfis.consequents import (
     NormalEquations,
-    consequent_terms,
     design,
     equations,
     groups,
-    present_values,
     recursive_start,
     recursive_step,
     solve,
     weights_gradient,
 )
 from anfis.data import DataError, samples
-from anfis.network import Network, Point
+from anfis.network import Network
+from anfis.point import Point, numbers
 from anfis.premises import premises
+from anfis.proposals import consequent_terms, present_values
 from fuzzy.inference import infer
 from fuzzy.system import Constant, Linear
 
@@ -158,7 +158,8 @@ def test_the_network_is_the_system(defuzzification):
 def test_consequents_survive_the_scaling():
     network = network_of(FIS)
     p = network.premises
-    back = consequent_terms(FIS, network.groups, present_values(FIS, network.groups, p.low, p.span), p.low, p.span)
+    low, span = numbers(p.low), numbers(p.span)
+    back = consequent_terms(FIS, present_values(FIS, low, span), low, span)
     for output, terms in zip(FIS.outputs, back, strict=True):
         for before, after in zip(output.terms.values(), terms, strict=True):
             assert type(before) is type(after)

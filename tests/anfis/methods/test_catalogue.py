@@ -91,7 +91,7 @@ def test_a_method_says_which_options_it_reads(name):
     network = _network()
     data = anfis.data.samples(FIS, X, Y, "training").to(network.premises.low.dtype, "cpu")
     options = Watched(method=name)
-    state = anfis.checkpoint.restore(run.state, run.options, run.state["fingerprint"])
+    state = anfis.checkpoint.restore(run.state, run.options, run.state["fingerprint"], array=network.array)
     options.__dict__["_seen"] = set()
     method.first_step(options)
     assert method.advance(Problem(network, data, options), state) is not None

@@ -1,0 +1,363 @@
+"""The network of :mod:`anfis.network` in compiled code: what training computes of a point, block by block."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple, TypeVar
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from anfis.compiled import threads
+from anfis.compiled.kernel import DESIGN, ERRORS, GRADIENT, JACOBIAN, KEEP, KEPT, sweep
+from anfis.compiled.least_squares import Equations, eliminated, joined, plus, ridge_rows, solve
+from anfis.compiled.plan import LANES, Plan, plan_of
+from anfis.data import Samples
+from anfis.point import Fit, Point, Solution, numbers
+from anfis.premises import Arrays, Premises, premises
+from anfis.proposals import consequent_terms, present_values
+from fuzzy.compiled.tables import NUMBERS
+from fuzzy.fitting.consequents import OutputGroup, output_groups
+from fuzzy.system import Sugeno
+
+BLOCK = 2048  # samples whose sums are made in one piece: what a thread is given
+_NOTHING, _NOWHERE = np.empty((0, 0)), np.zeros((3, 1), dtype=np.int64)
+T = TypeVar("T")
+
+
+class Swept(NamedTuple):
+    """What a sweep finds in a block of samples."""
+
+    squares: float  # the sum of the squared errors
+    silent: int  # samples where no rule fires for some output
+    slopes: np.ndarray  # (functions, 4): the gradient of ``squares`` to the membership functions' parameters
+    made: np.ndarray  # (rows, samples): the matrices that were asked for
+    fires: np.ndarray  # (groups,) int: samples where a rule of the group fires
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledNetwork:
+    """A Sugeno system as a function of a point, with the sums over samples that learning needs."""
+
+    premises: Premises
+    groups: tuple[OutputGroup, ...]
+    ridge: float  # without a unit, see fuzzy.fitting.consequents
+    block: int  # samples held at a time
+    _plan: Plan = field(repr=False)
+    # The last fit, and what it is of: a method that tries points has it measured once more at the one it takes.
+    _last: list[Any] = field(default_factory=list, init=False, repr=False)
+    _ranges: WeakKeyDictionary[Samples, tuple[np.ndarray, np.ndarray]] = field(
+        default_factory=WeakKeyDictionary, init=False, repr=False
+    )
+
+    # The system and its numbers -----------------------------------------------------------------------------------
+
+    @property
+    def fis(self) -> Sugeno:
+        """The system that learning started from: its structure stays."""
+        return self.premises.fis
+
+    @cached_property
+    def count(self) -> int:
+        """The number of parameters that are learnt, premises and consequents."""
+        return sum(p.size for p in self.premises.signs) + sum(len(g.columns) * len(g.outputs) for g in self.groups)
+
+    @cached_property
+    def columns(self) -> int:
+        """The number of parameters of the largest of the least squares."""
+        return max(len(g.columns) for g in self.groups)
+
+    def start(self) -> Point:
+        """The point of the system as it is, its premises made legal."""
+        p = self.premises
+        return Point(p.valid(p.start()), present_values(self.fis, p.low, p.span))
+
+    def system(self, point: Point) -> Sugeno:
+        """The system at ``point``, in the inputs' own units, with plain numbers."""
+        p = self.premises
+        return p.system(point.free, consequent_terms(self.fis, point.values, p.low, p.span))
+
+    def samples(self, data: Samples) -> Samples:
+        """The samples as this network takes them."""
+        return data
+
+    def array(self, values: Any) -> np.ndarray:
+        """Numbers of a checkpoint as an array of this network."""
+        return np.array(numbers(values))
+
+    def threads(self, count: int) -> AbstractContextManager[None]:
+        """The threads that suit ``count`` samples, while learning goes on."""
+        return threads.one_for_linear_algebra()
+
+    def unflatten(self, flat: Any) -> Arrays:
+        """Free premises, as in :class:`anfis.point.Point`, from one vector of all of them."""
+        ends = np.cumsum([sign.size for sign in self.premises.signs])[:-1]
+        return tuple(p.reshape(s.shape) for p, s in zip(np.split(flat, ends), self.premises.signs, strict=True))
+
+    def _at(self, free: Sequence[np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
+        """The membership functions' parameters at ``free``, by kind and as the kernel takes them (functions, 4)."""
+        natural, parameters = list(self.premises.natural(free)), np.zeros(self._plan.premise.shape)
+        for kind, own in zip(self.fis.structure.kinds, natural, strict=True):
+            parameters[kind.terms, : own.shape[1]] = own
+        return natural, parameters
+
+    def _by_kind(self, natural: Sequence[np.ndarray], gradient: np.ndarray) -> list[np.ndarray]:
+        """The gradient to the free premises, from (functions, 4, ...) to the membership functions' parameters."""
+        kinds = zip(self.fis.structure.kinds, natural, strict=True)
+        return self.premises.free_gradient(natural, [gradient[k.terms, : p.shape[1]] for k, p in kinds])
+
+    def _proposals(self, values: Sequence[np.ndarray]) -> np.ndarray:
+        """The consequents (outputs, terms, inputs + 1) of the groups' ``values``."""
+        result = np.zeros_like(self._no_proposals)
+        flat = result.reshape(len(result), -1)
+        for group, found in zip(self.groups, values, strict=True):
+            for k, o in enumerate(group.outputs):
+                flat[o, group.columns] = found[:, k]
+        return result
+
+    # Sums over samples --------------------------------------------------------------------------------------------
+
+    def _portions(self, data: Samples) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Inputs and outputs of some samples at a time, those that lie on disk read now."""
+        for start in range(0, data.count, self.block):
+            yield data.rows(slice(start, start + self.block))
+
+    def _over_blocks(self, data: Samples, work: Callable[[tuple[np.ndarray, np.ndarray]], T]) -> Iterator[T]:
+        """What ``work`` makes of each block of samples, in the blocks' order."""
+        for x, y in self._portions(data):
+            starts = range(0, len(x), BLOCK)
+            yield from threads.shared_out(
+                lambda start, x=x, y=y: work((x[start : start + BLOCK], y[start : start + BLOCK])),  # type: ignore[misc]
+                starts,
+            )
+
+    def _sweep(
+        self,
+        parameters: np.ndarray,
+        samples: tuple[np.ndarray, np.ndarray],
+        task: int,
+        proposals: np.ndarray | None = None,
+        factor: np.ndarray | None = None,
+        kept: np.ndarray | None = None,
+    ) -> Swept:
+        """What the kernel finds in a block of samples; ``kept`` is filled with a design and used without one."""
+        x, y = samples
+        if kept is not None:
+            task |= KEEP if task & DESIGN else KEPT
+        slopes, fires = np.empty_like(parameters), np.zeros(len(self.groups), dtype=np.int64)
+        if not task & (DESIGN | JACOBIAN):
+            made, place = _NOTHING, _NOWHERE
+        else:
+            places = self._places(bool(task & JACOBIAN))
+            made, place = np.empty((places[1], len(x))), places[0]
+            if not task & JACOBIAN:
+                made[place[2]] = y.T
+        squares, silent = sweep(
+            self._plan,
+            parameters,
+            self._no_proposals if proposals is None else proposals,
+            x,
+            y,
+            task,
+            made,
+            place,
+            parameters if factor is None else factor,
+            fires,
+            slopes,
+            _NOTHING if kept is None else kept,
+        )
+        return Swept(squares, silent, slopes, made, fires)
+
+    @cached_property
+    def _no_proposals(self) -> np.ndarray:
+        shape = len(self.fis.outputs), max(1, int(self._plan.terms.max())), len(self.fis.inputs) + 1
+        return np.zeros(shape)
+
+    def _rows(self, g: int, jacobian: bool) -> slice:
+        """The rows of group ``g`` in what a sweep makes: [A y] or [A J r], transposed."""
+        first = self._places(jacobian)[0][0]
+        return slice(first[g], first[g + 1] if g + 1 < len(self.groups) else self._places(jacobian)[1])
+
+    def _places(self, jacobian: bool) -> tuple[np.ndarray, int]:
+        """Where a sweep writes the groups' designs, the outputs' Jacobians and targets; how many rows there are."""
+        return self._all_places[jacobian]
+
+    @cached_property
+    def _all_places(self) -> tuple[tuple[np.ndarray, int], tuple[np.ndarray, int]]:
+        found, premises = [], sum(sign.size for sign in self.premises.signs)
+        for size in (0, premises):
+            place, row = np.zeros((3, len(self.fis.outputs)), dtype=np.int64), 0
+            for g, group in enumerate(self.groups):
+                place[0, g] = row
+                row += len(group.columns)
+                for o in group.outputs:
+                    place[1, o] = row
+                    row += size
+                for o in group.outputs:
+                    place[2, o] = row
+                    row += 1
+            found.append((place, row))
+        return found[0], found[1]
+
+    def _equations(
+        self, parameters: np.ndarray, data: Samples, kept: np.ndarray | None
+    ) -> tuple[list[Equations], np.ndarray, np.ndarray | None]:
+        """The groups' normal equations, where rules fire, and the designs with the targets if that is one block."""
+        firing = np.zeros(len(self.groups), dtype=np.int64)
+        grams: list[Any] = [0.0] * len(self.groups)
+        design: np.ndarray | None = None
+
+        def work(samples: tuple[np.ndarray, np.ndarray]) -> tuple[list[np.ndarray], np.ndarray, np.ndarray | None]:
+            found = self._sweep(parameters, samples, DESIGN, kept=kept)
+            parts = [found.made[self._rows(g, False)] for g in range(len(self.groups))]
+            with np.errstate(over="ignore", invalid="ignore"):  # the solution says so
+                made = [part @ part.T for part in parts]
+            return made, found.fires, found.made if kept is not None else None
+
+        for made, fires, held in self._over_blocks(data, work):
+            design = held
+            firing = firing + fires
+            grams = [total + part for total, part in zip(grams, made, strict=True)]
+        equations = [joined(gram, len(g.columns)) for gram, g in zip(grams, self.groups, strict=True)]
+        return equations, firing, design
+
+    def fit(self, free: Sequence[np.ndarray], data: Samples, gradient: bool = False) -> Fit:
+        """Solve for the consequents by least squares: they, the error left, and its gradient to the premises if asked.
+
+        The gradient holds the consequents: they are at their own minimum, where their change does not count (with a
+        ridge that holds as nearly as the ridge is small).
+        """
+        if not gradient and self._last and self._last[0] is free and self._last[1] is data:
+            return self._last[2]  # type: ignore[no-any-return]
+        natural, parameters = self._at(free)
+        kept = None
+        if data.count <= min(BLOCK, self.block):
+            functions, rules = len(self._plan.kind), len(self._plan.weight)
+            kept = np.empty((functions + 2 * rules, -(-data.count // LANES) * LANES))
+        equations, fires, design = self._equations(parameters, data, kept)
+        solutions = [
+            self._solution(parameters, g, equations[g], int(fires[g]), design, data) for g in range(len(fires))
+        ]
+        squares, slopes, _ = self._errors(parameters, [s.values for s in solutions], data, gradient, kept)
+        rmse = (squares / (data.count * len(self.fis.outputs))) ** 0.5
+        found = Fit(solutions, rmse, self._by_kind(natural, slopes) if gradient else None)
+        self._last[:] = free, data, found
+        return found
+
+    def _solution(
+        self, parameters: np.ndarray, g: int, equations: Equations, fires: int, design: np.ndarray | None, data: Samples
+    ) -> Solution:
+        """The consequents of group ``g``; ``design`` holds the design matrices of all groups, if they are at hand."""
+        group, below = self.groups[g], None
+        if self.ridge:
+            below = ridge_rows(group, equations, self.ridge * fires, *self._range(data), self._plan.normalise)
+            equations = plus(equations, *below)
+
+        def samples() -> tuple[np.ndarray, np.ndarray]:
+            whole = self._sweep(parameters, next(self._portions(data)), DESIGN).made if design is None else design
+            whole = whole[self._rows(g, False)]
+            a, y = whole[: len(group.columns)], whole[len(group.columns) :].T
+            return (a, y) if below is None else (np.hstack([a, below[0].T]), np.concatenate([y, below[1]]))
+
+        return solve(equations, samples if data.count <= self.block else None)
+
+    def _range(self, data: Samples) -> tuple[np.ndarray, np.ndarray]:
+        """Middle and half width (inputs,) of the samples, in scaled units; an input that is constant has width 1."""
+        if data not in self._ranges:
+            units = [self.premises.scale(x) for x, _ in self._portions(data)]
+            low, high = np.min([u.min(axis=0) for u in units], axis=0), np.max([u.max(axis=0) for u in units], axis=0)
+            self._ranges[data] = (low + high) / 2, np.where(high > low, (high - low) / 2, 1.0)
+        return self._ranges[data]
+
+    def _errors(
+        self,
+        parameters: np.ndarray,
+        values: Sequence[np.ndarray],
+        data: Samples,
+        gradient: bool,
+        kept: np.ndarray | None = None,
+    ) -> tuple[float, np.ndarray, int]:
+        """The squared errors, their gradient to the membership functions' parameters, and at how many none fires."""
+        proposals, squares, silent = self._proposals(values), 0.0, 0
+        slopes = np.zeros_like(parameters)
+        task = ERRORS | GRADIENT if gradient else ERRORS
+        for found in self._over_blocks(
+            data, lambda samples: self._sweep(parameters, samples, task, proposals, kept=kept)
+        ):
+            squares, silent, slopes = squares + found.squares, silent + found.silent, slopes + found.slopes
+        return squares, slopes, silent
+
+    def rmse(self, point: Point, data: Samples) -> float:
+        """The root mean square error at ``point`` over samples and outputs, in the outputs' unit."""
+        squares, _, _ = self._errors(self._at(point.free)[1], point.values, data, False)
+        return float((squares / (data.count * len(self.fis.outputs))) ** 0.5)
+
+    def silent(self, free: Sequence[np.ndarray], data: Samples) -> int:
+        """The number of samples at which no rule fires for some output."""
+        values = [np.zeros((len(g.columns), len(g.outputs))) for g in self.groups]
+        return self._errors(self._at(free)[1], values, data, False)[2]
+
+    # Second order -------------------------------------------------------------------------------------------------
+
+    def reduced(self, point: Point, data: Samples) -> tuple[np.ndarray, np.ndarray]:
+        """Jᵀ J and Jᵀ r of the reduced residual, consequents eliminated, as :meth:`anfis.network.Network.reduced`."""
+        natural, parameters = self._at(point.free)
+        proposals = self._proposals(point.values)
+        factor = np.zeros_like(parameters)
+        ones = self.premises.free_gradient(natural, [np.ones_like(p) for p in natural])
+        for kind, by in zip(self.fis.structure.kinds, ones, strict=True):
+            factor[kind.terms, : by.shape[1]] = by
+        jtj: Any = 0.0
+        jtr: Any = 0.0
+        parts, fires = self._rows_of(parameters, factor, proposals, data)
+        for g, (group, rows) in enumerate(zip(self.groups, parts, strict=True)):
+            n, q = len(group.columns), len(group.outputs)
+            if self.ridge:
+                rows = self._with_ridge(g, rows.T, point.values[g], int(fires[g]), data).T
+            left = eliminated(rows, n)
+            size = (len(left) - q) // q
+            for k in range(q):
+                own = slice(k * size, (k + 1) * size)
+                jtj, jtr = jtj + left[own, own], jtr + left[own, k - q]
+        return jtj, jtr
+
+    def _rows_of(
+        self, parameters: np.ndarray, factor: np.ndarray, proposals: np.ndarray, data: Samples
+    ) -> tuple[list[np.ndarray], np.ndarray]:
+        """Each group's [A, J, r], transposed, or of more than one block its triangle (QR); and where rules fire."""
+        firing: Any = 0
+        whole: list[Any] = []
+        task = DESIGN | JACOBIAN
+        for found in self._over_blocks(data, lambda samples: self._sweep(parameters, samples, task, proposals, factor)):
+            rows: list[Any] = [found.made[self._rows(g, True)] for g in range(len(self.groups))]
+            firing = firing + found.fires
+            if data.count > min(BLOCK, self.block):
+                rows = [np.hstack(pair) for pair in zip(whole, rows, strict=True)] if whole else rows
+                rows = [np.asarray(np.linalg.qr(part.T, mode="r")).T for part in rows]
+            whole = rows
+        return whole, firing
+
+    def _with_ridge(self, g: int, triangle: np.ndarray, values: np.ndarray, fires: int, data: Samples) -> np.ndarray:
+        """The triangle [A, J, r] of a group with the ridge's rows [a, 0, t − a · values] below."""
+        n, q = values.shape
+        a, targets = triangle[:, :n], triangle[:, -q:] + triangle[:, :n] @ values
+        equations = Equations(a.T @ a, a.T @ targets)
+        rows, wanted = ridge_rows(
+            self.groups[g], equations, self.ridge * fires, *self._range(data), self._plan.normalise
+        )
+        below = np.zeros((len(rows), triangle.shape[1]))
+        below[:, :n] = rows
+        below[:, -q:] = wanted - rows @ values
+        return np.concatenate([triangle, below])
+
+
+def has_kernel(fis: Sugeno) -> bool:
+    """Whether compiled code knows all membership functions of ``fis``."""
+    return all(type(f) in NUMBERS for v in fis.inputs for f in v.terms.values())
+
+
+def make_network(fis: Sugeno, keep_order: bool, ridge: float, block: int) -> CompiledNetwork:
+    """The compiled network of ``fis``, which has plain numbers and functions that all have a kernel."""
+    held, groups = premises(fis, keep_order=keep_order), output_groups(fis)
+    return CompiledNetwork(held, groups, ridge, block, plan_of(fis, groups, held.low, held.span, held.high))
