@@ -17,6 +17,7 @@ from fuzzy.sketch import counted
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
+from robotics.laws.universe import say_of_inputs
 from robotics.measures.own import NO_METRICS, OwnMetrics
 from robotics.measures.registry import measure_all, metrics_of, own_metrics
 from robotics.scenario.description import Scenario
@@ -191,7 +192,10 @@ def _driven(opening: Opening, job: _Job, seeds: tuple[int, ...], names: list[str
         mine = seeds[first - n * each : last - n * each]
         which = slice(first - job.first, last - job.first)
         driver = opening.drivers[n]
-        found.append((n, recorder.run(driver.setting, mine, name, gone, end, which, driver.law, opening.references)))
+        run = recorder.run(driver.setting, mine, name, gone, end, which, driver.law, opening.references)
+        if run.inputs is not None:
+            say_of_inputs(driver.law.fuzzy_systems, run.inputs)
+        found.append((n, run))
     return found
 
 

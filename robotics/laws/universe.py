@@ -23,6 +23,8 @@ def say_of_inputs(systems: Mapping[str, Sugeno], inputs: np.ndarray) -> None:
     for system in systems.values():
         own = np.moveaxis(inputs[:, first : first + len(system.inputs)], 1, -1).reshape(-1, len(system.inputs))
         first += len(system.inputs)
+        if system.out_of_range in ("clip", "ignore") and system.no_rule_fires != "error":
+            continue  # it was told to say nothing of its inputs
         points = own[~np.isnan(own).any(axis=1)].astype(float)
         for column, variable in zip(points.T, system.inputs, strict=True):
             for end in variable.universe:  # an end itself is recorded a little off, and is not outside

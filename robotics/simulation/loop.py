@@ -6,9 +6,9 @@ its own seed, and no lane's arithmetic depends on another run: a run's result do
 runs are beside it, nor on how many threads share them out.
 """
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from multiprocessing import parent_process
 from threading import Lock
 from typing import Any, cast
 
@@ -16,6 +16,7 @@ import numpy as np
 from numba import types
 
 from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.threads import processors
 from fuzzy.errors import InputError
 from robotics.laws.catalogue import as_law
 from robotics.laws.equation import (
@@ -43,6 +44,7 @@ from robotics.laws.equation import (
 from robotics.laws.foreign import begun, commanded
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
+from robotics.laws.universe import say_of_inputs
 from robotics.paths.trajectory import Reference
 from robotics.radio.faults import Faults
 from robotics.scenario.description import Scenario
@@ -284,7 +286,7 @@ class Simulation:
             reference,
             self.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy())),
             self.ranges,
-            self.memory,
+            self.memory.copy() if has_equation(self.law) else self.memory,
             command,
             command.target or reference,
             self.rows(lanes.trouble.code.copy()),
@@ -348,7 +350,10 @@ def record_run(
     if has_equation(law):
         opening = Opening.of([Driver(setting, law)], seeds, faults)
         gone = np.concatenate(driven(opening, recorder.kept, Periods(setting.ticks + 1, len(seeds), progress), threads))
-        return recorder.run(setting, seeds, name, gone, setting.ticks + 1)
+        run = recorder.run(setting, seeds, name, gone, setting.ticks + 1)
+        if run.inputs is not None:
+            say_of_inputs(law.fuzzy_systems, run.inputs)
+        return run
     simulation = Simulation(setting, law, seeds, faults, recorder, name)
     for k in range(setting.ticks + 1):
         simulation.period(k)
@@ -398,8 +403,13 @@ def driven(
 
 
 def share_out(one: Callable[[Any], Any], jobs: Sequence[Any], threads: int | None = None) -> list[Any]:
-    """Do ``one`` thing for each of ``jobs``, shared out over ``threads``; by default as many as there are cores."""
-    workers = min(len(jobs), len(os.sched_getaffinity(0)) if threads is None else threads)
+    """Do ``one`` thing for each of ``jobs``, shared out over ``threads``.
+
+    By default there are as many as there are cores; but one in a worker process, which has others beside it.
+    """
+    if threads is None:
+        threads = 1 if parent_process() is not None else processors()
+    workers = min(len(jobs), threads)
     if workers <= 1:
         return [one(job) for job in jobs]
     with ThreadPoolExecutor(workers) as pool:

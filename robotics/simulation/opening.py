@@ -144,7 +144,7 @@ class Opening:
             known,
             memory,
             command,
-            np.empty(law.working if isinstance(law, EquationLaw) else 0),
+            np.empty(max((d.law.working for d in self.drivers if isinstance(d.law, EquationLaw)), default=0)),
             np.zeros((2, runs * robots)),
             np.zeros(runs * robots),
             np.full(runs * robots, -1),

@@ -1,11 +1,11 @@
 """Thousands of random runs, in chunks that several threads or processes may share."""
 
-import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from itertools import pairwise
 from typing import Generic, NamedTuple, TypeVar
 
+from fuzzy.compiled.threads import processors
 from fuzzy.shell.progress import Advance, Begin
 from robotics.experiments.executors import WorkerError, processes
 from robotics.experiments.stress.outcome import StressOutcome, joined
@@ -51,8 +51,8 @@ def in_chunks(
         begin: Starts a bar of a progress display, by its text and total.
         threads: Whether they are threads of this process instead: quicker where compiled code drives the runs.
     """
-    chunks = _chunks(seeds, robots, jobs or _cores())
-    workers = min(len(chunks), jobs or _cores())
+    chunks = _chunks(seeds, robots, jobs or processors())
+    workers = min(len(chunks), jobs or processors())
     done: dict[int, Outcome] = {}
     interrupted, reason = False, ""
     try:
@@ -133,8 +133,3 @@ def _chunks(seeds: Sequence[int], robots: int, workers: int) -> list[Sequence[in
     count = max(count, min(workers, total * robots // FEWEST))
     bounds = [total * k // count for k in range(count + 1)]
     return [seeds[a:b] for a, b in pairwise(bounds)]
-
-
-def _cores() -> int:
-    """How many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
