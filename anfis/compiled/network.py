@@ -229,7 +229,7 @@ class CompiledNetwork:
         ridge that holds as nearly as the ridge is small).
         """
         if not gradient and self._last and self._last[0] is free and self._last[1] is data:
-            return self._last[2]  # type: ignore[no-any-return]
+            return self._last[2]
         natural, parameters = self._at(free)
         kept = None
         if data.count <= min(BLOCK, self.block):
