@@ -82,6 +82,10 @@ class Premises:
 
     def start(self) -> Arrays:
         """Free arrays for the parameters that ``fis`` has now."""
+        return self._start
+
+    @cached_property
+    def _start(self) -> Arrays:
         result = []
         for kind, natural in zip(self.fis.structure.kinds, self._scaled(), strict=True):
             columns = [

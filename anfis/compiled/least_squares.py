@@ -77,10 +77,9 @@ def cholesky(gram: np.ndarray, least: float) -> np.ndarray | None:
 
 
 class Orthonormal(NamedTuple):
-    """A design matrix A as L K Q, transposed: with the factors L, K (parameters, parameters) and orthonormal rows Q."""
+    """A basis of the columns of a design matrix A: Aᵀ = L K Q with lower triangular L, K and orthonormal rows Q."""
 
-    first: np.ndarray  # L, lower triangular
-    second: np.ndarray  # K, lower triangular and near the unit matrix
+    factor: np.ndarray  # K (parameters, parameters), near the unit matrix
     nearly: np.ndarray  # K Q (parameters, samples)
 
 
@@ -100,7 +99,7 @@ def orthonormal(gram: np.ndarray, transposed: np.ndarray) -> Orthonormal | None:
     if not float(abs(again - np.eye(len(again))).max()) < _NEAR_ONE:
         return None
     second = cholesky(again, 0.0)
-    return None if second is None else Orthonormal(first, second, nearly)
+    return None if second is None else Orthonormal(second, nearly)
 
 
 def eliminated(transposed: np.ndarray, parameters: int) -> np.ndarray:
@@ -114,7 +113,7 @@ def eliminated(transposed: np.ndarray, parameters: int) -> np.ndarray:
         return gram
     made = orthonormal(gram[:parameters, :parameters], a)
     if made is not None:
-        part = np.linalg.solve(made.second, made.nearly @ rest.T)
+        part = np.linalg.solve(made.factor, made.nearly @ rest.T)
         return np.asarray(gram[parameters:, parameters:] - part.T @ part)
     triangle: Any = np.linalg.qr(transposed.T, mode="r")
     basis, _, _ = singular(triangle[:, :parameters], max(len(triangle), parameters))
