@@ -15,7 +15,7 @@ from fuzzy.system import FuzzySystemError, Sugeno, Variable
 from robotics.commands.application import main
 from robotics.environment.world import Disc, World, compile_world
 from robotics.laws.catalogue import make_controller
-from robotics.laws.law import ControllerError
+from robotics.laws.law import Command, ControllerError, Law
 from robotics.laws.modes import AVOID
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, load_rule_base
 from robotics.measures.decisions import NONE, UNKNOWN, DecisionError, decisions, rule_spans, strongest
@@ -102,12 +102,26 @@ def test_a_law_without_rule_bases_keeps_none_though_one_below_it_says_its_inputs
     assert run.about.rule_bases == {}
 
 
-def test_a_law_whose_inputs_do_not_fit_its_rule_bases_is_refused(monkeypatch):
-    monkeypatch.setattr(
-        FuzzyTracking, "fuzzy_systems", property(lambda law: {"tracking": law.tracking.fis, "lateral": law.turn.fis})
-    )
+class Forgetful(Law[None]):
+    """A law of arrays that has two rule bases, of five inputs, and tells the inputs of one."""
+
+    @property
+    def fuzzy_systems(self):
+        """Both."""
+        law = FuzzyTracking(lateral="path")
+        return law.fuzzy_systems
+
+    def init(self, setting, runs):
+        """Remember nothing."""
+
+    def control(self, seen, memory, dt):
+        v, w, inputs = FuzzyTracking().toward_with_inputs(seen, seen.reference)
+        return Command(v, w, v, w, inputs=inputs), None
+
+
+def test_a_law_whose_inputs_do_not_fit_its_rule_bases_is_refused():
     with pytest.raises(ControllerError, match=r"rule bases tracking, lateral have 5 inputs in all, .* carry 4"):
-        simulate(replace(load_scenario("table-2-1"), duration=0.1), make_controller("fuzzy"))
+        simulate(replace(load_scenario("table-2-1"), duration=0.1), Forgetful())
 
 
 # Firing strengths ---------------------------------------------------------------------------------------------------

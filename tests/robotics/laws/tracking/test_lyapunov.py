@@ -19,6 +19,7 @@ from robotics.scenario.reading import load_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
 
+SETTING = load_scenario("lyapunov-circle").setting  # of one robot
 NOISY = Sensing(posture="pose", position_noise=0.005)
 
 Pose = tuple[np.ndarray, np.ndarray, np.ndarray]  # x, y, heading
@@ -33,7 +34,8 @@ def pose_and_target(x, y, heading, v=0.0, w=0.0, s=0.0) -> tuple[Pose, Reference
 
 def decide(law, robot: Pose, target):
     zero = np.zeros((1, 1))
-    command, _ = law.control(Observation(0.0, *robot, zero, zero, target, None), None, 0.05)
+    seen = Observation(0.0, *robot, zero, zero, target, SETTING.references)
+    command, _ = law.control(seen, law.init(SETTING, 1), 0.05)
     return float(command.v[0, 0]), float(command.w[0, 0])
 
 
