@@ -23,9 +23,11 @@ from uuid import uuid4
 import llvmlite
 import numba
 import numpy as np
+from numba import types as types
 from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
 from numba.core.serialize import dumps
+from numba.np.numpy_support import as_dtype as as_dtype  # for those who declare types
 
 # Whose functions and classes are told by their name: what is in them changes with the versions only.
 _LIBRARIES = {"builtins", "cmath", "math", "numba", "numpy", "operator"}
@@ -51,6 +53,18 @@ def kernel(function: Callable[..., Any] | None = None, /, **options: Any) -> Any
     if isinstance(compiled, Dispatcher):
         vars(compiled)["_cache"] = KernelCache(compiled)  # as enable_caching() does with Numba's cache
     return compiled
+
+
+def inner(function: Callable[..., Any] | None = None, /, **options: Any) -> Any:
+    """Compile a function that only compiled functions call, and that makes no arrays: a third of the time less.
+
+    It has no entry from Python, where it must not be called; it holds no lock, and counts no references.
+
+    Args:
+        function: The function; without it a decorator with these options comes back.
+        options: As of :func:`kernel`.
+    """
+    return kernel(function, nogil=True, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)
 
 
 class KernelCache(FunctionCache):

@@ -14,7 +14,6 @@ import numpy as np
 
 from fuzzy.compiled.degrees import (
     exp_nonpositive,
-    inlined,
     log_bell,
     log_gaussian,
     log_sigmoid,
@@ -25,7 +24,7 @@ from fuzzy.compiled.degrees import (
     spline,
     trapezoid,
 )
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import inner, kernel
 from fuzzy.compiled.packed import (
     AND_MIN,
     CLAUSE_NEGATED,
@@ -84,7 +83,7 @@ FOUR = np.uint64(4)
 FEW = np.uint64(12)  # fewer points than this are evaluated one by one
 
 
-@inlined
+@inner(forceinline=True)
 def _row_of_degrees(kind: int, system: np.ndarray, t: Any, rows: np.ndarray, i: Any, row: Any) -> None:
     """Degrees of term ``t``, those of ``kind`` from GAUSSIAN on as logarithms; not-a-number for an unknown kind."""
     a, b = system[whole(system, A) + t], system[whole(system, B) + t]
@@ -159,7 +158,7 @@ def _memberships(system: np.ndarray, rows: np.ndarray, degrees: Any, unknown: An
         begin = end
 
 
-@inlined
+@inner(forceinline=True)
 def _clause(rows: np.ndarray, degree: Any, power: float, negated: bool, result: Any) -> None:
     """Row ``result`` ← the row ``degree`` after hedge and "not"."""
     if power == 1.0:
@@ -179,7 +178,7 @@ def _clause(rows: np.ndarray, degree: Any, power: float, negated: bool, result: 
             rows[result, p] = 1.0 - rows[result, p]
 
 
-@inlined
+@inner(forceinline=True)
 def _firing(system: np.ndarray, rows: np.ndarray, degrees: Any, firing: Any, rules: Any, clause: Any) -> None:
     """Layer 2 from degrees."""
     ends, is_or, weight = whole(system, RULE_END), whole(system, IS_OR), whole(system, WEIGHT)
@@ -212,7 +211,7 @@ def _firing(system: np.ndarray, rows: np.ndarray, degrees: Any, firing: Any, rul
         begin = end
 
 
-@inlined
+@inner(forceinline=True)
 def _log_firing(
     system: np.ndarray, rows: np.ndarray, degrees: Any, firing: Any, rules: Any, top: Any, zero: Any
 ) -> None:
@@ -314,7 +313,7 @@ def _defuzzify(system: np.ndarray, rows: np.ndarray, firing: Any, o: Any, rules:
             rows[output, p] /= rows[total, p] if rows[total, p] > 0.0 else 1.0
 
 
-@inlined
+@inner(forceinline=True)
 def _evaluate_block(
     system: np.ndarray, rows: np.ndarray, output: np.ndarray, start: int, count: int, missing: np.ndarray
 ) -> None:

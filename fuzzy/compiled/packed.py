@@ -16,7 +16,6 @@ import numpy as np
 
 from fuzzy.compiled.degrees import (
     exp_nonpositive,
-    inlined,
     log_bell,
     log_gaussian,
     log_sigmoid,
@@ -27,7 +26,7 @@ from fuzzy.compiled.degrees import (
     spline,
     trapezoid,
 )
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import inner, kernel
 from fuzzy.compiled.tables import (
     BELL,
     GAUSSIAN,
@@ -157,19 +156,19 @@ def packed_work(system: np.ndarray) -> int:
     return int(system[INPUTS]) + int(system[TERMS]) + 2 * int(system[RULES])
 
 
-@inlined
+@inner(forceinline=True)
 def whole(system: np.ndarray, place: Any) -> Any:
     """A whole number of a system, as an unsigned one: Numba then does not ask whether an index is negative."""
     return np.uint64(np.int64(system[place]))
 
 
-@inlined
+@inner(forceinline=True)
 def clipped(log: float) -> float:
     """Return a logarithm, or what stands for that of 0."""
     return NEVER if log < NEVER else log
 
 
-@uncounted
+@inner
 def _degree(kind: int, x: float, a: float, b: float, c: float, d: float) -> float:
     """Degree of one term, from GAUSSIAN on its logarithm; not-a-number for an unknown kind.
 
@@ -198,7 +197,7 @@ def _degree(kind: int, x: float, a: float, b: float, c: float, d: float) -> floa
     return np.nan
 
 
-@inlined
+@inner(forceinline=True)
 def _degrees(kind: int, system: np.ndarray, begin: int, end: int, x: float, work: np.ndarray, at: int) -> None:
     """Degrees of one segment, those of ``kind`` from GAUSSIAN on as logarithms; not-a-number for an unknown kind."""
     a, b, c, d = whole(system, A), whole(system, B), whole(system, C), whole(system, D)
@@ -214,7 +213,7 @@ def _degrees(kind: int, system: np.ndarray, begin: int, end: int, x: float, work
             work[at + t] = _degree(kind, x, system[a + t], system[b + t], system[c + t], system[d + t])
 
 
-@inlined
+@inner(forceinline=True)
 def _memberships(system: np.ndarray, work: np.ndarray, at: int, logs: bool) -> bool:
     """Layer 1 of the point at the beginning of ``work``; return whether a degree is not-a-number."""
     begin, unknown = np.uint64(0), False
@@ -234,7 +233,7 @@ def _memberships(system: np.ndarray, work: np.ndarray, at: int, logs: bool) -> b
     return unknown
 
 
-@inlined
+@inner(forceinline=True)
 def _hedged(degree: float, power: float, negated: bool) -> float:
     """A degree after hedge and "not".
 
@@ -251,7 +250,7 @@ def _hedged(degree: float, power: float, negated: bool) -> float:
     return 1.0 - degree if negated else degree
 
 
-@inlined
+@inner(forceinline=True)
 def _firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> None:
     """Layer 2 from degrees."""
     ends, is_or, weight = whole(system, RULE_END), whole(system, IS_OR), whole(system, WEIGHT)
@@ -277,7 +276,7 @@ def _firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rul
         begin = end
 
 
-@inlined
+@inner(forceinline=True)
 def _plain_firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> None:
     """Layer 2 from degrees for rules that are all "and", without a hedge and without "not"."""
     ends, weight, term = whole(system, RULE_END), whole(system, WEIGHT), whole(system, CLAUSE_TERM)
@@ -292,7 +291,7 @@ def _plain_firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: in
         begin = end
 
 
-@inlined
+@inner(forceinline=True)
 def _log_firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> float:
     """Layer 2 from logarithms, without the rules' weights; return the greatest logarithm of those that count."""
     ends, weight = whole(system, RULE_END), whole(system, WEIGHT)
@@ -309,7 +308,7 @@ def _log_firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int,
     return top if top > NEVER / 1e6 else 0.0
 
 
-@inlined
+@inner(forceinline=True)
 def _weights(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> None:
     """Layers 2 and 3: the firing strengths w, and from ``firing + rules`` on the weights, 0 where none fires.
 
@@ -338,7 +337,7 @@ def _weights(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, ru
         work[weights + r] = work[firing + r] / total
 
 
-@inlined
+@inner(forceinline=True)
 def _defuzzified(
     system: np.ndarray, work: np.ndarray, firing: int, weights: int, o: int, rules: int
 ) -> tuple[float, bool]:

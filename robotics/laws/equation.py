@@ -22,9 +22,8 @@ from threading import Lock
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numba import types
 
-from fuzzy.compiled.jit import fingerprint, kernel
+from fuzzy.compiled.jit import fingerprint, kernel, types
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.paths.references import References
@@ -66,7 +65,6 @@ KNOWN_TYPE = types.NamedTuple((_F, _F, _F2, _F3, _F2, ROAD_TYPE, _I1, _I1, _F2, 
 EQUATION_TYPE = types.void(_I, _I, KNOWN_TYPE, _F2, _F2, _F1)
 
 uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
-inlined = kernel(nogil=True, _nrt=False, forceinline=True)
 
 
 def equation(law: Callable[..., None]) -> Any:

@@ -8,14 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import inner
 from robotics.paths.joined import PathTable, nearest_abscissa
 from robotics.paths.path import cell_by_x, point, point_beside
 
 TABULATED, EVEN, PLANNED = range(3)  # how a road is timed: by a table of abscissae, evenly, or by a plan's shares
 CELLS = 160  # ticks of a plan in its nominal duration
-
-uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
 
 
 class Road(NamedTuple):
@@ -66,7 +64,7 @@ def road_of(
     )
 
 
-@uncounted
+@inner
 def timed(road, path, time):  # type: ignore[no-untyped-def]
     """How far the reference of one path is at a time [s] of the run: abscissa [m] and speed [m/s]."""
     time = time + road.since
@@ -80,7 +78,7 @@ def timed(road, path, time):  # type: ignore[no-untyped-def]
     return share * length, slope * CELLS / road.durations[path] * length if time < road.ends[path] else 0.0
 
 
-@uncounted
+@inner
 def moving(road, path, time):  # type: ignore[no-untyped-def]
     """The reference of one path at a time [s] of the run: x, y [m], heading [rad], v [m/s], ω [rad/s], abscissa [m]."""
     s, v = timed(road, path, time)
@@ -88,7 +86,7 @@ def moving(road, path, time):  # type: ignore[no-untyped-def]
     return x, y, heading, v, v * curvature, s
 
 
-@uncounted
+@inner
 def planned(road, path, time):  # type: ignore[no-untyped-def]
     """A plan's share of the path at a time [s], and its slope a tick."""
     last = road.plan.shape[1] - 1
@@ -98,7 +96,7 @@ def planned(road, path, time):  # type: ignore[no-untyped-def]
     return a + (t - k) * (b - a), b - a
 
 
-@uncounted
+@inner
 def _tabulated(timing, path, end, length, time):  # type: ignore[no-untyped-def]
     """Abscissa [m] and speed [m/s]: between the times of the table by a cubic Hermite spline."""
     if time >= end:
@@ -115,19 +113,19 @@ def _tabulated(timing, path, end, length, time):  # type: ignore[no-untyped-def]
     return s, (1 - t) * a + t * b
 
 
-@uncounted
+@inner
 def at(road, path, s):  # type: ignore[no-untyped-def]
     """The point of one path at an abscissa [m]: x, y [m], heading [rad], curvature [1/m]."""
     return point(road.table, road.first[path], road.cells[path], road.lengths[path], s)
 
 
-@uncounted
+@inner
 def beside(road, path, x):  # type: ignore[no-untyped-def]
     """The point of one path, along which x grows, with that x [m]: x, y [m], heading [rad], curvature [1/m]."""
     return point_beside(road.table, road.first[path], road.cells[path], road.lengths[path], x)
 
 
-@uncounted
+@inner
 def by_x(road, path, x):  # type: ignore[no-untyped-def]
     """The abscissa [m] where one path, along which x grows, has that x [m]; linear between nodes."""
     k = cell_by_x(road.table, road.first[path], road.cells[path], x)
@@ -135,13 +133,13 @@ def by_x(road, path, x):  # type: ignore[no-untyped-def]
     return _between(x, a, b, _node(road, path, k), _node(road, path, k + 1))
 
 
-@uncounted
+@inner
 def last_x(road, path):  # type: ignore[no-untyped-def]
     """The x [m] of the end of one path."""
     return road.table[0, road.first[path] + road.cells[path]]
 
 
-@uncounted
+@inner
 def share(road, path, s):  # type: ignore[no-untyped-def]
     """The progress, 0 to 1, at an abscissa [m]; in a formation it is that of the virtual path."""
     if road.shares.shape[1] == 0:
@@ -156,7 +154,7 @@ def share(road, path, s):  # type: ignore[no-untyped-def]
     return _between(s, _node(road, path, k), _node(road, path, k + 1), road.shares[0, n], road.shares[0, n + 1])
 
 
-@uncounted
+@inner
 def place(road, path, progress):  # type: ignore[no-untyped-def]
     """The abscissa [m] at a progress; what :func:`share` inverts."""
     if road.shares.shape[1] == 0:
@@ -167,7 +165,7 @@ def place(road, path, progress):  # type: ignore[no-untyped-def]
     return _between(progress, a, b, _node(road, path, k), _node(road, path, k + 1))
 
 
-@uncounted
+@inner
 def stretch(road, path, progress):  # type: ignore[no-untyped-def]
     """The way [m] for each unit of progress, at a progress: the path's length, or nearly so."""
     if road.shares.shape[1] == 0:
@@ -176,7 +174,7 @@ def stretch(road, path, progress):  # type: ignore[no-untyped-def]
     return _between(progress, road.shares[0, n], road.shares[0, n + 1], road.shares[1, n], road.shares[1, n + 1])
 
 
-@uncounted
+@inner
 def _share_cell(road, path, progress):  # type: ignore[no-untyped-def]
     """The cell in which a path has a progress."""
     low, high = 0, road.cells[path]
@@ -189,14 +187,14 @@ def _share_cell(road, path, progress):  # type: ignore[no-untyped-def]
     return low
 
 
-@uncounted
+@inner
 def _node(road, path, k):  # type: ignore[no-untyped-def]
     """The abscissa [m] of a path's node, to the last bit as numpy.linspace has it."""
     cells = road.cells[path]
     return k * (road.lengths[path] / cells) if k < cells else road.lengths[path]
 
 
-@uncounted
+@inner
 def _between(x, a, b, at_a, at_b):  # type: ignore[no-untyped-def]
     """The value at ``x`` between two points, or at the nearer one outside; to the last bit as numpy.interp has it."""
     if x <= a:
@@ -204,7 +202,7 @@ def _between(x, a, b, at_a, at_b):  # type: ignore[no-untyped-def]
     return (at_b - at_a) / (b - a) * (x - a) + at_a if x < b else at_b
 
 
-@uncounted
+@inner
 def nearest(road, path, x, y, around, reach):  # type: ignore[no-untyped-def]
     """The abscissa [m] of a path's nearest point to (x, y) [m], within ``reach`` [m] of the abscissa ``around``."""
     return nearest_abscissa(road.table, road.first[path], road.cells[path], road.lengths[path], x, y, around, reach)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import inner, kernel
 from robotics.radio.description import Radio
 from robotics.random_streams import RADIO_STREAM
 
@@ -211,7 +211,7 @@ def broadcast(air, k, tick, cut, rows, first_row, x, y):  # type: ignore[no-unty
             air.arrives[flight, i, j] = np.int32(k + periods) if periods > 0 else np.int32(-1)
 
 
-@uncounted
+@inner
 def _lateness(air, place, run, receiver, sender, lane):  # type: ignore[no-untyped-def]
     """How late [s] a message arrives by chance; infinite: it is lost. Bursts go on whether it passes or not."""
     stream, late = 0, air.latency

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import inner, kernel
 from robotics.environment.collision import segment_meets
 from robotics.environment.world import CLOSED, FIRST, NUMBER
 
@@ -47,7 +47,7 @@ def bodies_in_view(bodies: int, segments: int, robots: int, rays: int) -> Bodies
     return Bodies(np.empty((bodies + robots, 3)), spans, np.empty((segments + 4 * robots, 4)), np.empty((2, rays)))
 
 
-@uncounted
+@inner
 def cast(eyes, begin, end, lane, robots, x, y, turned, sizes, here, view, echoes):  # type: ignore[no-untyped-def]
     """Write the shortest echo [m] of each sensor of one robot that is due: infinite where there is none.
 
@@ -109,7 +109,7 @@ def cast(eyes, begin, end, lane, robots, x, y, turned, sizes, here, view, echoes
         _look(eyes, begin, end, view, count, echoes)
 
 
-@uncounted
+@inner
 def _in_view(table, due, begin, end, x, y, radius):  # type: ignore[no-untyped-def]
     """Whether any sensor may see a body in a circle about (x, y), in the robot's frame."""
     view = False
@@ -118,7 +118,7 @@ def _in_view(table, due, begin, end, x, y, radius):  # type: ignore[no-untyped-d
     return view
 
 
-@uncounted
+@inner
 def _in_cone(table, q, dx, dy, radius):  # type: ignore[no-untyped-def]
     """Whether sensor ``q`` may see a body in a circle about (dx, dy) from it; without branches, for speed."""
     far = table[RANGE, q] + radius
@@ -129,7 +129,7 @@ def _in_cone(table, q, dx, dy, radius):  # type: ignore[no-untyped-def]
     return (dx * dx + dy * dy <= far * far) & ((table[COS_HALF, q] <= 0) | (not beside))
 
 
-@uncounted
+@inner
 def _outline(x, y, c, s, half_length, half_width, edges, first):  # type: ignore[no-untyped-def]
     """Write the sides of a rectangle about (x, y), turned by (cos, sin), from ``first`` on, counter-clockwise."""
     ax, ay, bx, by = half_length * c, half_length * s, -half_width * s, half_width * c
@@ -140,7 +140,7 @@ def _outline(x, y, c, s, half_length, half_width, edges, first):  # type: ignore
         edges[k, 2], edges[k, 3] = corner_x, corner_y
 
 
-@uncounted
+@inner
 def _look(eyes, begin, end, view, count, echoes):  # type: ignore[no-untyped-def]
     """Write the shortest echo [m] of each sensor from the ``count`` bodies in view of its robot."""
     table, rays, first_ray = eyes.table, eyes.rays, eyes.first_ray
@@ -185,7 +185,7 @@ def _look(eyes, begin, end, view, count, echoes):  # type: ignore[no-untyped-def
             echoes[q] = shortest
 
 
-@uncounted
+@inner
 def _meet_edge(ax, ay, bx, by, area, rays, first, last, hits):  # type: ignore[no-untyped-def]
     """Update the nearest ``hits`` of rays from the origin with the segment from a to b, and its line's distance."""
     height = abs(area) / np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
@@ -198,7 +198,7 @@ def _meet_edge(ax, ay, bx, by, area, rays, first, last, hits):  # type: ignore[n
         hits[1, n] = height if nearer else hits[1, n]
 
 
-@uncounted
+@inner
 def _inside(x, y, edges, spans, b):  # type: ignore[no-untyped-def]
     """Whether a point in a body's circle is in the body: a ray from there crosses an odd number of sides."""
     inside = spans[b, 0] == spans[b, 1]
@@ -210,7 +210,7 @@ def _inside(x, y, edges, spans, b):  # type: ignore[no-untyped-def]
     return inside
 
 
-@uncounted
+@inner
 def _meet_disc(dx, dy, radius, rays, first, last, hits):  # type: ignore[no-untyped-def]
     """Update the nearest ``hits`` of rays from the origin with a circle, and the distance of the tangent there."""
     for n in range(first, last):
@@ -222,7 +222,7 @@ def _meet_disc(dx, dy, radius, rays, first, last, hits):  # type: ignore[no-unty
                 hits[0, n], hits[1, n] = t, t * root / radius
 
 
-@uncounted
+@inner
 def overhear(echo, eyes, begin, end, q, lane, robots, kinds, x, y, turned, sizes, here):  # type: ignore[no-untyped-def]
     """Shorten the ``echo`` [m] of sensor ``q`` to half the distance of one that it hears straight on (crosstalk).
 
@@ -253,7 +253,7 @@ def overhear(echo, eyes, begin, end, q, lane, robots, kinds, x, y, turned, sizes
     return echo
 
 
-@uncounted
+@inner
 def _mounted(x, y, turned, lane, table, q):  # type: ignore[no-untyped-def]
     """The place of sensor ``q`` on the robot of a lane [m], and the direction of its axis."""
     c, s = turned[0, lane], turned[1, lane]
@@ -265,7 +265,7 @@ def _mounted(x, y, turned, lane, table, q):  # type: ignore[no-untyped-def]
     )
 
 
-@uncounted
+@inner
 def _hidden(ax, ay, bx, by, here, g):  # type: ignore[no-untyped-def]
     """Whether an obstacle of world ``g`` is between the points a and b."""
     circles, bodies, segments = here.circles, here.bodies, here.segments
@@ -287,7 +287,7 @@ def _hidden(ax, ay, bx, by, here, g):  # type: ignore[no-untyped-def]
     return False
 
 
-@uncounted
+@inner
 def _covered(ax, ay, bx, by, i, j, first, robots, x, y, turned, sizes):  # type: ignore[no-untyped-def]
     """Whether a robot of the run other than ``i`` and ``j`` is between the points a and b."""
     for k in range(first, first + robots):

@@ -8,9 +8,8 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
-from numba.np.numpy_support import as_dtype
 
+from fuzzy.compiled.jit import as_dtype, types
 from robotics.environment.world import Geometry, Moving
 from robotics.laws.equation import KNOWN_TYPE, ROAD_TYPE, Known
 from robotics.paths.road import Road

@@ -13,9 +13,8 @@ from threading import Lock
 from typing import Any, cast
 
 import numpy as np
-from numba import types
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import kernel, types
 from fuzzy.compiled.threads import processors
 from fuzzy.errors import InputError
 from robotics.laws.catalogue import as_law

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from fuzzy.compiled.jit import inner
 from robotics.laws.equation import (
     AT_S,
     AT_X,
@@ -74,7 +75,7 @@ def hear(k, period, trouble, air):  # type: ignore[no-untyped-def]
     receive(air, k, period, trouble.cut)
 
 
-@uncounted
+@inner
 def decide(law, k, first, last, old, memory, command, work):  # type: ignore[no-untyped-def]
     """Ask the equation of the law for the commands of the lanes from ``first`` to before ``last`` in period ``k``.
 
@@ -143,7 +144,7 @@ def record(k, kept, truth, seen, command, order, code, air, readings, stopped): 
                 kept.ranges[k, run, robot, n] = readings[i, n]
 
 
-@uncounted
+@inner
 def _sample(k, i, run, robot, gone, samples, limits, truth, seen, command, order):  # type: ignore[no-untyped-def]
     """The channels of every run, in the order of robotics.simulation.channels.CHANNELS."""
     if gone:

@@ -18,7 +18,7 @@ from typing import Literal
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import inner, kernel
 from robotics.vehicle.robot import Robot
 
 Level = Literal["velocity", "torque"]
@@ -174,7 +174,7 @@ def saturate(limits: np.ndarray, v: np.ndarray, w: np.ndarray) -> tuple[np.ndarr
     return v * scale, w * scale
 
 
-@uncounted
+@inner
 def within(limits, robot, v, w):  # type: ignore[no-untyped-def]
     """The same as :func:`saturate` for one robot, the ``robot``-th of ``limits``, in compiled functions."""
     v_max, w_max, half_axle, wheel = limits[0, robot], limits[1, robot], limits[2, robot], limits[3, robot]
@@ -184,7 +184,7 @@ def within(limits, robot, v, w):  # type: ignore[no-untyped-def]
     return v * scale, w * scale
 
 
-@uncounted
+@inner
 def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[no-untyped-def]
     """A motor's torque at a wheel speed. ``hold`` 1: the voltage is held; 0: the drive holds the torque kt · voltage.
 
@@ -195,7 +195,7 @@ def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[
     return min(max(torque, -limit), limit)
 
 
-@uncounted
+@inner
 def _accelerations(  # type: ignore[no-untyped-def]
     v, w, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
 ):
@@ -253,7 +253,7 @@ def tick_into(  # type: ignore[no-untyped-def]
                 out[c, start + i] = z[c * _BLOCK + i]
 
 
-@uncounted
+@inner
 def _load(z, width, array, start, count):  # type: ignore[no-untyped-def]
     """Copy a block's columns of ``array`` to the rows of ``z``; the last lane fills up an incomplete vector."""
     for r in range(len(array)):
@@ -263,7 +263,7 @@ def _load(z, width, array, start, count):  # type: ignore[no-untyped-def]
             z[r * _BLOCK + i] = array[r, start + count - 1]
 
 
-@uncounted
+@inner
 def _begin(z, width):  # type: ignore[no-untyped-def]
     """Make what all steps of a tick need of the parameters and of the state."""
     for i in range(width):
@@ -279,7 +279,7 @@ def _begin(z, width):  # type: ignore[no-untyped-def]
         z[_OSIN * _BLOCK + i] = np.sin(z[ODO_HEADING * _BLOCK + i])
 
 
-@uncounted
+@inner
 def _loops(z, width, step, code):  # type: ignore[no-untyped-def]
     """Turn the held command (in the voltage rows) into the voltages of this step, or the velocity if kinematic."""
     for i in range(width):
@@ -352,7 +352,7 @@ def _loops(z, width, step, code):  # type: ignore[no-untyped-def]
         z[TORQUE_L * _BLOCK + i] = torque_l
 
 
-@uncounted
+@inner
 def _move(z, width, h, hold):  # type: ignore[no-untyped-def]
     """Do one Runge-Kutta step of the velocities over ``h`` seconds, and move the pose along its arc meanwhile."""
     for i in range(width):
@@ -384,7 +384,7 @@ def _move(z, width, h, hold):  # type: ignore[no-untyped-def]
         _arc(z, i, X, Y, HEADING, _COS, _SIN, forward, sideways, turn)
 
 
-@uncounted
+@inner
 def _stage(z, width, weight, reach, hold):  # type: ignore[no-untyped-def]
     """Do one stage of Runge-Kutta: add what it finds, times ``weight``, to the sums; the next is ``reach`` [s] on.
 
@@ -411,7 +411,7 @@ def _stage(z, width, weight, reach, hold):  # type: ignore[no-untyped-def]
         z[_W * _BLOCK + i] = z[W * _BLOCK + i] + reach * b
 
 
-@uncounted
+@inner
 def _glide(z, width, step):  # type: ignore[no-untyped-def]
     """Move the kinematic plant: the velocity is the command, and the arc is exact."""
     for i in range(width):
@@ -424,7 +424,7 @@ def _glide(z, width, step):  # type: ignore[no-untyped-def]
         _arc(z, i, X, Y, HEADING, _COS, _SIN, forward, 0.0, turn)
 
 
-@uncounted
+@inner
 def _arc(z, i, x, y, heading, cos, sin, forward, sideways, turn):  # type: ignore[no-untyped-def]
     """Move a pose along the arc of a constant twist: the exact solution of thesis (2.27)."""
     q = turn * turn
@@ -444,7 +444,7 @@ def _arc(z, i, x, y, heading, cos, sin, forward, sideways, turn):  # type: ignor
     z[sin * _BLOCK + i] = sh * cos_turn + ch * sin_turn
 
 
-@uncounted
+@inner
 def _odometry(z, width, step):  # type: ignore[no-untyped-def]
     """Read the encoders after the step: the wheel speeds for the loops, and the pose by odometry."""
     for i in range(width):

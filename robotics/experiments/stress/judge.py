@@ -8,9 +8,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import kernel, types
 from robotics.environment.swept import sweep
 from robotics.environment.world import Geometry
 from robotics.laws.equation import EQUATION_TYPE, GUARDED, MODE, REFUSED

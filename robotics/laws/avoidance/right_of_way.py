@@ -25,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from fuzzy.compiled.jit import inner
 from robotics.laws.avoidance.planned_way import CLOCK_MARGIN, planned_timing
 from robotics.laws.avoidance.priority import WHEREABOUTS, must_stop, whereabouts_of, wider
 from robotics.laws.equation import (
@@ -49,7 +50,6 @@ from robotics.laws.equation import (
     X,
     Y,
     equation,
-    inlined,
 )
 from robotics.laws.law import ControllerError, check_connected, check_team
 from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
@@ -114,7 +114,7 @@ def right_of_way(i, known, memory, command, work):  # type: ignore[no-untyped-de
     memory[PACE, i], memory[PLACE, i] = pace, place
 
 
-@inlined
+@inner(forceinline=True)
 def _worst_lag(i, known):  # type: ignore[no-untyped-def]
     """The largest lag [m] behind the plan that lane i has heard of.
 
@@ -131,7 +131,7 @@ def _worst_lag(i, known):  # type: ignore[no-untyped-def]
     return worst
 
 
-@inlined
+@inner(forceinline=True)
 def _least_clock(i, known, clock):  # type: ignore[no-untyped-def]
     """z := min(z, z_j) over the clocks that lane i has heard of, as they will be in the next period."""
     heard = known.heard

@@ -33,7 +33,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import inner, kernel
 from fuzzy.system import Sugeno
 from robotics.laws.equation import (
     FIRST,
@@ -54,7 +54,6 @@ from robotics.laws.equation import (
     X,
     Y,
     equation,
-    uncounted,
 )
 from robotics.laws.law import Command, ControllerError, Observation, check_connected, check_team
 from robotics.laws.modes import Box, StateDiagram, Transition
@@ -121,7 +120,7 @@ CLOCK, PLACE, PHASE, REMEMBERED = range(4)
 SAID_PLACE, SAID_SPEED, SAID_CLOCK, SAID_PACE = range(4)
 
 
-@uncounted
+@inner
 def steered(  # type: ignore[no-untyped-def]
     i, known, memory, first, command, work, turn, excused, no_lateral, at
 ):
@@ -189,7 +188,7 @@ def steered(  # type: ignore[no-untyped-def]
     memory[first + PLACE, i], memory[first + PHASE, i] = place, phase
 
 
-@uncounted
+@inner
 def _listened(i, known, due, literal):  # type: ignore[no-untyped-def]
     """What one robot makes of the messages it has heard.
 
@@ -222,7 +221,7 @@ def _listened(i, known, due, literal):  # type: ignore[no-untyped-def]
     return newest, apart, worst, slowest
 
 
-@uncounted
+@inner
 def held_one(  # type: ignore[no-untyped-def]
     road, path, x, y, heading, place, to_x, to_y, to_heading, to_v, to_w, to_s, reach
 ):

@@ -38,7 +38,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import inner, kernel
 from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
@@ -56,7 +56,6 @@ from robotics.laws.equation import (
     X,
     Y,
     equation,
-    uncounted,
 )
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.setting import Setting
@@ -90,7 +89,7 @@ NUMBERS = PLACES + len(INPUTS)
 _ASKED, _Y_ERR, _ALL, _SAID, WORK = 0, 4, 5, 9, 12
 
 
-@uncounted
+@inner
 def toward(  # type: ignore[no-untyped-def]
     x, y, heading, to_x, to_y, to_heading, to_v, to_w, x_err, turn, no_lateral, gains, at, g, rules, work
 ):
@@ -155,7 +154,7 @@ def track_by_rules(i, known, memory, command, work):  # type: ignore[no-untyped-
     told(i, command, SAYS, gains, 0, g, work)
 
 
-@uncounted
+@inner
 def told(i, command, first, gains, at, g, work):  # type: ignore[no-untyped-def]
     """Put the inputs of the rule bases, which :func:`toward` left in ``work``, into a command from row ``first`` on.
 

@@ -20,7 +20,7 @@ from typing import Literal
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import inner, kernel
 from robotics.laws.equation import (
     AT_HEADING,
     AT_V,
@@ -36,7 +36,6 @@ from robotics.laws.equation import (
     X,
     Y,
     equation,
-    uncounted,
 )
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
@@ -47,7 +46,7 @@ KX, KY, KPSI, CATCH_UP, FORM_2_32, FULL, CORRECTED = range(7)  # places of the g
 GAINS = 7
 
 
-@uncounted
+@inner
 def track(x, y, heading, to_x, to_y, to_heading, v_d, w_d, gains, at, g):  # type: ignore[no-untyped-def]
     """v [m/s] and ω [rad/s] by which a robot at a posture tracks a target that moves with v_d and ω_d.
 
