@@ -21,6 +21,7 @@ import numpy as np
 import torch
 
 from anfis import Options, train
+from anfis.checkpoint import with_tensors
 from fuzzy import Sugeno, format_fis, identify, parse_fis, parse_rule, read_fis
 from fuzzy.designer.design import design_of
 from fuzzy.designer.edits import EDITS, apply
@@ -192,17 +193,8 @@ def _checkpoints() -> Sequence[bytes]:
     with tempfile.TemporaryDirectory() as folder:
         path, old = Path(folder, "new.ck"), Path(folder, "old.ck")
         half = train(*_learner(), Options(epochs=2), checkpoint=path)
-        torch.save({**_tensors(half.state), "format": 1}, old)
+        torch.save({**with_tensors(half.state), "format": 1}, old)
         return [path.read_bytes(), old.read_bytes()]
-
-
-def _tensors(state: Any) -> Any:
-    """A state with torch's tensors in place of arrays, as the first versions had it."""
-    if isinstance(state, dict):
-        return {name: _tensors(part) for name, part in state.items()}
-    if isinstance(state, (list, tuple)):
-        return type(state)(_tensors(part) for part in state)
-    return torch.from_numpy(state) if isinstance(state, np.ndarray) else state
 
 
 @cache
