@@ -3,6 +3,7 @@
 import re
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,9 @@ import pytest
 from fuzzy.errors import InputError
 from robotics.commands.application import main
 from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
+from robotics.laws.catalogue import make_controller
+from robotics.scenario.reading import load_scenario
+from robotics.simulation.loop import simulate
 from tests.snippets import run_commands, run_python, snippets
 
 SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "own-law.md")
@@ -26,12 +30,15 @@ path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }
 def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    assert [kind for kind, _ in SNIPPETS] == ["sh", "sh", "toml", "sh", "toml", "python"]
+    assert [kind for kind, _ in SNIPPETS] == ["sh", "sh", "toml", "sh", "python", "toml", "python"]
     for kind, text in SNIPPETS:
         if kind == "sh":
             run_commands(text)
         elif kind == "toml" and (file := re.match(r"# ([\w-]+\.toml)", text)):
             (tmp_path / file[1]).write_text(text, encoding="utf-8")
+        elif kind == "python" and text.startswith("# fast.py"):
+            (tmp_path / "fast.py").write_text(text, encoding="utf-8")
+            _is_its_array_form("fast.py:Fast:gain=2")
         elif kind == "toml":
             groups = tomllib.loads(text)["project"]["entry-points"]
             assert {*groups} == {f"fuzzyfleet.{name}" for name in ("laws", "metrics", "rulebases")}
@@ -41,6 +48,16 @@ def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     for words in ("RMS acceleration", "MyLaw", "mine.fis", "comfort", "top_speed"):
         assert words in said
     sys.modules.pop("mylaw", None)
+
+
+def _is_its_array_form(specification):
+    """The equation of the page steers as numpy does it."""
+    law, scenario = make_controller(specification), load_scenario("lyapunov-sine")
+    run = simulate(replace(scenario, duration=1.0), law, (1, 2))
+    target = run.reference[:, :, 0]
+    wish = target[4] + 2 * (target[1] - run["y_measured"][:, 0])
+    np.testing.assert_allclose(run["command_2"][:, 0], wish, atol=1e-12)
+    np.testing.assert_array_equal(run["command_1"][0, 0], target[3])
 
 
 @pytest.mark.parametrize(("kind", "own"), [("law", "own.py:MyLaw"), ("rule-base", "own.fis"), ("metric", "own.py")])
