@@ -24,7 +24,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from fuzzy.compiled.jit import fingerprint, kernel, types
-from robotics.laws.law import Command, Law, Observation
+from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.paths.references import References
 from robotics.paths.road import Road
@@ -125,6 +125,13 @@ class EquationLaw(Law[Memory]):
     It gives :attr:`equation`, and :meth:`gain_rows`; where it remembers something, :meth:`begin` too.
     """
 
+    def __init_subclass__(cls) -> None:
+        """Drive by a derived class's own ``control`` where it has one, and not by the equation that it inherits."""
+        super().__init_subclass__()
+        own = vars(cls)
+        if "control" in own and "equation" not in own and "has_equation" not in own:
+            cls.has_equation = False
+
     equation: ClassVar[Any]  # of :func:`equation`
     has_equation: ClassVar[bool] = True  # False: it is driven by its ``control``, as a law without an equation
     aims: ClassVar[bool] = False  # whether its target is another than the setting's reference
@@ -170,6 +177,11 @@ class EquationLaw(Law[Memory]):
 
     def by(self, each: Any, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
         """Do as :meth:`control`, by an equation ``each`` that need not be the law's own."""
+        if not isinstance(memory, Memory):
+            raise ControllerError(
+                f"{type(self).__name__}.control needs the memory that its init(setting, runs) gave; got "
+                f"{type(memory).__name__}"
+            )
         runs, robots = seen.x.shape
         rows = np.empty((SEEN, runs, robots))
         for row, of in zip(rows, (*seen[1:6], *seen.reference), strict=True):

@@ -201,7 +201,7 @@ class Simulation:
             one.command[TO_X : TO_S + 1] = one.known.seen[AT_X : AT_S + 1]
             known = one.known._replace(time=k * one.period)
             compiled(type(law).equation)(0, len(one.lost), known, one.memory, one.command, one.work)
-            return cast(Command, law.commanded(self.rows(one.command)))
+            return cast(Command, law.commanded(self.rows(one.command.copy())))
         lanes = self.lanes
         seen = self.rows(lanes.known.seen.copy())  # a law may keep what it is given
         observation = Observation(

@@ -1,0 +1,57 @@
+"""Laws that are derived from laws with an equation, and laws that are called by hand."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from robotics.laws.catalogue import CATALOGUE, make_controller
+from robotics.laws.equation import EquationLaw
+from robotics.laws.law import ControllerError, Observation
+from robotics.laws.tracking.lyapunov import Lyapunov
+from robotics.scenario.reading import load_scenario
+from robotics.simulation.loop import drive, simulate
+from robotics.simulation.opening import has_equation
+
+SCENARIO = replace(load_scenario("lyapunov-sine"), duration=1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slower(Lyapunov):
+    """Half as fast as the law that it is derived from."""
+
+    def control(self, seen, memory, dt):
+        """Halve what the law says."""
+        command, memory = super().control(seen, memory, dt)
+        v, w = command.first / 2, command.second / 2
+        return command._replace(first=v, second=w, v=v, w=w), memory
+
+
+@dataclass(frozen=True, kw_only=True)
+class Renamed(Lyapunov):
+    """Another name, and nothing else."""
+
+
+def test_a_derived_law_drives_by_the_control_that_it_defines():
+    assert not has_equation(Slower())
+    assert has_equation(Renamed())
+    slow, fast = (simulate(SCENARIO, law, (1,)) for law in (Slower(), Lyapunov()))
+    np.testing.assert_array_equal(slow["command_1"][0, 0, :1], fast["command_1"][0, 0, :1] / 2)
+    assert slow["x"][0, 0, -1] < fast["x"][0, 0, -1] - 0.05
+    assert simulate(SCENARIO, Renamed(), (1,)).samples.tobytes() == fast.samples.tobytes()
+
+
+def test_a_law_that_is_called_by_hand_needs_the_memory_that_it_gave():
+    seen, *_ = list(drive(SCENARIO.setting, Lyapunov(), (1,)))
+    known = Observation(0.0, *seen.posture, seen.v, seen.w, seen.reference, SCENARIO.setting.references)
+    with pytest.raises(ControllerError, match=r"Lyapunov\.control needs the memory that its init"):
+        Lyapunov().control(known, None, 0.05)  # type: ignore[arg-type]
+    command, _ = Lyapunov().control(known, Lyapunov().init(SCENARIO.setting, 1), 0.05)
+    np.testing.assert_array_equal(command.first, seen.command.first)
+
+
+def test_the_laws_of_the_catalogue_that_have_an_equation():
+    without = {name for name in CATALOGUE if not has_equation(make_controller(name))}
+    assert without == {"fuzzy-team", "fuzzy-team-planned", "hierarchy-literal", "leader-follower"}
+    for name in set(CATALOGUE) - without:
+        assert isinstance(make_controller(name), EquationLaw)
