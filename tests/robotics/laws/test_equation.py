@@ -43,9 +43,10 @@ def test_a_derived_law_drives_by_the_control_that_it_defines():
 
 def test_a_law_that_is_called_by_hand_needs_the_memory_that_it_gave():
     seen, *_ = list(drive(SCENARIO.setting, Lyapunov(), (1,)))
-    known = Observation(0.0, *seen.posture, seen.v, seen.w, seen.reference, SCENARIO.setting.references)
+    x, y, heading = seen.posture
+    known = Observation(0.0, x, y, heading, seen.v, seen.w, seen.reference, SCENARIO.setting.references)
     with pytest.raises(ControllerError, match=r"Lyapunov\.control needs the memory that its init"):
-        Lyapunov().control(known, None, 0.05)  # type: ignore[arg-type]
+        Lyapunov().control(known, None, 0.05)
     command, _ = Lyapunov().control(known, Lyapunov().init(SCENARIO.setting, 1), 0.05)
     np.testing.assert_array_equal(command.first, seen.command.first)
 
