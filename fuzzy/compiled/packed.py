@@ -26,7 +26,7 @@ from fuzzy.compiled.degrees import (
     spline,
     trapezoid,
 )
-from fuzzy.compiled.jit import inner, kernel
+from fuzzy.compiled.jit import inner, kernel, uncounted
 from fuzzy.compiled.tables import (
     BELL,
     GAUSSIAN,
@@ -72,7 +72,6 @@ SLOPES = 29  # (outputs, rules, inputs)
 DEFAULT = 30  # (outputs,): the value where no rule fires
 HEADER = 31
 
-uncounted = kernel(nogil=True, _nrt=False)
 
 OUTSIDE, NO_RULE = 1, 2  # what evaluate_packed tells, to be added
 

@@ -23,7 +23,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import fingerprint, kernel, types
+from fuzzy.compiled.jit import fingerprint, kernel, types, uncounted
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.paths.references import References
@@ -63,8 +63,6 @@ _I1, _I, _F = types.int64[::1], types.int64, types.float64
 ROAD_TYPE = types.NamedTuple((_F2, _I1, _I1, _F1, _I, _F1, _F1, _F3, _F2, _F2, _F), Road)
 KNOWN_TYPE = types.NamedTuple((_F, _F, _F2, _F3, _F2, ROAD_TYPE, _I1, _I1, _F2, _I1, _F2), Known)
 EQUATION_TYPE = types.void(_I, _I, KNOWN_TYPE, _F2, _F2, _F1)
-
-uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
 
 
 def equation(law: Callable[..., None]) -> Any:

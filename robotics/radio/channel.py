@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner, kernel
+from fuzzy.compiled.jit import inner, kernel, uncounted
 from robotics.radio.description import Radio
 from robotics.random_streams import RADIO_STREAM
 
@@ -162,9 +162,6 @@ def _predicted(values, rates, age, longest):  # type: ignore[no-untyped-def]
             for j in range(values.shape[2]):
                 out[r, i, j] = values[r, i, j] + rates[r, i, j] * min(age[r, i, j], longest)
     return out
-
-
-uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
 
 
 @uncounted

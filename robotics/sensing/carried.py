@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fuzzy.compiled.jit import uncounted
 from robotics.environment.collision import for_runs
 from robotics.environment.world import Geometry, Moving, place
 from robotics.random_streams import SONAR_STREAM
@@ -35,7 +36,6 @@ from robotics.sensing.raycasting import (
     bodies_in_view,
     cast,
     overhear,
-    uncounted,
 )
 from robotics.sensing.sonar import RangeSensor, SonarError
 from robotics.vehicle import plant as p

@@ -13,7 +13,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import uncounted
 from fuzzy.errors import InputError
 from robotics.quantity import check_quantities, described, quantity
 from robotics.random_streams import RELATIVE_STREAM, WHEEL_STREAM
@@ -169,9 +169,6 @@ def wheel_errors(sensing: Sequence[Sensing], seeds: Sequence[int]) -> np.ndarray
         return None
     draws = [np.random.default_rng([seed, WHEEL_STREAM]).standard_normal(spread.shape) for seed in seeds]
     return np.concatenate([1 + np.clip(spread * d, -0.5, 0.5) for d in draws], axis=1)
-
-
-uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
 
 
 @uncounted

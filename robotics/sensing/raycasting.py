@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner, kernel
+from fuzzy.compiled.jit import inner
 from robotics.environment.collision import segment_meets
 from robotics.environment.world import CLOSED, FIRST, NUMBER
 
@@ -19,8 +19,6 @@ from robotics.environment.world import CLOSED, FIRST, NUMBER
     CROSSTALK, FAILS_FROM, FAILS_UNTIL,
 ) = range(15)  # fmt: skip
 SENSOR_ROWS = 15
-
-uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
 
 
 class Eyes(NamedTuple):

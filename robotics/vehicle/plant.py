@@ -18,7 +18,7 @@ from typing import Literal
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner, kernel
+from fuzzy.compiled.jit import inner, uncounted
 from robotics.vehicle.robot import Robot
 
 Level = Literal["velocity", "torque"]
@@ -48,9 +48,7 @@ CHANNELS = 28
 ) = range(28)  # fmt: skip
 PARAMETERS = 28
 
-_ANY_RATE = 1e300  # m/s², rad/s²: no bound of the acceleration; finite, so that parameters can be subtracted
-uncounted = kernel(nogil=True, _nrt=False)  # such functions make no arrays, so that nothing has to be counted
-
+_ANY_RATE = 1e300
 _BLOCK = 32  # lanes of a block, whose rows of numbers stay in the first cache
 _VECTOR = 8  # lanes: a block is filled up to a multiple of it
 # Rows of a block's scratch beyond the state and the parameters
