@@ -10,12 +10,13 @@ import sys
 import time
 from typing import Any
 
-import fuzzylite as fl
 import numpy as np
 
 
-def engine(center: np.ndarray, sigma: np.ndarray, consequent: np.ndarray) -> fl.Engine:
+def engine(center: np.ndarray, sigma: np.ndarray, consequent: np.ndarray) -> Any:
     """The Takagi-Sugeno system of Gaussians ``center`` and ``sigma`` (rules, inputs)."""
+    import fuzzylite as fl
+
     rules, inputs = center.shape
     variables = [
         fl.InputVariable(
@@ -42,6 +43,8 @@ def engine(center: np.ndarray, sigma: np.ndarray, consequent: np.ndarray) -> fl.
 
 
 def main() -> None:
+    import fuzzylite as fl
+
     fl.settings.atol = fl.settings.rtol = 0.0  # by default it drops rules that fire weakly
     data = np.load(sys.argv[1])
     made, x = engine(data["center"], data["sigma"], data["consequent"]), data["x"]
