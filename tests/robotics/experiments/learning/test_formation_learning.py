@@ -208,7 +208,7 @@ def test_the_chapter_draws_all_four_networks_over_the_formations():
                 for line, fis in zip(found, stages, strict=True):
                     _is_part_of(line, fis(x)[:, 0])
     errors = pictures["formation-training"].draw().axes
-    assert [len(ax.get_lines()) for ax in errors] == [4, 4]
+    assert [len(ax.get_lines()) for ax in errors] == [2] * 4  # training and checking, of two sets each
     paths, signals = (pictures[f"formation-{name}"].draw().axes for name in ("paths", "signals"))
     assert sum(ax.get_visible() for ax in paths) == 5
     assert [len(ax.get_lines()) for ax in signals] == [5] * 8
