@@ -56,15 +56,12 @@ def run_together(
     goals = references.joined.at(references.joined.lengths)
     simulation = Simulation(ensemble, law, seeds * len(settings), recorder=recorder, name=controller)
     reached, k = np.inf, 0
-    for k in range(ensemble.ticks + 1):
-        simulation.period(k)
+    for k, _ in simulation.periods():
         x, y = simulation.rows(simulation.lanes.body.truth[: p.Y + 1])
         if np.isinf(reached) and (np.hypot(x - goals.x, y - goals.y) < _GOAL).all():
             reached = k * ensemble.period
-        if k == ensemble.ticks or k * ensemble.period > reached + _REST:
+        if k * ensemble.period > reached + _REST:
             break
-        simulation.say(k)
-        simulation.move(k)
     gone = when_stopped(simulation.lanes, k)
     parts = [slice(r * each, (r + 1) * each) for r in range(len(settings))]
     return [

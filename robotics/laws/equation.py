@@ -202,11 +202,6 @@ class EquationLaw(Law[Memory]):
         return self.commanded(command.reshape(-1, runs, robots)), Memory(memory.setup, after)
 
     @property
-    def rule_inputs(self) -> int:
-        """The number of inputs of its rule bases that a command carries."""
-        return sum(len(system.inputs) for system in self.fuzzy_systems.values())
-
-    @property
     def working(self) -> int:
         """How many numbers the equation works in."""
         return 0

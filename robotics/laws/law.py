@@ -104,6 +104,11 @@ class Law(ABC, Generic[Memory]):
         """The rule bases that make its commands, by the name of their task; their inputs are ``Command.inputs``."""
         return {}
 
+    @property
+    def rule_inputs(self) -> int:
+        """The number of inputs of all its rule bases."""
+        return sum(len(system.inputs) for system in self.fuzzy_systems.values())
+
     def with_fuzzy_system(self, task: str, fis: Sugeno) -> Self:
         """Return the same law with ``fis`` as the rule base of ``task``, one of :attr:`tasks`.
 

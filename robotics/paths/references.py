@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from robotics.paths.joined import PathTable
-from robotics.paths.road import EVEN, Road, road_of
+from robotics.paths.road import EVEN, Road, road_of, rows_at
 from robotics.paths.trajectory import Reference, Trajectory
 
 
@@ -46,6 +46,11 @@ def sampled(references: References, times: np.ndarray) -> Reference:
     """The references of one run at ``times`` (n,) [s]; each field is (n, robots)."""
     times = np.asarray(times, dtype=float)
     return references.each_at(np.repeat(times[:, None], references.joined.lengths.size, axis=1))
+
+
+def _by_run(road: Road, times: np.ndarray) -> Reference:
+    """The references at ``times`` (runs, robots) [s] where each run has its own paths."""
+    return Reference(*rows_at(road, np.ravel(times)).reshape(-1, *np.shape(times)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,11 +107,7 @@ class EvenTiming:
 
     def each_at(self, times: np.ndarray) -> Reference:
         """Each robot's reference at a time of its own, ``times`` (runs, robots) [s]."""
-        share = np.clip(times / self.durations[:, None], 0.0, 1.0)
-        s = share * self.joined.lengths
-        point = self.joined.at(s)
-        v = np.where(share < 1, self.joined.lengths / self.durations[:, None], 0.0)
-        return Reference(point.x, point.y, point.heading, v, v * point.curvature, s)
+        return _by_run(self.road, times)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,12 +129,11 @@ class SideBySide:
 
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]; each field is (runs, robots)."""
-        return Reference(*(row.reshape(self.joined.lengths.shape) for row in self.flat.at(time)))
+        return self.each_at(np.full(self.joined.lengths.shape, float(time)))
 
     def each_at(self, times: np.ndarray) -> Reference:
         """Each robot's reference at a time of its own, ``times`` (runs, robots) [s]."""
-        found = self.flat.each_at(np.reshape(times, (1, -1)))
-        return Reference(*(row.reshape(self.joined.lengths.shape) for row in found))
+        return _by_run(self.road, times)
 
 
 def side_by_side(trajectories: Sequence[Trajectory]) -> SideBySide:

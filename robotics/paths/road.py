@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner
+from fuzzy.compiled.jit import inner, kernel
 from robotics.paths.joined import PathTable, nearest_abscissa
 from robotics.paths.path import cell_by_x, point, point_beside
 
@@ -64,6 +64,24 @@ def road_of(
     )
 
 
+def rows_at(road: Road, times: np.ndarray) -> np.ndarray:
+    """What :func:`moving` tells of every path at a time of its own, (6, ..., paths) for ``times`` (..., paths) [s]."""
+    flat = np.ascontiguousarray(times, dtype=float).reshape(-1, len(road.lengths))
+    rows: np.ndarray = _moving_all(road, flat)
+    return rows.reshape(len(rows), *np.shape(times))
+
+
+@kernel(nogil=True)
+def _moving_all(road, times):  # type: ignore[no-untyped-def]
+    out = np.empty((6, *times.shape))
+    for n in range(times.shape[0]):
+        for path in range(times.shape[1]):
+            x, y, heading, v, w, s = moving(road, path, times[n, path])
+            out[0, n, path], out[1, n, path], out[2, n, path] = x, y, heading
+            out[3, n, path], out[4, n, path], out[5, n, path] = v, w, s
+    return out
+
+
 @inner
 def timed(road, path, time):  # type: ignore[no-untyped-def]
     """How far the reference of one path is at a time [s] of the run: abscissa [m] and speed [m/s]."""
@@ -89,10 +107,15 @@ def moving(road, path, time):  # type: ignore[no-untyped-def]
 @inner
 def planned(road, path, time):  # type: ignore[no-untyped-def]
     """A plan's share of the path at a time [s], and its slope a tick."""
-    last = road.plan.shape[1] - 1
-    t = min(max(time / road.durations[path] * CELLS, 0.0), last - 1e-9)
+    return planned_at(road.plan[path], time / road.durations[path] * CELLS)
+
+
+@inner
+def planned_at(shares, tick):  # type: ignore[no-untyped-def]
+    """The share of the path between the ticks of one robot's plan, and its slope a tick."""
+    t = min(max(tick, 0.0), len(shares) - 1 - 1e-9)
     k = int(t)
-    a, b = road.plan[path, k], road.plan[path, k + 1]
+    a, b = shares[k], shares[k + 1]
     return a + (t - k) * (b - a), b - a
 
 

@@ -10,10 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
 from robotics.paths.joined import PathTable, join_paths
-from robotics.paths.path import Path, PathError, X, point
-from robotics.paths.road import TABULATED, Road, road_of
+from robotics.paths.path import Path, PathError, X
+from robotics.paths.road import TABULATED, Road, road_of, rows_at
 from robotics.quantity import check_quantities, quantity
 
 
@@ -80,21 +79,16 @@ class Trajectory:
 
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]; after its end a reference rests there."""
-        return Reference(*self._rows(np.full((1, len(self.paths)), float(time)))[:, 0])
+        return Reference(*rows_at(self.road, np.full(len(self.paths), float(time))))
 
     def sampled(self, times: np.ndarray) -> Reference:
         """The references at ``times`` (n,) [s]; each field is (n, robots)."""
         times = np.asarray(times, dtype=float)
-        return Reference(*self._rows(np.repeat(times[:, None], len(self.paths), axis=1)))
+        return Reference(*rows_at(self.road, np.repeat(times[:, None], len(self.paths), axis=1)))
 
     def each_at(self, times: np.ndarray) -> Reference:
         """Each robot's reference at a time of its own, ``times`` (n, robots) [s]; each field is (n, robots)."""
-        return Reference(*self._rows(np.ascontiguousarray(times, dtype=float)))
-
-    def _rows(self, times: np.ndarray) -> np.ndarray:
-        j = self.joined
-        rows: np.ndarray = _refer_each(j.table, j.first, j.cells, j.lengths, self.tables, self.ends, times)
-        return rows
+        return Reference(*rows_at(self.road, times))
 
 
 def compile_trajectory(paths: tuple[Path, ...], timings: tuple[Timing, ...]) -> Trajectory:
@@ -146,34 +140,3 @@ def _even_in_x(path: Path, start: float, x_rate: float, nodes: int) -> tuple[flo
         point = path.at(s)
         s = np.clip(s + (wanted - point.x) / np.cos(point.heading), 0.0, path.length)
     return end, s, x_rate / np.abs(np.cos(path.at(s).heading))
-
-
-@kernel
-def _refer_each(table, first, cells, lengths, laws, ends, times):  # type: ignore[no-untyped-def]
-    out = np.empty((6, times.shape[0], times.shape[1]))
-    last = laws.shape[2] - 1
-    for n in range(times.shape[0]):
-        for i in range(times.shape[1]):
-            end = ends[i]
-            h = end / last
-            place = min(max(times[n, i], 0.0), end) / h
-            k = min(int(place), last - 1)
-            t = place - k
-            right = t * t * (3 - 2 * t)
-            s = (
-                (1 - right) * laws[i, 0, k]
-                + right * laws[i, 0, k + 1]
-                + (t * (1 - t) * (1 - t) * laws[i, 1, k] - t * t * (1 - t) * laws[i, 1, k + 1]) * h
-            )
-            rate = (1 - t) * laws[i, 1, k] + t * laws[i, 1, k + 1]
-            if times[n, i] >= end:
-                s = lengths[i]
-                rate = 0.0
-            x, y, heading, curvature = point(table, first[i], cells[i], lengths[i], s)
-            out[0, n, i] = x
-            out[1, n, i] = y
-            out[2, n, i] = heading
-            out[3, n, i] = rate
-            out[4, n, i] = rate * curvature
-            out[5, n, i] = s
-    return out

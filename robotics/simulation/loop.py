@@ -134,11 +134,8 @@ def drive(setting: Setting, law: Law[Any], seeds: Sequence[int], faults: Faults 
     Raises SimulationError, and what the law raises.
     """
     simulation = Simulation(setting, law, checked_seeds(seeds), faults)
-    for k in range(setting.ticks + 1):
-        yield simulation.state(*simulation.period(k))
-        if k < setting.ticks:
-            simulation.say(k)
-            simulation.move(k)
+    for k, command in simulation.periods():
+        yield simulation.state(k, command)
 
 
 class Simulation:
@@ -165,15 +162,19 @@ class Simulation:
         self.memory = self.lanes.memory if has_equation(law) else begun(law, setting, len(seeds))
         self.speaks = True
 
-    def period(self, k: int) -> tuple[int, Command]:
-        """Do all of period ``k`` but saying and moving; return ``k`` and what the law has commanded."""
-        self.sense(k)
-        self.look(k)
-        self.hear(k)
-        command = self.decide(k)
-        self.obey()
-        self.record(k)
-        return k, command
+    def periods(self) -> Iterator[tuple[int, Command]]:
+        """Drive to the end; yield each period and what the law has commanded in it, before anybody speaks or moves."""
+        for k in range(self.setting.ticks + 1):
+            self.sense(k)
+            self.look(k)
+            self.hear(k)
+            command = self.decide(k)
+            self.obey()
+            self.record(k)
+            yield k, command
+            if k < self.setting.ticks:
+                self.say(k)
+                self.move(k)
 
     def sense(self, k: int) -> None:
         """Measure encoders and postures, and look up where the references are."""
@@ -349,16 +350,13 @@ def record_run(
     if has_equation(law):
         opening = Opening.of([Driver(setting, law)], seeds, faults)
         gone = np.concatenate(driven(opening, recorder.kept, Periods(setting.ticks + 1, len(seeds), progress), threads))
-        run = recorder.run(setting, seeds, name, gone, setting.ticks + 1)
+        shared = None if setting.ensemble else opening.references
+        run = recorder.run(setting, seeds, name, gone, setting.ticks + 1, references=shared)
         if run.inputs is not None:
             say_of_inputs(law.fuzzy_systems, run.inputs)
         return run
     simulation = Simulation(setting, law, seeds, faults, recorder, name)
-    for k in range(setting.ticks + 1):
-        simulation.period(k)
-        if k < setting.ticks:
-            simulation.say(k)
-            simulation.move(k)
+    for _ in simulation.periods():
         if progress is not None:
             progress()
     return recorder.run(setting, seeds, name, when_stopped(simulation.lanes, setting.ticks), setting.ticks + 1)

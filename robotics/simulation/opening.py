@@ -125,8 +125,7 @@ class Opening:
         known, memory = self._known(first, last, air.heard)
         sensors, looks = self._looks(first, last)
         road = setting.references.road
-        inputs = sum(len(system.inputs) for system in law.fuzzy_systems.values())
-        command = np.zeros((SAYS + len(law.message) + inputs, runs * robots))
+        command = np.zeros((SAYS + len(law.message) + law.rule_inputs, runs * robots))
         command[PROGRESS] = np.nan
         lanes = Lanes(
             robots,

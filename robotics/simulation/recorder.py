@@ -41,7 +41,7 @@ class Recorder:
         if links:
             self._room("links")
         if self.rule_bases:
-            self._room("inputs", sum(len(system.inputs) for system in self.rule_bases.values()))
+            self._room("inputs", law.rule_inputs)
         if isinstance(law, EquationLaw) and law.has_equation and law.has_modes:
             self._room("modes")
         if looks(setting, law):
@@ -59,7 +59,7 @@ class Recorder:
 
         Raises ControllerError where its inputs are not those of its rule bases.
         """
-        expected = sum(len(system.inputs) for system in self.rule_bases.values())
+        expected = self.law.rule_inputs
         if self.rule_bases and command.inputs is not None and len(command.inputs) != expected:
             raise ControllerError(
                 f"{name}: the rule bases {', '.join(self.rule_bases)} have {expected} inputs in all, and the law's "

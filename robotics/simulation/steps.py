@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner
+from fuzzy.compiled.jit import inner, uncounted
 from robotics.laws.equation import (
     AT_S,
     AT_X,
@@ -28,7 +28,6 @@ from robotics.laws.equation import (
     Known,
     V,
     X,
-    uncounted,
 )
 from robotics.laws.modes import STOPPED
 from robotics.paths.road import moving

@@ -188,17 +188,13 @@ def tallied(
         return tallies
     tally = Tally(ensemble, limits, 0, runs)
     simulation = Simulation(ensemble, controller, checked, faults)
-    for k in range(ensemble.ticks + 1):
-        _, command = simulation.period(k)
+    for k, command in simulation.periods():
         tally.guards |= command.guarded is not None
         goes_on = tally.to(k, simulation.lanes)
         if advance is not None:
             advance()
         if not goes_on:
             break
-        if k < ensemble.ticks:
-            simulation.say(k)
-            simulation.move(k)
     return [tally]
 
 

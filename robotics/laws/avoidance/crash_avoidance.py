@@ -36,7 +36,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import kernel, uncounted
 from fuzzy.compiled.packed import HIGH, LOW, evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import CompiledSugeno
 from fuzzy.system import Sugeno
@@ -53,7 +53,6 @@ from robotics.laws.equation import (
     X,
     Y,
     equation,
-    uncounted,
 )
 from robotics.laws.equation import MODE as MODE_ROW
 from robotics.laws.law import ControllerError, Observation

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
-from robotics.laws.equation import uncounted
+from fuzzy.compiled.jit import kernel, uncounted
 from robotics.laws.law import Observation
 from robotics.paths.posture import wrapped_compiled
 

@@ -42,7 +42,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import kernel, uncounted
 from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import CompiledSugeno
 from fuzzy.system import Sugeno
@@ -79,7 +79,6 @@ from robotics.laws.equation import (
     X,
     Y,
     equation,
-    uncounted,
 )
 from robotics.laws.equation import MODE as COMMAND_MODE
 from robotics.laws.law import ControllerError

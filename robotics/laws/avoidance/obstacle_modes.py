@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robotics.laws.equation import uncounted
+from fuzzy.compiled.jit import uncounted
 from robotics.laws.modes import AVOID, FOLLOW, TRACK
 from robotics.paths.posture import wrapped_compiled
 from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, RangeSensor

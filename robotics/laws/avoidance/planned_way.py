@@ -24,7 +24,7 @@ from robotics.laws.avoidance.sidestep import roundabout, sidestepped
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.paths.joined import PathTable, join_tables
-from robotics.paths.road import PLANNED, Road, road_of
+from robotics.paths.road import PLANNED, Road, planned_at, road_of, rows_at
 from robotics.paths.trajectory import Reference
 
 CLOCK_MARGIN = 1.2  # s: how far two robots' clocks may differ before the plan's clearance is lost
@@ -101,11 +101,9 @@ class PlannedTiming:
 
     def each_at(self, times: np.ndarray) -> Reference:
         """Each robot's reference at a time of its own, ``times`` (runs, robots) [s]."""
-        share, rate = (rows[:, 0] for rows in self.due(times[:, None]))
-        s = share * self.joined.lengths
-        v = np.where(times < self.end, rate * CELLS / self.durations * self.joined.lengths, 0.0)
-        point = self.joined.at(s)
-        return Reference(point.x, point.y, point.heading, v, v * point.curvature, s)
+        shape = np.shape(times)
+        flat = np.reshape(times, (-1, self.joined.lengths.size))
+        return Reference(*rows_at(self.road, flat).reshape(-1, *shape))
 
     def due(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Each robot's planned share, and its slope a tick, at ``times`` (runs, rows, robots) [s].
@@ -207,16 +205,11 @@ def _nodes(paths: PathTable, robots: int) -> np.ndarray:
 def _due(plan, ticks):  # type: ignore[no-untyped-def]
     """Each robot's planned share, and its slope a tick, at ``ticks`` (runs, rows, robots); both have that shape."""
     due, rate = np.empty(ticks.shape), np.empty(ticks.shape)
-    last = plan.shape[2] - 1
     for r in range(ticks.shape[0]):
         p = r if len(plan) > 1 else 0
         for i in range(ticks.shape[1]):
             for j in range(ticks.shape[2]):
-                t = min(max(ticks[r, i, j], 0.0), last - 1e-9)
-                k = int(t)
-                a, b = plan[p, j, k], plan[p, j, k + 1]
-                due[r, i, j] = a + (t - k) * (b - a)
-                rate[r, i, j] = b - a
+                due[r, i, j], rate[r, i, j] = planned_at(plan[p, j], ticks[r, i, j])
     return due, rate
 
 

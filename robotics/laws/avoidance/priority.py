@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robotics.laws.equation import uncounted
+from fuzzy.compiled.jit import uncounted
 from robotics.laws.law import Observation
 from robotics.paths.posture import wrapped, wrapped_compiled
 from robotics.radio.channel import AGE, BELIEVED, HEARS
@@ -79,7 +79,11 @@ def limit_of(near, v):  # type: ignore[no-untyped-def]
 
 @uncounted
 def must_stop(heard, at, i, x, y, heading, v, near):  # type: ignore[no-untyped-def]
-    """Whether lane i at a posture must stop for another: :func:`blocked` of one robot."""
+    """Whether lane i at a posture must stop for another ahead of it, nearer than ``near`` [m] and its braking distance.
+
+    Where two robots drive towards each other, the one with the lower number goes on. The values WHEREABOUTS begin at
+    plane ``at`` of ``heard``.
+    """
     robots, limit = heard.shape[2], limit_of(near, v)
     for j in range(robots):
         if heard[HEARS, i, j] > 0:
@@ -114,20 +118,3 @@ def wider(robots: Sequence[Robot]) -> float:
     the largest robots is thus the same for robots of any size.
     """
     return float(max(np.hypot(robot.length, robot.width) for robot in robots)) - STATED_FOR
-
-
-def blocked(seen: Observation, them: Others, near: float) -> np.ndarray:
-    """Whether each robot must stop for another ahead of it (runs, robots) bool.
-
-    It must for a robot that is nearer than ``near`` [m] and its own braking distance. Where two robots drive towards
-    each other, the one with the lower number goes on. ``them`` is what :func:`others` makes of ``seen``.
-    """
-    speed = np.abs(seen.v)
-    limit = (near + speed**2 / (2 * BRAKING) + 0.1 * speed)[:, :, None]
-    ahead = (them.distance < limit) & (np.abs(them.bearing) < CONE) & seen.heard.hears
-    # The other is taken to head where its velocity points.
-    other = np.hypot(them.v_x, them.v_y)
-    towards = -(them.dx * them.v_x + them.dy * them.v_y) > np.cos(CONE) * them.distance * other
-    number = np.arange(seen.x.shape[1])
-    goes_on = (number[:, None] < number) & towards & (other > MOVES)
-    return np.asarray((ahead & ~goes_on).any(axis=-1))

@@ -41,7 +41,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import kernel, uncounted
 from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
@@ -58,7 +58,6 @@ from robotics.laws.equation import (
     X,
     Y,
     equation,
-    uncounted,
 )
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting

@@ -34,6 +34,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fuzzy.compiled.jit import uncounted
 from robotics.laws.equation import (
     AT_HEADING,
     AT_S,
@@ -54,7 +55,6 @@ from robotics.laws.equation import (
     X,
     Y,
     equation,
-    uncounted,
 )
 from robotics.laws.law import ControllerError, check_connected, check_team
 from robotics.laws.setting import Setting

@@ -8,8 +8,7 @@ import math
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
-from robotics.laws.equation import uncounted
+from fuzzy.compiled.jit import kernel, uncounted
 from robotics.radio.channel import AGE, BELIEVED, HEARD, HEARS, Heard
 
 OUTAGE = 0.5  # s without a message: the robot is alone, and its watchdog stops it

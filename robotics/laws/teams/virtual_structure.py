@@ -33,6 +33,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fuzzy.compiled.jit import uncounted
 from robotics.laws.equation import (
     FIRST,
     HEADING,
@@ -51,7 +52,6 @@ from robotics.laws.equation import (
     X,
     Y,
     equation,
-    uncounted,
 )
 from robotics.laws.law import ControllerError, check_team
 from robotics.laws.setting import Setting

@@ -34,6 +34,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fuzzy.compiled.jit import uncounted
 from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.membershipfunction import MembershipFunction
 from fuzzy.rule import Clause, Rule
@@ -53,7 +54,6 @@ from robotics.laws.equation import (
     X,
     Y,
     equation,
-    uncounted,
 )
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting

@@ -32,6 +32,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fuzzy.compiled.jit import uncounted
 from robotics.laws.equation import (
     AT_HEADING,
     AT_V,
@@ -49,7 +50,6 @@ from robotics.laws.equation import (
     X,
     Y,
     equation,
-    uncounted,
 )
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting

@@ -2,12 +2,39 @@
 
 import numpy as np
 
-from robotics.laws.avoidance.priority import WHEREABOUTS, blocked, must_stop, others, whereabouts, whereabouts_of
+from robotics.laws.avoidance.priority import (
+    BRAKING,
+    CONE,
+    MOVES,
+    WHEREABOUTS,
+    Others,
+    must_stop,
+    others,
+    whereabouts,
+    whereabouts_of,
+)
 from robotics.laws.law import Observation
 from robotics.paths.trajectory import Reference
 from robotics.radio.channel import AGE, HEARD, HEARS, Heard
 
 RUNS, ROBOTS, NEAR = 200, 4, 0.6
+
+
+def blocked(seen: Observation, them: Others, near: float) -> np.ndarray:
+    """Whether each robot must stop for another ahead of it (runs, robots) bool.
+
+    It must for a robot that is nearer than ``near`` [m] and its own braking distance. Where two robots drive towards
+    each other, the one with the lower number goes on. ``them`` is what :func:`others` makes of ``seen``.
+    """
+    speed = np.abs(seen.v)
+    limit = (near + speed**2 / (2 * BRAKING) + 0.1 * speed)[:, :, None]
+    ahead = (them.distance < limit) & (np.abs(them.bearing) < CONE) & seen.heard.hears
+    # The other is taken to head where its velocity points.
+    other = np.hypot(them.v_x, them.v_y)
+    towards = -(them.dx * them.v_x + them.dy * them.v_y) > np.cos(CONE) * them.distance * other
+    number = np.arange(seen.x.shape[1])
+    goes_on = (number[:, None] < number) & towards & (other > MOVES)
+    return np.asarray((ahead & ~goes_on).any(axis=-1))
 
 
 def crowd() -> Observation:
