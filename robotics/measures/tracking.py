@@ -173,6 +173,21 @@ def _rms_under_way(run: Run) -> np.ndarray:
     return np.where(np.isnan(found), np.inf, found)
 
 
+def _heading_under_way(run: Run) -> np.ndarray:
+    """Infinite for a robot that was stopped before it got under way."""
+    error = np.where(under_way(run), tracking_error(run).heading, np.nan)
+    found = np.sqrt(_mean(error**2))
+    return np.where(np.isnan(found), np.inf, found)
+
+
+def _turning_under_way(run: Run) -> np.ndarray:
+    """The total variation of ω_demand between samples under way, a second; infinite as :func:`_heading_under_way`."""
+    between = under_way(run)[..., 1:] & np.isfinite(run["x"][..., 1:])
+    total = np.where(between, np.abs(np.diff(run["w_demand"], axis=-1)), 0.0).sum(-1)
+    seconds = between.sum(-1) * (run.time[1] - run.time[0])
+    return np.where(seconds > 0, total / np.where(seconds > 0, seconds, 1.0), np.inf)
+
+
 METRICS: dict[str, Metric] = {
     # The totals of thesis (2.26), named for what they are
     "mean_abs_x_error_m": Metric(lambda r: tracking_errors(r).x, "m", "mean |x_err|"),
@@ -254,6 +269,12 @@ METRICS: dict[str, Metric] = {
     ),
     "v_variation_mps2": Metric(
         lambda r: _variation(r, "v_demand"), "m/s²", "total variation of the demanded speed a second"
+    ),
+    "rms_heading_under_way_rad": Metric(
+        _heading_under_way, "rad", "RMS heading error under way: from 6 s until the reference stands"
+    ),
+    "w_variation_under_way_radps2": Metric(
+        _turning_under_way, "rad/s²", "total variation of the demanded turn rate a second, under way"
     ),
     "w_variation_radps2": Metric(
         lambda r: _variation(r, "w_demand"), "rad/s²", "total variation of the demanded turn rate a second"
