@@ -14,7 +14,7 @@ from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.progress import Advance, progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
-from robotics.commands.completion import controllers, scenarios
+from robotics.commands.completion import controllers
 from robotics.commands.shared import Json, Quiet, print_forewarnings
 from robotics.experiments.versions import versions
 
@@ -28,7 +28,9 @@ def tune(
     law: Annotated[
         str,
         typer.Argument(
-            metavar="LAW", help="The law: a name, name:gain=value, mine.fis, mylaw.py:MyLaw.", autocompletion=controllers
+            metavar="LAW",
+            help="The law: a name, name:gain=value, mine.fis, mylaw.py:MyLaw.",
+            autocompletion=controllers,
         ),
     ],
     on: Annotated[

@@ -146,8 +146,6 @@ def costs_of(
     for scenario in scenarios:
         names = [name for name in cost.metrics if name not in cost.own]
         names += [CONTACTS] if scenario.setting.has_others else []
-        runs = simulate_many(
-            scenario, laws, seeds, keep="metrics", metrics=names, own=cost.own, threads=threads
-        )
+        runs = simulate_many(scenario, laws, seeds, keep="metrics", metrics=names, own=cost.own, threads=threads)
         found.append(cost.objectives_of(runs.metrics, runs.stopped))
     return np.stack(found, axis=1)

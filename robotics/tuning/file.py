@@ -1,4 +1,4 @@
-"""Reading what may move and what a run costs from TOML: all that is wrong is a TuningError with file, line and field."""
+"""Reading what may move, and what a run costs, from TOML; what is wrong is a TuningError with file, line and field."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -118,7 +118,5 @@ def tuning_table() -> Table:
 
 
 def _bound_key(name: str) -> Key:
-    bound = Key(
-        name="PARAMETER", doc="From where to where it moves.", holds="table", table=table_of(Bound, "bound")
-    )
+    bound = Key(name="PARAMETER", doc="From where to where it moves.", holds="table", table=table_of(Bound, "bound"))
     return Key(name=name, doc="", holds="table", table=Table(name=name, doc="Bounds by parameter.", any_key=bound))

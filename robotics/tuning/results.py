@@ -33,7 +33,7 @@ def write_tuned(tuned: Tuned, specification: str, folder: Path) -> str:
         folder: The folder, which exists.
     """
     values = tuned.evaluated.values[tuned.evaluated.best]
-    systems = {task: fis for task, fis in tuned.space.systems_of(values).items()}
+    systems = tuned.space.systems_of(values)
     provenance = _provenance(tuned)
     for task, fis in systems.items():
         write_fis(fis, folder / f"{task}.fis", _comment(fis, task, tuned, provenance))
