@@ -75,8 +75,9 @@ def tune(
 
     \b
     Example:
-      robotics tune fuzzy --scenarios lyapunov-sine,noisy-position --evaluations 200 -o tuned
-      robotics compare lyapunov-circle -c "fuzzy,fuzzy:rule_base=tuned/tracking.fis"
+      robotics tune lyapunov --scenarios lyapunov-sine,noisy-position --evaluations 100 --runs 5 -o tuned
+      robotics tune fuzzy --scenarios lyapunov-sine --unseen lyapunov-circle --evaluations 50 --runs 5 -o rules
+      robotics run lyapunov-sine -c fuzzy:rule_base=rules/tracking.fis
     """
     from robotics.experiments import executors
     from robotics.laws.catalogue import make_controller

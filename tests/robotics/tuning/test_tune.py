@@ -17,7 +17,7 @@ import pytest
 import robotics
 from fuzzy.tuning.parameter import TuningError
 from robotics.commands.application import main
-from robotics.laws.catalogue import CATALOGUE, make_controller
+from robotics.laws.catalogue import CATALOGUE, gains_of, located, make_controller
 from robotics.sensing.posture import LABORATORY
 from robotics.tuning.cost import Cost, Term, costs_of
 from robotics.tuning.file import TuningFile, load_tuning, parse_tuning
@@ -49,7 +49,7 @@ def test_every_law_has_something_to_tune_and_starts_as_it_is(name):
     assert space.made([p.start for p in space.parameters]).fuzzy_systems == law.fuzzy_systems
     gains = space.gains_at([p.start for p in space.parameters])
     made = space.made([p.start for p in space.parameters])
-    assert {n: robotics.laws.catalogue.gains_of(made)[n] for n in gains} == gains
+    assert {n: gains_of(made)[n] for n in gains} == gains
     for parameter in space.parameters:
         assert parameter.name in gains or "." in parameter.name or "gap" in parameter.name
 
@@ -62,7 +62,7 @@ def test_gains_move_tenfold_by_their_logarithm_within_what_the_law_accepts():
     assert parameters["outer.ky"].upper == pytest.approx(100)
     values = [p.start for p in parameters.values()]
     values[[*parameters].index("outer.ky")] = 20.0
-    assert LawSpace(make_controller("esm")).made(values).outer.ky == 20.0
+    assert gains_of(LawSpace(make_controller("esm")).made(values))["outer.ky"] == 20.0
 
 
 def test_what_moves_can_be_narrowed():
@@ -255,10 +255,6 @@ def test_the_command_tunes_a_rule_base_and_its_result_can_be_driven(scenario, tm
     assert located(about["specification"], out) == said["result"]
     assert {p.name for p in out.iterdir()} >= {"history.csv", "search.json", "result.json", "evaluations.png"}
     assert main(["run", scenario, "-c", said["result"]]) == 0
-
-
-def located(specification, folder):
-    return robotics.laws.catalogue.located(specification, folder)
 
 
 def test_the_front_is_a_table_and_a_picture(scenario, tmp_path, capsys):
