@@ -53,7 +53,7 @@ def test_terms_stay_in_order_and_cover_what_they_covered(fis):
         for before, after in zip(fis.inputs, made.inputs, strict=True):
             assert after.universe == before.universe
             assert orders(before) == orders(after)
-            x = np.linspace(*before.universe, 401)
+            x = np.linspace(before.universe[0], before.universe[1], 401)
             reached = greatest(after, x) > 0
             # Where terms of bounded support covered all of it they still do, but for points on a foot
             if (greatest(before, x) > 1e-6).all() and {t.matlab for t in before.terms.values()} <= set(BOUNDED):

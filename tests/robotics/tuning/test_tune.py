@@ -57,7 +57,8 @@ def test_every_law_has_something_to_tune_and_starts_as_it_is(name):
 def test_gains_move_tenfold_by_their_logarithm_within_what_the_law_accepts():
     parameters = {p.name: p for p in LawSpace(make_controller("esm")).parameters}
     k, mu0 = parameters["k"], parameters["mu0"]
-    assert (k.lower, k.upper, k.scale) == (pytest.approx(0.02), pytest.approx(2.0), "log")
+    assert (k.lower, k.upper) == pytest.approx((0.02, 2.0))
+    assert k.scale == "log"
     assert mu0.upper == 1.0  # most = 1 of the law, not ten times 0.1 by chance only
     assert parameters["outer.ky"].upper == pytest.approx(100)
     values = [p.start for p in parameters.values()]
