@@ -5,7 +5,7 @@ from dataclasses import MISSING, fields, is_dataclass, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, Literal, cast, get_args, get_origin
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
@@ -286,7 +286,7 @@ def make_controller(specification: str) -> Law[Any]:
     about = Specification.of(specification)
     preset, name, gains = preset_of(specification), about.law, about.gains
     values = dict(preset.gains)
-    known = _gain_fields(preset.law)
+    known = gain_fields(preset.law)
     short: dict[str, list[str]] = {}
     for long in known:
         short.setdefault(long.rpartition(".")[2], []).append(long)
@@ -372,15 +372,15 @@ def fis_files_named(text: str) -> dict[str, Path]:
     return {f"{text}/{file.name}": file for file in sorted(path.glob("*.fis"))} if text and path.is_dir() else {}
 
 
-def _gain_fields(law: type[Any]) -> dict[str, Any]:
-    """The fields of ``law`` that are gains, by name; those of a part are called ``part.gain``."""
+def gain_fields(law: type[Any]) -> dict[str, Any]:
+    """The dataclass fields of ``law`` that are gains, by name; those of a part are called ``part.gain``."""
     found: dict[str, Any] = {}
     for f in fields(law):
         if not f.init:
             continue
         part = None if f.default_factory is MISSING else f.default_factory()
         if is_dataclass(part):
-            found |= {f"{f.name}.{name}": own for name, own in _gain_fields(type(part)).items()}
+            found |= {f"{f.name}.{name}": own for name, own in gain_fields(type(part)).items()}
         else:
             found[f.name] = f
     return found
@@ -426,12 +426,25 @@ _PLAIN: dict[str, Callable[[str], Any]] = {"float": float, "int": int, "bool": _
 def gains_of(law: Law[Any]) -> dict[str, Any]:
     """Every gain of ``law`` that has an effect, by name, for a comparison to record beside its numbers."""
     found: dict[str, Any] = {}
-    for name in _gain_fields(type(law)):
+    for name in gain_fields(type(law)):
         part, _, gain = name.rpartition(".")
         holder = getattr(law, part) if part else law
         if gain not in holder.idle and name not in law.idle:
             found[name] = getattr(holder, gain)
     return found
+
+
+def with_gains(law: Law[Any], gains: Mapping[str, Any]) -> Law[Any]:
+    """The same law with other values of some gains, by name; one of a part is called ``part.gain``.
+
+    Raises ControllerError for a value that a gain cannot take.
+    """
+    made: Any = law
+    own = {name: value for name, value in gains.items() if "." not in name}
+    for part in dict.fromkeys(name.partition(".")[0] for name in gains if "." in name):
+        inside = {n.partition(".")[2]: v for n, v in gains.items() if n.startswith(f"{part}.")}
+        own[part] = with_gains(getattr(made, part), inside)
+    return cast(Law[Any], replace(made, **own))
 
 
 def shown_gain(value: Any) -> str:
