@@ -30,6 +30,7 @@ from robotics.laws.teams.virtual_structure import VirtualStructure
 from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pdc import ParallelCompensation
+from robotics.laws.tracking.pid import PID
 from robotics.laws.tracking.pure_pursuit import PurePursuit
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.quantity import accepted
@@ -77,6 +78,9 @@ CATALOGUE: dict[str, Preset] = {
     ),
     "pursuit": Preset(
         PurePursuit, {}, "Regulated pure pursuit", "as Nav2's controller of that name, with its numbers, on timed paths"
+    ),
+    "pid": Preset(
+        PID, {}, "PID", "PI on cross-track, PD on heading, PI along the path; all poles placed at 1 1/s at 0.3 m/s"
     ),
     "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
     "assm": Preset(
