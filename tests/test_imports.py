@@ -30,7 +30,7 @@ STAIRS = {
         measures experiments tuning arena figures playback report thesis designer commands
     """,
     "robotics.laws": """
-        setting modes specification law equation universe foreign preset lawfile tracking formation teams avoidance
+        setting modes specification law equation universe foreign preset lawfile tracking predictive formation teams avoidance
         rules catalogue
     """,
 }

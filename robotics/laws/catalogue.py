@@ -18,6 +18,7 @@ from robotics.laws.foreign import error_in_law, is_foreign
 from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.lawfile import law_in_file, loaded_law
+from robotics.laws.predictive.mppi import PathIntegral
 from robotics.laws.preset import Preset
 from robotics.laws.rules.follow_leader import FollowLeader
 from robotics.laws.rules.formation_networks import FormationNetworks
@@ -81,6 +82,12 @@ CATALOGUE: dict[str, Preset] = {
     ),
     "pid": Preset(
         PID, {}, "PID", "PI on cross-track, PD on heading, PI along the path; all poles placed at 1 1/s at 0.3 m/s"
+    ),
+    "mppi": Preset(
+        PathIntegral,
+        {},
+        "MPPI",
+        "model predictive path integral control with Nav2's horizon, noise and 1,000 samples, on a cost of tracking",
     ),
     "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
     "assm": Preset(

@@ -1,0 +1,1 @@
+"""Predictive laws of one robot: they optimise over a horizon."""
