@@ -1,7 +1,9 @@
 """Intervals by the bootstrap: seeds are drawn again within each scenario, the same ones for every law.
 
 Drawing the same seeds for every law keeps the pairs together, so that what all laws share (a hard start, much noise)
-goes out of differences and ratios. Drawing within scenarios keeps the share of each scenario [Agarwal 2021].
+goes out of differences and ratios. Drawing within scenarios keeps the share of each scenario [Agarwal 2021]. Of n seeds
+n − 1 are drawn: with n, the resamples of a mean would vary too little, by the share 1/n, which with few seeds and many
+scenarios does not average out [Rao & Wu 1988].
 """
 
 from collections.abc import Callable
@@ -32,7 +34,7 @@ class Interval:
 
 
 def resamples(shape: tuple[int, ...], draws: int, generator: np.random.Generator) -> np.ndarray:
-    """How often each run is drawn: (scenarios, seeds, draws), of each scenario as many as there are, with replacement.
+    """How often each run is drawn: (scenarios, seeds, draws), of each scenario's n runs n − 1, with replacement.
 
     Args:
         shape: The number of scenarios and the number of seeds.
@@ -40,7 +42,7 @@ def resamples(shape: tuple[int, ...], draws: int, generator: np.random.Generator
         generator: Where they come from.
     """
     scenarios, seeds = shape
-    chosen = generator.integers(0, seeds, size=(scenarios, seeds, draws), dtype=np.int32)
+    chosen = generator.integers(0, seeds, size=(scenarios, seeds - 1, draws), dtype=np.int32)
     places = chosen + seeds * np.arange(scenarios, dtype=np.int32)[:, None, None]
     flat = places.astype(np.int64) * draws + np.arange(draws)
     counts = np.bincount(flat.ravel(), minlength=scenarios * seeds * draws)
@@ -64,7 +66,7 @@ def resampled(costs: np.ndarray, statistic: Statistic, counts: np.ndarray) -> np
         part = counts[..., first : first + step]
         # Each scenario's runs are repeated as often as they were drawn, and stand side by side again.
         runs = np.repeat(np.tile(np.arange(seeds), scenarios * part.shape[2]), np.moveaxis(part, 2, 0).ravel())
-        chosen = runs.reshape(part.shape[2], 1, scenarios, seeds)
+        chosen = runs.reshape(part.shape[2], 1, scenarios, -1)
         found[first : first + step] = statistic(np.take_along_axis(costs[None], chosen, axis=3))
     return found
 
@@ -190,13 +192,14 @@ def _both(costs: np.ndarray, statistic: QuantileMean, counts: np.ndarray, logari
 def _covariances(costs: np.ndarray, statistic: QuantileMean, counts: np.ndarray, logarithmic: bool) -> np.ndarray:
     """The covariances (draws, laws, laws) by the influence functions; scenarios are independent of each other."""
     scenarios, seeds, draws = counts.shape
+    drawn = int(counts[0, :, 0].sum())
     slopes = np.empty((scenarios, draws, len(costs), seeds))
     roots = np.sqrt(counts, dtype=float)
     with np.errstate(invalid="ignore"):  # not-a-number where failures reach the statistic
         for law, own in enumerate(costs):
             scale = _to_scale(statistic, statistic.of_resamples(own, counts), logarithmic)
             slopes[:, :, law] = np.moveaxis(statistic.slopes(own, counts) * roots * scale, 1, 2)
-        return np.asarray((slopes @ np.swapaxes(slopes, 2, 3)).sum(axis=0) / (scenarios**2 * seeds * (seeds - 1)))
+        return np.asarray((slopes @ np.swapaxes(slopes, 2, 3)).sum(axis=0) / (scenarios**2 * drawn * max(drawn - 1, 1)))
 
 
 def _apart(covariances: np.ndarray) -> np.ndarray:

@@ -16,12 +16,12 @@ def paired(laws: int = 3, scenarios: int = 4, seeds: int = 25, seed: int = 0) ->
     return np.exp(common + 0.2 * own + 0.1 * np.arange(laws)[:, None, None])
 
 
-def test_every_scenario_is_drawn_as_often_as_it_has_seeds_and_a_seed_gives_the_same_bits():
+def test_of_every_scenario_one_run_less_is_drawn_and_a_seed_gives_the_same_bits():
     first, again = (resamples((3, 7), 50, np.random.default_rng(4)) for _ in range(2))
     assert first.shape == (3, 7, 50)
-    assert (first.sum(axis=1) == 7).all()
+    assert (first.sum(axis=1) == 6).all()
     assert np.array_equal(first, again)
-    assert first.mean(axis=2) == pytest.approx(np.ones((3, 7)), abs=0.6)
+    assert first.mean(axis=2) == pytest.approx(np.full((3, 7), 6 / 7), abs=0.6)
 
 
 @pytest.mark.parametrize("statistic", [IQM, CVAR, MEAN, SCENARIO_IQM], ids=lambda s: s.name)
@@ -79,7 +79,12 @@ def test_strata_take_out_the_scenarios_scale():
     costs = paired(scenarios=4) * np.array([1.0, 10.0, 100.0, 1000.0])[:, None]
     stratified = interval(costs, MEAN, generator=np.random.default_rng(7))[0]
     pooled = interval(costs.reshape(3, 1, -1), MEAN, generator=np.random.default_rng(7))[0]
-    assert stratified.high - stratified.low < 0.8 * (pooled.high - pooled.low)
+    # The textbook's errors of the mean: of independent strata in equal parts, and of one sample
+    own = np.sqrt((costs[0].var(axis=1, ddof=1) / 25).sum()) / 4
+    all_together = costs[0].std(ddof=1) / np.sqrt(100)
+    assert own < 0.85 * all_together
+    assert float(stratified.high - stratified.low) == pytest.approx(2 * 1.96 * own, rel=0.05)
+    assert float(pooled.high - pooled.low) == pytest.approx(2 * 1.96 * all_together, rel=0.05)
 
 
 def test_a_ratio_turned_round_has_the_reciprocal_interval():
@@ -131,7 +136,7 @@ def test_the_studentised_interval_of_a_mean_divides_by_the_resamples_own_errors(
     """By hand: one scenario, the textbook's s/√n, on the plain scale since some costs are not > 0."""
     costs, counts = paired(laws=1, scenarios=1, seeds=40) - 0.5, resamples((1, 40), 2000, np.random.default_rng(3))
     runs = np.stack([np.repeat(costs[0, 0], n) for n in counts[0].T])
-    value, t = costs.mean(), (runs.mean(axis=1) - costs.mean()) / (runs.std(axis=1, ddof=1) / np.sqrt(40))
+    value, t = costs.mean(), (runs.mean(axis=1) - costs.mean()) / (runs.std(axis=1, ddof=1) / np.sqrt(39))
     error = costs[0, 0].std(ddof=1) / np.sqrt(40)
     found = interval(costs, MEAN, generator=np.random.default_rng(3), method="studentised")[0]
     assert float(found.low) == pytest.approx(value - np.quantile(t, 0.975) * error, rel=0.01)
