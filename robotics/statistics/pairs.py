@@ -70,7 +70,7 @@ def verdicts(
     generator: np.random.Generator,
     margin: float = MARGIN,
     draws: int = 2000,
-    method: Method = "percentile",
+    method: Method | None = None,
     p_values: np.ndarray | None = None,
 ) -> np.ndarray:
     """What can be said of the row's law against the column's: a :data:`PairVerdict` in each place (laws, laws).
