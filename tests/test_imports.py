@@ -19,19 +19,19 @@ FLOORS = {"fuzzy": ("fuzzy",), "anfis": ("fuzzy", "anfis"), "robotics": ("fuzzy"
 STAIRS = {
     "fuzzy": """
         lazynames extras errors naming shown sketch profile membershipfunction membership rule language system inference
-        detached files compiled insight fitting shell figures designer commands
+        detached files compiled insight fitting tuning shell figures designer commands
     """,
     "anfis": """
         data point premises proposals consequents network compiled state methods checkpoint accuracy training folds pruning estimator
         plot designer commands
     """,
     "robotics": """
-        quantity random_streams tables vehicle paths radio environment sensing laws scenario simulation measures
-        experiments figures playback report thesis designer commands
+        quantity random_streams statistics tables vehicle paths radio environment sensing laws scenario simulation
+        measures experiments tuning figures playback report thesis designer commands
     """,
     "robotics.laws": """
-        setting modes specification law equation universe foreign preset lawfile tracking formation teams avoidance
-        rules catalogue
+        setting modes specification law equation universe foreign preset lawfile tracking predictive formation teams
+        avoidance rules catalogue
     """,
 }
 CIRCLE = ("fuzzy.system", "fuzzy.inference")  # a system can be called: fis(x) infers, by one lazy line

@@ -5,7 +5,7 @@ from dataclasses import MISSING, fields, is_dataclass, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, Literal, cast, get_args, get_origin
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
@@ -18,6 +18,7 @@ from robotics.laws.foreign import error_in_law, is_foreign
 from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.lawfile import law_in_file, loaded_law
+from robotics.laws.predictive.nmpc import PredictiveControl
 from robotics.laws.preset import Preset
 from robotics.laws.rules.follow_leader import FollowLeader
 from robotics.laws.rules.formation_networks import FormationNetworks
@@ -66,6 +67,12 @@ CATALOGUE: dict[str, Preset] = {
         {},
         "Parallel compensation",
         "(2.41) on the sets of Table 5.6; linear-quadratic gains by Bryson's rule, not by search",
+    ),
+    "nmpc": Preset(
+        PredictiveControl,
+        {},
+        "Predictive control",
+        "iLQR over 1 s with wheel lag, latency and bounds; weights by Bryson's rule, not by search",
     ),
     "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
     "assm": Preset(
@@ -279,7 +286,7 @@ def make_controller(specification: str) -> Law[Any]:
     about = Specification.of(specification)
     preset, name, gains = preset_of(specification), about.law, about.gains
     values = dict(preset.gains)
-    known = _gain_fields(preset.law)
+    known = gain_fields(preset.law)
     short: dict[str, list[str]] = {}
     for long in known:
         short.setdefault(long.rpartition(".")[2], []).append(long)
@@ -365,15 +372,15 @@ def fis_files_named(text: str) -> dict[str, Path]:
     return {f"{text}/{file.name}": file for file in sorted(path.glob("*.fis"))} if text and path.is_dir() else {}
 
 
-def _gain_fields(law: type[Any]) -> dict[str, Any]:
-    """The fields of ``law`` that are gains, by name; those of a part are called ``part.gain``."""
+def gain_fields(law: type[Any]) -> dict[str, Any]:
+    """The dataclass fields of ``law`` that are gains, by name; those of a part are called ``part.gain``."""
     found: dict[str, Any] = {}
     for f in fields(law):
         if not f.init:
             continue
         part = None if f.default_factory is MISSING else f.default_factory()
         if is_dataclass(part):
-            found |= {f"{f.name}.{name}": own for name, own in _gain_fields(type(part)).items()}
+            found |= {f"{f.name}.{name}": own for name, own in gain_fields(type(part)).items()}
         else:
             found[f.name] = f
     return found
@@ -419,12 +426,25 @@ _PLAIN: dict[str, Callable[[str], Any]] = {"float": float, "int": int, "bool": _
 def gains_of(law: Law[Any]) -> dict[str, Any]:
     """Every gain of ``law`` that has an effect, by name, for a comparison to record beside its numbers."""
     found: dict[str, Any] = {}
-    for name in _gain_fields(type(law)):
+    for name in gain_fields(type(law)):
         part, _, gain = name.rpartition(".")
         holder = getattr(law, part) if part else law
         if gain not in holder.idle and name not in law.idle:
             found[name] = getattr(holder, gain)
     return found
+
+
+def with_gains(law: Law[Any], gains: Mapping[str, Any]) -> Law[Any]:
+    """The same law with other values of some gains, by name; one of a part is called ``part.gain``.
+
+    Raises ControllerError for a value that a gain cannot take.
+    """
+    made: Any = law
+    own = {name: value for name, value in gains.items() if "." not in name}
+    for part in dict.fromkeys(name.partition(".")[0] for name in gains if "." in name):
+        inside = {n.partition(".")[2]: v for n, v in gains.items() if n.startswith(f"{part}.")}
+        own[part] = with_gains(getattr(made, part), inside)
+    return cast(Law[Any], replace(made, **own))
 
 
 def shown_gain(value: Any) -> str:

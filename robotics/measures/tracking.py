@@ -169,8 +169,31 @@ def _variation(run: Run, channel: str) -> np.ndarray:
 
 def _rms_under_way(run: Run) -> np.ndarray:
     """Infinite for a robot that was stopped before it got under way."""
-    found = np.sqrt(_mean(np.where(under_way(run), cross_track_error(run), np.nan) ** 2))
+    return _rms_of(np.where(under_way(run), cross_track_error(run), np.nan))
+
+
+def _heading_under_way(run: Run) -> np.ndarray:
+    """Infinite for a robot that was stopped before it got under way."""
+    return _rms_of(np.where(under_way(run), tracking_error(run).heading, np.nan))
+
+
+def _distance_under_way(run: Run) -> np.ndarray:
+    """Infinite as :func:`_heading_under_way`."""
+    error = tracking_error(run)
+    return _rms_of(np.where(under_way(run), np.hypot(error.x, error.y), np.nan))
+
+
+def _rms_of(errors: np.ndarray) -> np.ndarray:
+    found = np.sqrt(_mean(errors**2))
     return np.where(np.isnan(found), np.inf, found)
+
+
+def _turning_under_way(run: Run) -> np.ndarray:
+    """The total variation of ω_demand between samples under way, a second; infinite as :func:`_heading_under_way`."""
+    between = under_way(run)[..., 1:] & np.isfinite(run["x"][..., 1:])
+    total = np.where(between, np.abs(np.diff(run["w_demand"], axis=-1)), 0.0).sum(-1)
+    seconds = between.sum(-1) * (run.time[1] - run.time[0])
+    return np.where(seconds > 0, total / np.where(seconds > 0, seconds, 1.0), np.inf)
 
 
 METRICS: dict[str, Metric] = {
@@ -254,6 +277,15 @@ METRICS: dict[str, Metric] = {
     ),
     "v_variation_mps2": Metric(
         lambda r: _variation(r, "v_demand"), "m/s²", "total variation of the demanded speed a second"
+    ),
+    "rms_distance_under_way_m": Metric(
+        _distance_under_way, "m", "RMS distance to the reference under way: from 6 s until the reference stands"
+    ),
+    "rms_heading_under_way_rad": Metric(
+        _heading_under_way, "rad", "RMS heading error under way: from 6 s until the reference stands"
+    ),
+    "w_variation_under_way_radps2": Metric(
+        _turning_under_way, "rad/s²", "total variation of the demanded turn rate a second, under way"
     ),
     "w_variation_radps2": Metric(
         lambda r: _variation(r, "w_demand"), "rad/s²", "total variation of the demanded turn rate a second"

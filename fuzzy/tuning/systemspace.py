@@ -1,0 +1,379 @@
+"""What may move of a Sugeno system, as parameters of a search; and the system that values of these make.
+
+Memberships stay ordered and covering, for they do not move one by one: the places where terms begin, peak and end part
+the universe of discourse into gaps, and a search stretches or shrinks each gap. Where two terms met or overlapped they
+still do. Widths and slopes scale with the universe about them, and within WIDEN besides.
+
+Consequents keep their sign, or where they are 0 stay near it. A system that answers to the left as to the right
+(:mod:`fuzzy.tuning.mirror`) keeps that symmetry, unless it is told not to.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from fuzzy.membershipfunction import MembershipFunction
+from fuzzy.naming import expected
+from fuzzy.rule import Rule
+from fuzzy.system import Constant, Sugeno, Variable
+from fuzzy.tuning.mirror import Mirror, coefficients, mirror_of
+from fuzzy.tuning.parameter import Parameter, TuningError
+
+Movable = Literal["memberships", "consequents", "weights", "choices", "rules"]
+MOVABLE: tuple[str, ...] = get_args(Movable)
+MOVED: tuple[Movable, ...] = ("memberships", "consequents")  # by default
+STRETCH = 4.0  # by which a gap may grow or shrink against the others
+WIDEN = 1.5  # by which a width or a slope may change besides
+SMALLEST = 0.1  # of the greatest number alike: how far a consequent may move at least
+NEAR = 1e-9  # of the universe: places that are the same
+KEPT, LEFT_OUT = "kept", "left out"
+
+
+@dataclass(frozen=True, eq=False)
+class SystemSpace:
+    """A system and what of it may move: numbers and choices in the order of :attr:`parameters`.
+
+    Raises TuningError for an unknown part.
+    """
+
+    fis: Sugeno
+    move: Collection[str] = MOVED  # of MOVABLE
+    symmetric: bool = True  # whether the symmetry that it has, if any, is kept
+    prefix: str = ""  # of the parameters' names
+    _parts: "tuple[_Part, ...]" = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        for name in self.move:
+            if name not in MOVABLE:
+                raise TuningError(expected(str(name), MOVABLE, "part of a system that can move"))
+        object.__setattr__(self, "_parts", tuple(_parts(self.fis, self.move, self.mirror)))
+
+    @cached_property
+    def mirror(self) -> Mirror | None:
+        """The symmetry that is kept, if any."""
+        return mirror_of(self.fis) if self.symmetric else None
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What may move, each with its name, start and bounds."""
+        return tuple(
+            replace(parameter, name=self.prefix + parameter.name)
+            for part in self._parts
+            for parameter in part.parameters
+        )
+
+    def made(self, values: Sequence[float] | np.ndarray) -> Sugeno:
+        """The system that ``values`` (parameters,) make; those of the start make one that is equal to the start.
+
+        Raises TuningError where these are not as many as there are parameters.
+        """
+        if len(values) != len(self.parameters):
+            raise TuningError(f"{self.fis.name}: {len(self.parameters)} values are needed; got {len(values)}")
+        draft = _Draft.of(self.fis)
+        first = 0
+        for part in self._parts:
+            count = len(part.parameters)
+            part.put(draft, [float(v) for v in values[first : first + count]])
+            first += count
+        return draft.system()
+
+
+@dataclass
+class _Draft:
+    """A system while it is made."""
+
+    fis: Sugeno
+    terms: list[dict[str, MembershipFunction]]  # of each input
+    consequents: list[dict[str, Any]]  # of each output
+    rules: list[Rule]
+    kept: list[bool]
+
+    @classmethod
+    def of(cls, fis: Sugeno) -> "_Draft":
+        inputs, outputs = ([dict(v.terms) for v in variables] for variables in (fis.inputs, fis.outputs))
+        return cls(fis, inputs, outputs, list(fis.rules), [True] * len(fis.rules))
+
+    def system(self) -> Sugeno:
+        fis = self.fis
+        inputs = [replace(v, terms=terms) for v, terms in zip(fis.inputs, self.terms, strict=True)]
+        outputs = [replace(v, terms=terms) for v, terms in zip(fis.outputs, self.consequents, strict=True)]
+        rules = [rule for rule, kept in zip(self.rules, self.kept, strict=True) if kept]
+        return replace(fis, inputs=inputs, outputs=outputs, rules=rules or self.rules[:1])
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Some parameters, and how their values change a draft."""
+
+    parameters: tuple[Parameter, ...]
+
+    def put(self, draft: _Draft, values: list[float]) -> None:
+        raise NotImplementedError
+
+
+def _parts(fis: Sugeno, move: Collection[str], mirror: Mirror | None) -> Iterator[_Part]:
+    if "memberships" in move:
+        for k in range(len(fis.inputs)):
+            yield _Memberships.of(fis, k, mirror)
+    if "consequents" in move:
+        for k in range(len(fis.outputs)):
+            yield from _consequents(fis, k, mirror)
+    orbits = _orbits(range(len(fis.rules)), mirror.rules if mirror else None)
+    if "weights" in move:
+        for orbit in orbits:
+            weight = fis.rules[orbit[0]].weight
+            yield _Weight((Parameter(name=f"rule {_numbers(orbit)}.weight", start=weight),), orbit)
+    if "choices" in move:
+        for k in range(len(fis.outputs)):
+            yield from _choices(fis, k, orbits, mirror)
+    if "rules" in move and len(orbits) > 1:
+        for orbit in orbits:
+            parameter = Parameter(name=f"rule {_numbers(orbit)}", start=0.0, choices=(KEPT, LEFT_OUT))
+            yield _OnOff((parameter,), orbit)
+
+
+def _numbers(orbit: Sequence[int]) -> str:
+    return "+".join(str(rule + 1) for rule in orbit)
+
+
+def _orbits(places: Sequence[int], image: Sequence[int] | None) -> list[tuple[int, ...]]:
+    """The places, each with its mirror image if it is another one."""
+    if image is None:
+        return [(place,) for place in places]
+    return [(place,) if image[place] == place else (place, image[place]) for place in places if place <= image[place]]
+
+
+# Memberships ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Memberships(_Part):
+    """The gaps of one input's universe, and the widths of its terms."""
+
+    place: int  # of the input
+    edges: np.ndarray  # the ends of the gaps, from the universe's low end to its high end
+    groups: tuple[tuple[int, ...], ...]  # gaps that stretch together; the first is the one that the others are to
+    widths: tuple[tuple[str, ...], ...]  # terms whose widths change together
+    flips: bool  # whether the input changes its sign in the mirror
+
+    @classmethod
+    def of(cls, fis: Sugeno, place: int, mirror: Mirror | None) -> "_Memberships":
+        variable = fis.inputs[place]
+        flips = mirror is not None and mirror.inputs[place] < 0
+        edges = _edges(variable)
+        count = len(edges) - 1
+        groups = _orbits(range(count), [count - 1 - k for k in range(count)] if flips else None)
+        greatest = max(range(len(groups)), key=lambda k: edges[groups[k][0] + 1] - edges[groups[k][0]])
+        groups = [groups[greatest], *(g for k, g in enumerate(groups) if k != greatest)]
+        names = list(variable.terms)
+        images = mirror.terms[place] if flips and mirror is not None else None
+        wide = [k for k, term in enumerate(variable.terms.values()) if {"width", "slope"} & set(term.roles)]
+        orbits = [orbit for orbit in _orbits(range(len(names)), images) if orbit[0] in wide]
+        widths = tuple(tuple(names[k] for k in orbit) for orbit in orbits)
+        parameters = [
+            Parameter(
+                name=f"{variable.name}.gap {edges[g[0]]:.4g} to {edges[g[0] + 1]:.4g}",
+                start=1.0,
+                lower=1 / STRETCH,
+                upper=STRETCH,
+                scale="log",
+            )
+            for g in groups[1:]
+        ]
+        parameters += [
+            Parameter(
+                name=f"{variable.name}.{'+'.join(of)}.width", start=1.0, lower=1 / WIDEN, upper=WIDEN, scale="log"
+            )
+            for of in widths
+        ]
+        return cls(tuple(parameters), place, edges, tuple(groups), widths, flips)
+
+    def put(self, draft: _Draft, values: list[float]) -> None:
+        """Stretch the gaps, and what lies in them."""
+        if not self.parameters or all(value == 1.0 for value in values):
+            return
+        sizes = np.diff(self.edges)
+        for group, factor in zip(self.groups[1:], values, strict=False):
+            sizes[list(group)] *= factor
+        sizes *= (self.edges[-1] - self.edges[0]) / sizes.sum()
+        edges = self.edges[0] + np.concatenate([[0.0], np.cumsum(sizes)])
+        edges[-1] = self.edges[-1]
+        if self.flips:
+            edges = (edges - edges[::-1]) / 2  # symmetric to the last bit
+        wider = dict.fromkeys(draft.terms[self.place], 1.0)
+        for names, factor in zip(self.widths, values[len(self.groups) - 1 :], strict=True):
+            wider |= dict.fromkeys(names, factor)
+        terms = draft.terms[self.place]
+        for name, term in terms.items():
+            terms[name] = _moved(term, self.edges, edges, wider[name])
+
+
+def _edges(variable: Variable) -> np.ndarray:
+    """The ends of the universe of discourse, and within it the places at which terms begin, peak and end."""
+    low, high = variable.universe
+    span = high - low
+    edges = [low]
+    for place in sorted(_places(variable)):
+        if place - edges[-1] > NEAR * span and high - place > NEAR * span:
+            edges.append(place)
+    return np.array([*edges, high])
+
+
+def _places(variable: Variable) -> Iterator[float]:
+    for term in variable.terms.values():
+        for role, number in zip(term.roles, term.numbers, strict=True):
+            if role == "location":
+                yield number
+
+
+def _moved(term: MembershipFunction, edges: np.ndarray, moved: np.ndarray, wider: float) -> MembershipFunction:
+    """A term whose universe is stretched so that ``edges`` come to lie at ``moved``; beyond them nothing moves."""
+
+    def at(x: float) -> float:
+        if not edges[0] < x < edges[-1]:
+            return x
+        near = np.flatnonzero(np.abs(edges - x) <= NEAR * (edges[-1] - edges[0]))
+        return float(moved[near[0]]) if len(near) else float(np.interp(x, edges, moved))
+
+    numbers = term.numbers
+    centers = [n for n, role in zip(numbers, term.roles, strict=True) if role == "location"]
+    changed = []
+    for place, (number, role) in enumerate(zip(numbers, term.roles, strict=True)):
+        if role == "location":
+            changed.append(at(number))
+        elif role in ("width", "slope"):
+            own = next((n for n, r in zip(numbers[place:], term.roles[place:], strict=True) if r == "location"), None)
+            center = own if own is not None else centers[-1]
+            half = abs(number) if role == "width" else 1 / abs(number)
+            stretch = (at(center + half) - at(center - half)) / (2 * half) * wider
+            changed.append(number * stretch if role == "width" else number / stretch)
+        else:
+            changed.append(number)
+    return type(term)(*changed)
+
+
+# Consequents ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Consequent(_Part):
+    """The numbers of one output's term, and of its mirror image."""
+
+    output: int
+    place: int  # among the numbers of the term, the slopes first
+    names: tuple[str, ...]  # the term, and its mirror image
+    signs: tuple[int, ...]
+
+    def put(self, draft: _Draft, values: list[float]) -> None:
+        terms = draft.consequents[self.output]
+        for name, sign in zip(self.names, self.signs, strict=True):
+            term = terms[name]
+            numbers = [float(p) for p in term.parameters]
+            numbers[self.place] = sign * values[0]
+            if isinstance(term, Constant):
+                terms[name] = Constant(numbers[0])
+            else:
+                terms[name] = replace(term, slopes=tuple(numbers[:-1]), constant=numbers[-1])
+
+
+def _consequents(fis: Sugeno, output: int, mirror: Mirror | None) -> Iterator[_Part]:
+    variable = fis.outputs[output]
+    inputs = len(fis.inputs)
+    table = {name: coefficients(term, inputs) for name, term in variable.terms.items()}
+    if not table:
+        return
+    greatest = np.abs(np.array(list(table.values()))).max(axis=0)
+    images = _term_images(fis, output, mirror)
+    signs = np.ones(inputs + 1, dtype=int)
+    if mirror is not None:
+        signs = np.array([*(mirror.outputs[output] * s for s in mirror.inputs), mirror.outputs[output]])
+    names = list(table)
+    for name in names:
+        image = images.get(name, name)
+        if names.index(image) < names.index(name):
+            continue
+        numbers = len(variable.terms[name].parameters)
+        for place in range(numbers):
+            column = inputs + 1 - numbers + place
+            if image == name and signs[column] < 0 and name in images:
+                continue  # its own mirror image: it stays 0
+            reach = max(abs(table[name][column]), SMALLEST * greatest[column])
+            if reach == 0:
+                continue  # a slope that no rule has
+            start = float(table[name][column])
+            what = "" if column == inputs else f".{fis.inputs[column].name}"
+            both = (name,) if image == name else (name, image)
+            parameter = Parameter(
+                name=f"{variable.name}.{'+'.join(both)}{what}", start=start, lower=start - reach, upper=start + reach
+            )
+            yield _Consequent((parameter,), output, place, both, (1, int(signs[column]))[: len(both)])
+
+
+def _term_images(fis: Sugeno, output: int, mirror: Mirror | None) -> dict[str, str]:
+    """The mirror image of each term that rules take; a term of which rules do not agree is left out."""
+    if mirror is None:
+        return {}
+    name = fis.outputs[output].name
+    taken = [dict(rule.then).get(name) for rule in fis.rules]
+    images: dict[str, set[str]] = {}
+    for rule, image in enumerate(mirror.rules):
+        one, other = taken[rule], taken[image]
+        if one is not None and other is not None:
+            images.setdefault(one, set()).add(other)
+    single = {one: next(iter(others)) for one, others in images.items() if len(others) == 1}
+    return {one: other for one, other in single.items() if single.get(other) == one}
+
+
+# Rules ------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Weight(_Part):
+    orbit: tuple[int, ...]
+
+    def put(self, draft: _Draft, values: list[float]) -> None:
+        for rule in self.orbit:
+            draft.rules[rule] = replace(draft.rules[rule], weight=values[0])
+
+
+@dataclass(frozen=True)
+class _OnOff(_Part):
+    orbit: tuple[int, ...]
+
+    def put(self, draft: _Draft, values: list[float]) -> None:
+        for rule in self.orbit:
+            draft.kept[rule] = values[0] == 0
+
+
+@dataclass(frozen=True)
+class _Choice(_Part):
+    output: str
+    orbit: tuple[int, ...]
+    taken: tuple[tuple[str, ...], ...]  # a choice: the term of each rule of the orbit
+
+    def put(self, draft: _Draft, values: list[float]) -> None:
+        for rule, term in zip(self.orbit, self.taken[int(values[0])], strict=True):
+            then = dict(draft.rules[rule].then) | {self.output: term}
+            draft.rules[rule] = replace(draft.rules[rule], then=tuple(then.items()))
+
+
+def _choices(fis: Sugeno, output: int, orbits: list[tuple[int, ...]], mirror: Mirror | None) -> Iterator[_Part]:
+    variable = fis.outputs[output]
+    images = _term_images(fis, output, mirror)
+    for orbit in orbits:
+        start = dict(fis.rules[orbit[0]].then).get(variable.name)
+        if start is None:
+            continue
+        terms = list(variable.terms)
+        if mirror is not None:
+            terms = [t for t in terms if t in images and (len(orbit) > 1 or images[t] == t)]
+        if len(terms) < 2 or start not in terms:
+            continue
+        taken = tuple((t, images[t])[: len(orbit)] if mirror is not None else (t,) for t in terms)
+        parameter = Parameter(
+            name=f"rule {_numbers(orbit)}.{variable.name}", start=float(terms.index(start)), choices=tuple(terms)
+        )
+        yield _Choice((parameter,), variable.name, orbit, taken)
