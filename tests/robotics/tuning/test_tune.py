@@ -167,7 +167,7 @@ def test_before_and_after_are_compared_on_runs_that_no_search_has_seen():
 
 def test_a_candidate_that_cannot_drive_is_a_failure_and_not_the_end():
     team = replace(robotics.load_scenario("concentric-circles"), duration=1.0)
-    bounds = {"kappa": Bound(low=0.1, high=10.0)}  # theorem 4.1 forbids the lower ones
+    bounds = {"kappa": Bound(low=0.01, high=4.0, scale="log")}  # theorem 4.1 forbids the lower ones
     space = LawSpace(make_controller("virtual-structure-virtual"), ("gains",), gains=("kappa",), bounds=bounds)
     cost = Cost(terms=(Term(metric="rms_cross_track_m"),))
     found = tune(space, [team], runs=1, evaluations=30, cost=cost, engine="random", seed=3)
