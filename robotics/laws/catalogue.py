@@ -19,6 +19,7 @@ from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.lawfile import law_in_file, loaded_law
 from robotics.laws.predictive.mppi import PathIntegral
+from robotics.laws.predictive.nmpc import PredictiveControl
 from robotics.laws.preset import Preset
 from robotics.laws.rules.follow_leader import FollowLeader
 from robotics.laws.rules.formation_networks import FormationNetworks
@@ -88,6 +89,12 @@ CATALOGUE: dict[str, Preset] = {
         {},
         "MPPI",
         "model predictive path integral control with Nav2's horizon, noise and 1,000 samples, on a cost of tracking",
+    ),
+    "nmpc": Preset(
+        PredictiveControl,
+        {},
+        "Predictive control",
+        "iLQR over 1 s with wheel lag, latency and bounds; weights by Bryson's rule, not by search",
     ),
     "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
     "assm": Preset(

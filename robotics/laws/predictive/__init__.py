@@ -1,1 +1,1 @@
-"""Predictive laws of one robot: they optimise over a horizon."""
+"""Laws that simulate their robot ahead and command the best of its futures."""
