@@ -26,8 +26,8 @@ STAIRS = {
         plot designer commands
     """,
     "robotics": """
-        quantity random_streams tables vehicle paths radio environment sensing laws scenario simulation measures
-        experiments tuning figures playback report thesis designer commands
+        quantity random_streams statistics tables vehicle paths radio environment sensing laws scenario simulation
+        measures experiments tuning arena figures playback report thesis designer commands
     """,
     "robotics.laws": """
         setting modes specification law equation universe foreign preset lawfile tracking formation teams avoidance

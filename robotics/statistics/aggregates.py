@@ -1,0 +1,127 @@
+"""One number for the runs of a law: the mean of its costs between two quantiles.
+
+The mean, the interquartile mean and the conditional value at risk are one formula, the mean of the quantile function
+between two levels u and v,
+
+    T = 1/(v − u) ∫_u^v F⁻¹(p) dp,
+
+with F the empirical distribution. Runs at the levels count in part, so that T does not jump with the number of runs.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotics.statistics.costs import StatisticsError
+
+_NOTHING = 1e-9  # of one run: what is less is rounding of a level times the number of runs
+
+
+@dataclass(frozen=True)
+class QuantileMean:
+    """The mean of costs between two quantiles, of all runs together or of each scenario by itself.
+
+    Called with costs (..., scenarios, seeds) it gives (...). A failed run is the worst there can be: the mean is
+    infinite if, and only if, failed runs lie between the two levels.
+    """
+
+    name: str
+    low: float  # the share of the smallest costs that is left out
+    high: float  # the share of costs up to which the mean is taken
+    by_scenario: bool = False  # the geometric mean over scenarios of each scenario's own: blind to scenarios' scales
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.low < self.high <= 1:
+            raise StatisticsError(
+                f"the levels are {self.low:g} and {self.high:g}; give two from 0 to 1, the lower first"
+            )
+
+    def __call__(self, costs: np.ndarray) -> np.ndarray:
+        """The statistic (...) of costs (..., scenarios, seeds)."""
+        costs = np.asarray(costs, dtype=float)
+        if self.by_scenario:
+            each = self._of_rows(costs)
+            if (each <= 0).any():
+                raise StatisticsError(f"the {self.name} needs costs > 0, since it is a geometric mean over scenarios")
+            return np.exp(np.log(each).mean(axis=-1))
+        return self._of_rows(costs.reshape(*costs.shape[:-2], -1))
+
+    def _of_rows(self, costs: np.ndarray) -> np.ndarray:
+        """The mean between the levels of the last axis."""
+        runs = costs.shape[-1]
+        low, high = self.low * runs, self.high * runs
+        weights = np.diff(np.clip(np.arange(runs + 1), low, high))
+        inside = weights > _NOTHING
+        return np.sort(costs, axis=-1)[..., inside] @ weights[inside] / (high - low)
+
+    def of_resamples(self, costs: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """The statistic (draws,) of one law in each resample.
+
+        The costs are sorted once; a resample is then a number of copies of each, and their cumulated sums say how much
+        of each cost lies between the levels.
+
+        Args:
+            costs: The costs (scenarios, seeds) of the law.
+            counts: How often each run is drawn (scenarios, seeds, draws); each scenario's sum to the number of seeds.
+        """
+        if not self.by_scenario:
+            return self._of_counts(costs.ravel(), counts.reshape(costs.size, -1))
+        each = [self._of_counts(row, drawn) for row, drawn in zip(costs, counts, strict=True)]
+        if (np.asarray(each) <= 0).any():
+            raise StatisticsError(f"the {self.name} needs costs > 0, since it is a geometric mean over scenarios")
+        return np.exp(np.log(each).mean(axis=0))
+
+    def _of_counts(self, costs: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """The mean between the levels of costs (runs,) drawn ``counts`` (runs, draws) times."""
+        runs, order = len(costs), np.argsort(costs, kind="stable")
+        ranked = costs[order]
+        finite = int(np.isfinite(ranked).sum())
+        if finite == 0:
+            return np.full(counts.shape[1], np.inf)
+        ranked, low, high = ranked[:finite], self.low * runs, self.high * runs
+        below = np.clip(np.cumsum(counts[order[:finite]], axis=0, dtype=np.float32), low, high)
+        # Summation by parts: Σ xᵢ (bᵢ − bᵢ₋₁) with b before the first = low
+        total = ranked[-1] * below[-1].astype(float) - ranked[0] * low
+        total -= np.einsum("n,nd->d", np.diff(ranked), below[:-1])
+        return np.where(below[-1] < high - _NOTHING * runs, np.inf, total / (high - low))
+
+    def influence(self, costs: np.ndarray) -> np.ndarray:
+        """How much each run moves the statistic: the influence function (scenarios, seeds) at costs of that shape.
+
+        It is the winsorised cost over v − u, centred within each scenario [Huber 1981, 3.3]; of the logarithm of the
+        statistic where it is taken by scenario. Failed runs beyond the upper level are winsorised as other runs are.
+        """
+        if self.by_scenario:
+            own = np.stack([self._winsorised(row) for row in costs]) / self._of_rows(costs)[:, None]
+        else:
+            own = self._winsorised(costs.ravel()).reshape(costs.shape)
+        with np.errstate(invalid="ignore"):  # not-a-number where failures lie between the levels
+            return (own - own.mean(axis=-1, keepdims=True)) / (self.high - self.low)
+
+    def _winsorised(self, costs: np.ndarray) -> np.ndarray:
+        low, high = np.quantile(costs, [self.low, self.high], method="inverted_cdf")
+        return np.clip(costs, low, high)
+
+
+MEAN = QuantileMean("mean", 0.0, 1.0)
+IQM = QuantileMean("interquartile mean", 0.25, 0.75)
+SCENARIO_IQM = QuantileMean("geometric mean over scenarios of the interquartile mean", 0.25, 0.75, by_scenario=True)
+CVAR = QuantileMean("mean of the worst tenth", 0.9, 1.0)
+
+
+def interquartile_mean(costs: np.ndarray) -> np.ndarray:
+    """The mean (...) of the middle half of all runs in costs (..., scenarios, seeds) [Agarwal 2021].
+
+    With a number of runs that four divides it is ``scipy.stats.trim_mean(…, 0.25)``. Failures are trimmed as long as
+    they are at most a quarter of the runs; above that it is infinite.
+    """
+    return IQM(costs)
+
+
+def conditional_value_at_risk(costs: np.ndarray, share: float = 0.1) -> np.ndarray:
+    """The mean (...) of the worst ``share`` of all runs in costs (..., scenarios, seeds) [Rockafellar & Uryasev 2002].
+
+    Where the share is no whole number of runs, the least of them counts in part. One failed run makes it infinite,
+    which figures show as "fails".
+    """
+    return QuantileMean(f"mean of the worst {100 * share:g} %", 1.0 - share, 1.0)(costs)
