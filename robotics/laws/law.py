@@ -28,6 +28,16 @@ from robotics.vehicle.plant import Level
 from robotics.vehicle.robot import Robot
 
 Memory = TypeVar("Memory")
+# What a law of motion may know beside its robot's posture, in the words of Law.knows
+KNOWLEDGE = (
+    "reference",  # where it shall be now
+    "reference velocity",
+    "curvature",  # of the path at the reference
+    "preview",  # the reference at later times
+    "wheel speeds",  # by the encoders
+    "wheel lag",  # how the wheels follow a command
+    "latency",  # how late a command acts, and so which commands are still to act
+)
 
 
 class ControllerError(InputError):
@@ -79,6 +89,9 @@ class Law(ABC, Generic[Memory]):
         for name in {*vars(cls), *vars(cls).get("__annotations__", {})} - own:
             if not name.startswith("_") and (close := get_close_matches(name, own, n=1, cutoff=0.85)):
                 raise TypeError(f"{cls.__name__}.{name} is no part of a law; is {close[0]} meant?")
+        said = vars(cls).get("knows", ())
+        if isinstance(said, tuple) and (unknown := [word for word in said if word not in KNOWLEDGE]):
+            raise TypeError(f"{cls.__name__}.knows: " + expected(unknown[0], KNOWLEDGE, "word"))
 
     yields: ClassVar[bool] = False  # whether it keeps robots clear of each other
     # The gains that name its rule bases, by the task of each; or the parts that have it
@@ -87,6 +100,11 @@ class Law(ABC, Generic[Memory]):
     @property
     def message(self) -> tuple[str, ...]:
         """The names of the values that each robot broadcasts."""
+        return ()
+
+    @property
+    def knows(self) -> tuple[str, ...]:
+        """What it uses beside its robot's posture, in words of :data:`KNOWLEDGE`; a class may give the tuple itself."""
         return ()
 
     @property
