@@ -14,6 +14,8 @@ Measure, compare and look:
     measure_all, metrics_of, measure, measure_team, measure_formation, tracking_error, cross_track_error, arrival_time,
     nearest_distance, progress_gap, true_progress; compare, summarise, Comparison; recovery_curve; explain_decision,
     explain_spans; player, a run in motion
+Tune:
+    tune, what may move (LawSpace, Bound), what a run costs (Cost, Term), what was found (Tuned); load_tuning, a file
 Draw, each a matplotlib figure:
     of a run plot_run, plot_team, plot_formation, plot_avoidance, plot_trajectories, plot_distances, plot_progress,
     plot_modes, plot_sonar, plot_rules_at, plot_meetings; of several plot_comparison, plot_leads, plot_paths,
@@ -80,6 +82,10 @@ if TYPE_CHECKING:
     from robotics.sensing.sonar import RangeSensor
     from robotics.simulation.loop import SimulationError, simulate
     from robotics.simulation.run import Run, RunError, load_run
+    from robotics.tuning.cost import Cost, Term
+    from robotics.tuning.file import load_tuning
+    from robotics.tuning.space import Bound, LawSpace
+    from robotics.tuning.tune import Tuned, tune
     from robotics.vehicle.robot import Robot, RobotError
 
 _HOMES = {
@@ -133,6 +139,10 @@ _HOMES = {
     "robotics.sensing.sonar": ("RangeSensor",),
     "robotics.simulation.loop": ("SimulationError", "simulate"),
     "robotics.simulation.run": ("Run", "RunError", "load_run"),
+    "robotics.tuning.cost": ("Cost", "Term"),
+    "robotics.tuning.file": ("load_tuning",),
+    "robotics.tuning.space": ("Bound", "LawSpace"),
+    "robotics.tuning.tune": ("Tuned", "tune"),
     "robotics.vehicle.robot": ("Robot", "RobotError"),
 }
 if not TYPE_CHECKING:  # a type checker has the names above, and sees which there are not
@@ -143,14 +153,17 @@ __all__ = [
     "FORMATION_METRICS",
     "METRICS",
     "TEAM_METRICS",
+    "Bound",
     "Circle",
     "Command",
     "Comparison",
     "Controller",
     "ControllerError",
+    "Cost",
     "Fault",
     "Heard",
     "Law",
+    "LawSpace",
     "Line",
     "Member",
     "Metric",
@@ -183,8 +196,10 @@ __all__ = [
     "StudyError",
     "StudyPlan",
     "TeamError",
+    "Term",
     "Timing",
     "Trajectory",
+    "Tuned",
     "Waypoints",
     "adjacency",
     "arrival_time",
@@ -199,6 +214,7 @@ __all__ = [
     "load_run",
     "load_scenario",
     "load_study",
+    "load_tuning",
     "make_controller",
     "measure",
     "measure_all",
@@ -242,4 +258,5 @@ __all__ = [
     "team_toml",
     "tracking_error",
     "true_progress",
+    "tune",
 ]

@@ -84,7 +84,8 @@ def search(
         names: What the objectives are called.
         known: The objectives (evaluations, objectives) of the beginning of the same search, whole generations of it,
             which are not computed again.
-        after: Called after every generation with all evaluations so far; True ends the search.
+        after: Called after every generation that is not known, and after the last one that is, with all evaluations so
+            far; True ends the search.
 
     Raises TuningError for an unknown engine, for a budget of less than one, and where nothing may change.
     """
@@ -106,8 +107,8 @@ def search(
             costs = np.where(np.isnan(costs), np.inf, costs)
         values, found = np.concatenate([values, rows]), np.concatenate([found, costs])
         so_far = Evaluations(parameters, values, found, tuple(names))
-        fresh = len(values) > len(told)
-        if (after is not None and fresh and after(so_far)) or len(values) >= evaluations:
+        repeated = len(values) < min(len(told), evaluations)
+        if (after is not None and not repeated and after(so_far)) or len(values) >= evaluations:
             return so_far
         if count:
             searcher.tell(points, costs)

@@ -31,6 +31,7 @@ from robotics.commands.stress import stress
 from robotics.commands.study import study
 from robotics.commands.sweep import sweep
 from robotics.commands.team import team
+from robotics.commands.tune import tune
 from robotics.experiments.versions import versions
 
 app = application(
@@ -56,6 +57,7 @@ app.command()(animate)
 app.command()(certify)
 app.command()(robot)
 app.command()(sweep)
+app.command()(tune)
 app.command()(study)
 app.command()(team)
 

@@ -70,6 +70,18 @@ def _read_study(text: str) -> Any:
     return parse_study(text, "new")
 
 
+def _tuning_table() -> Table:
+    from robotics.tuning.file import tuning_table
+
+    return tuning_table()
+
+
+def _read_tuning(text: str) -> Any:
+    from robotics.tuning.file import parse_tuning
+
+    return parse_tuning(text, "new")
+
+
 _SENSING = {"posture": "pose", "position_noise": 0.003, "heading_noise": 0.003}
 _TIMING = {"duration": 30.0, "ramp": 2.0}
 
@@ -162,6 +174,15 @@ _STUDY = {
         }
     ],
 }
+_TUNING = {
+    "title": "Half as much steering",
+    "move": ["gains", "consequents"],
+    "bounds": {"look_ahead": {"low": 0.2, "high": 1.0, "scale": "log"}},
+    "cost": [
+        {"metric": "rms_cross_track_under_way_m", "scale": 0.01, "objective": "precision"},
+        {"metric": "w_variation_under_way_radps2", "scale": 0.5, "objective": "effort"},
+    ],
+}
 
 KINDS: dict[str, FileKind] = {
     "scenario": FileKind(
@@ -169,5 +190,12 @@ KINDS: dict[str, FileKind] = {
     ),
     "robot": FileKind("a robot", _robot_table, _read_robot, {"robot": _ROBOT}, "robotics robot FILE"),
     "sweep": FileKind("a sweep", _sweep_table, _read_sweep, {"sweep": _SWEEP}, "robotics sweep FILE"),
+    "tuning": FileKind(
+        "a tuning",
+        _tuning_table,
+        _read_tuning,
+        {"tuning": _TUNING},
+        "robotics tune fuzzy --scenarios lyapunov-sine --space FILE",
+    ),
     "study": FileKind("a study", _study_table, _read_study, {"study": _STUDY}, "robotics study FILE"),
 }

@@ -137,6 +137,15 @@ class Law(ABC, Generic[Memory]):
         other = held.with_fuzzy_system(task, fis) if isinstance(held, Law) else fis
         return cast(Self, replace(cast(Any, self), **{gain: other}))
 
+    def rule_base_gain(self, task: str) -> str:
+        """The gain that names the rule base of ``task``, as a specification calls it: "tracker.rule_base".
+
+        Raises ControllerError for a task that it does not have.
+        """
+        gain = self._gain_of(task)
+        held = getattr(self, gain)
+        return f"{gain}.{held.rule_base_gain(task)}" if isinstance(held, Law) else gain
+
     def _gain_of(self, task: str) -> str:
         if task not in self.tasks:
             raise ControllerError(expected(task, self.tasks, f"task of a rule base in {type(self).__name__}"))

@@ -5,8 +5,9 @@ variation of the demanded turn rate / 1 rad/s². All of it is measured under way
 can avoid, and it would drown the rest. A run in which a robot was stopped, or touched anything, costs FAILED.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import pi
 from typing import Any
 
@@ -16,10 +17,11 @@ from fuzzy.naming import expected
 from fuzzy.tuning.parameter import TuningError
 from robotics.experiments.population import simulate_many
 from robotics.laws.law import Law
-from robotics.measures.own import NO_METRICS, OwnMetrics
 from robotics.measures.registry import own_metrics
+from robotics.measures.tracking import Metric
 from robotics.quantity import check_quantities, described, quantity
 from robotics.scenario.description import Scenario
+from robotics.simulation.run import Run
 
 FAILED = 100.0
 CONTACTS = "contacts"
@@ -29,15 +31,31 @@ CONTACTS = "contacts"
 class Term:
     """A metric in a cost: ``weight`` for each ``scale`` of it."""
 
-    metric: str = described("The metric: a name, or mymetric.py:comfort.", example="rms_cross_track_under_way_m")
+    metric: str = described(
+        "The metric: a name, or a function of your own, mycost.py:comfort.", example="rms_cross_track_under_way_m"
+    )
     scale: float = quantity(1.0, "1", above=0, doc="What of the metric, in its unit, costs 1.")
     weight: float = quantity(1.0, "1", least=0, doc="By which that is multiplied.")
     objective: str = described(
-        "To which objective it is added; with two or more of them a Pareto front is looked for.", "cost"
+        'To which objective it is added, such as "precision" and "effort"; a front is looked for between two.', "cost"
     )
+
+    measure: Callable[[Run], Any] | None = None  # of a run (runs, robots), instead of a metric that has a name already
 
     def __post_init__(self) -> None:
         check_quantities(self, TuningError)
+
+    @cached_property
+    def own(self) -> dict[str, Metric]:
+        """The metric, if it is one of the user's own, by the name that tables of results give it."""
+        if self.measure is not None:
+            return own_metrics([(self.metric, self.measure)])
+        return own_metrics([self.metric]) if ":" in self.metric else {}
+
+    @property
+    def name(self) -> str:
+        """What tables of results call the metric."""
+        return next(iter(self.own), self.metric)
 
 
 TERMS = (
@@ -66,31 +84,20 @@ class Cost:
     @property
     def metrics(self) -> tuple[str, ...]:
         """The names of the metrics that it needs, by which a table of results calls them."""
-        return tuple(dict.fromkeys(self._name(term) for term in self.terms))
+        return tuple(dict.fromkeys(term.name for term in self.terms))
 
     @property
-    def own(self) -> OwnMetrics:
-        """Those of the user's own, by their specifications."""
-        return tuple(term.metric for term in self.terms if ":" in term.metric) or NO_METRICS
-
-    def _name(self, term: Term) -> str:
-        return next(iter(own_metrics([term.metric]))) if ":" in term.metric else term.metric
+    def own(self) -> dict[str, Metric]:
+        """Those of the user's own, by name."""
+        return {name: metric for term in self.terms for name, metric in term.own.items()}
 
     def weighted(self, factors: Mapping[str, float]) -> "Cost":
         """The same cost with the weights of some metrics multiplied. Raises TuningError for one without a term."""
         for metric in factors:
             if metric not in {t.metric for t in self.terms}:
                 raise TuningError(expected(metric, [t.metric for t in self.terms], "metric of the cost"))
-        terms = [
-            Term(
-                metric=t.metric,
-                scale=t.scale,
-                weight=t.weight * factors.get(t.metric, 1.0),
-                objective=t.objective,
-            )
-            for t in self.terms
-        ]
-        return Cost(terms=tuple(terms), failed=self.failed)
+        terms = (replace(term, weight=term.weight * factors.get(term.metric, 1.0)) for term in self.terms)
+        return replace(self, terms=tuple(terms))
 
     def objectives_of(self, metrics: Mapping[str, np.ndarray], stopped: np.ndarray) -> np.ndarray:
         """What runs cost (..., objectives), from their metrics and whether robots were stopped, each (..., robots).
@@ -102,7 +109,7 @@ class Cost:
         found = np.zeros((*stopped.shape[:-1], len(names)))
         for term in self.terms:
             with np.errstate(invalid="ignore"):
-                value = metrics[self._name(term)].mean(axis=-1)
+                value = metrics[term.name].mean(axis=-1)
             found[..., names.index(term.objective)] += term.weight * value / term.scale
         failed = stopped.any(axis=-1)
         if CONTACTS in metrics:
@@ -137,9 +144,8 @@ def costs_of(
     """
     found = []
     for scenario in scenarios:
-        names = [*cost.metrics, *([CONTACTS] if scenario.setting.has_others else [])]
-        own = cost.own
-        known = [name for name in names if name not in own_metrics(own)]
-        runs = simulate_many(scenario, laws, seeds, keep="metrics", metrics=known, own=own, threads=threads)
+        names = [name for name in cost.metrics if name not in cost.own]
+        names += [CONTACTS] if scenario.setting.has_others else []
+        runs = simulate_many(scenario, laws, seeds, keep="metrics", metrics=names, own=cost.own, threads=threads)
         found.append(cost.objectives_of(runs.metrics, runs.stopped))
     return np.stack(found, axis=1)

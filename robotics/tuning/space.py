@@ -5,8 +5,8 @@ times its start, by its logarithm, as far as the law accepts it [Bergstra and Be
 0 moves only where the user says from where to where.
 """
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, replace
 from functools import cached_property
 from math import inf
 from typing import Any, Literal
@@ -19,7 +19,7 @@ from fuzzy.tuning.parameter import Parameter, Scale, TuningError
 from fuzzy.tuning.systemspace import MOVABLE, MOVED, SystemSpace
 from robotics.laws.catalogue import gain_fields, gains_of, with_gains
 from robotics.laws.law import Law
-from robotics.quantity import SMALLEST
+from robotics.quantity import SMALLEST, check_quantities, described, quantity
 
 TENFOLD = 10.0  # by which a gain may change, up and down
 Part = Literal["gains", "memberships", "consequents", "weights", "choices", "rules"]
@@ -27,13 +27,20 @@ PARTS: tuple[str, ...] = ("gains", *MOVABLE)
 PARTS_MOVED: tuple[str, ...] = ("gains", *MOVED)  # by default
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Bound:
     """From where to where a parameter may move, instead of what the rule says."""
 
-    low: float
-    high: float
-    scale: Scale = "linear"
+    low: float = quantity(MISSING, "1", doc="The least value.", example=0.2)
+    high: float = quantity(MISSING, "1", doc="The greatest value, above low.", example=1.0)
+    scale: Scale = described("Whether it moves evenly, or by its logarithm.", "linear")
+
+    def __post_init__(self) -> None:
+        check_quantities(self, TuningError)
+        if not self.low < self.high:
+            raise TuningError(f"low must be less than high; got {self.low:g} and {self.high:g}").about("low")
+        if self.scale == "log" and not self.low > 0:
+            raise TuningError(f'on the scale "log" low must be > 0; got {self.low:g}').about("low")
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,6 +173,3 @@ def _by_rule(name: str, value: Any, metadata: Mapping[str, Any]) -> Parameter | 
     if not low < high:
         return None
     return Parameter(name=name, start=value, lower=low, upper=high, scale="log", unit=metadata["unit"])
-
-
-SpaceOf = Callable[[Law[Any]], LawSpace]

@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from fuzzy.errors import InputError
-from fuzzy.tuning.journal import Journal, open_journal
+from fuzzy.tuning.journal import open_journal
 from fuzzy.tuning.parameter import TuningError
 from fuzzy.tuning.search import Evaluations, search
 from robotics.experiments.executors import Workers
@@ -75,10 +75,19 @@ class Tuned:
         return self.evaluated.table()
 
 
+class TuningInterrupt(KeyboardInterrupt):
+    """Ctrl-C while a law was tuned: :attr:`tuned` is what was found until then."""
+
+    def __init__(self, tuned: Tuned) -> None:
+        super().__init__(f"after {tuned.evaluations} evaluations")
+        self.tuned = tuned
+
+
 def tune(
     law: Law[Any] | str | LawSpace,
     scenarios: Sequence[Scenario | str | Path],
     *,
+    specification: str = "",
     runs: int = RUNS,
     evaluations: int = EVALUATIONS,
     seed: int = SEED,
@@ -97,6 +106,7 @@ def tune(
     Args:
         law: The law, or its specification, or a :class:`LawSpace`, which says what may move.
         scenarios: Scenarios, their names, or files.
+        specification: That of the law, where a :class:`LawSpace` is given.
         runs: How many seeds each candidate drives on each scenario, the same for all.
         evaluations: How many candidates are tried, the law as it is included.
         seed: That of the search.
@@ -113,7 +123,7 @@ def tune(
             is the result.
 
     Raises TuningError where nothing can be tuned so, ControllerError and SimulationError as
-    :func:`robotics.simulate_many`.
+    :func:`robotics.simulate_many`; after Ctrl-C TuningInterrupt, which is a KeyboardInterrupt.
     """
     space = law if isinstance(law, LawSpace) else LawSpace(as_law(law))
     cost = cost or Cost()
@@ -128,37 +138,42 @@ def tune(
             f"a front is looked for between two objectives; the cost has {', '.join(cost.objectives)}: give each term "
             "one of two"
         )
-    about = _about(space, law if isinstance(law, str) else "", found, seeds, cost) | {
+    about = _about(space, law if isinstance(law, str) else specification, found, seeds, cost) | {
         "evaluations": evaluations,
         "seed": seed,
         "engine": "pareto" if pareto else engine,
     }
+    so_far: list[Evaluations] = []
     with ExitStack() as stack:
         journal = stack.enter_context(open_journal(folder, about, fresh)) if folder is not None else None
-        evaluated = search(
-            partial(_evaluate, space, found, seeds, cost, threads, workers),
-            space.parameters,
-            evaluations=evaluations,
-            seed=seed,
-            engine=about["engine"],
-            names=cost.objectives,
-            known=journal.known(_columns(cost)) if journal is not None else None,
-            after=partial(_after, journal, progress),
-        )
+
+        def after(evaluated: Evaluations) -> bool | None:
+            so_far[:] = [evaluated]
+            if journal is not None:
+                journal.write(evaluated)
+            return progress(evaluated) if progress is not None else None
+
+        try:
+            evaluated = search(
+                partial(_evaluate, space, found, seeds, cost, threads, workers),
+                space.parameters,
+                evaluations=evaluations,
+                seed=seed,
+                engine=about["engine"],
+                names=cost.objectives,
+                known=journal.known(_columns(cost)) if journal is not None else None,
+                after=after,
+            )
+        except KeyboardInterrupt:
+            if not so_far:
+                raise
+            raise TuningInterrupt(Tuned(space, cost, so_far[0], about)) from None
     return Tuned(space, cost, evaluated, about)
 
 
 def _columns(cost: Cost) -> tuple[str, ...]:
     """The columns of a history that hold the objectives."""
     return cost.objectives if len(cost.objectives) > 1 else ("cost",)
-
-
-def _after(
-    journal: Journal | None, progress: Callable[[Evaluations], bool | None] | None, found: Evaluations
-) -> bool | None:
-    if journal is not None:
-        journal.write(found)
-    return progress(found) if progress is not None else None
 
 
 def _evaluate(

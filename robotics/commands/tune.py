@@ -1,0 +1,187 @@
+"""The command ``robotics tune``: a law's gains and rule bases, tuned through the closed loop."""
+
+import re
+import time
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fuzzy.errors import InputError
+from fuzzy.files.atomic import check_folder
+from fuzzy.shell.interrupts import interrupted
+from fuzzy.shell.progress import Advance, progress_bar
+from fuzzy.shell.terminal import print_json
+from fuzzy.shown import shown
+from robotics.commands.completion import controllers
+from robotics.commands.shared import Json, Quiet, print_forewarnings
+from robotics.experiments.versions import versions
+
+if TYPE_CHECKING:
+    from fuzzy.tuning.search import Evaluations
+    from robotics.tuning.tune import Tuned
+    from robotics.tuning.unseen import Unseen
+
+
+def tune(
+    law: Annotated[
+        str,
+        typer.Argument(
+            metavar="LAW",
+            help="The law: a name, name:gain=value, mine.fis, mylaw.py:MyLaw.",
+            autocompletion=controllers,
+        ),
+    ],
+    on: Annotated[
+        str,
+        typer.Option("--scenarios", metavar="A,B", help="Comma-separated names or .toml files to tune on."),
+    ],
+    unseen: Annotated[
+        str | None,
+        typer.Option("--unseen", metavar="C,D", help="Scenarios that are not tuned on; before and after are compared."),
+    ] = None,
+    runs: Annotated[int, typer.Option(min=1, help="Seeds of each candidate on each scenario.")] = 20,
+    evaluations: Annotated[int, typer.Option(min=1, help="How many candidates are tried.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="The seed of the search.")] = 1,
+    engine: Annotated[str, typer.Option(help="cmaes, or random.")] = "cmaes",
+    space: Annotated[
+        str | None,
+        typer.Option(metavar="FILE.toml", help="What may move, and the cost: see `robotics new tuning`."),
+    ] = None,
+    pareto: Annotated[
+        bool, typer.Option("--pareto", help="Look for the front between the cost's two objectives.")
+    ] = False,
+    check_runs: Annotated[
+        int, typer.Option(min=0, help="Unseen seeds by which before and after are compared; 0: none.")
+    ] = 200,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", metavar="FOLDER", help="Folder of the results. Default: out/tune-LAW")
+    ] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Discard what FOLDER holds of a search.")] = False,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, max=1000, help="Number of threads. Default: one for each core.")
+    ] = None,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://127.0.0.1:8786.")
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Tune a law through the closed loop: its gains, the memberships and the consequents of its rule bases.
+
+    All candidates drive with the same seeds. Writes history.csv, one row an evaluation, the tuned rule bases as .fis,
+    result.json and evaluations.png. After a stop the same command goes on from there; Ctrl-C keeps the best.
+
+    \b
+    Example:
+      robotics tune fuzzy --scenarios lyapunov-sine,noisy-position --evaluations 200 -o tuned
+      robotics compare lyapunov-circle -c "fuzzy,fuzzy:rule_base=tuned/tracking.fis"
+    """
+    from robotics.experiments import executors
+    from robotics.laws.catalogue import make_controller
+    from robotics.scenario.reading import load_scenario
+    from robotics.tuning.file import TuningFile, load_tuning
+    from robotics.tuning.results import write_tuned
+    from robotics.tuning.tune import TuningInterrupt, forewarned
+    from robotics.tuning.tune import tune as tuned_by
+    from robotics.tuning.unseen import compared
+
+    tuning = load_tuning(space) if space is not None else TuningFile()
+    settings = [load_scenario(name) for name in _names(on, "--scenarios")]
+    others = [load_scenario(name) for name in _names(unseen, "--unseen")] if unseen is not None else []
+    moving, cost = tuning.space(make_controller(law)), tuning.made_cost()
+    folder = out if out is not None else Path("out") / f"tune-{_plain(law)}"
+    check_folder(folder)
+    print_forewarnings(forewarned(moving, settings, law))
+    began = time.monotonic()
+    try:
+        with ExitStack() as stack:
+            crew = stack.enter_context(executors.dask(dask)) if dask is not None else None
+            begin = stack.enter_context(progress_bar(quiet, width=46))
+            found = tuned_by(
+                moving,
+                settings,
+                specification=law,
+                runs=runs,
+                evaluations=evaluations,
+                seed=seed,
+                engine=engine,
+                cost=cost,
+                pareto=pareto,
+                folder=folder,
+                fresh=fresh,
+                threads=jobs,
+                workers=crew,
+                progress=_Progress(begin(f"{law}: {len(moving.parameters)} parameters", evaluations), law),
+            )
+    except TuningInterrupt as stop:
+        kept = stop.tuned
+        name = write_tuned(kept, law, folder)
+        interrupted(
+            f"the best of {kept.evaluations} evaluations costs {shown(kept.after)}, before {shown(kept.before)}: "
+            f"{name}; the same command goes on from there"
+        )
+    result = write_tuned(found, law, folder)
+    checked = compared(found, settings, others, check_runs, jobs) if check_runs else []
+    seconds = time.monotonic() - began
+    if json:
+        print_json(_as_json(found, result, folder, checked, seconds))
+    else:
+        _print(found, result, folder, checked, seconds)
+
+
+class _Progress:
+    """Moves the bar to the number of evaluations, and says the best cost so far."""
+
+    def __init__(self, advance: Advance, law: str) -> None:
+        self.advance, self.law, self.done = advance, law, 0
+
+    def __call__(self, found: "Evaluations") -> None:
+        best, before = float(found.costs.min()), float(found.costs[0])
+        for _ in range(len(found) - self.done):
+            self.advance(f"{self.law}: {shown(before)} before, best {shown(best)}")
+        self.done = len(found)
+
+
+def _names(text: str, option: str) -> list[str]:
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if not names:
+        raise InputError(f"{option}: at least one name is needed; `robotics list scenarios` shows them")
+    return names
+
+
+def _plain(law: str) -> str:
+    """A specification as the name of a folder."""
+    return re.sub(r"[^\w.-]+", "-", Path(law.partition(":")[0]).stem)
+
+
+def _as_json(found: "Tuned", result: str, folder: Path, checked: "list[Unseen]", seconds: float) -> dict[str, Any]:
+    from robotics.tuning.results import front_table
+
+    rows = {"front": front_table(found).to_dict(orient="records")} if found.about["engine"] == "pareto" else {}
+    return {
+        "law": found.about["law"],
+        "before": found.before,
+        "after": found.after,
+        "evaluations": found.evaluations,
+        "parameters": len(found.space.parameters),
+        "result": result,
+        "unseen": [one.row() for one in checked],
+        "folder": str(folder),
+        "seconds": seconds,
+        "versions": versions(),
+        **rows,
+    }
+
+
+def _print(found: "Tuned", result: str, folder: Path, checked: "list[Unseen]", seconds: float) -> None:
+    print(
+        f"{result}\n  mean cost on the tuning runs: {shown(found.before)} before, {shown(found.after)} after "
+        f"{found.evaluations} evaluations of {len(found.space.parameters)} parameters, {seconds:.0f} s"
+    )
+    for one in checked:
+        print(f"  {one.sentence()}")
+    if found.about["engine"] == "pareto":
+        print(f"  {len(found.evaluated.front)} laws on the front: {folder / 'front.csv'}")
+    print(f"  {folder}: history.csv, result.json, pictures")

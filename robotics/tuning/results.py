@@ -1,0 +1,118 @@
+"""What tuning leaves in its folder: the tuned law's rule bases, its specification, and where they come from."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from fuzzy.figures.drawing import save_figure
+from fuzzy.figures.tuning import plot_front, plot_search
+from fuzzy.files.atomic import replacing
+from fuzzy.files.fisfile import write_fis
+from fuzzy.system import Sugeno
+from robotics.laws.law import Law
+from robotics.laws.specification import Specification
+from robotics.tuning.tune import Tuned
+
+RESULT, FRONT = "result.json", "front.csv"
+PICTURE, FRONT_PICTURE = "evaluations.png", "front.png"
+
+
+def write_tuned(tuned: Tuned, specification: str, folder: Path) -> str:
+    """Write what was found into ``folder``; return the specification of the tuned law, as seen from the present folder.
+
+    Writes result.json, a .fis file for each rule base that moved, evaluations.png, and of a front front.csv and
+    front.png. What was tuned, on what and by what is in each of result.json and the .fis files.
+
+    Args:
+        tuned: What was found.
+        specification: The specification of the law that was tuned.
+        folder: The folder, which exists.
+    """
+    values = tuned.evaluated.values[tuned.evaluated.best]
+    systems = tuned.space.systems_of(values)
+    provenance = _provenance(tuned)
+    for task, fis in systems.items():
+        write_fis(fis, folder / f"{task}.fis", _comment(fis, task, tuned, provenance))
+    inside = _specification(tuned, specification, values, {task: f"{task}.fis" for task in systems})
+    about = {
+        "specification": inside,  # its files are those of this folder
+        "before": tuned.before,
+        "after": tuned.after,
+        "evaluations": tuned.evaluations,
+        "parameters": dict(zip([p.name for p in tuned.space.parameters], _shown(tuned, values), strict=True)),
+        "provenance": provenance,
+    }
+    with replacing(folder / RESULT) as temporary:
+        temporary.write_text(json.dumps(about, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    save_figure(plot_search(tuned.evaluated), folder / PICTURE)
+    if tuned.about["engine"] == "pareto":
+        with replacing(folder / FRONT) as temporary:
+            front_table(tuned).to_csv(temporary, index=False, float_format=repr, lineterminator="\n")
+        save_figure(plot_front(tuned.evaluated), folder / FRONT_PICTURE)
+    return _specification(tuned, specification, values, {task: str(folder / f"{task}.fis") for task in systems})
+
+
+def front_table(tuned: Tuned) -> pd.DataFrame:
+    """The evaluations that no other one beats in all objectives, a row each, by the first objective."""
+    return tuned.history.iloc[tuned.evaluated.front].drop(columns="best")
+
+
+def write_law(tuned: Tuned, specification: str, place: int, folder: Path) -> str:
+    """Write the rule bases of one evaluation into ``folder``; return the specification of its law.
+
+    Args:
+        tuned: What was found.
+        specification: The specification of the law that was tuned.
+        place: The place of the evaluation, from 0.
+        folder: The folder, which exists.
+    """
+    values = tuned.evaluated.values[place]
+    files = {}
+    for task, fis in tuned.space.systems_of(values).items():
+        files[task] = str(folder / f"{task}-{place + 1}.fis")
+        write_fis(fis, files[task], f"Evaluation {place + 1} of a search")
+    return _specification(tuned, specification, values, files)
+
+
+def _specification(tuned: Tuned, specification: str, values: np.ndarray, files: Mapping[str, str]) -> str:
+    """The specification of the law that ``values`` make, its rule bases being ``files`` by task."""
+    about = Specification.of(specification)
+    law: Law[Any] = tuned.space.law
+    gains = dict(part.split("=", 1) for part in about.gains.split(",") if "=" in part)
+    for task, file in files.items():
+        gain = law.rule_base_gain(task)
+        if about.file.endswith(".fis") and gain == "rule_base":
+            about = about._replace(file=file)
+        else:
+            gains[gain] = file
+    gains |= {name: repr(value) for name, value in tuned.space.gains_at(values).items()}
+    return str(about._replace(gains="").with_gains(f"{name}={value}" for name, value in gains.items()))
+
+
+def _shown(tuned: Tuned, values: np.ndarray) -> list[Any]:
+    return [p.choices[int(v)] if p.choices else float(v) for p, v in zip(tuned.space.parameters, values, strict=True)]
+
+
+def _provenance(tuned: Tuned) -> dict[str, Any]:
+    """What the result was made of, without the contents of the scenarios, which search.json has."""
+    kept = ("law", "scenarios", "seeds", "cost", "evaluations", "seed", "engine", "versions")
+    return {key: tuned.about[key] for key in kept}
+
+
+def _comment(fis: Sugeno, task: str, tuned: Tuned, about: Mapping[str, Any]) -> str:
+    terms = " + ".join(f"{t.weight:g} * {t.metric} / {t.scale:g}" for t in tuned.cost.terms)
+    first, last = about["seeds"]
+    return "\n".join(
+        [
+            f"{fis.name}: the rule base {task} of {about['law']}, tuned through the closed loop",
+            f"Scenarios: {', '.join(about['scenarios'])}; seeds {first} to {last}",
+            f"Cost: {terms}; failed runs {tuned.cost.failed:g}",
+            f"Mean cost on these runs: {tuned.before:.6g} before, {tuned.after:.6g} after",
+            f"Budget: {about['evaluations']} evaluations by {about['engine']}, seed {about['seed']}",
+            "Versions: " + ", ".join(f"{name} {version}" for name, version in about["versions"].items()),
+        ]
+    )
