@@ -4,6 +4,7 @@
 all. After a stop, also of a killed process, the same search in the same folder goes on from there.
 """
 
+import csv
 import json
 import sys
 from collections.abc import Iterator, Mapping
@@ -12,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from fuzzy.files.atomic import replacing
+from fuzzy.files.table import write_frame
 from fuzzy.tuning.parameter import TuningError
 from fuzzy.tuning.search import Evaluations
 
@@ -36,16 +37,14 @@ class Journal:
         if not path.exists():
             return None
         try:
-            table = pd.read_csv(path, float_precision="round_trip")
-            return table[list(names)].to_numpy(dtype=float)
-        except (OSError, ValueError, KeyError) as error:
+            with path.open(encoding="utf-8", newline="") as file:
+                return np.array([[float(row[name]) for name in names] for row in csv.DictReader(file)])
+        except (OSError, ValueError, KeyError, TypeError) as error:
             raise TuningError(f"{path}: this is no history of this search: {error}; --fresh starts over") from None
 
     def write(self, found: Evaluations) -> None:
         """Write the history."""
-        with replacing(self.folder / HISTORY) as temporary:
-            # The shortest text that reads back as the same number, in Python's own form on every machine
-            found.table().to_csv(temporary, index=False, float_format=repr, lineterminator="\n")
+        write_frame(found.table(), self.folder / HISTORY)
 
 
 @contextmanager

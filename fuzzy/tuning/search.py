@@ -98,8 +98,10 @@ def search(
     searcher, points = engine_of(engine, parameters, seed), start_of(parameters)[None]
     values, found = np.empty((0, len(parameters))), np.empty((0, len(names)))
     while True:
-        rows = values_at(parameters, points[: evaluations - len(values)])
         count = len(values)
+        rows = values_at(parameters, points[: evaluations - count])
+        if not count:
+            rows = np.array([[p.start for p in parameters]])  # not rounded by the way there and back
         if count + len(rows) <= len(told):
             costs = told[count : count + len(rows)]
         else:

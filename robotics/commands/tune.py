@@ -20,6 +20,7 @@ from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
     from fuzzy.tuning.search import Evaluations
+    from robotics.scenario.description import Scenario
     from robotics.tuning.tune import Tuned
     from robotics.tuning.unseen import Unseen
 
@@ -39,8 +40,15 @@ def tune(
     ],
     unseen: Annotated[
         str | None,
-        typer.Option("--unseen", metavar="C,D", help="Scenarios that are not tuned on; before and after are compared."),
+        typer.Option(
+            "--unseen",
+            metavar="C,D",
+            help="Scenarios not tuned on, where before and after are compared. Default: other packaged tracking ones.",
+        ),
     ] = None,
+    noise: Annotated[
+        bool, typer.Option("--noise", help="Measure postures with 3 mm and 3 mrad of noise where nothing is random.")
+    ] = False,
     runs: Annotated[int, typer.Option(min=1, help="Seeds of each candidate on each scenario.")] = 20,
     evaluations: Annotated[int, typer.Option(min=1, help="How many candidates are tried.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="The seed of the search.")] = 1,
@@ -75,21 +83,24 @@ def tune(
 
     \b
     Example:
-      robotics tune fuzzy --scenarios lyapunov-sine,noisy-position --evaluations 200 -o tuned
-      robotics compare lyapunov-circle -c "fuzzy,fuzzy:rule_base=tuned/tracking.fis"
+      robotics tune lyapunov --scenarios lyapunov-sine,noisy-position --evaluations 100 --runs 5 -o tuned
+      robotics tune fuzzy --scenarios lyapunov-sine --unseen lyapunov-circle --evaluations 50 --runs 5 -o rules
+      robotics run lyapunov-sine -c fuzzy:rule_base=rules/tracking.fis
     """
     from robotics.experiments import executors
     from robotics.laws.catalogue import make_controller
     from robotics.scenario.reading import load_scenario
     from robotics.tuning.file import TuningFile, load_tuning
     from robotics.tuning.results import write_tuned
-    from robotics.tuning.tune import TuningInterrupt, forewarned
+    from robotics.tuning.tune import TuningInterrupt, forewarned, with_noise
     from robotics.tuning.tune import tune as tuned_by
     from robotics.tuning.unseen import compared
 
     tuning = load_tuning(space) if space is not None else TuningFile()
     settings = [load_scenario(name) for name in _names(on, "--scenarios")]
-    others = [load_scenario(name) for name in _names(unseen, "--unseen")] if unseen is not None else []
+    others = [load_scenario(name) for name in _unseen(unseen, settings)] if check_runs else []
+    if noise:
+        settings, others = ([with_noise(s) for s in group] for group in (settings, others))
     moving, cost = tuning.space(make_controller(law)), tuning.made_cost()
     folder = out if out is not None else Path("out") / f"tune-{_plain(law)}"
     check_folder(folder)
@@ -149,6 +160,17 @@ def _names(text: str, option: str) -> list[str]:
     if not names:
         raise InputError(f"{option}: at least one name is needed; `robotics list scenarios` shows them")
     return names
+
+
+def _unseen(text: str | None, settings: "list[Scenario]") -> list[str]:
+    """The names of the scenarios that are not tuned on: those that are asked for, or all other packaged ones."""
+    from robotics.scenario.reading import scenario_names
+
+    if text is not None:
+        return [name.strip() for name in text.split(",") if name.strip()]
+    if {s.kind for s in settings} != {"tracking"}:
+        return []
+    return [name for name in scenario_names("tracking") if name not in {s.name for s in settings}]
 
 
 def _plain(law: str) -> str:

@@ -12,12 +12,15 @@ from fuzzy.figures.drawing import save_figure
 from fuzzy.figures.tuning import plot_front, plot_search
 from fuzzy.files.atomic import replacing
 from fuzzy.files.fisfile import write_fis
+from fuzzy.files.table import write_frame
 from fuzzy.system import Sugeno
 from robotics.laws.law import Law
 from robotics.laws.specification import Specification
+from robotics.tuning.space import FORMATION, task_of
 from robotics.tuning.tune import Tuned
 
 RESULT, FRONT = "result.json", "front.csv"
+NETWORKS = "networks"  # the folder of systems that a law takes together
 PICTURE, FRONT_PICTURE = "evaluations.png", "front.png"
 
 
@@ -33,11 +36,12 @@ def write_tuned(tuned: Tuned, specification: str, folder: Path) -> str:
         folder: The folder, which exists.
     """
     values = tuned.evaluated.values[tuned.evaluated.best]
-    systems = tuned.space.systems_of(values)
     provenance = _provenance(tuned)
-    for task, fis in systems.items():
-        write_fis(fis, folder / f"{task}.fis", _comment(fis, task, tuned, provenance))
-    inside = _specification(tuned, specification, values, {task: f"{task}.fis" for task in systems})
+    files = _files(tuned, values)
+    for file, (name, fis) in files.items():
+        (folder / file).parent.mkdir(exist_ok=True)
+        write_fis(fis, folder / file, _comment(fis, name, tuned, provenance))
+    inside = _specification(tuned, specification, values, Path())
     about = {
         "specification": inside,  # its files are those of this folder
         "before": tuned.before,
@@ -50,10 +54,9 @@ def write_tuned(tuned: Tuned, specification: str, folder: Path) -> str:
         temporary.write_text(json.dumps(about, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     save_figure(plot_search(tuned.evaluated), folder / PICTURE)
     if tuned.about["engine"] == "pareto":
-        with replacing(folder / FRONT) as temporary:
-            front_table(tuned).to_csv(temporary, index=False, float_format=repr, lineterminator="\n")
+        write_frame(front_table(tuned), folder / FRONT)
         save_figure(plot_front(tuned.evaluated), folder / FRONT_PICTURE)
-    return _specification(tuned, specification, values, {task: str(folder / f"{task}.fis") for task in systems})
+    return _specification(tuned, specification, values, folder)
 
 
 def front_table(tuned: Tuned) -> pd.DataFrame:
@@ -61,34 +64,28 @@ def front_table(tuned: Tuned) -> pd.DataFrame:
     return tuned.history.iloc[tuned.evaluated.front].drop(columns="best")
 
 
-def write_law(tuned: Tuned, specification: str, place: int, folder: Path) -> str:
-    """Write the rule bases of one evaluation into ``folder``; return the specification of its law.
-
-    Args:
-        tuned: What was found.
-        specification: The specification of the law that was tuned.
-        place: The place of the evaluation, from 0.
-        folder: The folder, which exists.
-    """
-    values = tuned.evaluated.values[place]
-    files = {}
-    for task, fis in tuned.space.systems_of(values).items():
-        files[task] = str(folder / f"{task}-{place + 1}.fis")
-        write_fis(fis, files[task], f"Evaluation {place + 1} of a search")
-    return _specification(tuned, specification, values, files)
+def _files(tuned: Tuned, values: np.ndarray) -> dict[str, tuple[str, Sugeno]]:
+    """The rule bases that moved, each with its name in the law, by file; of networks in one folder all of them."""
+    space = tuned.space
+    moved = space.systems_of(values)
+    if any(task_of(space.law, name) == FORMATION for name in moved):
+        return {f"{NETWORKS}/{name}.fis": (name, fis) for name, fis in space.made(values).fuzzy_systems.items()}
+    return {f"{name}.fis": (name, fis) for name, fis in moved.items()}
 
 
-def _specification(tuned: Tuned, specification: str, values: np.ndarray, files: Mapping[str, str]) -> str:
-    """The specification of the law that ``values`` make, its rule bases being ``files`` by task."""
+def _specification(tuned: Tuned, specification: str, values: np.ndarray, folder: Path) -> str:
+    """The specification of the law that ``values`` make, its rule bases being files in ``folder``."""
     about = Specification.of(specification)
     law: Law[Any] = tuned.space.law
     gains = dict(part.split("=", 1) for part in about.gains.split(",") if "=" in part)
-    for task, file in files.items():
+    for file, (name, _) in _files(tuned, values).items():
+        task = task_of(law, name)
         gain = law.rule_base_gain(task)
+        path = str(folder / NETWORKS) if task == FORMATION else str(folder / file)
         if about.file.endswith(".fis") and gain == "rule_base":
-            about = about._replace(file=file)
+            about = about._replace(file=path)
         else:
-            gains[gain] = file
+            gains[gain] = path
     gains |= {name: repr(value) for name, value in tuned.space.gains_at(values).items()}
     return str(about._replace(gains="").with_gains(f"{name}={value}" for name, value in gains.items()))
 

@@ -25,6 +25,7 @@ TENFOLD = 10.0  # by which a gain may change, up and down
 Part = Literal["gains", "memberships", "consequents", "weights", "choices", "rules"]
 PARTS: tuple[str, ...] = ("gains", *MOVABLE)
 PARTS_MOVED: tuple[str, ...] = ("gains", *MOVED)  # by default
+FORMATION = "formation"  # the task of several systems together
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,11 +67,10 @@ class LawSpace:
         for gain in [*(self.gains or ()), *(b for b in self.bounds if b in known)]:
             if gain not in known:
                 raise TuningError(expected(gain, sorted(known), f"gain of {type(self.law).__name__} that can move"))
+        systems = [name for name in self.law.fuzzy_systems if task_of(self.law, name)]
         for task in self.tasks or ():
-            if task not in self.law.fuzzy_systems:
-                raise TuningError(
-                    expected(task, self.law.fuzzy_systems, f"rule base of {type(self.law).__name__} by its task")
-                )
+            if task not in systems:
+                raise TuningError(expected(task, systems, f"rule base of {type(self.law).__name__} that can move"))
         names = [p.name for p in self._unfixed]
         for name in [*self.bounds, *self.fixed]:
             if name not in names:
@@ -128,7 +128,7 @@ class LawSpace:
         parts = [part for part in self.move if part in MOVABLE]
         if not parts:
             return {}
-        systems = self.law.fuzzy_systems
+        systems = {name: fis for name, fis in self.law.fuzzy_systems.items() if task_of(self.law, name)}
         prefix = len(systems) > 1
         return {
             task: SystemSpace(fis, parts, self.symmetric, f"{task}." if prefix else "")
@@ -144,12 +144,12 @@ class LawSpace:
         told = dict(zip([p.name for p in self.parameters], map(float, values), strict=True))
         gains = {p.name: told[p.name] for p in self._gains if p.name in told}
         law = with_gains(self.law, gains) if gains else self.law
-        for task, fis in self.systems_of(values).items():
-            law = law.with_fuzzy_system(task, fis)
+        for name, fis in self.systems_of(values).items():
+            law = law.with_fuzzy_system(task_of(law, name), fis)
         return law
 
     def systems_of(self, values: Sequence[float] | np.ndarray) -> dict[str, Sugeno]:
-        """The rule bases that ``values`` make, by task."""
+        """The rule bases that ``values`` make, by what the law calls them (``Law.fuzzy_systems``)."""
         told = dict(zip([p.name for p in self.parameters], map(float, values), strict=True))
         return {
             task: space.made([told.get(p.name, p.start) for p in space.parameters])
@@ -160,6 +160,14 @@ class LawSpace:
         """The gains that ``values`` say, by name."""
         own = {p.name for p in self._gains}
         return {p.name: float(v) for p, v in zip(self.parameters, values, strict=True) if p.name in own}
+
+
+def task_of(law: Law[Any], system: str) -> str:
+    """The task in which one of a law's ``fuzzy_systems`` can be replaced; "" if it cannot be.
+
+    The networks of a formation are one task, and each is known by its outputs.
+    """
+    return system if system in law.tasks else FORMATION if FORMATION in law.tasks else ""
 
 
 def _by_rule(name: str, value: Any, metadata: Mapping[str, Any]) -> Parameter | None:

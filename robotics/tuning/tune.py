@@ -27,8 +27,10 @@ from robotics.experiments.forewarnings import forewarnings
 from robotics.experiments.versions import digest_of, versions
 from robotics.laws.catalogue import as_law, files_of
 from robotics.laws.law import Law
+from robotics.scenario.conditions import noises
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
+from robotics.sensing.posture import LABORATORY
 from robotics.tuning.cost import Cost, costs_of
 from robotics.tuning.space import LawSpace
 
@@ -239,6 +241,11 @@ def _about(
         "cost": cost.about(),
         "versions": versions(),
     }
+
+
+def with_noise(scenario: Scenario) -> Scenario:
+    """The scenario with postures measured as in a laboratory (3 mm, 3 mrad) if nothing in it is random."""
+    return scenario if noises(scenario) else replace(scenario, sensing=LABORATORY)
 
 
 def forewarned(space: LawSpace, scenarios: Sequence[Scenario], name: str) -> list[str]:

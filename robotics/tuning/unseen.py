@@ -47,7 +47,12 @@ class Unseen:
         """The comparison in words."""
         before, after = self.costs.mean(axis=(1, 2))
         low, high = 100 * (1 - self.ratio.high), 100 * (1 - self.ratio.low)
-        where = f"on {self.costs.shape[2]} unseen seeds of "
+        seeds = self.costs.shape[2]
+        where = (
+            f"on {seeds} unseen seeds of "
+            if np.ptp(self.costs, axis=2).any()
+            else "where every seed gives the same, in "
+        )
         where += ("the same scenarios" if self.tuned_on else "unseen scenarios") + f" ({', '.join(self.scenarios)})"
         numbers = f"{before:.3g} before, {after:.3g} after"
         if self.better:
