@@ -106,7 +106,8 @@ def plot_ranking(standings: Standings, width: float = WIDTH) -> Figure:
         ax.set_xlim(min(0.9, float(known.min()) / 1.1), right)
         _ratio_ticks(ax)
         ax.set_xlabel(f"cost [tuned {standings.reference} = 1], logarithmic\n← better")
-        ax.set_yticks(range(len(laws)), [f"{laws[law].title}  {row + 1}" for row, law in enumerate(order)])
+        ranks = [str(row + 1) if np.isfinite(tuned.value[law]) else "–" for row, law in enumerate(order)]
+        ax.set_yticks(range(len(laws)), [f"{laws[law].title}  {rank}" for law, rank in zip(order, ranks, strict=True)])
         _color_names(ax.get_yticklabels(), [laws[law] for law in order])
         ax.set_ylim(len(laws) - 0.5, -0.5)
         ax.grid(visible=False, axis="y")

@@ -14,8 +14,8 @@ from robotics.statistics.aggregates import IQM, QuantileMean
 from robotics.statistics.costs import StatisticsError, checked
 
 Statistic = Callable[[np.ndarray], np.ndarray]  # costs (..., scenarios, seeds) to (...)
-Method = Literal["percentile", "bca"]
-_AT_ONCE = 1 << 24  # numbers resampled at a time, where a statistic is no quantile mean
+Method = Literal["percentile", "bca", "studentised"]
+_AT_ONCE = 1 << 22  # numbers resampled at a time, where the runs of a resample are needed and not only its statistic
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,16 +86,25 @@ def interval(
         generator: Where the resamples come from.
         level: How often such intervals hold the true value.
         draws: The number of resamples.
-        method: "percentile", or "bca", corrected for bias and skewness [Efron 1987]: for a :class:`QuantileMean` only.
+        method: "percentile"; "bca", corrected for bias and skewness [Efron 1987]; or "studentised", by the resamples'
+            own standard errors [Hall 1988], of the logarithm where all costs are > 0. The last two are for a
+            :class:`QuantileMean`. The percentiles hold what they promise for IQM; for MEAN and CVAR, which long tails
+            move, take "studentised".
 
-    An end is infinite where failures are frequent enough in the resamples. Raises StatisticsError for costs that
-    :func:`checked` refuses.
+    An end is infinite where failures are frequent enough in the resamples, and percentiles are then given whatever the
+    method. Raises StatisticsError for costs that :func:`checked` refuses.
     """
     costs = checked(costs)
     counts = resamples(costs.shape[1:], draws, generator)
     value, drawn = statistic(costs), resampled(costs, statistic, counts)
-    slopes = _slopes(costs, statistic, value) if method == "bca" else None
-    return Interval(value, *_ends(value, drawn, level, slopes))
+    if method == "percentile":
+        return Interval(value, *_percentiles(value, drawn, level))
+    own = _of_quantile_mean(statistic, method)
+    logarithmic = bool((costs > 0).all())
+    if method == "bca":
+        return Interval(value, *_percentiles(value, drawn, level, _slopes(costs, own, value, logarithmic)))
+    errors = [np.sqrt(np.diagonal(part, axis1=1, axis2=2)) for part in _both(costs, own, counts, logarithmic)]
+    return Interval(value, *_studentised(value, drawn, errors[0][0], errors[1], level, logarithmic))
 
 
 def contrasts(
@@ -128,13 +137,18 @@ def contrasts(
     value, drawn = statistic(costs), resampled(costs, statistic, counts)
     if kind == "ratio" and ((value <= 0).any() or (drawn <= 0).any()):
         raise StatisticsError("a ratio needs costs > 0; take the difference")
-    slopes = None
-    if method == "bca":
-        own = _slopes(costs, statistic, value)
-        own = own / value[:, None, None] if kind == "ratio" else own
-        slopes = own[:, None] - own[None]
-    low, high = _ends(_contrast(value, kind), _contrast(drawn, kind), level, slopes)
-    return Interval(_contrast(value, kind), np.maximum(low, 0.0) if kind == "ratio" else low, high)
+    one, many = _contrast(value, kind), _contrast(drawn, kind)
+    if method == "percentile":
+        low, high = _percentiles(one, many, level)
+    else:
+        own, logarithmic = _of_quantile_mean(statistic, method), kind == "ratio"
+        if method == "bca":
+            slopes = _slopes(costs, own, value, logarithmic)
+            low, high = _percentiles(one, many, level, slopes[:, None] - slopes[None])
+        else:
+            errors = [_apart(part) for part in _both(costs, own, counts, logarithmic)]
+            low, high = _studentised(one, many, errors[0][0], errors[1], level, logarithmic)
+    return Interval(one, np.maximum(low, 0.0) if kind == "ratio" else low, high)
 
 
 def _contrast(values: np.ndarray, kind: str) -> np.ndarray:
@@ -144,20 +158,78 @@ def _contrast(values: np.ndarray, kind: str) -> np.ndarray:
         return np.asarray(row / column if kind == "ratio" else row - column)
 
 
-def _slopes(costs: np.ndarray, statistic: Statistic, value: np.ndarray) -> np.ndarray:
-    """The influence (laws, scenarios, seeds) of each run on the statistic of each law."""
+def _of_quantile_mean(statistic: Statistic, method: str) -> QuantileMean:
     if not isinstance(statistic, QuantileMean):
-        raise StatisticsError('the method "bca" is for quantile means, such as IQM and CVAR; take "percentile"')
-    slopes = np.stack([statistic.influence(own) for own in costs])
-    return slopes * value[:, None, None] if statistic.by_scenario else slopes
+        raise StatisticsError(f'the method "{method}" is for quantile means, such as IQM and CVAR; take "percentile"')
+    return statistic
 
 
-def _ends(
-    value: np.ndarray, drawn: np.ndarray, level: float, slopes: np.ndarray | None
+def _slopes(costs: np.ndarray, statistic: QuantileMean, value: np.ndarray, logarithmic: bool) -> np.ndarray:
+    """The influence (laws, scenarios, seeds) of each run on the statistic of each law, or on its logarithm."""
+    ones = np.ones((*costs.shape[1:], 1), dtype=np.int16)
+    own = np.stack([statistic.slopes(each, ones)[..., 0] for each in costs])
+    return own * _to_scale(statistic, value, logarithmic)[:, None, None]
+
+
+def _to_scale(statistic: QuantileMean, value: np.ndarray, logarithmic: bool) -> np.ndarray:
+    """What slopes are multiplied by, so that they are those of the statistic, or of its logarithm."""
+    if statistic.by_scenario == logarithmic:
+        return np.ones_like(value)
+    return value if statistic.by_scenario else 1 / value
+
+
+def _both(costs: np.ndarray, statistic: QuantileMean, counts: np.ndarray, logarithmic: bool) -> list[np.ndarray]:
+    """The covariances (draws, laws, laws) of the laws' statistics, or of their logarithms: as it is, and resampled."""
+    ones = np.ones((*costs.shape[1:], 1), dtype=counts.dtype)
+    step = max(1, _AT_ONCE // costs.size)
+    parts = [counts[..., first : first + step] for first in range(0, counts.shape[2], step)]
+    found = [_covariances(costs, statistic, part, logarithmic) for part in (ones, *parts)]
+    return [found[0], np.concatenate(found[1:])]
+
+
+def _covariances(costs: np.ndarray, statistic: QuantileMean, counts: np.ndarray, logarithmic: bool) -> np.ndarray:
+    """The covariances (draws, laws, laws) by the influence functions; scenarios are independent of each other."""
+    scenarios, seeds, draws = counts.shape
+    slopes = np.empty((scenarios, draws, len(costs), seeds))
+    roots = np.sqrt(counts, dtype=float)
+    with np.errstate(invalid="ignore"):  # not-a-number where failures reach the statistic
+        for law, own in enumerate(costs):
+            scale = _to_scale(statistic, statistic.of_resamples(own, counts), logarithmic)
+            slopes[:, :, law] = np.moveaxis(statistic.slopes(own, counts) * roots * scale, 1, 2)
+        return np.asarray((slopes @ np.swapaxes(slopes, 2, 3)).sum(axis=0) / (scenarios**2 * seeds * (seeds - 1)))
+
+
+def _apart(covariances: np.ndarray) -> np.ndarray:
+    """The standard errors (..., laws, laws) of the differences of every two laws."""
+    own = np.diagonal(covariances, axis1=-2, axis2=-1)
+    return np.sqrt(np.maximum(own[..., :, None] + own[..., None, :] - 2 * covariances, 0.0))
+
+
+def _studentised(
+    value: np.ndarray, drawn: np.ndarray, error: np.ndarray, errors: np.ndarray, level: float, logarithmic: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """The ends (...) of the studentised interval; percentiles where some resample is not finite, or has no error."""
+    low, high = _percentiles(value, drawn, level)
+    with np.errstate(all="ignore"):
+        middle, others = (np.log(value), np.log(drawn)) if logarithmic else (value, drawn)
+        t = np.sort((others - middle) / errors, axis=0)
+    last = len(t) - 1
+    usable = np.isfinite(t).all(axis=0) & np.isfinite(error)
+    with np.errstate(invalid="ignore"):
+        first = middle - t[int(np.ceil((1 + level) / 2 * last))] * error
+        second = middle - t[int(np.floor((1 - level) / 2 * last))] * error
+    if logarithmic:
+        first, second = np.exp(np.where(usable, first, 0.0)), np.exp(np.where(usable, second, 0.0))
+    return np.where(usable, first, low), np.where(usable, second, high)
+
+
+def _percentiles(
+    value: np.ndarray, drawn: np.ndarray, level: float, slopes: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """The ends (...) of the interval of value (...) from drawn (draws, ...); what is unknown widens both.
 
-    Ends are order statistics, not interpolated, so that infinities stay what they are.
+    Ends are order statistics, not interpolated, so that infinities stay what they are. With ``slopes`` (...,
+    scenarios, seeds) their levels are corrected.
     """
     tails = np.array([(1 - level) / 2, (1 + level) / 2])
     levels = np.broadcast_to(tails.reshape(2, *[1] * value.ndim), (2, *value.shape))
