@@ -27,8 +27,10 @@ from robotics.laws.specification import Specification
 from robotics.laws.teams.cooperation import FuzzyCooperation
 from robotics.laws.teams.graph_sliding_mode import GraphSlidingMode
 from robotics.laws.teams.virtual_structure import VirtualStructure
+from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pdc import ParallelCompensation
+from robotics.laws.tracking.pure_pursuit import PurePursuit
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.quantity import accepted
 from robotics.vehicle.robot import Robot
@@ -66,6 +68,15 @@ CATALOGUE: dict[str, Preset] = {
         {},
         "Parallel compensation",
         "(2.41) on the sets of Table 5.6; linear-quadratic gains by Bryson's rule, not by search",
+    ),
+    "lqr": Preset(
+        LinearQuadratic,
+        {},
+        "LQR",
+        "time-varying linear-quadratic regulator on (5.9), discrete-time; weights by Bryson's rule, not by search",
+    ),
+    "pursuit": Preset(
+        PurePursuit, {}, "Regulated pure pursuit", "as Nav2's controller of that name, with its numbers, on timed paths"
     ),
     "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
     "assm": Preset(
