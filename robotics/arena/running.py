@@ -20,6 +20,7 @@ import pandas as pd
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import replacing
+from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin
 from fuzzy.tuning.search import Evaluations
 from robotics.arena.changes import CHANGES
@@ -179,8 +180,7 @@ class _Held:
         for drive, table in _as_done(left, lambda d: submit(driven, self.arena, d), self.crew.workers):
             path = self.file(drive)
             path.parent.mkdir(parents=True, exist_ok=True)
-            with replacing(path) as temporary:
-                table.to_csv(temporary, index=False, float_format=repr, lineterminator="\n")
+            write_frame(table, path)
             found[drive] = table
             advance()
         return found
