@@ -18,6 +18,7 @@ from robotics.laws.foreign import error_in_law, is_foreign
 from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.lawfile import law_in_file, loaded_law
+from robotics.laws.predictive.nmpc import PredictiveControl
 from robotics.laws.preset import Preset
 from robotics.laws.rules.follow_leader import FollowLeader
 from robotics.laws.rules.formation_networks import FormationNetworks
@@ -77,6 +78,12 @@ CATALOGUE: dict[str, Preset] = {
     ),
     "pursuit": Preset(
         PurePursuit, {}, "Regulated pure pursuit", "as Nav2's controller of that name, with its numbers, on timed paths"
+    ),
+    "nmpc": Preset(
+        PredictiveControl,
+        {},
+        "Predictive control",
+        "iLQR over 1 s with wheel lag, latency and bounds; weights by Bryson's rule, not by search",
     ),
     "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
     "assm": Preset(

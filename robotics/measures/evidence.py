@@ -16,9 +16,11 @@ from robotics.statistics import shares
 FEWEST_RUNS = 20  # of a mean that decides
 FEWEST_TRIALS = 200  # of a rate that decides
 
-# The forms of the laws of a publication: as its text has them, corrected, and corrected without noise; "": no forms
-Form = Literal["", "as printed", "corrected", "ideal"]
-FORMS: tuple[Form, ...] = ("as printed", "corrected", "ideal")
+# The forms of the laws of a publication: as its text has them, corrected, corrected without noise, and corrected with
+# the gains and rules that equal tuning found; "": no forms
+Form = Literal["", "as printed", "corrected", "ideal", "tuned"]
+FORMS: tuple[Form, ...] = ("as printed", "corrected", "ideal", "tuned")
+AT_BEST: Form = "tuned"  # which a publication does not speak of: no verdict on it depends on this form
 Outcome = Literal["holds", "fails", "open"]
 Verdict = Literal["holds", "holds in part", "does not hold", "cannot be told"]
 

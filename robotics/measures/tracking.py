@@ -169,14 +169,22 @@ def _variation(run: Run, channel: str) -> np.ndarray:
 
 def _rms_under_way(run: Run) -> np.ndarray:
     """Infinite for a robot that was stopped before it got under way."""
-    found = np.sqrt(_mean(np.where(under_way(run), cross_track_error(run), np.nan) ** 2))
-    return np.where(np.isnan(found), np.inf, found)
+    return _rms_of(np.where(under_way(run), cross_track_error(run), np.nan))
 
 
 def _heading_under_way(run: Run) -> np.ndarray:
     """Infinite for a robot that was stopped before it got under way."""
-    error = np.where(under_way(run), tracking_error(run).heading, np.nan)
-    found = np.sqrt(_mean(error**2))
+    return _rms_of(np.where(under_way(run), tracking_error(run).heading, np.nan))
+
+
+def _distance_under_way(run: Run) -> np.ndarray:
+    """Infinite as :func:`_heading_under_way`."""
+    error = tracking_error(run)
+    return _rms_of(np.where(under_way(run), np.hypot(error.x, error.y), np.nan))
+
+
+def _rms_of(errors: np.ndarray) -> np.ndarray:
+    found = np.sqrt(_mean(errors**2))
     return np.where(np.isnan(found), np.inf, found)
 
 
@@ -269,6 +277,9 @@ METRICS: dict[str, Metric] = {
     ),
     "v_variation_mps2": Metric(
         lambda r: _variation(r, "v_demand"), "m/s²", "total variation of the demanded speed a second"
+    ),
+    "rms_distance_under_way_m": Metric(
+        _distance_under_way, "m", "RMS distance to the reference under way: from 6 s until the reference stands"
     ),
     "rms_heading_under_way_rad": Metric(
         _heading_under_way, "rad", "RMS heading error under way: from 6 s until the reference stands"

@@ -56,7 +56,7 @@ def test_an_entry_says_all_and_nothing_that_cannot_be():
 def test_kinds_share_what_every_robot_has():
     common = set.intersection(*(set(metrics_of(kind)) for kind in KINDS))
     assert set(metrics_of("tracking")) == common
-    assert len(common) == 17
+    assert len(common) == 18
     assert set(metrics_of("tracking", others=True)) - common == {"contacts", "min_clearance_m"}
     assert {name for kind in KINDS for name in metrics_of(kind, guard=True)} == set(ALL_METRICS)
 

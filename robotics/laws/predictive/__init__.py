@@ -1,0 +1,1 @@
+"""Laws that simulate their robot ahead and command the best of its futures."""

@@ -1,0 +1,83 @@
+"""The terminal cost: what following the reference on and on costs from the end of the horizon, by a Riccati equation.
+
+Along a straight reference driven at v_r the errors of the model are linear, and those along and across the path do not
+depend on each other. With u − u_r as the input, p the command before and the weights of the stage cost,
+
+    (along, v, p):      along' = along + own v + given u
+    (across, ψ, ω, p):  across' = across + v_r h (ψ + own_half ω + given_half u),   ψ' = ψ + own ω + given u
+
+and v, ω as of :mod:`robotics.laws.predictive.model`.
+
+P solves the discrete algebraic Riccati equation of each [Rawlings, Mayne, Diehl 2017, section 2.5: the infinite-horizon
+cost of the linearised problem without bounds as terminal cost]. The curvature of the reference is left out, and so is
+what bounds cost. P depends on v_r, and grows without bound as the reference slows down: it is tabulated from
+1/32 of the top speed of the wheels up to it, linear between, and constant beyond the ends.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from robotics.laws.predictive.model import Response
+
+SPEEDS = 6  # of the table: the top speed and its halves
+
+
+class Weights(NamedTuple):
+    """The weights of the stage cost: 1 / scale² each."""
+
+    along: float  # 1/m²
+    cross: float  # 1/m²
+    turned: float  # 1/rad²
+    deviation_v: float  # s²/m²
+    deviation_w: float  # s²/rad²
+    change_v: float  # s²/m²
+    change_w: float  # s²/rad²
+
+
+@lru_cache(maxsize=256)
+def tail_table(weights: Weights, after: Response, top: float) -> np.ndarray:
+    """The table (SPEEDS, 17): the speed v_r [m/s] up to ``top``, and the numbers of P there in the order of the solver.
+
+    ``after`` is the response over one period. The array cannot be written to.
+    """
+    along = _triangle(*straight_along(weights, after))
+    rows = []
+    for v in top / 2.0 ** np.arange(SPEEDS - 1, -1, -1):
+        rows.append(np.concatenate([[v], along, _triangle(*straight_across(weights, after, float(v)))]))
+    table = np.array(rows)
+    table.flags.writeable = False
+    return table
+
+
+def straight_along(weights: Weights, after: Response) -> tuple[np.ndarray, ...]:
+    """A, B, Q, R, S of the error along the reference, of v, and of the command before."""
+    a = np.array([[1, after.own, 0], [0, after.decay, 0], [0, 0, 0]])
+    b = np.array([[after.given], [1 - after.decay], [1]])
+    q, r, s = _costs([weights.along, 0.0], weights.deviation_v, weights.change_v)
+    return a, b, q, r, s
+
+
+def straight_across(weights: Weights, after: Response, v: float) -> tuple[np.ndarray, ...]:
+    """A, B, Q, R, S of the error across the reference driven at ``v`` [m/s], of ψ, ω and the command before."""
+    way = v * (after.own + after.given)
+    a = np.array([[1, way, way * after.own_half, 0], [0, 1, after.own, 0], [0, 0, after.decay, 0], [0, 0, 0, 0]])
+    b = np.array([[way * after.given_half], [after.given], [1 - after.decay], [1]])
+    q, r, s = _costs([weights.cross, weights.turned, 0.0], weights.deviation_w, weights.change_w)
+    return a, b, q, r, s
+
+
+def _costs(errors: list[float], deviation: float, change: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Q, R and S of the stage cost of some errors, of a command, and of its change from the one before."""
+    q, s = np.diag([*errors, change]), np.zeros((len(errors) + 1, 1))
+    s[-1] = -change
+    return q, np.array([[deviation + change]]), s
+
+
+def _triangle(a: np.ndarray, b: np.ndarray, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """The upper triangle, by rows, of the solution of the Riccati equation."""
+    from scipy.linalg import solve_discrete_are
+
+    solution = solve_discrete_are(a, b, q, r, s=s)
+    return np.asarray(solution[np.triu_indices(len(a))])
