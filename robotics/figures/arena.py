@@ -22,6 +22,7 @@ from robotics.statistics.ranking import pareto_front
 
 WIDTH = 6.3  # inches: 16 cm, the text of a printed page
 _MOST = 20.0  # times the reference's cost: what is more is written at the edge
+_GAP = 0.1  # inches between columns of text
 _MARKS = {"better": "▲", "worse": "▼", "equivalent": "=", "undecided": "?"}
 _RATIOS = (0.25, 0.33, 0.5, 0.67, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
 _SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))  # of a point: right, left, above, ...
@@ -78,7 +79,7 @@ def plot_ranking(standings: Standings, width: float = WIDTH) -> Figure:
 
     Args:
         standings: The laws and their numbers.
-        width: The width of the figure in inches.
+        width: The width of the figure in inches; less than some 5.5 leaves the costs little room.
 
     Raises PlotError where no law has a finite cost.
     """
@@ -90,8 +91,11 @@ def plot_ranking(standings: Standings, width: float = WIDTH) -> Figure:
         raise PlotError("no law has a finite cost: there is nothing to draw")
     right = min(max(float(known.max()) * 1.15, 1.6), _MOST)
     with style():
-        figure = new_figure(width, 0.85 + 0.2 * len(laws))
-        ax, beside = figure.subplots(1, 2, sharey=True, width_ratios=[1.35, 1.0])
+        figure = new_figure(width, 1.05 + 0.2 * len(laws))
+        columns = _columns(standings, order)
+        needed = columns[-1][0] + _GAP
+        room = width - _names_width(laws) - needed - 0.3
+        ax, beside = figure.subplots(1, 2, sharey=True, width_ratios=[max(room, 0.8), needed])
         for row, law in enumerate(order):
             look = _FAMILIES[laws[law].family]
             if row % 2:
@@ -111,7 +115,7 @@ def plot_ranking(standings: Standings, width: float = WIDTH) -> Figure:
         _color_names(ax.get_yticklabels(), [laws[law] for law in order])
         ax.set_ylim(len(laws) - 0.5, -0.5)
         ax.grid(visible=False, axis="y")
-        _write_columns(beside, standings, order)
+        _write_columns(beside, columns)
         _legend(figure, laws, (("as published", "white"), ("tuned", "0.35")))
         return figure
 
@@ -137,19 +141,29 @@ def _beyond(published: float, tuned: float, right: float) -> str:
     return "  ".join(f"{name}: {word} ▸" for name, word in words.items())
 
 
-def _write_columns(ax: Axes, standings: Standings, order: np.ndarray) -> None:
-    """Write what each law asks for: failures, effort, computing time, tuned numbers."""
+def _names_width(laws: Sequence[Entrant]) -> float:
+    """The width of the laws' names and ranks beside an axis, in inches."""
+    return max(text_width(f"{law.title}  00", 7) for law in laws) + 0.1
+
+
+def _columns(standings: Standings, order: np.ndarray) -> list[tuple[float, str, list[str]]]:
+    """What each law asks for: failures, effort, computing time, tuned numbers; with where a column ends, in inches."""
     columns = [
         ("failed\n[%]", [_percent(standings.failures[law]) for law in order]),
         (standings.effort_title, [_few(standings.effort[law]) for law in order]),
         ("computing\n[µs]", [_few(standings.computing[law]) for law in order]),
         ("numbers\ntuned", [_few(standings.numbers[law]) for law in order]),
     ]
-    ax.set_axis_off()
     widths = [max(text_width(line, 6.5) for line in (*title.split("\n"), *cells)) for title, cells in columns]
-    ends = np.cumsum(np.array(widths) + 0.16)  # inches, with some room between them
-    ax.set_xlim(0, ends[-1] + 0.04)
-    for end, (title, cells) in zip(ends, columns, strict=True):
+    ends = np.cumsum(np.array(widths) + _GAP)
+    return [(float(end), *column) for end, column in zip(ends, columns, strict=True)]
+
+
+def _write_columns(ax: Axes, columns: Sequence[tuple[float, str, Sequence[str]]]) -> None:
+    """Write columns of text (end in inches, title, cells), right-aligned, a cell a row."""
+    ax.set_axis_off()
+    ax.set_xlim(0, columns[-1][0] + _GAP)
+    for end, title, cells in columns:
         ax.text(end, -0.62, title, ha="right", va="bottom", fontsize=6.5, color=ROLES["quiet"].light)
         for row, cell in enumerate(cells):
             ax.text(end, row, cell, ha="right", va="center", fontsize=6.5)
@@ -356,20 +370,19 @@ def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.nd
         width: The width of the figure in inches.
     """
     count = len(laws)
+    room = (width - _names_width(laws) - 0.85) / count  # inches across a cell
+    between, size = (" ", 6.3) if room > 0.28 else ("\n", 5.5)
     with style():
-        figure = new_figure(width, 1.35 + 0.24 * count)
+        figure = new_figure(width, max(1.45 + 0.24 * count, 2.6))
         ax = figure.subplots()
         shown = np.where(np.eye(count, dtype=bool), np.nan, 100 * chances.value)
         image = ax.imshow(shown, cmap=_SCALE.reversed(), vmin=0, vmax=100, aspect="auto")
-        for row in range(count):
-            for column in range(count):
-                if row == column:
-                    continue
-                verdict = str(verdicts[row, column])
-                ax.text(
-                    column, row, f"{shown[row, column]:.0f} {_MARKS[verdict]}", ha="center", va="center", fontsize=6.3,
-                    color="white" if abs(shown[row, column] - 50) > 42 else ROLES["ink"].light,
-                )  # fmt: skip
+        for row, column in np.ndindex(count, count):
+            if row != column:
+                chance, mark = shown[row, column], _MARKS[str(verdicts[row, column])]
+                color = "white" if abs(chance - 50) > 42 else ROLES["ink"].light
+                words = f"{chance:.0f}{between}{mark}"
+                ax.text(column, row, words, ha="center", va="center", fontsize=size, linespacing=0.9, color=color)
         ax.set_yticks(range(count), [law.title for law in laws])
         ax.set_xticks(range(count), [law.title for law in laws], rotation=40, ha="left", rotation_mode="anchor")
         ax.xaxis.tick_top()
@@ -378,12 +391,9 @@ def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.nd
         _bare(ax)
         bar = figure.colorbar(image, ax=ax, fraction=0.03, pad=0.015, ticks=[0, 25, 50, 75, 100])
         bar.outline.set_visible(False)
-        bar.set_label("runs on which the row costs less than the column [%]", fontsize=7)
-        words = ("better, by the cost's ratio", "worse", "equivalent within the margin", "undecided")
-        figure.supxlabel(
-            "row against column:  " + "   ".join(f"{m} {w}" for m, w in zip(_MARKS.values(), words, strict=True)),
-            fontsize=6.5,
-        )
+        bar.set_label("runs on which the row costs less [%]", fontsize=7)
+        words = "   ".join(f"{mark} {verdict}" for verdict, mark in _MARKS.items())
+        figure.supxlabel(f"the row's cost against the column's:  {words}", fontsize=6.5)
         return figure
 
 
@@ -401,13 +411,17 @@ def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Int
     finite = np.where(np.isfinite(ratios.value) & (ratios.value > 0), ratios.value, np.nan)
     reach = float(np.clip(np.nanmax(np.abs(np.log(finite)), initial=0.0), np.log(1.2), np.log(4.0)))
     with style():
-        figure = new_figure(width, 1.0 + 0.22 * len(laws))
+        figure = new_figure(width, max(1.0 + 0.22 * len(laws), 1.8))
         ax = figure.subplots()
         image = ax.imshow(np.log(finite), cmap=_SCALE, vmin=-reach, vmax=reach, aspect="auto")
         for row, column in np.ndindex(*ratios.value.shape):
             _write_ratio(ax, row, column, ratios[row, column], reach)
         ax.set_yticks(range(len(laws)), [law.title for law in laws])
-        ax.set_xticks(range(len(changes)), [change.replace(" ", "\n", 1) for change in changes])
+        heads = [change.replace(" ", "\n", 1) for change in changes]
+        room = (width - _names_width(laws) - 0.85) / len(changes)  # inches across a cell
+        crowded = max(text_width(line, 7) for head in heads for line in head.split("\n")) > room - 0.06
+        turned: dict[str, Any] = {"rotation": 40, "ha": "left", "rotation_mode": "anchor"} if crowded else {}
+        ax.set_xticks(range(len(changes)), changes if crowded else heads, **turned)
         ax.xaxis.tick_top()
         _color_names(ax.get_yticklabels(), laws)
         _bare(ax)
@@ -475,8 +489,8 @@ def plot_pareto(
         points = tuned[known] if published is None else np.concatenate([tuned[known], published[known]])
         points = points[np.isfinite(points).all(axis=1)]
         for axis, values, limit in ((ax.xaxis, points[:, 0], ax.set_xlim), (ax.yaxis, points[:, 1], ax.set_ylim)):
-            span = max(values.max() / values.min(), 1.2)
-            low, high = values.min() / span**0.1, values.max() * span**0.1
+            margin = max((values.max() / values.min()) ** 0.1, 1.25)
+            low, high = values.min() / margin, values.max() * margin
             limit(low, high)
             axis.set_ticks(_round_ticks(low, high))
             axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
@@ -545,7 +559,9 @@ def _families(laws: Sequence[Entrant]) -> list[Family]:
 
 
 def _lines(laws: Sequence[Entrant]) -> list[Any]:
-    """A line style for each law: within a family each has its own, so that they are told apart in grey, too."""
+    """A line style for each law: its own where there are enough, otherwise its own within its family."""
+    if len(laws) <= len(LINES):
+        return list(LINES[: len(laws)])
     turns = dict.fromkeys(_FAMILIES, 0)
     styles = []
     for law in laws:
@@ -593,11 +609,13 @@ def _legend(
         how: dict[str, Any] = {"linestyle": "-"} if lines else {"marker": look.marker, "linestyle": "none"}
         handles.append(Line2D([], [], color=look.color, markersize=4, **how))
         words.append(look.words)
+    wide = sum(text_width(word, 6.5) + (0.5 if lines else 0.3) for word in words)
+    rows = -(-wide // (figure.get_size_inches()[0] - 0.2))
     figure.legend(
         handles,
         words,
         loc="outside upper center",
-        ncol=len(words),
+        ncol=-(-len(words) // int(rows)),
         fontsize=6.5,
         handletextpad=0.6 if lines else 0.1,
         columnspacing=1.2,

@@ -62,7 +62,7 @@ class QuantileMean:
 
         Args:
             costs: The costs (scenarios, seeds) of the law.
-            counts: How often each run is drawn (scenarios, seeds, draws); each scenario's sum to the number of seeds.
+            counts: How often each run is drawn (scenarios, seeds, draws); as many of each scenario, in every resample.
         """
         if not self.by_scenario:
             return self._of_counts(costs.ravel(), counts.reshape(costs.size, -1))
@@ -73,7 +73,7 @@ class QuantileMean:
 
     def _of_counts(self, costs: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """The mean between the levels of costs (runs,) drawn ``counts`` (runs, draws) times."""
-        runs, order = len(costs), np.argsort(costs, kind="stable")
+        runs, order = int(counts[:, 0].sum()), np.argsort(costs, kind="stable")
         ranked = costs[order]
         finite = int(np.isfinite(ranked).sum())
         if finite == 0:
@@ -105,7 +105,7 @@ class QuantileMean:
         else:
             own = self._winsorised(costs, counts)
         with np.errstate(invalid="ignore"):
-            centre = np.sum(own * counts, axis=1, keepdims=True) / costs.shape[1]
+            centre = np.sum(own * counts, axis=1, keepdims=True) / counts[0, :, 0].sum()
             return np.asarray((own - centre) / (self.high - self.low))
 
     def _winsorised(self, costs: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -114,7 +114,7 @@ class QuantileMean:
         ranked = costs.ravel()[order]
         reached = np.cumsum(counts.reshape(costs.size, -1)[order], axis=0, dtype=np.int32)
         low, high = (
-            ranked[np.argmax(reached >= max(level * costs.size - _NOTHING, 1), axis=0)]
+            ranked[np.argmax(reached >= max(level * reached[-1, 0] - _NOTHING, 1), axis=0)]
             for level in (self.low, self.high)
         )
         return np.clip(costs[..., None], low, high)

@@ -97,7 +97,7 @@ def _shares(scores: np.ndarray, counts: np.ndarray, level: float) -> Interval:
     shape, runs = scores.shape[:-2], scores[0].size // int(np.prod(scores.shape[1:-2]))
     flat = scores.reshape(-1, runs).astype(np.float32)  # sums of halves are exact: the order of summation is free
     value = flat.mean(axis=1, dtype=float)
-    drawn = flat @ counts.reshape(runs, -1).astype(np.float32) / runs
+    drawn = flat @ counts.reshape(runs, -1).astype(np.float32) / counts[..., 0].sum()
     return _with_ends(value, drawn.T, np.ptp(flat, axis=1) == 0, runs, level, shape)
 
 
@@ -119,7 +119,8 @@ def _unpaired(costs: np.ndarray, counts: np.ndarray, level: float) -> Interval:
     """
     laws, scenarios, seeds = costs.shape
     weights, others = counts.astype(np.float32), ~np.eye(seeds, dtype=bool)
-    pairs = (seeds**2 - np.einsum("snd,snd->sd", weights, weights)).astype(float)  # at different seeds, of a resample
+    among = float(counts[0, :, 0].sum()) ** 2
+    pairs = (among - np.einsum("snd,snd->sd", weights, weights)).astype(float)  # at different seeds, of a resample
     pairs[pairs == 0] = np.nan  # one seed alone was drawn
     value, drawn = np.full((laws, laws), 0.5), np.full((counts.shape[2], laws, laws), 0.5)
     same = np.eye(laws, dtype=bool)

@@ -16,12 +16,12 @@ def paired(laws: int = 3, scenarios: int = 4, seeds: int = 25, seed: int = 0) ->
     return np.exp(common + 0.2 * own + 0.1 * np.arange(laws)[:, None, None])
 
 
-def test_every_scenario_is_drawn_as_often_as_it_has_seeds_and_a_seed_gives_the_same_bits():
+def test_of_every_scenario_one_run_less_is_drawn_and_a_seed_gives_the_same_bits():
     first, again = (resamples((3, 7), 50, np.random.default_rng(4)) for _ in range(2))
     assert first.shape == (3, 7, 50)
-    assert (first.sum(axis=1) == 7).all()
+    assert (first.sum(axis=1) == 6).all()
     assert np.array_equal(first, again)
-    assert first.mean(axis=2) == pytest.approx(np.ones((3, 7)), abs=0.6)
+    assert first.mean(axis=2) == pytest.approx(np.full((3, 7), 6 / 7), abs=0.6)
 
 
 @pytest.mark.parametrize("statistic", [IQM, CVAR, MEAN, SCENARIO_IQM], ids=lambda s: s.name)
@@ -43,20 +43,19 @@ def test_counting_copies_gives_what_repeating_the_runs_gives(statistic, failures
     assert resampled(costs, lambda runs: statistic(runs), counts)[finite] == pytest.approx(found[finite], rel=1e-12)
 
 
-@pytest.mark.parametrize(("method", "name"), [("percentile", "percentile"), ("bca", "BCa")])
 @pytest.mark.parametrize("statistic", [IQM, MEAN], ids=lambda s: s.name)
-def test_intervals_of_one_scenario_are_scipys(method, name, statistic):
+def test_percentiles_of_one_scenario_are_scipys(statistic):
     costs, random = paired(laws=2, scenarios=1, seeds=60), np.random.default_rng(2)
 
     def one(runs: np.ndarray, axis: int = -1) -> np.ndarray:
         return statistic(np.moveaxis(runs, axis, -1)[..., None, :])
 
-    own = interval(costs, statistic, generator=random, draws=20000, method=method)
-    apart = contrasts(costs, statistic, "difference", generator=random, draws=20000, method=method)[0, 1]
-    expected = bootstrap((costs[0, 0],), one, n_resamples=20000, method=name, rng=3)
+    own = interval(costs, statistic, generator=random, draws=20000, method="percentile")
+    apart = contrasts(costs, statistic, "difference", generator=random, draws=20000, method="percentile")[0, 1]
+    expected = bootstrap((costs[0, 0],), one, n_resamples=20000, method="percentile", rng=3)
     between = bootstrap(
         (costs[0, 0], costs[1, 0]), lambda x, y, axis=-1: one(x, axis) - one(y, axis),
-        paired=True, n_resamples=20000, method=name, rng=3,
+        paired=True, n_resamples=20000, method="percentile", rng=3,
     )  # fmt: skip
     for found, theirs in ((own[0], expected), (apart, between)):
         ends = theirs.confidence_interval
@@ -77,9 +76,14 @@ def test_pairing_takes_out_what_the_laws_have_in_common():
 
 def test_strata_take_out_the_scenarios_scale():
     costs = paired(scenarios=4) * np.array([1.0, 10.0, 100.0, 1000.0])[:, None]
-    stratified = interval(costs, MEAN, generator=np.random.default_rng(7))[0]
-    pooled = interval(costs.reshape(3, 1, -1), MEAN, generator=np.random.default_rng(7))[0]
-    assert stratified.high - stratified.low < 0.8 * (pooled.high - pooled.low)
+    stratified = interval(costs, MEAN, generator=np.random.default_rng(7), method="percentile")[0]
+    pooled = interval(costs.reshape(3, 1, -1), MEAN, generator=np.random.default_rng(7), method="percentile")[0]
+    # The textbook's errors of the mean: of independent strata in equal parts, and of one sample
+    own = np.sqrt((costs[0].var(axis=1, ddof=1) / 25).sum()) / 4
+    all_together = costs[0].std(ddof=1) / np.sqrt(100)
+    assert own < 0.85 * all_together
+    assert float(stratified.high - stratified.low) == pytest.approx(2 * 1.96 * own, rel=0.05)
+    assert float(pooled.high - pooled.low) == pytest.approx(2 * 1.96 * all_together, rel=0.05)
 
 
 def test_a_ratio_turned_round_has_the_reciprocal_interval():
@@ -121,17 +125,26 @@ def test_what_is_no_cost_is_refused(costs, words):
         contrasts(costs, generator=np.random.default_rng(0), draws=10)
 
 
-@pytest.mark.parametrize("method", ["bca", "studentised"])
-def test_only_quantile_means_have_corrected_intervals(method):
-    with pytest.raises(StatisticsError, match=f'"{method}" is for quantile means'):
-        interval(paired(), lambda runs: runs.mean(axis=(-2, -1)), generator=np.random.default_rng(0), method=method)
+def test_only_quantile_means_have_studentised_intervals():
+    with pytest.raises(StatisticsError, match='"studentised" is for quantile means'):
+        interval(
+            paired(), lambda runs: runs.mean(axis=(-2, -1)), generator=np.random.default_rng(0), method="studentised"
+        )
+
+
+@pytest.mark.parametrize(("statistic", "method"), [(IQM, "percentile"), (CVAR, "studentised"), (MEAN, "studentised")])
+def test_statistics_that_reach_the_greatest_costs_are_studentised_by_default(statistic, method):
+    for found in (interval, contrasts):
+        default = found(paired(), statistic, generator=np.random.default_rng(1), draws=200)
+        asked = found(paired(), statistic, generator=np.random.default_rng(1), draws=200, method=method)
+        assert np.array_equal(default.low, asked.low)
 
 
 def test_the_studentised_interval_of_a_mean_divides_by_the_resamples_own_errors():
     """By hand: one scenario, the textbook's s/√n, on the plain scale since some costs are not > 0."""
     costs, counts = paired(laws=1, scenarios=1, seeds=40) - 0.5, resamples((1, 40), 2000, np.random.default_rng(3))
     runs = np.stack([np.repeat(costs[0, 0], n) for n in counts[0].T])
-    value, t = costs.mean(), (runs.mean(axis=1) - costs.mean()) / (runs.std(axis=1, ddof=1) / np.sqrt(40))
+    value, t = costs.mean(), (runs.mean(axis=1) - costs.mean()) / (runs.std(axis=1, ddof=1) / np.sqrt(39))
     error = costs[0, 0].std(ddof=1) / np.sqrt(40)
     found = interval(costs, MEAN, generator=np.random.default_rng(3), method="studentised")[0]
     assert float(found.low) == pytest.approx(value - np.quantile(t, 0.975) * error, rel=0.01)

@@ -93,10 +93,6 @@ def test_intervals_hold_the_truth_as_often_as_they_say(name):
 
 @pytest.mark.long
 @pytest.mark.parametrize("seeds", [30, 200])
-@pytest.mark.parametrize(
-    ("name", "method"),
-    [("iqm", "percentile"), ("scenario-iqm", "percentile"), ("paired", ""), ("unpaired", ""), ("profile", "")],
-)
-def test_of_a_thousand_experiments_95_percent_hold_the_truth(name, method, seeds):
-    options = {"method": method} if method else {}
-    assert 93 <= held(name, seeds, 1000, 2, draws=1000, **options) <= 97
+@pytest.mark.parametrize("name", ["iqm", "scenario-iqm", "mean", "cvar", "paired", "unpaired", "profile"])
+def test_of_a_thousand_experiments_95_percent_hold_the_truth(name, seeds):
+    assert 93 <= held(name, seeds, 1000, 2, draws=500) <= 97

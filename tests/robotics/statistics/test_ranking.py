@@ -27,7 +27,7 @@ def test_rank_probabilities_are_counted():
     assert found.sum(axis=1) == pytest.approx(np.ones(3))
     random, counted = np.random.default_rng(3), np.zeros((3, 3))
     for _ in range(4000):
-        chosen = random.integers(0, 20, size=(1, 3, 20))
+        chosen = random.integers(0, 20, size=(1, 3, 19))
         order = np.argsort(np.take_along_axis(costs, chosen, axis=2).mean(axis=(1, 2)))
         counted[order, np.arange(3)] += 1 / 4000
     assert found == pytest.approx(counted, abs=0.04)

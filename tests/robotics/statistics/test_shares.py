@@ -57,7 +57,7 @@ def test_intervals_are_those_of_resampling_by_hand(paired):
     own = probability_of_improvement(found, paired=paired, generator=np.random.default_rng(2), draws=4000)[0, 1]
     random, by_hand = np.random.default_rng(3), []
     for _ in range(4000):
-        chosen = random.integers(0, 12, size=(4, 12))
+        chosen = random.integers(0, 12, size=(4, 11))
         first, second = np.take_along_axis(found, chosen[None], axis=2)
         if paired:
             by_hand.append(np.mean((first < second) + 0.5 * (first == second)))
