@@ -31,6 +31,7 @@ from robotics.laws.teams.virtual_structure import VirtualStructure
 from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pdc import ParallelCompensation
+from robotics.laws.tracking.pid import PID
 from robotics.laws.tracking.pure_pursuit import PurePursuit
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.quantity import accepted
@@ -84,6 +85,9 @@ CATALOGUE: dict[str, Preset] = {
         {},
         "Predictive control",
         "iLQR over 1 s with wheel lag, latency and bounds; weights by Bryson's rule, not by search",
+    ),
+    "pid": Preset(
+        PID, {}, "PID", "PI on cross-track, PD on heading, PI along the path; all poles placed at 1 1/s at 0.3 m/s"
     ),
     "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
     "assm": Preset(
