@@ -1,4 +1,4 @@
-"""The answer of an arena in at most ten sentences, made of its numbers: for someone who chooses a controller tomorrow."""
+"""The answer of an arena in ten sentences at most, made of its numbers: for whoever chooses a controller tomorrow."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -128,7 +128,9 @@ class _Said:
             return []
         others = [k for k in self.finite if k != reference][:_FEW]
         said = [f"{self.title(k)} {_ratio(of.tuned_ratio[k])}" for k in others]
-        return [f"As multiples of {self.title(reference)}'s cost, with 95 % intervals: {', '.join(said)}."] if said else []
+        return (
+            [f"As multiples of {self.title(reference)}'s cost, with 95 % intervals: {', '.join(said)}."] if said else []
+        )
 
     def tuning(self) -> list[str]:
         """What tuning was worth."""
@@ -179,7 +181,9 @@ class _Said:
         least = min(self.finite, key=lambda k: float(effort[k]))
         first = self.finite[0]
         if least == first:
-            return [f"{self.title(first)} also has the least effort, {effort[first]:.2g} rad/s² of turn rate variation."]
+            return [
+                f"{self.title(first)} also has the least effort, {effort[first]:.2g} rad/s² of turn rate variation."
+            ]
         return [
             f"The least effort has {self.title(least)}: its turn rate varies by {effort[least]:.2g} rad/s², that of "
             f"{self.title(first)} by {effort[first]:.2g} rad/s²."
@@ -222,7 +226,9 @@ class _Said:
         most = int(weights.swapped.max())
         text += f"; a weight of the cost halved or doubled changes the order of up to {_number(most)} "
         text += f"pair{'s' * (most != 1)}"
-        return text + (f", and {listed(self.titles(sorted(first)), 'or')} may lead then." if first else ", not who leads.")
+        return text + (
+            f", and {listed(self.titles(sorted(first)), 'or')} may lead then." if first else ", not who leads."
+        )
 
     def _leads(self, orders: Sequence[Sequence[int]]) -> list[str]:
         names = self.of.arena.engines
@@ -240,7 +246,9 @@ class _Said:
         middle = float(np.median(own))
         if middle < 1 + MARGIN and known.all():
             return ["No change that the laws were not told of raises the median law's cost by 5 % or more."]
-        usual = "the median law fails" if not np.isfinite(middle) else f"the median law costs {middle:.2g} times as much"
+        usual = (
+            "the median law fails" if not np.isfinite(middle) else f"the median law costs {middle:.2g} times as much"
+        )
         return [
             f"Of the changes that no law was told of, {change} hurts the most: {usual}, and {self.title(best)}, which "
             f"bears it best, {_times(float(np.nanmin(np.where(known, own, np.nan))))}."

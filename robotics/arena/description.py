@@ -42,7 +42,9 @@ class Arena:
         "The laws: names with gains, mine.fis, mylaw.py:MyLaw; files are relative to this one.",
         example=["fuzzy", "lyapunov"],
     )
-    reference: str = described("The law whose tuned cost the others' are told in; left out: the law with the least.", "")
+    reference: str = described(
+        "The law whose tuned cost the others' are told in; left out: the law with the least.", ""
+    )
     engines: tuple[str, ...] = described("The engines that search: of cmaes, random.", ("cmaes", "random"))
     move: tuple[str, ...] = described(f"What may move of a law: of {', '.join(PARTS)}.", PARTS_MOVED)
     evaluations: int = whole(300, least=1, most=1_000_000, doc="How many candidates each search tries.")
@@ -157,18 +159,31 @@ def load_arena(name: str | Path = "default") -> Arena:
 def parse_arena(text: str, name: str = "arena", file: str = "<text>", folder: Path = Path()) -> Arena:
     """Read the arena that a TOML text describes. Raises ArenaError.
 
+    A key ``like`` names a packaged arena, whose keys count where the text has none.
+
     Args:
         text: The TOML text.
         name: The arena's name.
         file: The file's name in messages.
         folder: The folder to which paths in it are relative.
     """
-    table = parse_table(text, file, ArenaError)
+    table = _alike(parse_table(text, file, ArenaError), file)
     with placed(text, file, ArenaError):
         special = {Mapping[str, int]: _exceptions, tuple[Term, ...]: _terms, tuple[Family, ...]: _families}
-        made = Builder(ArenaError, special).build(Arena, table, (), name=name, folder=folder)
+        made = Builder(ArenaError, special).build(Arena, table, (), ("like",), name=name, folder=folder)
     assert isinstance(made, Arena)
     return made
+
+
+def _alike(table: dict[str, Any], file: str) -> dict[str, Any]:
+    """The table with the keys of the packaged arena that it is ``like``, where it gives none itself."""
+    like = table.pop("like", None)
+    if like is None:
+        return table
+    if like not in arena_names():
+        raise ArenaError(f"{file}: like: {expected(str(like), arena_names(), 'arena')}")
+    base = parse_table(_FILES.find(like).text, f"{like}.toml", ArenaError)
+    return {**_alike(base, f"{like}.toml"), **table}
 
 
 def with_laws(arena: Arena, laws: Sequence[str]) -> Arena:

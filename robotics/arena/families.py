@@ -68,9 +68,9 @@ class Family:
         check_quantities(self, ArenaError)
         for low, high in (("slowest", "fastest"), ("tightest", "widest"), ("least_offset", "offset")):
             if getattr(self, low) > getattr(self, high):
-                raise ArenaError(
-                    f"{low} must be <= {high}, {getattr(self, high):g}; got {getattr(self, low):g}"
-                ).about(low)
+                raise ArenaError(f"{low} must be <= {high}, {getattr(self, high):g}; got {getattr(self, low):g}").about(
+                    low
+                )
         if self.path not in _SHAPES:
             raise ArenaError(f"path must be one of {', '.join(_SHAPES)}; got {self.path!r}").about("path")
 
@@ -99,7 +99,11 @@ class Family:
                 continue
             at = path.at(0.0)
             heading = float(np.remainder(at.heading + turned + pi, 2 * pi) - pi)
-            start = (float(at.x) - aside * sin(float(at.heading)), float(at.y) + aside * cos(float(at.heading)), heading)
+            start = (
+                float(at.x) - aside * sin(float(at.heading)),
+                float(at.y) + aside * cos(float(at.heading)),
+                heading,
+            )
             try:
                 return self._made(f"{self.path}-{number}", shape, speed, start, model, conditions)
             except InfeasibleError as error:
@@ -215,4 +219,3 @@ _SHAPES: Mapping[str, Callable[[np.random.Generator, float, float], Shape]] = {
     "eight": _eight,
     "corners": _corners,
 }
-

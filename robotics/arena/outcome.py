@@ -110,7 +110,7 @@ class Outcome:
 
     @cached_property
     def reference(self) -> int:
-        """The place of the law to which costs are told: the arena's, if it does not fail, else the one with the least."""
+        """The place of the law to which costs are told: the arena's, or where that fails the law with the least."""
         values = STATISTIC(self.tuned)
         if self.arena.reference:
             place = self.laws.index(self.arena.reference)
@@ -181,9 +181,7 @@ class Outcome:
     @cached_property
     def verdicts(self) -> np.ndarray:
         """What can be said of the row's law against the column's, tuned (laws, laws)."""
-        return verdicts(
-            self.tuned, STATISTIC, generator=self.generator, draws=self.draws, p_values=self.p_values
-        )
+        return verdicts(self.tuned, STATISTIC, generator=self.generator, draws=self.draws, p_values=self.p_values)
 
     @cached_property
     def improvement(self) -> Interval:
@@ -197,7 +195,7 @@ class Outcome:
 
     @cached_property
     def relative(self) -> np.ndarray:
-        """The tuned laws' costs over the reference's interquartile mean on the same scenario (laws, scenarios, seeds)."""
+        """The tuned laws' costs over the reference's interquartile mean on that scenario (laws, scenarios, seeds)."""
         unit = IQM(self.tuned[self.reference][:, None, :])
         return np.asarray(self.tuned / unit[None, :, None])
 
@@ -296,10 +294,7 @@ class Outcome:
         """The share of runs that failed with each change (laws, changes)."""
         seeds = len(self.arena.seeds("test", self.arena.robustness_runs))
         return np.array(
-            [
-                [np.isinf(self._terms_in(entry.changed[c], seeds)[0]).mean() for c in CHANGES]
-                for entry in self.entries
-            ]
+            [[np.isinf(self._terms_in(entry.changed[c], seeds)[0]).mean() for c in CHANGES] for entry in self.entries]
         )
 
 

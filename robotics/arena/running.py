@@ -79,9 +79,7 @@ def held(
 class _Held:
     """An arena that is being held."""
 
-    def __init__(
-        self, arena: Arena, folder: Path, crew: Crew, times: Mapping[str, Timed], begin: Begin | None
-    ) -> None:
+    def __init__(self, arena: Arena, folder: Path, crew: Crew, times: Mapping[str, Timed], begin: Begin | None) -> None:
         self.arena, self.folder, self.crew, self.times = arena, folder, crew, times
         self.begin: Begin = begin or _silent
 
@@ -401,7 +399,7 @@ def _finished(flying: Mapping["Future[Any]", Any], workers: Workers) -> Iterator
     """Futures as they get done."""
     left = set(flying)
     while left:
-        for future in _some({f: None for f in left}, workers):
+        for future in _some(dict.fromkeys(left), workers):
             left.discard(future)
             yield future
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -145,14 +146,12 @@ def ranking(outcome: Outcome) -> Picture:
     """The one look."""
     arena = outcome.arena
     found = standings(outcome)
-    said = "; ".join(
-        f"{outcome.titles[k]} {_number(float(outcome.tuned_ratio.value[k]))}" for k in outcome.order
-    )
+    said = "; ".join(f"{outcome.titles[k]} {_number(float(outcome.tuned_ratio.value[k]))}" for k in outcome.order)
     return Picture(
         "ranking",
         f"Cost over that of {found.reference}, tuned, on {len(arena.scenarios('test'))} scenarios that no search had "
-        f"seen, {arena.testing_runs} runs each: hollow as published, filled tuned, with 95 % intervals. Less is better. "
-        "Effort is the variation of the demanded turn rate; computing is the law's own time a period on this machine.",
+        f"seen, {arena.testing_runs} runs each: hollow as published, filled tuned, with 95 % intervals; less is better."
+        " Effort is the variation of the demanded turn rate; computing is the law's own time a period on this machine.",
         f"Laws from the least cost up, in multiples of {found.reference}: {said}.",
         partial(plot_ranking, found, WIDE),
     )
@@ -273,18 +272,25 @@ def _terms(outcome: Outcome) -> Chapter:
         f"All laws drive the same dynamic plant with the same limits, a period of {1000 * c.period:g} ms, a latency of "
         f"{1000 * c.latency:g} ms, a pose sensor with noise of {1000 * c.position_noise:g} mm and "
         f"{1000 * c.heading_noise:g} mrad, and starts that scatter by {100 * c.start_position:g} cm and "
-        f"{1000 * c.start_heading:g} mrad from run to run. All know their robot's measured posture; the table says what "
-        "else.",
+        f"{1000 * c.start_heading:g} mrad from run to run. All know their robot's measured posture; the table says "
+        "what else.",
         "The cost of a run is fixed beforehand: "
         + " + ".join(f"{_weight(t.weight)}{t.metric} / {t.scale:.4g}" for t in arena.made_cost.terms)
-        + f", all under way, so that a start off the path, which no law can avoid, does not drown the rest. In a search "
-        f"a failed run costs {arena.made_cost.failed:g}; in the test it is a failure.",
-        f"Blocks of scenarios and seeds have nothing in common: tuning, choosing, testing. Sorts of test scenarios that "
-        f"no law was tuned on: {unseen}.",
+        + f", all under way, so that a start off the path, which no law can avoid, does not drown the rest. In a "
+        f"search a failed run costs {arena.made_cost.failed:g}; in the test it is a failure.",
+        "The blocks of scenarios and seeds, for tuning, choosing and testing, have nothing in common. Sorts of test "
+        f"scenarios that no law was tuned on: {unseen}.",
     )
     grid = Grid(
         "The terms of each law.",
-        ("Law", "Commands", "Knows beside the posture", "Numbers tuned", "Searches × evaluations", "Computing a period"),
+        (
+            "Law",
+            "Commands",
+            "Knows beside the posture",
+            "Numbers tuned",
+            "Searches × evaluations",
+            "Computing a period",
+        ),
         rows,
     )
     return Chapter("terms", "The terms", text, [grid], [_scenarios(arena)], (), (), folded="The scenarios")
@@ -340,9 +346,7 @@ def _costs(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
     )  # fmt: skip
     grid = Grid(f"Costs over that of {unit}, tuned, with 95 % intervals; and the terms of the cost.", head, rows)
     labels = outcome.arena.labels("test")
-    each = [
-        (outcome.titles[k], *(_number(float(v)) for v in outcome.by_scenario[k])) for k in outcome.order
-    ]
+    each = [(outcome.titles[k], *(_number(float(v)) for v in outcome.by_scenario[k])) for k in outcome.order]
     per = Grid(f"Interquartile means of each scenario, over {unit}'s.", ("Law", *labels), each)
     text = (
         "What ranks the laws is the interquartile mean of each scenario's runs, its geometric mean over the scenarios, "
@@ -382,15 +386,13 @@ def _weights(outcome: Outcome) -> Chapter:
     text = (
         "The order does not change when a weight is halved or doubled."
         if not weights.changed.any()
-        else "The order changes with the weights: whoever weighs precision and effort otherwise may choose another law.",
+        else "The order changes with the weights: who weighs precision and effort otherwise may choose another law.",
     )
     return Chapter("weights", "Other weights", text, [grid], (), (), ())
 
 
 def _robust_failures(outcome: Outcome) -> Grid:
-    rows = [
-        (outcome.titles[k], *(f"{100 * v:.2g} %" for v in outcome.robust_failures[k])) for k in outcome.order
-    ]
+    rows = [(outcome.titles[k], *(f"{100 * v:.2g} %" for v in outcome.robust_failures[k])) for k in outcome.order]
     return Grid("Share of runs that failed.", ("Law", *CHANGES), rows)
 
 
@@ -434,7 +436,13 @@ def write_tables(outcome: Outcome, folder: Path) -> None:
     write_frame(pairs_table(outcome), folder / "pairs.csv")
     curves = outcome.curves
     rows = [
-        {"law": law, "evaluations": int(n), "cost": curves.value[k, b], "low": curves.low[k, b], "high": curves.high[k, b]}
+        {
+            "law": law,
+            "evaluations": int(n),
+            "cost": curves.value[k, b],
+            "low": curves.low[k, b],
+            "high": curves.high[k, b],
+        }
         for k, law in enumerate(outcome.laws)
         for b, n in enumerate(outcome.budgets)
     ]
@@ -470,10 +478,14 @@ def results_table(outcome: Outcome) -> pd.DataFrame:
 
 def summary_table(outcome: Outcome) -> pd.DataFrame:
     """A row a law, from the least cost up."""
-    rows = []
+    rows, means = [], outcome.term_means("tuned")
     for k in outcome.order:
         entry = outcome.entries[k]
-        row = {"law": entry.law, "sort": sort_of(entry.law, outcome.made[k]), "chosen": entry.by or "published"}
+        row: dict[str, Any] = {
+            "law": entry.law,
+            "sort": sort_of(entry.law, outcome.made[k]),
+            "chosen": entry.by or "published",
+        }
         for name, found in (
             ("cost", outcome.cost),
             ("tuned_ratio", outcome.tuned_ratio),
@@ -484,7 +496,7 @@ def summary_table(outcome: Outcome) -> pd.DataFrame:
         ):
             row |= {name: found.value[k], f"{name}_low": found.low[k], f"{name}_high": found.high[k]}
         row |= {"numbers_tuned": len(entry.parameters), "evaluations": outcome.arena.budget(entry.law)}
-        row |= {term.metric: v for term, v in zip(outcome.arena.made_cost.terms, outcome.term_means("tuned")[:, k])}
+        row |= {term.metric: v for term, v in zip(outcome.arena.made_cost.terms, means[:, k], strict=True)}
         rows.append(row)
     return pd.DataFrame(rows)
 
