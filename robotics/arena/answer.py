@@ -113,12 +113,12 @@ class _Said:
         elif verdict == "undecided":
             text = f"These runs do not decide it: {against} {compared(ratio, self.title(mine))}"
         elif verdict == "better":
-            text = f"Fuzzy keeps its crown: {against} {compared(ratio, self.title(mine))}"
+            text = f"A fuzzy law keeps the crown: {against} {compared(ratio, self.title(mine))}"
         else:
-            text = f"Fuzzy loses its crown: {best} {compared(self.of.pairs[mine, rival], self.title(rival))}"
+            text = f"Fuzzy loses the crown: {best} {compared(self.of.pairs[mine, rival], self.title(rival))}"
         if len(fuzzy) > 1:
-            others = [f"{self.title(k)} {compared(self.of.pairs[k, mine], self.title(mine))}" for k in fuzzy[1:3]]
-            text += f"; {listed(others)}"
+            others = [f"{self.title(k)} {compared(self.of.pairs[k, rival], self.title(rival))}" for k in fuzzy[1:3]]
+            text += f"; of the other fuzzy law{'s' * (len(fuzzy) > 2)}, {listed(others)}"
         return [f"{head}{text}."]
 
     def distances(self) -> list[str]:
@@ -146,15 +146,14 @@ class _Said:
         if worse:
             text += f"; it raised that of {listed(self.titles(worse[:_FEW]))}"
         if left:
-            text += f"; for {_number(left)} {'others' if helped or worse else 'laws'} it makes no difference that shows"
+            other = "" if not (helped or worse) else "other "
+            text += f"; for {_number(left)} {other}law{'s' * (left != 1)} it makes no difference that shows"
         reference = self.of.reference
-        closed = [
-            f"{_percent(float(self.of.closed.value[k]))} of {self.title(k)}'s"
-            for k in self.finite
-            if k != reference and np.isfinite(self.of.closed.value[k]) and self.sort(k) in ("fuzzy", "lyapunov")
-        ][:3]
+        shares = {k: float(self.of.closed.value[k]) for k in self.finite if self.sort(k) in ("fuzzy", "lyapunov")}
+        shares = {k: share for k, share in shares.items() if k != reference and np.isfinite(share)}
+        closed = [f"{_percent(share)} of {self.title(k)}'s" for k, share in shares.items() if share > 0.005]
         if closed:
-            text += f"; of the gap to {self.title(reference)} it closed {listed(closed)}"
+            text += f"; of the gap to {self.title(reference)} it closed {listed(closed[:4])}"
         return [text + "."]
 
     def computing(self) -> list[str]:
@@ -309,7 +308,7 @@ def _percent(share: float) -> str:
 
 
 def _share(share: float) -> str:
-    return f"{100 * share:.2g} %"
+    return f"{100 * share:.2g} %" if share < 0.0995 else f"{100 * share:.0f} %"
 
 
 def _micro(value: float) -> str:

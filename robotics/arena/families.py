@@ -20,7 +20,7 @@ from robotics.scenario.robots import STANDARD, RobotModel, load_robot
 from robotics.sensing.posture import Sensing
 
 PathKind = Literal["sine", "winding", "circle", "eight", "corners"]
-_TRIES = 200  # drawings until one can be driven
+_TRIES = 40  # drawings until one can be driven
 _ROUNDING = 0.05  # m between the points of a rounded corner
 _REACH = 1.5  # times the length that is driven: so long a random path is made
 
