@@ -3,7 +3,7 @@
 The robot drives along the arc that leads through a point of its path, the carrot, a look-ahead L away:
 
     κ = 2 y_c / L²,   ω = v κ                         (Coulter 1992), with the carrot at (x_c, y_c) from the robot
-    L = T |v|, from L_min to L_max                    (Macenski, Singh, Martin and Ginés 2023)
+    L = T |v|, from L_min to L_max                    (Macenski, Singh, Martín and Ginés 2023)
     v ← v r / r_min where the arc's radius r = 1/|κ| is less than r_min          "regulated", there
     |atan2(y_c, x_c)| > θ: v = 0, ω = ± the turn rate                            rotation in place, there
 
