@@ -22,7 +22,7 @@ STAIRS = {
         detached files compiled insight fitting tuning shell figures designer commands
     """,
     "anfis": """
-        data point premises proposals consequents network compiled state methods checkpoint accuracy training estimator
+        data point premises proposals consequents network compiled state methods checkpoint accuracy training folds pruning estimator
         plot designer commands
     """,
     "robotics": """

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from robotics.measures.evidence import FORMS, Form, Part, Verdict, judge
+from robotics.measures.evidence import AT_BEST, FORMS, Form, Part, Verdict, judge
 from robotics.measures.leading import Lead
 from robotics.report.wording import sentence
 
@@ -61,8 +61,8 @@ class Claim:
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict on all forms together, by :func:`robotics.measures.evidence.judge`."""
-        return judge(self.parts)
+        """The verdict on all forms but "tuned" together, by :func:`robotics.measures.evidence.judge`."""
+        return judge([part for part in self.parts if part.form != AT_BEST])
 
     @property
     def forms(self) -> dict[Form, Verdict]:

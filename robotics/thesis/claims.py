@@ -1,7 +1,7 @@
 """The thesis's claims, which stand in ``claims.toml``: the runs that they need, and the claims judged by them.
 
 The file's tables are those of :mod:`robotics.report.claims`, with a chapter for each claim, and in each part the laws
-in the forms ``printed``, ``corrected`` and ``ideal`` in place of ``of`` and ``against``.
+in the forms ``printed``, ``corrected``, ``ideal`` and ``tuned`` in place of ``of`` and ``against``.
 """
 
 from collections.abc import Callable
@@ -23,6 +23,7 @@ _FORMS: dict[str, Form] = {
     "printed": "as printed",
     "corrected": "corrected",
     "ideal": "ideal",
+    "tuned": "tuned",
 }  # their keys in the file
 
 
@@ -41,6 +42,7 @@ class _Condition(Condition):
     printed: tuple[str, ...] = described("The law as the thesis prints it, and those to which it is compared.", ())
     corrected: tuple[str, ...] = described("Likewise without what is wrong in its text, both sides alike.", ())
     ideal: tuple[str, ...] = described("Likewise without noise, in one run: where the claim is about an ideal.", ())
+    tuned: tuple[str, ...] = described("Likewise at their best: as equal tuning of all laws found them.", ())
     unit: str = described("The unit of what a chapter measures itself.", "1")
 
     @property
