@@ -101,7 +101,8 @@ def test_called_by_hand_it_commands_the_same():
     law, whole = make_controller("nmpc"), simulate(about, make_controller("nmpc"), (3,))
     memory = law.init(about.setting, 1)
     for state in drive(about.setting, law, (3,)):
-        seen = Observation(state.time, *state.posture, state.v, state.w, state.reference, about.setting.references)
+        x, y, heading = state.posture
+        seen = Observation(state.time, x, y, heading, state.v, state.w, state.reference, about.setting.references)
         command, memory = law.control(seen, memory, about.setting.period)
         assert command.first.item() == whole["command_1"][0, 0, state.k]
         assert command.second.item() == whole["command_2"][0, 0, state.k]
