@@ -72,12 +72,6 @@ CATALOGUE: dict[str, Preset] = {
         "Parallel compensation",
         "(2.41) on the sets of Table 5.6; linear-quadratic gains by Bryson's rule, not by search",
     ),
-    "nmpc": Preset(
-        PredictiveControl,
-        {},
-        "Predictive control",
-        "iLQR over 1 s with wheel lag, latency and bounds; weights by Bryson's rule, not by search",
-    ),
     "lqr": Preset(
         LinearQuadratic,
         {},
@@ -95,6 +89,12 @@ CATALOGUE: dict[str, Preset] = {
         {},
         "MPPI",
         "model predictive path integral control with Nav2's horizon, noise and 1,000 samples, on a cost of tracking",
+    ),
+    "nmpc": Preset(
+        PredictiveControl,
+        {},
+        "Predictive control",
+        "iLQR over 1 s with wheel lag, latency and bounds; weights by Bryson's rule, not by search",
     ),
     "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
     "assm": Preset(
