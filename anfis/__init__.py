@@ -9,10 +9,11 @@ True
 
 Learn:
     train with Options and one of METHODS, a Training comes back; ANFISRegressor, the same for scikit-learn
+    cross_validate, a CrossValidation comes back; prune, a Pruned
 Learn as samples come:
     recursive_start, recursive_step, Recursive
 Look:
-    plot_training, plot_fit, plot_premises
+    plot_training, plot_fit, plot_premises, plot_pruning
 
 Each name is imported from its module when it is first used, so that the command line starts quickly.
 """
@@ -25,9 +26,11 @@ if TYPE_CHECKING:
     from anfis.consequents import Recursive, recursive_start, recursive_step
     from anfis.data import DataError, DataWarning
     from anfis.estimator import ANFISRegressor
+    from anfis.folds import CrossValidation, Fold, cross_validate
     from anfis.methods.catalogue import METHODS
     from anfis.methods.options import Options, TrainingError
-    from anfis.plot import plot_fit, plot_premises, plot_training
+    from anfis.plot import plot_fit, plot_premises, plot_pruning, plot_training
+    from anfis.pruning import Pruned, PruningStep, prune
     from anfis.state import Epoch
     from anfis.training import Training, train
 
@@ -42,6 +45,11 @@ _HOMES = {
         "DataWarning",
     ),
     "anfis.estimator": ("ANFISRegressor",),
+    "anfis.folds": (
+        "CrossValidation",
+        "Fold",
+        "cross_validate",
+    ),
     "anfis.methods.catalogue": ("METHODS",),
     "anfis.methods.options": (
         "Options",
@@ -50,7 +58,13 @@ _HOMES = {
     "anfis.plot": (
         "plot_fit",
         "plot_premises",
+        "plot_pruning",
         "plot_training",
+    ),
+    "anfis.pruning": (
+        "Pruned",
+        "PruningStep",
+        "prune",
     ),
     "anfis.state": ("Epoch",),
     "anfis.training": (
@@ -64,16 +78,23 @@ if not TYPE_CHECKING:  # a type checker has the names above, and sees which ther
 __all__ = [
     "METHODS",
     "ANFISRegressor",
+    "CrossValidation",
     "DataError",
     "DataWarning",
     "Epoch",
+    "Fold",
     "Options",
+    "Pruned",
+    "PruningStep",
     "Recursive",
     "Training",
     "TrainingError",
+    "cross_validate",
     "plot_fit",
     "plot_premises",
+    "plot_pruning",
     "plot_training",
+    "prune",
     "recursive_start",
     "recursive_step",
     "train",

@@ -13,11 +13,12 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatterSciNotation, MaxNLocator
 
 from anfis.data import samples
+from anfis.pruning import Pruned
 from anfis.state import Epoch
 from fuzzy.detached import detached
 from fuzzy.errors import InputError
 from fuzzy.figures.drawing import COLUMN, DOUBLE, LINES, new_figure, style
-from fuzzy.figures.palette import COLORS
+from fuzzy.figures.palette import COLORS, HIGHLIGHT
 from fuzzy.insight.universe import universe_grid
 from fuzzy.system import Sugeno, Variable
 
@@ -59,6 +60,44 @@ def plot_training(history: Sequence[Epoch]) -> Figure:
         steps.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
         steps.set_ylabel("step")
         steps.set_xlabel("epoch")
+        return figure
+
+
+def plot_pruning(pruned: Pruned, unit: str = "") -> Figure:
+    """The errors against the number of rules, logarithmic, with a ring at the number that was chosen.
+
+    The errors are those of the path, before the last training; ``unit`` is that of the outputs.
+    """
+    rules = [step.rules for step in pruned.path]
+    with style():
+        figure = new_figure(COLUMN, 2.9)
+        ax = figure.add_subplot()
+        drawn = []
+        for k, (column, label) in enumerate((("train", "training"), ("check", "checking"), ("test", "test"))):
+            errors = [getattr(step, column) for step in pruned.path]
+            if np.isfinite(errors).any():
+                ax.plot(rules, errors, color=COLORS[k], linestyle=LINES[k], marker=".", label=label)
+                drawn.append((label, errors))
+        label, errors = drawn[min(len(drawn) - 1, 1)] if np.isfinite(pruned.path[0].check) else drawn[0]
+        said = f"{rules[pruned.chosen]} rules: {label} error {errors[pruned.chosen]:.3g}"
+        ax.plot(
+            rules[pruned.chosen],
+            errors[pruned.chosen],
+            linestyle="none",
+            marker="o",
+            markersize=8,
+            markerfacecolor="none",
+            markeredgecolor=HIGHLIGHT,
+            label=said,
+            zorder=4,
+        )
+        if min(min(values) for _, values in drawn) > 0:
+            ax.set_yscale("log")
+            ax.yaxis.set_minor_formatter(LogFormatterSciNotation(labelOnlyBase=False, minor_thresholds=(1, 0.5)))
+        ax.xaxis.set_major_locator(MaxNLocator(6, integer=True, min_n_ticks=1))
+        ax.set_xlabel("number of rules")
+        ax.set_ylabel(f"RMSE [{unit}]" if unit else "RMSE [unit of the output]", parse_math=False)
+        figure.legend(loc="outside upper left", ncols=2)
         return figure
 
 

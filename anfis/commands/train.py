@@ -2,17 +2,21 @@
 
 import warnings
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from anfis.commands.shared import CommandError, Data, Json
+from anfis.commands.pruning import draw_pruning, pruned, pruning_object, say_pruning
+from anfis.commands.shared import CommandError, Data, Json, reaching
+from anfis.commands.validation import crossed, folds_object, say_folds
 from anfis.methods.catalogue import METHODS
 from fuzzy.commands.completion import completed, rule_bases
 from fuzzy.commands.datafile import SkipBad, chosen_columns, columns_of, numbers, opened
 from fuzzy.commands.samples import Inputs, Outputs
 from fuzzy.files.atomic import check_target
+from fuzzy.naming import expected
 from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
@@ -20,8 +24,12 @@ from fuzzy.shown import shown
 if TYPE_CHECKING:
     import numpy as np
 
-    from anfis import Epoch, Options, Training
+    from anfis import CrossValidation, Epoch, Options, Pruned, Training
     from fuzzy.system import Sugeno
+
+    _Tested = tuple[CrossValidation | None, Pruned | None]
+
+FOLD_ORDERS = ("shuffled", "blocks")
 
 
 class _Samples(NamedTuple):
@@ -29,7 +37,8 @@ class _Samples(NamedTuple):
     x: "np.ndarray"  # (samples, inputs)
     y: "np.ndarray"  # (samples, outputs)
     check: "tuple[np.ndarray, np.ndarray] | None"
-    skipped: int  # rows that were left out, checking data included
+    test: "tuple[np.ndarray, np.ndarray] | None"
+    skipped: int  # rows that were left out, checking and test data included
 
 
 class _Start(NamedTuple):
@@ -53,6 +62,9 @@ def train(
     outputs: Outputs = None,
     check: Annotated[
         Path | None, typer.Option(metavar="CHECK.csv", help="Checking data, not learnt from; same columns.")
+    ] = None,
+    test: Annotated[
+        Path | None, typer.Option(metavar="TEST.csv", help="Test data, whose error is only measured; same columns.")
     ] = None,
     start: Annotated[
         Path | None,
@@ -88,7 +100,26 @@ def train(
     keep_order: Annotated[
         bool, typer.Option("--keep-order", help="Keep an input's memberships in order and overlapping.")
     ] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the order of mini-batches (backprop).")] = 0,
+    folds: Annotated[
+        int | None,
+        typer.Option(min=2, metavar="K", help="First cross-validate: learn K times, each time without one K-th."),
+    ] = None,
+    fold_order: Annotated[
+        str,
+        typer.Option(
+            metavar="ORDER", help="Folds of shuffled rows, or of blocks of rows for time series: shuffled, blocks."
+        ),
+    ] = "shuffled",
+    prune: Annotated[
+        bool,
+        typer.Option("--prune", help="Take away rules that contribute least; the checking data choose how many."),
+    ] = False,
+    keep_rules: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="With --prune: keep N rules instead of a choice.")
+    ] = None,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Seed of mini-batches (backprop), of shuffled folds and of what --prune holds.")
+    ] = 0,
     checkpoint: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a checkpoint here after every epoch.")
     ] = None,
@@ -97,7 +128,11 @@ def train(
         Path | None, typer.Option(metavar="FILE.csv", help="Write the errors of every epoch here.")
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option(metavar="PICTURE", help="Draw the errors of every epoch: .png, .pdf or .svg.")
+        Path | None,
+        typer.Option(
+            metavar="PICTURE",
+            help="Draw the errors of every epoch, with --prune of every number of rules: .png, .pdf or .svg.",
+        ),
     ] = None,
     skip_bad: SkipBad = False,
     json: Json = False,
@@ -107,16 +142,25 @@ def train(
 
     Columns that are not used may hold anything. Numbers have a decimal point or a decimal comma.
 
+    --folds tells how well what is learnt holds on other samples; the system that is written learns from all. --prune
+    trains, takes rules away step by step and trains again; without --check a quarter of the samples chooses how many
+    stay.
+
     \b
     Example:
       fuzzy example samples check
       anfis train samples.csv --outputs v --check check.csv --rules 8 -o net.fis --plot error.png
+      anfis train samples.csv --outputs v --rules 8 --folds 5 -o net.fis
+      anfis train samples.csv --outputs v --grid 5 --prune --test check.csv -o small.fis --plot rules.png
     """
     import anfis
 
     _check_files(out, history, plot, checkpoint)
     if mf is not None and grid is None:
         raise CommandError("--mf says what --grid is made of: give --grid too")
+    _check_together(folds, prune, keep_rules, checkpoint or resume)
+    if folds is not None and fold_order not in FOLD_ORDERS:
+        raise CommandError(expected(fold_order, FOLD_ORDERS, "fold order"))
     options = anfis.Options(
         method=method,
         epochs=epochs,
@@ -128,16 +172,35 @@ def train(
         keep_order=keep_order,
         seed=seed,
     )
-    _say_unread(options)
+    _say_unread(options, folds is not None or prune)
     begin = _Start(start, rules, radius, grid, mf)
     given = _given_system(begin)
-    samples = _samples(data, inputs, outputs, check, given, skip_bad)
+    samples = _samples(data, inputs, outputs, check, test, given, skip_bad)
     fis = _starting_system(begin, samples) if given is None else given
-    result = _learn(fis, samples, options, checkpoint, resume, quiet)
-    _write(result, out, history, plot)
-    _say(result, out, samples.skipped, json)
-    if result.stopped == "interrupted":
+    tested: _Tested = None, None
+    if prune:
+        found = pruned(fis, (samples.x, samples.y), samples.check, samples.test, options, keep_rules, quiet)
+        result, tested = found.training, (None, found)
+    else:
+        if folds is not None:
+            of = given or partial(_starting_fold, begin, samples)
+            held = crossed(of, samples.x, samples.y, samples.check, options, folds, fold_order, quiet)
+            tested = held, None
+        result = _learn(fis, samples, options, checkpoint, resume, quiet)
+    _write(result, out, history, plot, tested[1])
+    _say(result, out, samples, tested, fold_order, json)
+    if "interrupted" in (result.stopped, prune and found.stopped):
         interrupted(f"the best so far is in {out}")
+
+
+def _check_together(folds: int | None, prune: bool, keep: int | None, checkpoint: Path | None) -> None:
+    """Refuse options that do not go together."""
+    if keep is not None and not prune:
+        raise CommandError("--keep-rules says how many rules --prune keeps: give --prune too")
+    if prune and folds is not None:
+        raise CommandError("--prune chooses by the checking data and --folds by none: give one of them")
+    if prune and checkpoint is not None:
+        raise CommandError("--prune trains many times, and a checkpoint is of one training: leave --checkpoint out")
 
 
 def _check_files(out: Path, history: Path | None, plot: Path | None, checkpoint: Path | None) -> None:
@@ -152,12 +215,12 @@ def _check_files(out: Path, history: Path | None, plot: Path | None, checkpoint:
             check_target(path)
 
 
-def _say_unread(options: "Options") -> None:
-    """Warn of options that are not the default and that the method does not read."""
+def _say_unread(options: "Options", seeded: bool) -> None:
+    """Warn of options that are not the default and that nothing reads; ``seeded`` if something else reads the seed."""
     from anfis.methods.method import make_method
 
     others = {name for method in METHODS for name in make_method(method).reads}
-    for name in sorted(others - set(make_method(options.method).reads)):
+    for name in sorted(others - {*make_method(options.method).reads, *(("seed",) if seeded else ())}):
         if getattr(options, name) != type(options).__dataclass_fields__[name].default:
             warnings.warn(f"--{name} changes nothing: the method {options.method} does not read it", stacklevel=2)
 
@@ -173,7 +236,13 @@ def _given_system(start: _Start) -> "Sugeno | None":
 
 
 def _samples(
-    data: Path, inputs: str | None, outputs: str | None, check: Path | None, start: "Sugeno | None", skip_bad: bool
+    data: Path,
+    inputs: str | None,
+    outputs: str | None,
+    check: Path | None,
+    test: Path | None,
+    start: "Sugeno | None",
+    skip_bad: bool,
 ) -> _Samples:
     """The chosen columns: those of the system to start from, where the header names all of them and none is chosen."""
     from fuzzy.files.table import DataError
@@ -195,20 +264,28 @@ def _samples(
         "output_units": list(table.units[n:]),
     }
     x, y = table.values[:, :n], table.values[:, n:]
-    if check is None:
-        return _Samples(names, x, y, None, len(table.skipped))
-    other = opened(check)
-    held = numbers(other, [other.place(*column) for column in zip(table.names, table.units, strict=True)], skip_bad)
-    checking = held.values[:, :n], held.values[:, n:]
-    return _Samples(names, x, y, checking, len(table.skipped) + len(held.skipped))
+    skipped, others = len(table.skipped), list[tuple[Any, Any] | None]()
+    for path in (check, test):
+        if path is None:
+            others.append(None)
+            continue
+        other = opened(path)
+        held = numbers(other, [other.place(*column) for column in zip(table.names, table.units, strict=True)], skip_bad)
+        others.append((held.values[:, :n], held.values[:, n:]))
+        skipped += len(held.skipped)
+    return _Samples(names, x, y, others[0], others[1], skipped)
 
 
 def _starting_system(start: _Start, samples: _Samples) -> "Sugeno":
     """The system to start from, made of clusters or a grid."""
+    return _starting_fold(start, samples, samples.x, samples.y, exact=True)
+
+
+def _starting_fold(start: _Start, samples: _Samples, x: "np.ndarray", y: "np.ndarray", exact: bool = False) -> "Sugeno":
+    """The system to start from that some of the samples make; as near as they come to the wanted number of rules."""
     from fuzzy.fitting.identification import identify
     from fuzzy.fitting.search import search_clusters
 
-    x, y = samples.x, samples.y
     names: dict[str, Any] = {**samples.names}
     if start.grid is not None:
         return identify(x, y, "grid", mfs=start.grid, kind=start.mf or "gbellmf", **names)
@@ -216,10 +293,11 @@ def _starting_system(start: _Start, samples: _Samples) -> "Sugeno":
         return identify(x, y, "subtractive", radius=start.radius, **names)
     assert start.rules is not None
     best = search_clusters(x, y, start.rules, **names).by_rules
-    if start.rules not in best:
+    if start.rules not in best and (exact or not best):
         known = ", ".join(map(str, best))
         raise CommandError(f"no setting of the clustering gives {start.rules} rules; they give {known}")
-    trial = best[start.rules]
+    wanted = start.rules
+    trial = best[min(best, key=lambda rules: (abs(rules - wanted), rules))]
     return identify(x, y, "subtractive", radius=trial.radius, options=trial.options, **names)
 
 
@@ -231,15 +309,11 @@ def _learn(
     from fuzzy.shell.progress import progress_bar
 
     with progress_bar(quiet, width=44) as begin:
-        done = 0
-        advance = begin("training", options.epochs + 1)
+        reach = reaching(begin("training", options.epochs + 1))
 
         def show(row: "Epoch") -> None:
-            nonlocal done
             checked = f", checking {shown(row.check)}" if samples.check is not None else ""
-            while done <= row.epoch:  # resumed, the bar begins with the epochs that are not computed again
-                advance(f"epoch {row.epoch}: training {shown(row.train)}{checked}")
-                done += 1
+            reach(row.epoch, f"epoch {row.epoch}: training {shown(row.train)}{checked}")
 
         return anfis.train(
             fis,
@@ -253,7 +327,9 @@ def _learn(
         )
 
 
-def _write(result: "Training", out: Path, history: Path | None, plot: Path | None) -> None:
+def _write(
+    result: "Training", out: Path, history: Path | None, plot: Path | None, found: "Pruned | None" = None
+) -> None:
     from fuzzy.files.fisfile import write_fis
 
     write_fis(result.system, out)
@@ -261,16 +337,27 @@ def _write(result: "Training", out: Path, history: Path | None, plot: Path | Non
         from fuzzy.files.table import write_frame
 
         write_frame(result.table(), history)
-    if plot is not None:
+    if plot is not None and found is not None:
+        draw_pruning(found, _unit(result.system), plot)
+    elif plot is not None:
         from anfis.plot import plot_training
         from fuzzy.figures.drawing import save_figure
 
         save_figure(plot_training(result.history), plot)
 
 
-def _say(result: "Training", out: Path, skipped: int, json: bool) -> None:
+def _unit(fis: "Sugeno") -> str:
+    """The unit of all outputs, if they have the same."""
+    units = {v.unit for v in fis.outputs}
+    return units.pop() if len(units) == 1 else ""
+
+
+def _say(result: "Training", out: Path, samples: _Samples, tested: "_Tested", order: str, json: bool) -> None:
+    from anfis.accuracy import total_rmse
+
     first, best, last = result.history[0], result.history[result.best], len(result.history) - 1
-    count = len(result.system.rules)
+    count, (folds, found) = len(result.system.rules), tested
+    of_test = float("nan") if samples.test is None else total_rmse(result.system, *samples.test)
     if json:
         print_json(
             {
@@ -279,21 +366,28 @@ def _say(result: "Training", out: Path, skipped: int, json: bool) -> None:
                 "parameters": result.parameters,
                 "start": first._asdict(),
                 "best": best._asdict(),
-                "rmse": {"train": result.rmse, "check": result.check_rmse},  # of the system as it was written
+                # Of the system as it was written
+                "rmse": {"train": result.rmse, "check": result.check_rmse, "test": of_test},
                 "epochs": last,
                 "stopped": result.stopped,
-                "skipped": skipped,
+                "skipped": samples.skipped,
+                **({} if folds is None else {"folds": folds_object(folds, order, result.options.seed)}),
+                **({} if found is None else {"pruning": pruning_object(found)}),
             }
         )
         return
-    units = {v.unit for v in result.system.outputs}
-    unit = units.pop() if len(units) == 1 else ""
+    unit = _unit(result.system)
 
     def error(value: float) -> str:
         return f"{shown(value)} {unit}".rstrip()
 
-    checked = f", {error(result.check_rmse)} checking" if result.check_rmse == result.check_rmse else ""
+    if folds is not None:
+        say_folds(folds, order, unit)
+    if found is not None:
+        say_pruning(found, unit)
+    more = (("checking", result.check_rmse), ("test", of_test))
+    others = "".join(f", {error(value)} {name}" for name, value in more if value == value)
     print(
-        f"{out}: {count} rules; RMSE {error(first.train)} at the start, {error(result.rmse)} training{checked} at "
+        f"{out}: {count} rules; RMSE {error(first.train)} at the start, {error(result.rmse)} training{others} at "
         f"epoch {best.epoch} of {last} (stopped: {result.stopped})"
     )

@@ -50,9 +50,51 @@ def test_resume_is_as_if_it_had_not_stopped(data, capsys):
     assert (data / "whole.fis").read_bytes() == (data / "b.fis").read_bytes()
 
 
+def test_folds_come_before_the_training_of_all(data, capsys):
+    common = ["train", str(data / "data.csv"), "--grid", "2", "--epochs", "2", "-q"]
+    assert main([*common, "-o", str(data / "a.fis"), "--json"]) == 0
+    plain = json.loads(capsys.readouterr().out)
+    options = ["--folds", "4", "--fold-order", "blocks", "--test", str(data / "check.csv")]
+    assert main([*common, "-o", str(data / "b.fis"), "--json", *options]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (data / "a.fis").read_bytes() == (data / "b.fis").read_bytes()
+    assert found["best"] == plain["best"]
+    system = fuzzy.read_fis(data / "b.fis")
+    error = fuzzy.Sugeno(system.inputs, system.outputs, system.rules, out_of_range="ignore")(X[80:])[:, 0] - Y[80:]
+    assert found["rmse"]["test"] == pytest.approx(np.sqrt(np.mean(error**2)))
+    each = [row["rmse"] for row in found["folds"]["each"]]
+    assert [row["held"] for row in found["folds"]["each"]] == [20] * 4
+    assert found["folds"]["mean"] == pytest.approx(np.mean(each))
+    assert found["folds"]["std"] == pytest.approx(np.std(each, ddof=1))
+    assert main([*common, "-o", str(data / "c.fis"), "--folds", "2"]) == 0
+    assert "mean " in capsys.readouterr().out
+
+
+def test_pruning_keeps_fewer_rules(data, capsys):
+    common = ["train", str(data / "data.csv"), "--grid", "4", "--epochs", "2", "-q", "--prune"]
+    tables = ["--check", str(data / "check.csv"), "--plot", str(data / "rules.png")]
+    assert main([*common, *tables, "-o", str(data / "a.fis"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["rules"] == found["pruning"]["chosen"] == len(fuzzy.read_fis(data / "a.fis").rules) < 16
+    path = found["pruning"]["path"]
+    assert path[0] == found["pruning"]["unpruned"]
+    assert min(path, key=lambda row: row["check"])["rules"] == found["rules"]
+    assert found["rmse"]["check"] == found["pruning"]["pruned"]["check"] <= min(row["check"] for row in path)
+    assert (data / "rules.png").read_bytes().startswith(b"\x89PNG")
+    assert main([*common, "--keep-rules", "5", "-o", str(data / "b.fis")]) == 0
+    assert "    5  " in capsys.readouterr().out
+    assert len(fuzzy.read_fis(data / "b.fis").rules) == 5
+
+
 @pytest.mark.parametrize(
     ("arguments", "fragment"),
     [
+        (["--grid", "2", "--keep-rules", "3"], "give --prune too"),
+        (["--grid", "2", "--prune", "--folds", "3"], "give one of them"),
+        (["--grid", "2", "--prune", "--checkpoint", "c.pt"], "leave --checkpoint out"),
+        (["--grid", "2", "--prune", "--keep-rules", "9"], "from 1 to the number of rules (4), got 9"),
+        (["--grid", "2", "--folds", "3", "--fold-order", "block"], "did you mean 'blocks'"),
+        (["--grid", "2", "--folds", "81"], "from 2 to the number of samples (80), got 81"),
         (["--outputs", "z", "--grid", "2"], "unknown column 'z'. Known: a, b, y"),
         ([], "exactly one of --start, --rules, --radius and --grid"),
         (["--grid", "2", "--method", "hybird"], "did you mean 'hybrid'"),
