@@ -106,6 +106,13 @@ def train(
     keep_rules: Annotated[
         int | None, typer.Option(min=1, metavar="N", help="With --prune: keep N rules instead of a choice.")
     ] = None,
+    choice: Annotated[
+        str,
+        typer.Option(
+            metavar="CHOICE",
+            help="With --prune: fewest rules within one-standard-error of the least checking error, or least.",
+        ),
+    ] = "one-standard-error",
     seed: Annotated[
         int, typer.Option(min=0, help="Seed of mini-batches (backprop), of shuffled folds and of what --prune holds.")
     ] = 0,
@@ -166,7 +173,7 @@ def train(
     fis = _starting_system(begin, samples) if given is None else given
     tested: _Tested = None, None
     if prune:
-        found = pruned(fis, (samples.x, samples.y), samples.check, samples.test, options, keep_rules, quiet)
+        found = pruned(fis, (samples.x, samples.y), samples.check, samples.test, options, keep_rules, choice, quiet)
         result, tested = found.training, (None, found)
     else:
         if folds is not None:

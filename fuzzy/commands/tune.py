@@ -50,6 +50,10 @@ def tune(
         str,
         typer.Option(metavar="A,B", help="What may move: memberships, consequents, weights, choices, rules."),
     ] = "memberships,consequents",
+    solve: Annotated[
+        bool,
+        typer.Option("--solve", help="Solve each candidate's consequents by least squares: they need not move."),
+    ] = False,
     symmetric: Annotated[
         bool, typer.Option("--symmetric", help="Keep the symmetry of a system that answers to both sides alike.")
     ] = False,
@@ -77,14 +81,15 @@ def tune(
     """Tune a system on a table: look for the memberships and consequents with which it errs least.
 
     Memberships stay ordered and covering. It needs no gradient, so weights of rules, choices of consequents and rules
-    that are left out may move too; a system whose numbers alone move learns faster with `anfis train --start`. Columns
+    that are left out may move too; a system whose numbers alone move learns faster with `anfis train --start`. With
+    --solve memberships move and the consequents follow, which finds far more in the same number of evaluations. Columns
     are found by name. Ctrl-C writes the best so far.
 
     \b
     Example:
       fuzzy example samples check
       fuzzy identify samples.csv --outputs v --rules 5 -o start.fis
-      fuzzy tune samples.csv start.fis --check check.csv --evaluations 300 --engine random -o tuned.fis
+      fuzzy tune samples.csv start.fis --check check.csv --solve --evaluations 200 --engine random -o t.fis
     """
     from fuzzy.files.fisfile import write_fis
     from fuzzy.tuning.data import cross_validate_tuning
@@ -100,6 +105,7 @@ def tune(
     checking = _samples(fis, check, skip_bad) if check is not None else None
     options: dict[str, Any] = {
         "move": _parts(move),
+        "solve": solve,
         "symmetric": symmetric,
         "evaluations": evaluations,
         "seed": seed,
@@ -183,10 +189,11 @@ def _samples(fis: "Sugeno", path: Path, skip_bad: bool) -> _Samples:
 def _comment(found: "TunedSystem", data: Path, check: Path | None, options: dict[str, Any]) -> str:
     """What stands at the top of the tuned system: a title, and how it was made."""
     checked = f", chosen on {check.name}" if check is not None else ""
+    solved = ", consequents solved by least squares" if options["solve"] else ""
     return (
         f"{found.space.fis.name}, tuned on {data.name}{checked}\n"
-        f"What moved: {', '.join(options['move'])}; {found.evaluations} evaluations of {options['engine']}, seed "
-        f"{options['seed']}; RMSE {shown(found.before)} before, {shown(found.after)} after"
+        f"What moved: {', '.join(found.space.move)}{solved}; {found.evaluations} evaluations of {options['engine']}, "
+        f"seed {options['seed']}; RMSE {shown(found.before)} before, {shown(found.after)} after"
     )
 
 

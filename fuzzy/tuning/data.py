@@ -19,7 +19,7 @@ from fuzzy.compiled.sugeno import compile_sugeno
 from fuzzy.detached import detached
 from fuzzy.files.fisfile import format_fis
 from fuzzy.fitting.clustering import finite_table
-from fuzzy.fitting.consequents import output_table
+from fuzzy.fitting.consequents import IdentificationError, least_squares, output_table
 from fuzzy.fitting.folds import FoldOrder, fold_rows
 from fuzzy.inference import InferenceWarning
 from fuzzy.system import FuzzySystemError, Linear, Sugeno
@@ -71,6 +71,7 @@ def tune(
     y: Any,
     *,
     move: Collection[str] = MOVED,
+    solve: bool = False,
     symmetric: bool = False,
     evaluations: int = EVALUATIONS,
     seed: int = SEED,
@@ -87,6 +88,8 @@ def tune(
         x: The inputs (samples, inputs).
         y: The outputs (samples,) or (samples, outputs).
         move: What may move: "memberships", "consequents", "weights", "choices" of consequents, "rules" on and off.
+        solve: Whether the consequents of every candidate are solved for by least squares, instead of moving: with
+            memberships that move this is by far the best use of a budget [Golub & Pereyra 1973, variable projection].
         symmetric: Whether a system that answers to the left as to the right keeps that symmetry.
         evaluations: How many systems are tried, the one as it is included.
         seed: That of the search.
@@ -106,11 +109,13 @@ def tune(
     fis = detached(fis)
     x, y = _samples(fis, x, y)
     checking = _samples(fis, *check) if check is not None else None
-    space = SystemSpace(fis, tuple(move), symmetric, reach=_reach(fis, x, y))
+    moving = tuple(part for part in move if not (solve and part == "consequents"))
+    space = SystemSpace(fis, moving, symmetric, reach=_reach(fis, x, y))
     about = {
         "system": sha256(format_fis(fis).encode()).hexdigest(),
         "data": sha256(x.tobytes() + y.tobytes()).hexdigest(),
-        "move": sorted(move),
+        "move": sorted(moving),
+        "solve": solve,
         "symmetric": symmetric,
         "evaluations": evaluations,
         "seed": seed,
@@ -127,8 +132,17 @@ def tune(
                 journal.write(found)
             return progress(found) if progress is not None else None
 
+        def made(row: np.ndarray) -> Sugeno:
+            return least_squares(space.made(row), x, y).fis if solve else space.made(row)
+
+        def error(row: np.ndarray) -> float:
+            try:
+                return rmse(made(row), x, y)
+            except IdentificationError:  # no rule fires at any sample
+                return float("inf")
+
         def cost(values: np.ndarray) -> np.ndarray:
-            return np.array([rmse(space.made(row), x, y) for row in values])
+            return np.array([error(row) for row in values])
 
         known = journal.known(("cost",)) if journal is not None else None
         try:
@@ -140,7 +154,7 @@ def tune(
             if not so_far:
                 raise
             found, stopped = so_far[0], "interrupted"
-    return _tuned(space, found, (x, y), checking, stopped)
+    return _tuned(space, made, found, (x, y), checking, stopped)
 
 
 def cross_validate_tuning(
@@ -231,6 +245,7 @@ def _reach(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def _tuned(
     space: SystemSpace,
+    made: Callable[[np.ndarray], Sugeno],
     found: Evaluations,
     data: tuple[np.ndarray, np.ndarray],
     checking: tuple[np.ndarray, np.ndarray] | None,
@@ -240,10 +255,10 @@ def _tuned(
     place, checks = found.best, dict[int, float]()
     if checking is not None:
         for k in _records(found.costs):
-            checks[k] = rmse(space.made(found.values[k]), *checking)
+            checks[k] = rmse(made(found.values[k]), *checking)
         place = min(checks, key=lambda k: (checks[k], k))
     nothing = float("nan")
-    system = space.made(found.values[place])
+    system = made(found.values[place])
     return TunedSystem(
         system,
         rmse(space.fis, *data),

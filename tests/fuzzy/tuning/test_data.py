@@ -52,6 +52,14 @@ def test_consequents_alone_come_to_the_least_squares(engine):
     assert found.system.inputs == BENT.inputs
 
 
+def test_consequents_that_follow_find_more():
+    moved, solved = (fuzzy.tune(BENT, X, Y, evaluations=150, engine="random", solve=s) for s in (False, True))
+    assert solved.after < 0.5 * moved.after
+    again = fuzzy.fit_consequents(solved.system, X, Y)
+    assert rmse(again, X, Y) == pytest.approx(solved.after)
+    assert not any(p.name.startswith("y.") for p in solved.space.parameters)
+
+
 def test_linear_consequents_that_are_zero_can_move():
     line = fuzzy.Variable("y", (-1, 1), {"p": fuzzy.Linear((0.0,), 0.0), "q": fuzzy.Linear((0.0,), 0.0)}, "N")
     fis = fuzzy.Sugeno([replace(TRUE.inputs[0])], [line], ["if a is lo then y is p", "if a is hi then y is q"])
