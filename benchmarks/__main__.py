@@ -1,6 +1,6 @@
 """Every benchmark, one after the other."""
 
-from benchmarks import avoidance, closedloop, designer, inference, learning, simulation
+from benchmarks import avoidance, closedloop, designer, inference, learning, predictive, simulation
 
 if __name__ == "__main__":
     inference.main()
@@ -10,6 +10,8 @@ if __name__ == "__main__":
     closedloop.main()
     print()
     learning.main()
+    print()
+    predictive.main()
     print()
     avoidance.main()
     print()

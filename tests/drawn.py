@@ -35,6 +35,7 @@ UNITLESS = (
     "",
     "degree",
     "epoch",
+    "evaluations",
     "number of rules",
     "robot",
     "progress s",

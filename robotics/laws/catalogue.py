@@ -18,6 +18,7 @@ from robotics.laws.foreign import error_in_law, is_foreign
 from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.lawfile import law_in_file, loaded_law
+from robotics.laws.predictive.mppi import PathIntegral
 from robotics.laws.predictive.nmpc import PredictiveControl
 from robotics.laws.preset import Preset
 from robotics.laws.rules.follow_leader import FollowLeader
@@ -28,8 +29,11 @@ from robotics.laws.specification import Specification
 from robotics.laws.teams.cooperation import FuzzyCooperation
 from robotics.laws.teams.graph_sliding_mode import GraphSlidingMode
 from robotics.laws.teams.virtual_structure import VirtualStructure
+from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pdc import ParallelCompensation
+from robotics.laws.tracking.pid import PID
+from robotics.laws.tracking.pure_pursuit import PurePursuit
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.quantity import accepted
 from robotics.vehicle.robot import Robot
@@ -67,6 +71,24 @@ CATALOGUE: dict[str, Preset] = {
         {},
         "Parallel compensation",
         "(2.41) on the sets of Table 5.6; linear-quadratic gains by Bryson's rule, not by search",
+    ),
+    "lqr": Preset(
+        LinearQuadratic,
+        {},
+        "LQR",
+        "time-varying linear-quadratic regulator on (5.9), discrete-time; weights by Bryson's rule, not by search",
+    ),
+    "pursuit": Preset(
+        PurePursuit, {}, "Regulated pure pursuit", "as Nav2's controller of that name, with its numbers, on timed paths"
+    ),
+    "pid": Preset(
+        PID, {}, "PID", "PI on cross-track, PD on heading, PI along the path; all poles placed at 1 1/s at 0.3 m/s"
+    ),
+    "mppi": Preset(
+        PathIntegral,
+        {},
+        "MPPI",
+        "model predictive path integral control with Nav2's horizon, noise and 1,000 samples, on a cost of tracking",
     ),
     "nmpc": Preset(
         PredictiveControl,

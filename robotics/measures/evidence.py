@@ -11,6 +11,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from robotics.statistics import shares
+
 FEWEST_RUNS = 20  # of a mean that decides
 FEWEST_TRIALS = 200  # of a rate that decides
 
@@ -79,12 +81,8 @@ def rate_of(happened: np.ndarray) -> Estimate:
 
 def wilson(count: int, trials: int) -> tuple[float, float]:
     """Wilson's 95 % interval of a rate of which ``count`` of ``trials`` are seen [Wilson 1927]."""
-    z = 1.959963984540054  # of the normal distribution, at 97.5 %
-    share = count / trials
-    middle = (share + z * z / (2 * trials)) / (1 + z * z / trials)
-    half = z / (1 + z * z / trials) * sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials))
-    # At the ends the exact bound is 0 or 1; rounding must not leave it.
-    return (0.0 if count == 0 else middle - half), (1.0 if count == trials else middle + half)
+    found = shares.wilson(count, trials)
+    return float(found.low), float(found.high)
 
 
 class Room(NamedTuple):

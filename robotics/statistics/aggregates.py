@@ -52,7 +52,7 @@ class QuantileMean:
         low, high = self.low * runs, self.high * runs
         weights = np.diff(np.clip(np.arange(runs + 1), low, high))
         inside = weights > _NOTHING
-        return np.sort(costs, axis=-1)[..., inside] @ weights[inside] / (high - low)
+        return np.asarray((np.sort(costs, axis=-1)[..., inside] * weights[inside]).sum(axis=-1) / (high - low))
 
     def of_resamples(self, costs: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """The statistic (draws,) of one law in each resample.
@@ -62,7 +62,7 @@ class QuantileMean:
 
         Args:
             costs: The costs (scenarios, seeds) of the law.
-            counts: How often each run is drawn (scenarios, seeds, draws); each scenario's sum to the number of seeds.
+            counts: How often each run is drawn (scenarios, seeds, draws); as many of each scenario, in every resample.
         """
         if not self.by_scenario:
             return self._of_counts(costs.ravel(), counts.reshape(costs.size, -1))
@@ -73,34 +73,51 @@ class QuantileMean:
 
     def _of_counts(self, costs: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """The mean between the levels of costs (runs,) drawn ``counts`` (runs, draws) times."""
-        runs, order = len(costs), np.argsort(costs, kind="stable")
+        runs, order = int(counts[:, 0].sum()), np.argsort(costs, kind="stable")
         ranked = costs[order]
         finite = int(np.isfinite(ranked).sum())
         if finite == 0:
             return np.full(counts.shape[1], np.inf)
         ranked, low, high = ranked[:finite], self.low * runs, self.high * runs
-        below = np.clip(np.cumsum(counts[order[:finite]], axis=0, dtype=np.float32), low, high)
+        below = np.clip(np.cumsum(counts[order[:finite]], axis=0, dtype=float), low, high)
         # Summation by parts: Σ xᵢ (bᵢ − bᵢ₋₁) with b before the first = low
-        total = ranked[-1] * below[-1].astype(float) - ranked[0] * low
+        total = ranked[-1] * below[-1] - ranked[0] * low
         total -= np.einsum("n,nd->d", np.diff(ranked), below[:-1])
         return np.where(below[-1] < high - _NOTHING * runs, np.inf, total / (high - low))
 
-    def influence(self, costs: np.ndarray) -> np.ndarray:
-        """How much each run moves the statistic: the influence function (scenarios, seeds) at costs of that shape.
+    def slopes(self, costs: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """How much each run moves the statistic of each resample: (scenarios, seeds, draws), the influence function.
 
-        It is the winsorised cost over v − u, centred within each scenario [Huber 1981, 3.3]; of the logarithm of the
-        statistic where it is taken by scenario. Failed runs beyond the upper level are winsorised as other runs are.
+        It is the cost winsorised at the two levels over v − u, centred within each scenario [Huber 1981, 3.3]. Where
+        the statistic is taken by scenario it is that of its logarithm. Not-a-number where failures lie between the
+        levels.
+
+        Args:
+            costs: The costs (scenarios, seeds) of one law.
+            counts: How often each run is drawn (scenarios, seeds, draws); ones for the runs as they are.
         """
         if self.by_scenario:
-            own = np.stack([self._winsorised(row) for row in costs]) / self._of_rows(costs)[:, None]
+            parts = [
+                self._winsorised(row[None], drawn[None]) / self._of_counts(row, drawn)
+                for row, drawn in zip(costs, counts, strict=True)
+            ]
+            own = np.concatenate(parts)
         else:
-            own = self._winsorised(costs.ravel()).reshape(costs.shape)
-        with np.errstate(invalid="ignore"):  # not-a-number where failures lie between the levels
-            return (own - own.mean(axis=-1, keepdims=True)) / (self.high - self.low)
+            own = self._winsorised(costs, counts)
+        with np.errstate(invalid="ignore"):
+            centre = np.sum(own * counts, axis=1, keepdims=True) / counts[0, :, 0].sum()
+            return np.asarray((own - centre) / (self.high - self.low))
 
-    def _winsorised(self, costs: np.ndarray) -> np.ndarray:
-        low, high = np.quantile(costs, [self.low, self.high], method="inverted_cdf")
-        return np.clip(costs, low, high)
+    def _winsorised(self, costs: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """The costs (scenarios, seeds, draws) between the quantiles of each resample of them all."""
+        order = np.argsort(costs, axis=None, kind="stable")
+        ranked = costs.ravel()[order]
+        reached = np.cumsum(counts.reshape(costs.size, -1)[order], axis=0, dtype=np.int32)
+        low, high = (
+            ranked[np.argmax(reached >= max(level * reached[-1, 0] - _NOTHING, 1), axis=0)]
+            for level in (self.low, self.high)
+        )
+        return np.clip(costs[..., None], low, high)
 
 
 MEAN = QuantileMean("mean", 0.0, 1.0)

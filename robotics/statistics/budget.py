@@ -50,7 +50,9 @@ def expected_best(costs: np.ndarray, number: int) -> np.ndarray:
     kept = total - number + 1  # the least of a draw is never among the others
     left = total - np.arange(1, kept + 1)
     weights = np.exp(_log_choose(gammaln, left, number - 1) - _log_choose(gammaln, np.array(total), number))
-    return ranked[..., :kept] @ (weights / weights.sum())
+    weights /= weights.sum()
+    some = weights > 0  # the rest are too small for a float; a failure among them is none
+    return np.asarray((ranked[..., :kept][..., some] * weights[some]).sum(axis=-1))
 
 
 def _log_choose(gammaln: np.ufunc, n: np.ndarray, k: int) -> np.ndarray:

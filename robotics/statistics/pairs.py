@@ -1,6 +1,6 @@
 """Which of two laws is better: tests over all pairs, and verdicts by a margin that matters."""
 
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 
@@ -8,8 +8,7 @@ from robotics.statistics.aggregates import IQM
 from robotics.statistics.bootstrap import Method, Statistic, contrasts
 from robotics.statistics.costs import StatisticsError, checked
 
-Verdict = Literal["better", "worse", "equivalent", "undecided"]
-VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+PairVerdict = Literal["better", "worse", "equivalent", "undecided"]
 MARGIN = 0.05  # of the cost: what is less makes no difference to whoever chooses a controller
 
 
@@ -71,10 +70,10 @@ def verdicts(
     generator: np.random.Generator,
     margin: float = MARGIN,
     draws: int = 2000,
-    method: Method = "percentile",
+    method: Method | None = None,
     p_values: np.ndarray | None = None,
 ) -> np.ndarray:
-    """What can be said of the row's law against the column's: a :data:`Verdict` in each place (laws, laws).
+    """What can be said of the row's law against the column's: a :data:`PairVerdict` in each place (laws, laws).
 
     It is about the ratio of the statistic. "equivalent" is said first: the ratio's 90 % interval lies between 1 −
     margin and 1/(1 − margin), which is the two one-sided tests at 5 % [Schuirmann 1987]. These limits, and not 1 ±

@@ -66,8 +66,9 @@ def probability_of_improvement(
     """The probability that the row's law costs less than the column's, arrays (laws, laws); ties count half.
 
     Paired, it is the share of starts and noises on which the row's law does better: what the user of one robot meets.
-    Unpaired, it is the mean over scenarios of the Mann-Whitney statistic U/n², as [Agarwal 2021] has it: the chance
-    that a run of one law beats another run of the other. Two failed runs are a tie.
+    Unpaired, it is the chance that a run of one law beats a run of the other with another start and noise, a mean over
+    scenarios, as [Agarwal 2021] has it: the Mann-Whitney statistic over the pairs of different seeds. Two failed runs
+    are a tie.
 
     Args:
         costs: The costs (laws, scenarios, seeds).
@@ -96,7 +97,7 @@ def _shares(scores: np.ndarray, counts: np.ndarray, level: float) -> Interval:
     shape, runs = scores.shape[:-2], scores[0].size // int(np.prod(scores.shape[1:-2]))
     flat = scores.reshape(-1, runs).astype(np.float32)  # sums of halves are exact: the order of summation is free
     value = flat.mean(axis=1, dtype=float)
-    drawn = flat @ counts.reshape(runs, -1).astype(np.float32) / runs
+    drawn = flat @ counts.reshape(runs, -1).astype(np.float32) / counts[..., 0].sum()
     return _with_ends(value, drawn.T, np.ptp(flat, axis=1) == 0, runs, level, shape)
 
 
@@ -111,19 +112,26 @@ def _with_ends(
 
 
 def _unpaired(costs: np.ndarray, counts: np.ndarray, level: float) -> Interval:
-    """The mean over scenarios of U/n² for every two laws; in a resample both laws have the same seeds."""
+    """The mean over scenarios of how often one law wins against another at a different seed, for every two laws.
+
+    At one seed both laws meet the same noise, so these pairs are left out: with them resamples, in which a seed comes
+    several times, would favour the law that wins pair by pair.
+    """
     laws, scenarios, seeds = costs.shape
-    weights = counts.astype(np.float32)
+    weights, others = counts.astype(np.float32), ~np.eye(seeds, dtype=bool)
+    among = float(counts[0, :, 0].sum()) ** 2
+    pairs = (among - np.einsum("snd,snd->sd", weights, weights)).astype(float)  # at different seeds, of a resample
+    pairs[pairs == 0] = np.nan  # one seed alone was drawn
     value, drawn = np.full((laws, laws), 0.5), np.full((counts.shape[2], laws, laws), 0.5)
     same = np.eye(laws, dtype=bool)
     for a in range(laws):
         for b in range(a):
             won = _won(costs[a][:, :, None], costs[b][:, None, :])  # (scenarios, seeds of a, seeds of b)
-            value[a, b] = won.mean(dtype=float)
-            totals = [np.einsum("nd,nd->d", w, m @ w) for w, m in zip(weights, won, strict=True)]
-            drawn[:, a, b] = np.sum(totals, axis=0, dtype=float) / (scenarios * seeds**2)
-            same[a, b] = same[b, a] = np.ptp(won) == 0
+            value[a, b] = won[:, others].mean(dtype=float)
+            same[a, b] = same[b, a] = np.ptp(won[:, others]) == 0
+            won *= others
+            wins = np.stack([np.einsum("nd,nd->d", w, m @ w) for w, m in zip(weights, won, strict=True)])
+            drawn[:, a, b] = np.nan_to_num(wins / pairs, nan=0.5).mean(axis=0)
             value[b, a], drawn[:, b, a] = 1 - value[a, b], 1 - drawn[:, a, b]
-    return _with_ends(
-        value.ravel(), drawn.reshape(len(drawn), -1), same.ravel(), scenarios * seeds, level, (laws, laws)
-    )
+    runs = scenarios * seeds
+    return _with_ends(value.ravel(), drawn.reshape(len(drawn), -1), same.ravel(), runs, level, (laws, laws))

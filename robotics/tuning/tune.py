@@ -9,7 +9,7 @@ and what is said of it is measured from TESTING on. No run is in two of them.
 
 import warnings
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -26,7 +26,7 @@ from robotics.experiments.executors import Workers
 from robotics.experiments.forewarnings import forewarnings
 from robotics.experiments.versions import digest_of, versions
 from robotics.laws.catalogue import as_law, files_of
-from robotics.laws.law import Law
+from robotics.laws.law import ControllerError, Law
 from robotics.scenario.conditions import noises
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
@@ -189,7 +189,7 @@ def _evaluate(
 ) -> np.ndarray:
     """What candidates (candidates, parameters) cost: the mean (candidates, objectives) over scenarios and seeds.
 
-    A candidate that is no law costs what a failed run costs: such as a gain that another one forbids.
+    A candidate that is no law, or cannot drive, costs what a failed run costs: such as a gain that another one forbids.
     """
     laws: dict[int, Law[Any]] = {}
     for place, row in enumerate(values):
@@ -200,11 +200,17 @@ def _evaluate(
                 raise
     found = np.full((len(values), len(cost.objectives)), cost.failed / len(cost.objectives))
     if workers is None:
-        found[list(laws)] = mean_costs(cost, scenarios, list(laws.values()), seeds, threads)
+        try:
+            found[list(laws)] = mean_costs(cost, scenarios, list(laws.values()), seeds, threads)
+        except ControllerError:  # of one that cannot drive; the others can
+            for place, law in laws.items():
+                with suppress(ControllerError) if len(values) > 1 else nullcontext():
+                    found[place] = mean_costs(cost, scenarios, [law], seeds, threads)[0]
         return found
     flying = {p: workers.executor.submit(mean_costs, cost, scenarios, [law], seeds, 1) for p, law in laws.items()}
     for place, future in flying.items():
-        found[place] = future.result()[0]
+        with suppress(ControllerError) if len(values) > 1 else nullcontext():
+            found[place] = future.result()[0]
     return found
 
 

@@ -6,8 +6,8 @@ A command (v, ω) is bounded in four directions n, each by a strip  low <= n·(v
 
 In each of them n·(v, ω) is bounded by a limit of its own, and by how far it may be from that of the command before. In
 wheel speeds the last two are a box; with a bound of v or of ω it is an octagon at most. A quadratic function of two
-numbers has its least value in it inside, on an edge or at a corner: what the projected Newton step of Tassa, Mansard
-and Todorov (2014) looks for is found by looking at every edge that its free minimum violates.
+numbers has its least value in it inside, on an edge or at a corner: what the projected Newton step looks for [Tassa,
+Mansard & Todorov 2014] is found by trying every edge that the free minimum violates.
 """
 
 import math

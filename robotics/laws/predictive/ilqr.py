@@ -6,7 +6,7 @@ of period k, and the command u_r with which a robot would follow it,
 
     J = Σ_k ½ [ |(along, cross, 2 sin(ψ_e/2))|²_Q + |u − u_r|²_R + |u − p|²_D ]  +  ½ |terminal errors|²_P
 
-The step is that of control-limited differential dynamic programming (Tassa, Mansard, Todorov 2014): backwards the
+The step is that of control-limited differential dynamic programming [Tassa, Mansard & Todorov 2014]: backwards the
 quadratic model of the cost to go, its least value within the bounds, and the feedback of what is not bounded; forwards
 the plan with that feedback, its step halved until the cost falls by enough. A command at a bound of its change moves
 with p one to one, which the feedback holds, and the cost to go with it. Hessians are those of Gauss and Newton, which
@@ -37,7 +37,7 @@ TAIL = 30  # (16,) P: of (along, v, v_c) six numbers, of (cross, 2 sin(ψ_e/2), 
 TAIL_NUMBERS = 16
 COST, COUNT = 46, 47  # what was found: the cost, and the number of iterations
 _LOW, _HIGH = 48, 52  # the bounds of the strips
-_G, _H = 56, 63  # the cost to go: its gradient (7,), its Hessian (7, 7)
+GRADIENT, _H = 56, 63  # the cost to go: its gradient (7,) by (z, p), its Hessian (7, 7)
 _A = 112  # the model's derivatives: of (x, y) by (ψ, v, ω, v_c, ω_c) two rows of five
 _M, _N = 122, 147  # H A (5, 5), H B (5, 2)
 _QU, _QUU, _QUX, _W = 157, 159, 162, 176  # of u: (2,), (3,), by (z, p) (2, 7); Quu K + Qux (2, 7)
@@ -219,7 +219,7 @@ def _tail(work, horizon, of, derive):  # type: ignore[no-untyped-def]
     g_wc = p[9] * cross + p[12] * turned + p[14] * e_w + p[15] * e_wc
     if derive:
         cos, sin = work[at + TO_COS], work[at + TO_SIN]
-        g, h = work[_G : _G + 7], work[_H : _H + 49]
+        g, h = work[GRADIENT : GRADIENT + 7], work[_H : _H + 49]
         g[0], g[1], g[2] = cos * g_a - sin * g_c, sin * g_a + cos * g_c, slope * g_t
         g[3], g[4], g[5], g[6] = g_v, g_w, g_vc, g_wc
         # The rows of the upper triangle; of (x, y) they are those of (along, cross), turned
@@ -268,9 +268,9 @@ def _add_place(work, at):  # type: ignore[no-untyped-def]
     along, cross, turned, slope = _errors(work, at, work[after + _X], work[after + _Y], work[after + _HEADING])
     cos, sin = work[at + TO_COS], work[at + TO_SIN]
     q_a, q_c, q_t = work[ALONG], work[CROSS], work[TURNED]
-    work[_G] += cos * q_a * along - sin * q_c * cross
-    work[_G + 1] += sin * q_a * along + cos * q_c * cross
-    work[_G + 2] += q_t * turned * slope
+    work[GRADIENT] += cos * q_a * along - sin * q_c * cross
+    work[GRADIENT + 1] += sin * q_a * along + cos * q_c * cross
+    work[GRADIENT + 2] += q_t * turned * slope
     work[_H] += cos * cos * q_a + sin * sin * q_c
     work[_H + 1] += cos * sin * (q_a - q_c)
     work[_H + 7] = work[_H + 1]
@@ -279,20 +279,33 @@ def _add_place(work, at):  # type: ignore[no-untyped-def]
 
 
 @inner
+def _slopes(work, a, sin, cos, distance):  # type: ignore[no-untyped-def]
+    """Write the derivatives of x and of y after a period by (ψ, v, ω, v_c, ω_c); the others are constants."""
+    own_half, given_half = work[OWN_HALF], work[GIVEN_HALF]
+    a[0], a[1], a[2] = -distance * sin, work[OWN] * cos, -distance * sin * own_half
+    a[3], a[4] = work[GIVEN] * cos, -distance * sin * given_half
+    a[5], a[6], a[7] = distance * cos, work[OWN] * sin, distance * cos * own_half
+    a[8], a[9] = work[GIVEN] * sin, distance * cos * given_half
+
+
+@inner
 def _expand(work, at, p_v, p_w):  # type: ignore[no-untyped-def]
     """Carry the cost to go back over a period, as a quadratic function of z, p and u.
 
-    Its parts by (z, p) replace the cost to go: the gradient at _G, the Hessian at _H.
+    Its parts by (z, p) replace the cost to go: the gradient at GRADIENT, the Hessian at _H.
     """
     plan = at + PLAN
-    g, h, a, m, n = work[_G : _G + 7], work[_H : _H + 49], work[_A : _A + 10], work[_M : _M + 25], work[_N : _N + 10]
+    g, h, a, m, n = (
+        work[GRADIENT : GRADIENT + 7],
+        work[_H : _H + 49],
+        work[_A : _A + 10],
+        work[_M : _M + 25],
+        work[_N : _N + 10],
+    )
     qu, quu, qux = work[_QU : _QU + 2], work[_QUU : _QUU + 3], work[_QUX : _QUX + 14]
     sin, cos, distance = work[plan + _SIN], work[plan + _COS], work[plan + _DISTANCE]
     decay, own, given, new = work[DECAY], work[OWN], work[GIVEN], 1 - work[DECAY]
-    a[0], a[1], a[2] = -distance * sin, own * cos, -distance * sin * work[OWN_HALF]
-    a[3], a[4] = given * cos, -distance * sin * work[GIVEN_HALF]
-    a[5], a[6], a[7] = distance * cos, own * sin, distance * cos * work[OWN_HALF]
-    a[8], a[9] = given * sin, distance * cos * work[GIVEN_HALF]
+    _slopes(work, a, sin, cos, distance)
     for i in range(5):
         h0, h1, h2, h3, h4 = h[7 * i], h[7 * i + 1], h[7 * i + 2], h[7 * i + 3], h[7 * i + 4]
         m[5 * i], m[5 * i + 1], m[5 * i + 2] = h0, h1, h0 * a[0] + h1 * a[5] + h2
@@ -349,7 +362,7 @@ def _bend(work, cos, sin, distance):  # type: ignore[no-untyped-def]
 
     It is (x, y)'' = distance (cos, sin)(heading at half time)'' with the two being linear in z and u.
     """
-    g_x, g_y = work[_G], work[_G + 1]
+    g_x, g_y = work[GRADIENT], work[GRADIENT + 1]
     pull, aside = distance * (g_x * cos + g_y * sin), g_y * cos - g_x * sin
     own, given, half, given_half = work[OWN], work[GIVEN], work[OWN_HALF], work[GIVEN_HALF]
     b = work[_QUU + 1] + aside * given * given_half
@@ -440,7 +453,7 @@ def _feed_corner(feedback, half, strip, other, moves, other_moves):  # type: ign
 @inner
 def _close(work, feedback, v, w):  # type: ignore[no-untyped-def]
     """Put the step (v, ω) and the feedback into the cost to go, which then is one of (z, p) alone."""
-    g, h, k, qux = work[_G : _G + 7], work[_H : _H + 49], work[_W : _W + 14], work[_QUX : _QUX + 14]
+    g, h, k, qux = work[GRADIENT : GRADIENT + 7], work[_H : _H + 49], work[_W : _W + 14], work[_QUX : _QUX + 14]
     a, b, c = work[_QUU], work[_QUU + 1], work[_QUU + 2]
     left_v, left_w = work[_QU] + a * v + b * w, work[_QU + 1] + b * v + c * w  # 0 where nothing is bounded
     for n in range(7):

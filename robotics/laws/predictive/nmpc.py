@@ -5,7 +5,7 @@ sends the first command of the plan that costs least (:mod:`robotics.laws.predic
 
     J = Σ_k ½ [(along/a)² + (cross/c)² + (2 sin(ψ_e/2)/ψ)² + ((v_c − v_r)/v)² + ((ω_c − ω_r)/ω)² + |Δu/Δ|²] + ½ e' P e
 
-where a, c, ψ, v, ω, Δ are the scales of the class: by Bryson's rule the deviations that weigh alike [Bryson, Ho 1975,
+where a, c, ψ, v, ω, Δ are the scales of the class: by Bryson's rule the deviations that weigh alike [Bryson & Ho 1975,
 5.2], by default those of :mod:`robotics.laws.tracking.pdc`, and for the wheels 1 m/s² in periods of 50 ms, about a
 fifth of what an EtsRo's can do. Δu is the change of both wheels' speeds from the command before, and P the terminal
 cost (:mod:`robotics.laws.predictive.terminal`). A period of the plan is a control period: its commands are those that
@@ -18,7 +18,7 @@ speeds by the encoders, the lag of the wheels, and the latency with the commands
 predicted over the latency first. (v_r, ω_r) is the reference's velocity in the middle of a period, and τ later, since
 the wheels follow that much later.
 
-A real-time iteration [Diehl, Bock, Schlöder 2005]: ``iterations`` steps at most from the plan of the period before,
+A real-time iteration [Diehl, Bock & Schlöder 2005]: ``iterations`` steps at most from the plan of the period before,
 shifted by one; fewer where there is nothing to gain. With many it is the converged plan.
 
 Left out: an estimate of the pose beyond what is measured, so that its noise enters; other robots and obstacles.

@@ -8,10 +8,10 @@ depend on each other. With u − u_r as the input, p the command before and the 
 
 and v, ω as of :mod:`robotics.laws.predictive.model`.
 
-P solves the discrete algebraic Riccati equation of each [Rawlings, Mayne, Diehl 2017, section 2.5: the infinite-horizon
-cost of the linearised problem without bounds as terminal cost]. The curvature of the reference is left out, and so is
-what bounds cost. P depends on v_r, and grows without bound as the reference slows down: it is tabulated from
-1/32 of the top speed of the wheels up to it, linear between, and constant beyond the ends.
+P solves the discrete algebraic Riccati equation of each: it is what the linearised problem without bounds costs over an
+infinite horizon [Rawlings, Mayne & Diehl 2017, 2.5]. The curvature of the reference is left out, and so is what bounds
+cost. P depends on v_r, and grows without bound as the reference slows down: it is tabulated from 1/32 of the top speed
+of the wheels up to it, linear between, and constant beyond the ends.
 """
 
 from functools import lru_cache

@@ -69,7 +69,7 @@ REFUSED = {
     "fuzy": "unknown controller 'fuzy'; did you mean 'fuzzy'? Known: fuzzy, fuzzy-lateral, fuzzy-literal",
     "lyapunow:ky=1": "unknown controller 'lyapunow'; did you mean 'lyapunov'?",
     "": "unknown controller ''",
-    "pid": "unknown controller 'pid'",
+    "stanley": "unknown controller 'stanley'",
     "csm:kk=1": "controller 'csm': unknown gain 'kk'; did you mean 'k'?",
     "lyapunov:kpsy=1": "controller 'lyapunov': unknown gain 'kpsy'; did you mean 'kpsi'?",
     "csm:mode=esm": "unknown gain 'mode'",

@@ -165,6 +165,19 @@ def test_before_and_after_are_compared_on_runs_that_no_search_has_seen():
     assert ("less" in same.sentence()) == same.better or "not shown" in same.sentence()
 
 
+def test_a_candidate_that_cannot_drive_is_a_failure_and_not_the_end():
+    team = replace(robotics.load_scenario("concentric-circles"), duration=1.0)
+    bounds = {"kappa": Bound(low=0.01, high=4.0, scale="log")}  # theorem 4.1 forbids the lower ones
+    space = LawSpace(make_controller("virtual-structure-virtual"), ("gains",), gains=("kappa",), bounds=bounds)
+    cost = Cost(terms=(Term(metric="rms_cross_track_m"),))
+    found = tune(space, [team], runs=1, evaluations=30, cost=cost, engine="random", seed=3)
+    refused = found.evaluated.costs == cost.failed
+    assert refused.any()
+    assert not refused.all()
+    worst = found.evaluated.values[refused].max()
+    assert worst < found.evaluated.values[~refused].min()
+
+
 def test_ctrl_c_hands_over_what_was_found():
     def stop(found):
         if len(found) > 20:

@@ -9,7 +9,8 @@ import pytest
 
 from benchmarks.ipopt import Ipopt, least_costs
 from benchmarks.predictiveproblems import random_problems
-from robotics.laws.predictive.problem import plans_of
+from robotics.laws.predictive.ilqr import GRADIENT
+from robotics.laws.predictive.problem import plans_of, solve_rows
 from robotics.scenario.robots import load_robot
 
 TABLE = Path(__file__).parents[3] / "data" / "predictive" / "ipopt.csv"
@@ -57,6 +58,30 @@ def test_the_start_of_the_search_matters_little(stored):
     still = [replace(problem, guess=np.zeros_like(problem.guess)) for problem in problems]
     above = plans_of(still).cost / np.fmin(*stored) - 1
     assert (above > NEAR).sum() <= 20
+
+
+def test_the_cost_to_go_knows_how_it_changes_with_state_and_command_before():
+    """By finite differences of the least cost, also where the first commands are at a bound that moves with p."""
+    moving = 0
+    for problem in random_problems(30, 7, ETSRO):
+        row = problem.row[None]
+        solve_rows(row, len(problem.to), 100, 1e-12)
+        gradient = row[0, GRADIENT : GRADIENT + 7]
+        commands = plans_of([problem]).commands[0]
+        same = replace(problem, guess=commands)
+        for n in range(7):
+            step = np.zeros(7)
+            step[n] = 1e-5 if n < 5 else 2e-6
+            near = [
+                replace(same, state=problem.state + sign * step[:5], before=problem.before + sign * step[5:])
+                for sign in (-1, 1)
+            ]
+            least = plans_of(near, tolerance=1e-13).cost
+            slope = (least[1] - least[0]) / (2 * step[n])
+            assert slope == pytest.approx(gradient[n], rel=2e-3, abs=2e-3 * np.abs(gradient).max())
+        change = np.abs(np.diff(np.vstack([problem.before, commands[:1]]) @ [[1, 1], [0.1, -0.1]], axis=0))
+        moving += bool((change > problem.rates[2] - 1e-7).any())
+    assert moving >= 5
 
 
 @needs_casadi
