@@ -290,6 +290,13 @@ class Outcome:
         return Interval(*(np.stack([getattr(row, f) for row in rows]) for f in ("value", "low", "high")))
 
     @cached_property
+    def robust_costs(self) -> np.ndarray:
+        """The cost with each change (laws, changes); infinite: it fails then."""
+        seeds = len(self.arena.seeds("test", self.arena.robustness_runs))
+        terms = [[self._terms_in(e.changed[c], seeds) for e in self.entries] for c in CHANGES]
+        return np.stack([STATISTIC(self._costs(np.stack(own, axis=1))) for own in terms], axis=1)
+
+    @cached_property
     def robust_failures(self) -> np.ndarray:
         """The share of runs that failed with each change (laws, changes)."""
         seeds = len(self.arena.seeds("test", self.arena.robustness_runs))

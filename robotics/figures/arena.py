@@ -154,6 +154,7 @@ def _columns(standings: Standings, order: np.ndarray) -> list[tuple[float, str, 
         ("computing\n[µs]", [_few(standings.computing[law]) for law in order]),
         ("numbers\ntuned", [_few(standings.numbers[law]) for law in order]),
     ]
+    columns = [(title, cells) for title, cells in columns if {*cells} != {_few(np.nan)}]  # of nothing none is made
     widths = [max(text_width(line, 6.5) for line in (*title.split("\n"), *cells)) for title, cells in columns]
     ends = np.cumsum(np.array(widths) + _GAP)
     return [(float(end), *column) for end, column in zip(ends, columns, strict=True)]

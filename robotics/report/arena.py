@@ -14,7 +14,7 @@ from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin
 from robotics.arena.answer import answer
 from robotics.arena.changes import CHANGES
-from robotics.arena.description import BLOCKS, Arena
+from robotics.arena.description import BLOCKS, Arena, load_arena
 from robotics.arena.entrants import sort_of, terms_of
 from robotics.arena.outcome import Outcome
 from robotics.arena.running import Crew, held
@@ -29,7 +29,7 @@ from robotics.figures.arena import (
     plot_ranking,
     plot_robustness,
 )
-from robotics.report.chapter import Chapter, Grid, Picture
+from robotics.report.chapter import Chapter, Front, Grid, Picture
 from robotics.report.plates import plate
 from robotics.report.template import rendered
 from robotics.scenario.description import Scenario
@@ -115,6 +115,27 @@ def write_arena(outcome: Outcome, folder: Path, *, command: str | None = None, b
     return folder / PAGE_FILE
 
 
+def small_arena(begin: Begin, folder: Path) -> Front:
+    """Hold the arena ``demo`` in ``folder``/arena for the front of a report, in this process.
+
+    Computing times are left out, so that the report is the same wherever it is made.
+
+    Args:
+        begin: Starts a bar of a progress display, by its text and total.
+        folder: The folder of the report.
+    """
+    arena = load_arena("demo")
+    outcome = held(arena, folder / "arena", fresh=True, begin=begin)
+    write_tables(outcome, folder / "arena")
+    return Front(
+        "At their best: tuned alike, on runs that no tuning has seen",
+        ranking(outcome, clocked=False),
+        answer(outcome, clocked=False),
+        f"A small arena of {len(arena.laws)} laws with {arena.evaluations} evaluations each; `robotics arena` holds the "
+        "whole one, and `robotics arena demo` says more of this one.",
+    )
+
+
 # Pictures -----------------------------------------------------------------------------------------------------------
 
 
@@ -124,8 +145,8 @@ def entrants(outcome: Outcome) -> list[Entrant]:
     return [Entrant(title, sort_of(law, made)) for title, law, made in rows]
 
 
-def standings(outcome: Outcome) -> Standings:
-    """What the one look shows."""
+def standings(outcome: Outcome, clocked: bool = True) -> Standings:
+    """What the one look shows; computing times where ``clocked``."""
     cost = outcome.arena.made_cost
     place = next((n for n, term in enumerate(cost.terms) if "variation" in term.metric), len(cost.terms) - 1)
     effort = outcome.term_means("tuned")[place]
@@ -137,21 +158,22 @@ def standings(outcome: Outcome) -> Standings:
         outcome.failures,
         np.where(np.isfinite(effort), effort, np.nan),
         "effort\n[rad/s²]",
-        np.array([outcome.computing[law] for law in outcome.laws]),
+        np.array([outcome.computing[law] if clocked else np.nan for law in outcome.laws]),
         np.array([float(len(entry.parameters)) for entry in outcome.entries]),
     )
 
 
-def ranking(outcome: Outcome) -> Picture:
-    """The one look."""
+def ranking(outcome: Outcome, clocked: bool = True) -> Picture:
+    """The one look; computing times where ``clocked``."""
     arena = outcome.arena
-    found = standings(outcome)
+    found = standings(outcome, clocked)
+    computing = "; computing is the law's own time a period on this machine" if clocked else ""
     said = "; ".join(f"{outcome.titles[k]} {_number(float(outcome.tuned_ratio.value[k]))}" for k in outcome.order)
     return Picture(
         "ranking",
         f"Cost over that of {found.reference}, tuned, on {len(arena.scenarios('test'))} scenarios that no search had "
         f"seen, {arena.testing_runs} runs each: hollow as published, filled tuned, with 95 % intervals; less is better."
-        " Effort is the variation of the demanded turn rate; computing is the law's own time a period on this machine.",
+        f" Effort is the variation of the demanded turn rate{computing}.",
         f"Laws from the least cost up, in multiples of {found.reference}: {said}.",
         partial(plot_ranking, found, WIDE),
     )
