@@ -22,8 +22,8 @@ STAIRS = {
         detached files compiled insight fitting tuning shell figures designer commands
     """,
     "anfis": """
-        data point premises proposals consequents network compiled state methods checkpoint accuracy training folds pruning estimator
-        plot designer commands
+        data point premises proposals consequents network compiled state methods checkpoint accuracy training folds
+        pruning estimator plot designer commands
     """,
     "robotics": """
         quantity random_streams statistics tables vehicle paths radio environment sensing laws scenario simulation

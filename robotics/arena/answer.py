@@ -19,7 +19,7 @@ _CHEAP = 0.1  # of the leader's computing time
 
 
 def answer(outcome: Outcome, clocked: bool = True) -> list[str]:
-    """The sentences, MOST at most; those on computing times, which differ from machine to machine, where ``clocked``."""
+    """The sentences, MOST at most; that on computing times, which differ between machines, only where ``clocked``."""
     said = _Said(outcome)
     if not said.finite:
         return [said.all_fail(), *said.failures(), said.protocol()]

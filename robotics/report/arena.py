@@ -131,8 +131,8 @@ def small_arena(begin: Begin, folder: Path) -> Front:
         "At their best: tuned alike, on runs that no tuning has seen",
         ranking(outcome, clocked=False),
         answer(outcome, clocked=False),
-        f"A small arena of {len(arena.laws)} laws with {arena.evaluations} evaluations each; `robotics arena` holds the "
-        "whole one, and `robotics arena demo` says more of this one.",
+        f"A small arena of {len(arena.laws)} laws with {arena.evaluations} evaluations each; `robotics arena` holds "
+        "the whole one, and `robotics arena demo` says more of this one.",
     )
 
 
