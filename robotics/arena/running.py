@@ -4,6 +4,7 @@ Every piece of work that is done stands in the folder, whole or not at all; afte
 same arena in the same folder goes on from there and ends with the same bytes.
 """
 
+import csv
 import json
 import sys
 import time
@@ -28,7 +29,7 @@ from robotics.arena.computing import Timed, machine, timed
 from robotics.arena.description import Arena, about
 from robotics.arena.families import ArenaError
 from robotics.arena.outcome import Entry, Outcome
-from robotics.arena.work import Drive, Search, budgets_of, driven, plain, searched
+from robotics.arena.work import WHOLE, Drive, Search, budgets_of, driven, plain, searched
 from robotics.experiments.executors import InProcess, WorkerError, Workers
 from robotics.experiments.versions import versions
 
@@ -311,10 +312,14 @@ def _open(arena: Arena, folder: Path, fresh: bool) -> None:
 def _read(path: Path, drive: Drive) -> pd.DataFrame | None:
     """The runs of a drive, if the folder has them whole."""
     try:
-        table = pd.read_csv(path, float_precision="round_trip")
-    except (OSError, ValueError):
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        columns = {  # Python reads a number as it was written, to the last bit
+            name: [int(row[name]) if name in WHOLE else float(row[name]) for row in rows] for name in (rows or [{}])[0]
+        }
+    except (OSError, ValueError, TypeError, KeyError):
         return None
-    return table if len(table) == drive.count else None
+    return pd.DataFrame(columns) if len(rows) == drive.count else None
 
 
 def _times(arena: Arena, folder: Path, begin: Begin | None) -> dict[str, Timed]:

@@ -19,6 +19,7 @@ from robotics.tuning.space import LawSpace
 from robotics.tuning.tune import Tuned, tune
 
 BUDGETS = (10, 20, 50, 100, 200, 300, 500, 700, 1000)  # evaluations at which a search is looked at
+WHOLE = ("candidate", "scenario", "seed", "stopped")  # columns of whole numbers in a table of runs
 SHOWN = ("max_cross_track_m", "torque_variation_nmps")  # metrics that are measured beside those of the cost
 
 
