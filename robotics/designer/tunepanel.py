@@ -42,6 +42,7 @@ from robotics.tuning.space import PARTS
 
 MODULE = Path(__file__).parent / "static" / "tuning.js"
 _EVERY = 0.1  # s between looks at the search
+_BEFORE = "before tuning"
 _HELD: set[Path] = set()  # searches that run in this process, whichever page began them
 
 
@@ -161,6 +162,7 @@ class TuneSession:
             "stop": self._stop,
             "keep": self._keep,
             "discard": self._discard,
+            "compare": self._compare,
             "take": self._take,
             "forget": self._forget,
         }
@@ -262,6 +264,7 @@ class TuneSession:
         if self.preview is None:
             raise TuningError("there is no tuned system to keep")
         self.preview = None
+        self._uncompare()
         forget(self._place())
         self.words = "The best is kept in the design: Undo takes it out again, and saving writes it to the file."
         self._tell()
@@ -276,15 +279,33 @@ class TuneSession:
             document = self.bench.document
             if document.can_undo == self._name():
                 document.undo()
-            else:
-                self._put(self.task.begun(), "discard what was tuned")
+            before = replace(self.task.begun(), name=self._present().name)
+            if self._present() != before:  # of a search that went on, the best of earlier stood there
+                self._put(before, "discard what was tuned")
         finally:
             self.putting = False
         self.preview = None
+        self._uncompare()
         forget(self._place())
         self.words = "The design is as it was before the search."
         self.widget.update(after=[])
         self._tell()
+
+    def _compare(self, message: dict[str, Any]) -> None:
+        """Show what it began with beside the best in the editors, or no longer."""
+        if self.task is None:
+            raise TuningError("there is nothing yet to compare with")
+        self.bench.document.compare(replace(self.task.begun(), name=_BEFORE) if message.get("value") is True else None)
+        self._tell()
+
+    def _uncompare(self) -> None:
+        if self._compares:
+            self.bench.document.compare(None)
+
+    @property
+    def _compares(self) -> bool:
+        compared = self.bench.document.compared
+        return compared is not None and compared.name == _BEFORE
 
     def _take(self, _: dict[str, Any]) -> None:
         """The best of a search that was stopped, as one edit."""
@@ -447,6 +468,7 @@ class TuneSession:
             "seconds": round(seconds) if self._runs else round(seconds, 1),
             "words": self.words,
             "undecided": self.preview is not None,
+            "compares": self._compares,
             "gains": ", ".join(f"{name} {value:.4g}" for name, value in gains.items()),
         }
 

@@ -180,6 +180,9 @@ export async function render({ model, el }) {
     stop = act("Stop", "stop"),
     keep = act("Keep", "keep"),
     discard = act("Discard", "discard");
+  const [compareLabel, compare] = check("show before beside it in the editors", (on) =>
+    model.send({ do: "compare", value: on }),
+  );
   const searching = group(
     "Search",
     element(
@@ -193,6 +196,7 @@ export async function render({ model, el }) {
       stop,
       keep,
       discard,
+      compareLabel,
     ),
   );
   const leftText = element("span");
@@ -314,6 +318,8 @@ export async function render({ model, el }) {
     start.disabled = running || from.laws.length === 0;
     stop.disabled = !running || progress.state === "stopping";
     keep.disabled = discard.disabled = running || !progress.undecided;
+    compareLabel.hidden = !progress.undecided;
+    compare.checked = progress.compares;
     const rest = get("left");
     left.hidden = rest === null;
     if (rest) {
