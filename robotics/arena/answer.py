@@ -18,12 +18,12 @@ _TIMES = 2.0  # from here on a cost is "2.9 times as much", below "8 % more"
 _CHEAP = 0.1  # of the leader's computing time
 
 
-def answer(outcome: Outcome, clocked: bool = True) -> list[str]:
-    """The sentences, MOST at most; those on computing times, which differ between machines, where ``clocked``."""
+def answer(outcome: Outcome) -> list[str]:
+    """The sentences, MOST at most."""
     said = _Said(outcome)
     if not said.finite:
         return [said.all_fail(), *said.failures(), said.protocol()]
-    found = [said.leader(), *said.crown(), *said.distances(), *(said.computing() if clocked else ())]
+    found = [said.leader(), *said.crown(), *said.distances(), *said.computing()]
     found += [*said.effort(), *said.failures(), *said.robustness(), said.stands(), *said.tuning(), said.protocol()]
     return found[:MOST]
 
@@ -72,23 +72,30 @@ class _Said:
         first, *others = self.finite
         alike = [k for k in others if self.verdict(first, k) == "equivalent"]
         open_ = [k for k in others if self.verdict(first, k) == "undecided"]
+        mixed = [k for k in open_ if self.of.pairs.low[k, first] > 1]
+        open_ = [k for k in open_ if k not in mixed]
         if not others:
             return f"{self.title(first)} leads: every other law fails in more than a quarter of some scenario's runs."
         if not alike and not open_:
-            return (
-                f"{self.title(first)} leads: its cost is the least, and {self.title(others[0])}, the next, "
-                f"{compared(self.of.pairs[others[0], first])}."
-            )
-        text = f"{self.title(first)} has the least cost"
-        if alike:
-            text += f", and {listed(self.titles(alike))} {_is(alike)} as good within {100 * MARGIN:.0f} %"
-        if open_:
-            rest = "; " if alike else ", but "
-            text += f"{rest}from {listed(self.titles(open_), 'or')} these runs cannot tell it apart"
-        after = [k for k in others if k not in (*alike, *open_)]
-        if after:
-            text += f"; {self.title(after[0])}, the next, {compared(self.of.pairs[after[0], first])}"
+            text = f"{self.title(first)} leads: its cost is the least, and {self.title(others[0])}, the next, "
+            text += compared(self.of.pairs[others[0], first])
+        else:
+            text = f"{self.title(first)} has the least cost"
+            if alike:
+                text += f", and {listed(self.titles(alike))} {_is(alike)} as good within {100 * MARGIN:.0f} %"
+            if open_:
+                text += "; " if alike else ", but "
+                text += f"from {listed(self.titles(open_), 'or')} these runs cannot tell it apart"
+            after = [k for k in others if k not in (*alike, *open_)]
+            if after:
+                text += f"; {self.title(after[0])}, the next, {compared(self.of.pairs[after[0], first])}"
+        if mixed:
+            text += f"; yet in {self.share(mixed[0], first)} of the runs {self.title(mixed[0])} costs less"
         return text + "."
+
+    def share(self, row: int, column: int) -> str:
+        """In how many runs the row's law costs less than the column's."""
+        return f"{100 * float(self.of.improvement.value[row, column]):.0f} %"
 
     def titles(self, places: Iterable[int]) -> list[str]:
         return [self.title(k) for k in places]
@@ -111,6 +118,7 @@ class _Said:
             text = f"Either: {best} and {against} are equivalent within {100 * MARGIN:.0f} %"
         elif verdict == "undecided":
             text = f"These runs do not decide it: {against} {compared(ratio, self.title(mine))}"
+            text += f", and less in {self.share(rival, mine)} of them"
         elif verdict == "better":
             text = f"A fuzzy law keeps the crown: {against} {compared(ratio, self.title(mine))}"
         else:
@@ -157,6 +165,8 @@ class _Said:
 
     def computing(self) -> list[str]:
         """What the leader computes, and who is the best of those that compute much less."""
+        if not self.of.clocked:
+            return []
         times = np.array([self.of.computing[law] for law in self.of.laws])
         first = self.finite[0]
         cheap = [k for k in self.finite if times[k] <= _CHEAP * times[first]]

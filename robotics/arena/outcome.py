@@ -67,6 +67,11 @@ class Outcome:
         return [self.arena.law(law) for law in self.laws]
 
     @property
+    def clocked(self) -> bool:
+        """Whether computing times were measured."""
+        return bool(np.isfinite(list(self.computing.values())).all())
+
+    @property
     def generator(self) -> np.random.Generator:
         """A generator for resamples, each time from the same seed."""
         return np.random.default_rng([self.arena.seed, len(self.entries)])

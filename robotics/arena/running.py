@@ -36,6 +36,7 @@ from robotics.experiments.versions import versions
 PLAN, TIMES = "arena.json", "computing.json"
 PUBLISHED, TUNED = "published", "tuned"
 LOST = "the connection to the workers was lost; the same command goes on from there"
+UNKNOWN = Timed(float("nan"), 1.0)
 Job = TypeVar("Job")
 
 
@@ -53,6 +54,7 @@ def held(
     crew: Crew | None = None,
     *,
     fresh: bool = False,
+    clocked: bool = True,
     begin: Begin | None = None,
     told: Callable[[str], None] = lambda text: None,
 ) -> Outcome:
@@ -63,6 +65,7 @@ def held(
         folder: The folder of the results.
         crew: Who does the work, by default this process.
         fresh: Whether to discard what the folder holds of an arena.
+        clocked: Whether computing times are measured first; otherwise there are none, and nothing is foretold.
         begin: Starts a bar of a progress display, by its text and total.
         told: Called with a sentence before the work begins: how long it will take.
 
@@ -72,8 +75,9 @@ def held(
     folder.mkdir(parents=True, exist_ok=True)
     with _alone(folder):
         _open(arena, folder, fresh)
-        times = _times(arena, folder, begin)
-        told(_estimate(arena, times, crew))
+        times = _times(arena, folder, begin) if clocked else dict.fromkeys(arena.laws, UNKNOWN)
+        if clocked:
+            told(_estimate(arena, times, crew))
         return _Held(arena, folder, crew, times, begin).outcome()
 
 

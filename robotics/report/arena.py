@@ -29,11 +29,13 @@ from robotics.figures.arena import (
     plot_ranking,
     plot_robustness,
 )
+from robotics.measures.tracking import METRICS
 from robotics.report.chapter import Chapter, Front, Grid, Picture
 from robotics.report.plates import plate
 from robotics.report.template import rendered
 from robotics.scenario.description import Scenario
 from robotics.statistics.bootstrap import Interval
+from robotics.tuning.cost import Term
 from robotics.tuning.results import write_tuned
 
 PAGE_FILE = "arena.html"
@@ -118,21 +120,21 @@ def write_arena(outcome: Outcome, folder: Path, *, command: str | None = None, b
 def small_arena(begin: Begin, folder: Path) -> Front:
     """Hold the arena ``demo`` in ``folder``/arena for the front of a report, in this process.
 
-    Computing times are left out, so that the report is the same wherever it is made.
+    Computing times are not measured, so that the report is the same wherever it is made.
 
     Args:
         begin: Starts a bar of a progress display, by its text and total.
         folder: The folder of the report.
     """
     arena = load_arena("demo")
-    outcome = held(arena, folder / "arena", fresh=True, begin=begin)
+    outcome = held(arena, folder / "arena", fresh=True, clocked=False, begin=begin)
     write_tables(outcome, folder / "arena")
     return Front(
         "At their best: tuned alike, on runs that no tuning has seen",
-        ranking(outcome, clocked=False),
-        answer(outcome, clocked=False),
-        f"A small arena of {len(arena.laws)} laws with {arena.evaluations} evaluations each; `robotics arena` holds "
-        "the whole one, and `robotics arena demo` says more of this one.",
+        ranking(outcome),
+        answer(outcome),
+        f"A small arena of {len(arena.laws)} laws with {arena.evaluations} evaluations each. The command robotics "
+        "arena holds the whole one, and robotics arena demo says more of this one.",
     )
 
 
@@ -145,8 +147,8 @@ def entrants(outcome: Outcome) -> list[Entrant]:
     return [Entrant(title, sort_of(law, made)) for title, law, made in rows]
 
 
-def standings(outcome: Outcome, clocked: bool = True) -> Standings:
-    """What the one look shows; computing times where ``clocked``."""
+def standings(outcome: Outcome) -> Standings:
+    """What the one look shows."""
     cost = outcome.arena.made_cost
     place = next((n for n, term in enumerate(cost.terms) if "variation" in term.metric), len(cost.terms) - 1)
     effort = outcome.term_means("tuned")[place]
@@ -158,16 +160,16 @@ def standings(outcome: Outcome, clocked: bool = True) -> Standings:
         outcome.failures,
         np.where(np.isfinite(effort), effort, np.nan),
         "effort\n[rad/s²]",
-        np.array([outcome.computing[law] if clocked else np.nan for law in outcome.laws]),
+        np.array([outcome.computing[law] for law in outcome.laws]),
         np.array([float(len(entry.parameters)) for entry in outcome.entries]),
     )
 
 
-def ranking(outcome: Outcome, clocked: bool = True) -> Picture:
-    """The one look; computing times where ``clocked``."""
+def ranking(outcome: Outcome) -> Picture:
+    """The one look."""
     arena = outcome.arena
-    found = standings(outcome, clocked)
-    computing = "; computing is the law's own time a period on this machine" if clocked else ""
+    found = standings(outcome)
+    computing = "; computing is the law's own time a period on this machine" if outcome.clocked else ""
     said = "; ".join(f"{outcome.titles[k]} {_number(float(outcome.tuned_ratio.value[k]))}" for k in outcome.order)
     return Picture(
         "ranking",
@@ -297,9 +299,9 @@ def _terms(outcome: Outcome) -> Chapter:
         f"{1000 * c.start_heading:g} mrad from run to run. All know their robot's measured posture; the table says "
         "what else.",
         "The cost of a run is fixed beforehand: "
-        + " + ".join(f"{_weight(t.weight)}{t.metric} / {t.scale:.4g}" for t in arena.made_cost.terms)
-        + f", all under way, so that a start off the path, which no law can avoid, does not drown the rest. In a "
-        f"search a failed run costs {arena.made_cost.failed:g}; in the test it is a failure.",
+        + " + ".join(f"{_weight(t.weight)}({METRICS[t.metric].title}) / {_scale(t)}" for t in arena.made_cost.terms)
+        + ". All is measured under way, so that a start off the path, which no law can avoid, does not drown the rest. "
+        f"In a search a failed run costs {arena.made_cost.failed:g}; in the test it is a failure.",
         "The blocks of scenarios and seeds, for tuning, choosing and testing, have nothing in common. Sorts of test "
         f"scenarios that no law was tuned on: {unseen}.",
     )
@@ -316,6 +318,10 @@ def _terms(outcome: Outcome) -> Chapter:
         rows,
     )
     return Chapter("terms", "The terms", text, [grid], [_scenarios(arena)], (), (), folded="The scenarios")
+
+
+def _scale(term: Term) -> str:
+    return f"{term.scale:.4g} {METRICS[term.metric].unit}"
 
 
 def _weight(weight: float) -> str:
@@ -358,15 +364,17 @@ def _costs(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
                 _interval(outcome.pooled[k]),
                 _interval(outcome.tail[k]),
                 _interval(outcome.failures[k], 100, " %"),
-                *(_number(float(value)) for value in terms[:, k]),
             )
         )
     unit = outcome.titles[outcome.reference]
-    head = (
-        "Law", "As published", "Tuned", "Share of the gap closed", "IQM of all runs", "Worst tenth", "Failed",
-        *(term.metric for term in cost.terms),
-    )  # fmt: skip
-    grid = Grid(f"Costs over that of {unit}, tuned, with 95 % intervals; and the terms of the cost.", head, rows)
+    head = ("Law", "As published", "Tuned", "Share of the gap closed", "IQM of all runs", "Worst tenth", "Failed")
+    grid = Grid(f"Costs over that of {unit}, tuned, with 95 % intervals.", head, rows)
+    metrics = [METRICS[term.metric] for term in cost.terms]
+    parts = Grid(
+        "What the tuned laws' cost is made of: interquartile means of all runs.",
+        ("Law", *(f"{metric.title} [{metric.unit}]" for metric in metrics)),
+        [(outcome.titles[k], *(_number(float(v)) for v in terms[:, k])) for k in outcome.order],
+    )
     labels = outcome.arena.labels("test")
     each = [(outcome.titles[k], *(_number(float(v)) for v in outcome.by_scenario[k])) for k in outcome.order]
     per = Grid(f"Interquartile means of each scenario, over {unit}'s.", ("Law", *labels), each)
@@ -376,7 +384,9 @@ def _costs(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
         "the same runs for all laws. A law that fails in more than a quarter of the runs of a scenario fails.",
     )
     shown = [pictures[name] for name in ("improvement", "profiles", "front") if name in pictures]
-    return Chapter("costs", "The costs, and how sure they are", text, [grid], [per], shown, (), folded="By scenario")
+    return Chapter(
+        "costs", "The costs, and how sure they are", text, [grid, parts], [per], shown, (), folded="By scenario"
+    )
 
 
 def _budgets(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:

@@ -49,7 +49,7 @@ def whole(tmp_path_factory):
     return held(ARENA, folder), folder
 
 
-class _Stop(Exception):
+class _StopError(Exception):
     pass
 
 
@@ -62,11 +62,11 @@ def test_a_stopped_arena_goes_on_to_the_same_numbers(whole, tmp_path, after):
             nonlocal done
             done += 1
             if done == after:
-                raise _Stop
+                raise _StopError
 
         return advance
 
-    with pytest.raises(_Stop):
+    with pytest.raises(_StopError):
         held(ARENA, tmp_path, begin=begin)
     assert contents(held(ARENA, tmp_path)) == contents(whole[0])
 
