@@ -32,6 +32,8 @@ from fuzzy.lazynames import lazy_names
 TYPE_CHECKING = False  # type checkers take it as true by its name; importing typing would double the time
 
 if TYPE_CHECKING:
+    from robotics.arena.description import Arena, load_arena
+    from robotics.arena.families import ArenaError
     from robotics.experiments.comparison import Comparison, compare, summarise
     from robotics.experiments.population import Population, PopulationError, simulate_many
     from robotics.experiments.recovery import Recovery, recovery_curve
@@ -71,6 +73,7 @@ if TYPE_CHECKING:
     from robotics.radio.description import Radio, RadioError
     from robotics.radio.faults import Fault
     from robotics.radio.graph import adjacency, laplacian
+    from robotics.report.arena import run_arena
     from robotics.report.plan import StudyError, StudyPlan, load_study, study_names
     from robotics.report.study import Study, run_study
     from robotics.scenario.description import Member, Scenario, ScenarioError
@@ -89,6 +92,8 @@ if TYPE_CHECKING:
     from robotics.vehicle.robot import Robot, RobotError
 
 _HOMES = {
+    "robotics.arena.description": ("Arena", "load_arena"),
+    "robotics.arena.families": ("ArenaError",),
     "robotics.experiments.comparison": ("Comparison", "compare", "summarise"),
     "robotics.experiments.population": ("Population", "PopulationError", "simulate_many"),
     "robotics.experiments.recovery": ("Recovery", "recovery_curve"),
@@ -128,6 +133,7 @@ _HOMES = {
     "robotics.radio.description": ("Radio", "RadioError"),
     "robotics.radio.faults": ("Fault",),
     "robotics.radio.graph": ("adjacency", "laplacian"),
+    "robotics.report.arena": ("run_arena",),
     "robotics.report.plan": ("StudyError", "StudyPlan", "load_study", "study_names"),
     "robotics.report.study": ("Study", "run_study"),
     "robotics.scenario.description": ("Member", "Scenario", "ScenarioError"),
@@ -153,6 +159,8 @@ __all__ = [
     "FORMATION_METRICS",
     "METRICS",
     "TEAM_METRICS",
+    "Arena",
+    "ArenaError",
     "Bound",
     "Circle",
     "Command",
@@ -210,6 +218,7 @@ __all__ = [
     "explain_spans",
     "formation_scenario",
     "laplacian",
+    "load_arena",
     "load_robot",
     "load_run",
     "load_scenario",
@@ -249,6 +258,7 @@ __all__ = [
     "random_team",
     "recovery_curve",
     "robot_names",
+    "run_arena",
     "run_study",
     "scenario_names",
     "simulate",

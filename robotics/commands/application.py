@@ -13,6 +13,7 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.shell.terminal import application, run
 from robotics.commands.animate import animate
+from robotics.commands.arena import arena
 from robotics.commands.certify import certify
 from robotics.commands.check import check
 from robotics.commands.compare import compare
@@ -58,6 +59,7 @@ app.command()(certify)
 app.command()(robot)
 app.command()(sweep)
 app.command()(tune)
+app.command()(arena)
 app.command()(study)
 app.command()(team)
 

@@ -18,6 +18,8 @@ from robotics.commands.study_printing import contact_rows, print_comparisons, pr
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
+    from fuzzy.shell.progress import Begin
+    from robotics.report.chapter import Front
     from robotics.report.study import MakeChapters
 
 
@@ -67,6 +69,13 @@ def compare(
     save_runs: Annotated[
         bool, typer.Option("--save-runs", help="Save the runs that claims are judged by, in FOLDER/runs.")
     ] = False,
+    arena: Annotated[
+        bool | None,
+        typer.Option(
+            "--arena/--no-arena",
+            help="Open the report with laws tuned alike, as `robotics arena demo`. Default: in the suite thesis.",
+        ),
+    ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Draw figures and write report.html.")] = True,
     json: Json = False,
     quiet: Quiet = False,
@@ -111,7 +120,8 @@ def compare(
     wanted = sum(len(s.robots) for s in settings) * len(laws) * seeds
     with rows_kept(wanted, out / "results.csv") as kept, progress_bar(quiet) as begin:
         chapters = _thesis_chapters(thorough, save_runs) if judged else None
-        told: Any = {"begin": begin, "report": report, "command": shlex.join(command), "kept": kept}
+        front = _small_arena if (thesis is not None if arena is None else arena) else None
+        told: Any = {"front": front, "begin": begin, "report": report, "command": shlex.join(command), "kept": kept}
         if judged and thesis is not None:
             study = run_study(thesis, out, chapters=chapters, **told)
         else:
@@ -153,6 +163,12 @@ def split_controllers(text: str) -> list[str]:
     if not result:
         raise InputError("--controllers: at least one name is needed; `robotics list` shows them")
     return result
+
+
+def _small_arena(begin: "Begin", folder: Path) -> "Front":
+    from robotics.report.arena import small_arena
+
+    return small_arena(begin, folder)
 
 
 def _thesis_chapters(thorough: bool, save_runs: bool) -> "MakeChapters":

@@ -33,6 +33,11 @@ def sweeps(incomplete: str) -> list[str]:
     return completed(incomplete, names_in("sweeps"), _TOML)
 
 
+def arenas(incomplete: str) -> list[str]:
+    """Packaged arenas, and .toml files."""
+    return completed(incomplete, names_in("arena"), _TOML)
+
+
 def controllers(incomplete: str) -> list[str]:
     """Controllers by name, and a user's own: a rule base or a law in a file."""
     return completed(incomplete, _controller_names(), (".fis", ".py"))

@@ -16,7 +16,7 @@ from fuzzy.naming import expected
 from fuzzy.sketch import counted
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
-from robotics.laws.setting import Setting
+from robotics.laws.setting import Setting, Truth
 from robotics.laws.universe import say_of_inputs
 from robotics.measures.own import NO_METRICS, OwnMetrics
 from robotics.measures.registry import measure_all, metrics_of, own_metrics
@@ -62,6 +62,7 @@ def simulate_many(
     keep: Literal["metrics"],
     metrics: Sequence[str] | None = ...,
     own: OwnMetrics = ...,
+    truth: Truth | None = ...,
     threads: int | None = ...,
     progress: Callable[[], None] | None = ...,
 ) -> Population: ...
@@ -77,6 +78,7 @@ def simulate_many(
     keep: Literal["runs"] = ...,
     metrics: Sequence[str] | None = ...,
     own: OwnMetrics = ...,
+    truth: Truth | None = ...,
     threads: int | None = ...,
     progress: Callable[[], None] | None = ...,
 ) -> list[Run]: ...
@@ -91,6 +93,7 @@ def simulate_many(
     keep: Literal["runs", "metrics"] = "runs",
     metrics: Sequence[str] | None = None,
     own: OwnMetrics = NO_METRICS,
+    truth: Truth | None = None,
     threads: int | None = None,
     progress: Callable[[], None] | None = None,
 ) -> list[Run] | Population:
@@ -108,6 +111,8 @@ def simulate_many(
             grow with the number of runs.
         metrics: The names of the metrics to measure; by default all that belong to the scenario.
         own: The user's own metrics, as of :func:`robotics.measure_all`, which are always measured.
+        truth: What is so, where laws and wheel loops are told what the scenario says; by default it is what they are
+            told.
         threads: How many threads share out the runs; by default as many as there are cores. The result is the same.
         progress: Called after every law.
 
@@ -119,7 +124,7 @@ def simulate_many(
     seeds = checked_seeds(seeds)
     if keep not in ("runs", "metrics"):
         raise PopulationError(expected(keep, ("runs", "metrics"), "way to keep runs"))
-    drivers = _drivers(scenario.setting, laws, robots)
+    drivers = _drivers(_true_setting(scenario, truth), laws, robots)
     names = _wanted(scenario, metrics, own) if keep == "metrics" else ()
     found: list[Any] = [None] * len(laws)
     told = Periods(len(laws), len(seeds), progress)
@@ -215,6 +220,13 @@ def _population(scenario: str, seeds: tuple[int, ...], found: Sequence[Any]) -> 
     names = found[0][0]
     metrics = {name: np.stack([measured[name] for measured, _ in found]) for name in names}
     return Population(scenario, seeds, metrics, np.stack([stopped for _, stopped in found]))
+
+
+def _true_setting(scenario: Scenario, truth: Truth | None) -> Setting:
+    """The scenario's setting with what is so."""
+    if truth is not None and len(truth.robots) != len(scenario.robots):
+        raise PopulationError(f"truth must have {counted(len(scenario.robots), 'robot')}; got {len(truth.robots)}")
+    return scenario.setting if truth is None else replace(scenario.setting, truth=truth)
 
 
 def _drivers(

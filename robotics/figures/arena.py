@@ -154,6 +154,7 @@ def _columns(standings: Standings, order: np.ndarray) -> list[tuple[float, str, 
         ("computing\n[µs]", [_few(standings.computing[law]) for law in order]),
         ("numbers\ntuned", [_few(standings.numbers[law]) for law in order]),
     ]
+    columns = [(title, cells) for title, cells in columns if {*cells} != {_few(np.nan)}]  # of nothing none is made
     widths = [max(text_width(line, 6.5) for line in (*title.split("\n"), *cells)) for title, cells in columns]
     ends = np.cumsum(np.array(widths) + _GAP)
     return [(float(end), *column) for end, column in zip(ends, columns, strict=True)]
@@ -483,18 +484,19 @@ def plot_pareto(
             look = _FAMILIES[law.family]
             if published is not None and known[k] and np.isfinite(published[k]).all():
                 ax.plot(*np.stack([published[k], tuned[k]]).T, color=look.color, linestyle=":", linewidth=0.7)
-                ax.plot(*published[k], marker=look.marker, color=look.color, markerfacecolor="white", markersize=3.8)
+                ax.plot(
+                    *published[k],
+                    marker=look.marker,
+                    color=look.color,
+                    markerfacecolor="white",
+                    markersize=3.8,
+                    zorder=3,
+                )
             if known[k]:
                 ax.plot(*tuned[k], marker=look.marker, color=look.color, markersize=5, zorder=3)
         points = tuned[known] if published is None else np.concatenate([tuned[known], published[known]])
         points = points[np.isfinite(points).all(axis=1)]
-        for axis, values, limit in ((ax.xaxis, points[:, 0], ax.set_xlim), (ax.yaxis, points[:, 1], ax.set_ylim)):
-            margin = max((values.max() / values.min()) ** 0.1, 1.25)
-            low, high = values.min() / margin, values.max() * margin
-            limit(low, high)
-            axis.set_ticks(_round_ticks(low, high))
-            axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
-            axis.set_minor_locator(NullLocator())
+        _round_axes(ax, points)
         ax.set_xlabel(f"{titles[0]}, logarithmic\n← better")
         ax.set_ylabel(f"{titles[1]}, logarithmic\n← better")
         marks = () if published is None else (("as published", "white"), ("tuned", "0.35"))
@@ -503,6 +505,17 @@ def plot_pareto(
         named = [law for law, is_known in zip(laws, known, strict=True) if is_known]
         _name_points(ax, named, tuned[known])
         return figure
+
+
+def _round_axes(ax: Axes, points: np.ndarray) -> None:
+    """Give both logarithmic axes room around the points (n, 2), and round ticks."""
+    for axis, values, limit in ((ax.xaxis, points[:, 0], ax.set_xlim), (ax.yaxis, points[:, 1], ax.set_ylim)):
+        margin = max((values.max() / values.min()) ** 0.1, 1.25)
+        low, high = values.min() / margin, values.max() * margin
+        limit(low, high)
+        axis.set_ticks(_round_ticks(low, high))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
+        axis.set_minor_locator(NullLocator())
 
 
 def _along(ax: Axes, line: Line2D) -> np.ndarray:
@@ -518,38 +531,41 @@ def _along(ax: Axes, line: Line2D) -> np.ndarray:
 
 
 def _name_points(ax: Axes, laws: Sequence[Entrant], tuned: np.ndarray) -> None:
-    """Write each law beside its tuned point, on the side where it covers the least of marks, lines and names."""
+    """Write each law beside its tuned point, where it covers the least of marks, lines and names.
+
+    Where points crowd, a name stands farther off, and a thin line leads to it.
+    """
     inch = figure_of(ax).dpi
-    taken: list[tuple[float, float, float, float]] = []
-    for line in ax.lines:
-        taken += [(x, y, x, y) for x, y in _along(ax, line)]
-    frame = ax.get_window_extent()
+    taken = np.concatenate([_along(ax, line) for line in ax.lines])[:, [0, 1, 0, 1]]  # boxes: left, low, right, top
+    frame, to_axes = ax.get_window_extent(), ax.transAxes.inverted()
     for law, (x, y) in zip(laws, ax.transData.transform(tuned), strict=True):
         wide, tall = text_width(law.title, 6.5) * inch + 2, 0.1 * inch
-        chosen, least = (x, y, x, y), np.inf
-        for side, (across, up) in enumerate(_SIDES):
-            left = x + across * 0.07 * inch - (wide if across < 0 else wide / 2 if across == 0 else 0.0)
-            low = y + up * 0.09 * inch - tall / 2
+        chosen, reach, least = (x, y, x, y), 1, np.inf
+        for far, (side, (across, up)) in itertools.product((1, 3, 5, 8), enumerate(_SIDES)):
+            left = x + far * across * 0.07 * inch - (wide if across < 0 else wide / 2 if across == 0 else 0.0)
+            low = y + far * up * 0.09 * inch - tall / 2
             box = (left, low, left + wide, low + tall)
             outside = left < frame.x0 or box[2] > frame.x1 or low < frame.y0 or box[3] > frame.y1
-            cost = sum(_overlap(box, other) for other in taken) + 50.0 * outside + 0.01 * side
+            cost = _overlap(box, taken) + 50.0 * outside + 0.01 * side + 0.7 * (far - 1)
             if cost < least:
-                chosen, least = box, cost
-        taken.append(chosen)
-        across, up = ax.transAxes.inverted().transform((chosen[0], (chosen[1] + chosen[3]) / 2))
-        color = _FAMILIES[law.family].color
-        ax.text(
-            across, up, law.title, transform=ax.transAxes, fontsize=6.5, color=color, va="center", zorder=5,
+                chosen, reach, least = box, far, cost
+        taken = np.vstack([taken, chosen])
+        color, middle = _FAMILIES[law.family].color, (chosen[1] + chosen[3]) / 2
+        mark, words = (to_axes.transform(place) for place in ((x, y), (chosen[0], middle)))
+        ax.annotate(
+            law.title, (mark[0], mark[1]), (words[0], words[1]), "axes fraction",
+            fontsize=6.5, color=color, va="center", zorder=2.5,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.2},
+            arrowprops={"arrowstyle": "-", "color": color, "linewidth": 0.5} if reach > 1 else None,
         )  # fmt: skip
 
 
-def _overlap(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> float:
-    """How much two boxes (left, low, right, top) overlap, the points of a mark as a box of some width [pixels]."""
+def _overlap(box: tuple[float, float, float, float], others: np.ndarray) -> float:
+    """How much a box (left, low, right, top) overlaps the others (n, 4), each with a margin [pixels]."""
     margin = 4.0
-    across = min(one[2], other[2] + margin) - max(one[0], other[0] - margin)
-    up = min(one[3], other[3] + margin) - max(one[1], other[1] - margin)
-    return across * up / 100 if across > 0 and up > 0 else 0.0
+    across = np.minimum(box[2], others[:, 2] + margin) - np.maximum(box[0], others[:, 0] - margin)
+    up = np.minimum(box[3], others[:, 3] + margin) - np.maximum(box[1], others[:, 1] - margin)
+    return float((np.maximum(across, 0.0) * np.maximum(up, 0.0)).sum()) / 100
 
 
 def _families(laws: Sequence[Entrant]) -> list[Family]:

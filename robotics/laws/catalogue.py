@@ -35,6 +35,7 @@ from robotics.laws.tracking.pdc import ParallelCompensation
 from robotics.laws.tracking.pid import PID
 from robotics.laws.tracking.pure_pursuit import PurePursuit
 from robotics.laws.tracking.sliding_mode import SlidingMode
+from robotics.laws.tuned import tuned_presets
 from robotics.quantity import accepted
 from robotics.vehicle.robot import Robot
 
@@ -43,7 +44,7 @@ OwnLaws = Mapping[str, Law[Any] | str] | Sequence[str | Law[Any] | tuple[str, La
 GROUP = "fuzzyfleet.laws"  # the entry points by which other packages add laws
 
 
-CATALOGUE: dict[str, Preset] = {
+_PRINTED: dict[str, Preset] = {
     "fuzzy": Preset(
         OwnRules,
         {},
@@ -72,12 +73,6 @@ CATALOGUE: dict[str, Preset] = {
         "Parallel compensation",
         "(2.41) on the sets of Table 5.6; linear-quadratic gains by Bryson's rule, not by search",
     ),
-    "nmpc": Preset(
-        PredictiveControl,
-        {},
-        "Predictive control",
-        "iLQR over 1 s with wheel lag, latency and bounds; weights by Bryson's rule, not by search",
-    ),
     "lqr": Preset(
         LinearQuadratic,
         {},
@@ -95,6 +90,12 @@ CATALOGUE: dict[str, Preset] = {
         {},
         "MPPI",
         "model predictive path integral control with Nav2's horizon, noise and 1,000 samples, on a cost of tracking",
+    ),
+    "nmpc": Preset(
+        PredictiveControl,
+        {},
+        "Predictive control",
+        "iLQR over 1 s with wheel lag, latency and bounds; weights by Bryson's rule, not by search",
     ),
     "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
     "assm": Preset(
@@ -217,6 +218,9 @@ CATALOGUE: dict[str, Preset] = {
         "team",
     ),
 }
+
+
+CATALOGUE: dict[str, Preset] = _PRINTED | tuned_presets(_PRINTED)
 
 
 def presets() -> dict[str, Preset]:

@@ -18,6 +18,14 @@ from robotics.vehicle.robot import Robot
 Kind = Literal["tracking", "formation", "team"]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Truth:
+    """What is so, where it is not what the laws, the wheel loops and odometry are told: how robust a law is."""
+
+    robots: tuple[Robot, ...]  # as they are; their loops and limits go by the robots of the setting
+    latency: float  # s
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Setting:
     """A compiled scenario, or an ensemble of runs that each have their own paths, ready for one array pass.
@@ -41,6 +49,7 @@ class Setting:
     latency: float  # s, from deciding on a command to its effect
     plant: Literal["dynamic", "kinematic"]
     divergence: float  # m: a robot this far from its target is stopped
+    truth: Truth | None = None  # None: all is as it is told here; no law may look at it
 
     @property
     def ensemble(self) -> bool:

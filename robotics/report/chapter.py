@@ -41,6 +41,15 @@ class Film(NamedTuple):
     make: Callable[[], str]
 
 
+class Front(NamedTuple):
+    """What opens a report: one picture, and what it says in a few sentences."""
+
+    title: str
+    picture: "Picture | Plate"
+    sentences: Sequence[str]
+    note: str  # on what terms, and where there is more
+
+
 class Grid(NamedTuple):
     """A table of a chapter, as text."""
 

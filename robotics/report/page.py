@@ -21,7 +21,7 @@ from robotics.laws.specification import Specification
 from robotics.measures.evidence import FEWEST_RUNS, FORMS, Outcome, Verdict
 from robotics.measures.leading import Lead
 from robotics.report.answer import answer
-from robotics.report.chapter import Chapter, Claim, Picture, Plate
+from robotics.report.chapter import Chapter, Claim, Front, Picture, Plate
 from robotics.report.plates import plate
 from robotics.report.summarytable import SummaryTable, comparison_leads, shown_metrics, summary_table
 from robotics.report.template import rendered
@@ -66,6 +66,7 @@ def write_report(
     sections: Sequence[Section] | None = None,
     heading: Heading | None = None,
     first: Sequence[str] = (),
+    front: Front | None = None,
 ) -> Path:
     """Write ``folder``/report.html and ``folder``/figures/*.png, each whole or not at all; return the page's path.
 
@@ -78,6 +79,7 @@ def write_report(
         sections: The sections of :func:`draw_sections`, if they are drawn already.
         heading: The title and what else stands at the head; with a text the claims come before the first picture.
         first: Metrics that come before the others; the first of them says who leads.
+        front: What stands before all others.
 
     Raises OSError.
     """
@@ -90,12 +92,15 @@ def write_report(
     leads += [lead for chapter in chapters for lead in chapter.leads]
     head = plate(_leads(leads))
     own = [head, *(picture for section in sections for picture in section.pictures)]
+    front = front._replace(picture=plate(front.picture)) if front is not None else None
+    own = [front.picture, *own] if front is not None and isinstance(front.picture, Plate) else own
     plates = [*own, *(plate(picture) for chapter in chapters for picture in chapter.pictures)]
     for picture in plates:
         with replacing(folder / "figures" / f"{picture.name}.png") as path:
             path.write_bytes(picture.png)
     laws = list(dict.fromkeys(name for each in comparisons for name in each.controllers))
     entries = [
+        *([("arena", front.title)] if front is not None else []),
         *([("verdict", "Verdict in brief")] if claims else []),
         ("terms", "What was compared, on what terms"),
         *((f"scenario-{s.place}", s.scenario.name) for s in sections),
@@ -109,6 +114,7 @@ def write_report(
         controllers=laws,
         answer=answer(comparisons, {s.scenario.name: s.table for s in sections}, leads, claims, first),
         heading=heading,
+        front=front,
         count=len(comparisons[0].seeds),
         claims=claims,
         homes={claim.name: chapter for chapter in chapters for claim in chapter.claims},

@@ -26,7 +26,7 @@ from robotics.measures.evidence import FEWEST_RUNS, Part
 from robotics.measures.own import NO_METRICS, OwnMetrics
 from robotics.measures.quantities import measured, runs_touched
 from robotics.measures.registry import own_metrics
-from robotics.report.chapter import Chapter, Claim
+from robotics.report.chapter import Chapter, Claim, Front
 from robotics.report.claims import Condition, Measure, decided, run_name
 from robotics.report.page import Heading, draw_sections, figure_count, write_report
 from robotics.report.plan import Group, StudyError, StudyPlan
@@ -39,6 +39,7 @@ from robotics.tables.text import parse_table
 # Makes chapters beside the comparison, from a function that begins a progress bar, the folder, the first seed and
 # whether pictures are wanted. Entering it gives a function that waits for the chapters; leaving it stops the work.
 MakeChapters = Callable[[Begin, Path, int, bool], AbstractContextManager[Callable[[], list[Chapter]]]]
+MakeFront = Callable[[Begin, Path], Front]  # what opens the report, from a progress display and the folder
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +75,7 @@ class _Work:
     metrics: OwnMetrics
     plan: StudyPlan | None = None
     chapters: MakeChapters | None = None
+    front: MakeFront | None = None
     report: bool = True
     command: str | None = None
     heading: Heading | None = None
@@ -88,6 +90,7 @@ def write_study(
     begin: Begin,
     metrics: OwnMetrics = NO_METRICS,
     chapters: MakeChapters | None = None,
+    front: MakeFront | None = None,
     report: bool = True,
     command: str | None = None,
     kept: Callable[[int], None] = lambda rows: None,
@@ -105,6 +108,7 @@ def write_study(
         begin: Starts a bar of a progress display, by its text and total.
         metrics: The user's own metrics, as :func:`robotics.experiments.comparison.compare` takes them.
         chapters: Makes chapters beside the comparison.
+        front: Makes what opens the report, such as :func:`robotics.report.arena.small_arena`.
         report: Whether figures and the report are made.
         command: The command line that the report names.
         kept: Called with the number of rows that are written, after every scenario and controller.
@@ -127,6 +131,7 @@ def write_study(
         configuration=configuration,
         metrics=metrics,
         chapters=chapters,
+        front=front,
         report=report,
         command=command,
     )
@@ -141,6 +146,7 @@ def run_study(
     report: bool = True,
     begin: Begin | None = None,
     chapters: MakeChapters | None = None,
+    front: MakeFront | None = None,
     command: str | None = None,
     kept: Callable[[int], None] = lambda rows: None,
 ) -> Study:
@@ -157,6 +163,7 @@ def run_study(
         report: Whether figures and the report are made.
         begin: Starts a bar of a progress display, by its text and total. Default: none is shown.
         chapters: Makes chapters beside the comparison. Default: those that the plan names.
+        front: Makes what opens the report, such as :func:`robotics.report.arena.small_arena`.
         command: The command line that the report names.
         kept: Called with the number of rows that are written, after every scenario and controller.
 
@@ -171,6 +178,7 @@ def run_study(
         metrics=plan.own_metrics,
         plan=plan,
         chapters=chapters,
+        front=front,
         report=report,
         command=command or f"robotics study {plan.file or plan.name} --seeds {plan.seeds}",
         heading=_heading(plan),
@@ -205,6 +213,7 @@ def _written(folder: Path, work: _Work, begin: Begin, workers: Workers | None, k
         claims = judged(plan, comparisons) if plan is not None else []
         advance = begin("drawing", figure_count(comparisons)) if work.report else None
         sections = draw_sections(comparisons, advance, first) if work.report else []
+        front = work.front(begin, folder) if work.front is not None and work.report else None
         made = wait()
     all_claims = [*claims, *(claim for chapter in made for claim in chapter.claims)]
     if work.chapters is not None or all_claims:
@@ -221,6 +230,7 @@ def _written(folder: Path, work: _Work, begin: Begin, workers: Workers | None, k
             sections=sections,
             heading=work.heading,
             first=first,
+            front=front,
         )
     files = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
     skipped = tuple(f"{on}: {line}" for g in work.groups for on, lines in g.skipped.items() for line in lines)

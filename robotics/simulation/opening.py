@@ -159,13 +159,17 @@ class Opening:
         each = len(self.seeds)
         rows = {}
         for d in {run // each for run in range(first, last)}:
-            rows[d] = np.stack([p.parameters(robot, p.STEP) for robot in self.drivers[d].setting.robots], axis=1)
+            told = self.drivers[d].setting
+            robots = told.truth.robots if told.truth else told.robots
+            pairs = zip(robots, told.robots, strict=True)
+            rows[d] = np.stack([p.parameters(robot, p.STEP, believed) for robot, believed in pairs], axis=1)
         return np.concatenate([rows[run // each] for run in range(first, last)], axis=1)
 
     def _body(self, truth: np.ndarray, parameters: np.ndarray) -> Body:
         setting, law = self.drivers[0]
         steps = round(setting.period / p.STEP)
-        late_periods, late_steps = divmod(round(setting.latency / p.STEP), steps)
+        latency = setting.truth.latency if setting.truth else setting.latency
+        late_periods, late_steps = divmod(round(latency / p.STEP), steps)
         code = p.KINEMATIC if setting.plant == "kinematic" else p.CODES[law.level]
         pending = np.zeros((late_periods + 2, 2, truth.shape[1]))
         return Body(parameters, truth, pending, np.empty(p.SCRATCH), steps, p.STEP, code, late_periods, late_steps)

@@ -45,8 +45,9 @@ CHANNELS = 28
     P_FRICTION_SPEED, P_COUNT, P_KP, P_KI, P_KD, P_B0, P_B1, P_B2, P_A1, P_A2, P_V_MAX, P_W_MAX, P_WHEEL_MAX,
     P_ODO_RIGHT, P_ODO_LEFT, P_ODO_HALF_AXLE,  # the wheels' radii and the half axle that odometry assumes
     P_V_RATE, P_W_RATE,
-) = range(28)  # fmt: skip
-PARAMETERS = 28
+    P_LOOP_RADIUS,  # the wheels' radius that the wheel loops assume
+) = range(29)  # fmt: skip
+PARAMETERS = 29
 
 _ANY_RATE = 1e300
 _BLOCK = 32  # lanes of a block, whose rows of numbers stay in the first cache
@@ -64,8 +65,13 @@ KINEMATIC = 2  # or of the plant that needs no wheel loops
 SUBSTEPS = 4  # Runge-Kutta steps a step: the pose is then within 1e-7 m of the limit after 5 s
 
 
-def parameters(robot: Robot, step: float = 0.01) -> np.ndarray:
-    """Return one lane's parameters (PARAMETERS,) of ``robot``, with the filter's coefficients for ``step`` [s]."""
+def parameters(robot: Robot, step: float = 0.01, believed: Robot | None = None) -> np.ndarray:
+    """Return one lane's parameters (PARAMETERS,) of ``robot``, with the filter's coefficients for ``step`` [s].
+
+    Its wheel loops and its odometry take it for the robot ``believed``, where that is given: they assume the wheels'
+    radius and the axle of that one.
+    """
+    believed = believed or robot
     b0, b1, b2, a1, a2 = _low_pass(robot.filter_frequency, step)
     rows = {
         P_MASS: robot.effective_mass,
@@ -91,11 +97,12 @@ def parameters(robot: Robot, step: float = 0.01) -> np.ndarray:
         P_V_MAX: robot.v_max,
         P_W_MAX: robot.w_max,
         P_WHEEL_MAX: robot.wheel_speed_max,
-        P_ODO_RIGHT: robot.wheel_radius,
-        P_ODO_LEFT: robot.wheel_radius,
-        P_ODO_HALF_AXLE: robot.half_axle,
+        P_ODO_RIGHT: believed.wheel_radius,
+        P_ODO_LEFT: believed.wheel_radius,
+        P_ODO_HALF_AXLE: believed.half_axle,
         P_V_RATE: _ANY_RATE if robot.v_rate_max is None else robot.v_rate_max,
         P_W_RATE: _ANY_RATE if robot.w_rate_max is None else robot.w_rate_max,
+        P_LOOP_RADIUS: believed.wheel_radius,
     }
     return np.array([rows[i] for i in range(PARAMETERS)])
 
@@ -309,8 +316,9 @@ def _loops(z, width, step, code):  # type: ignore[no-untyped-def]
             held_w = z[HELD_W * _BLOCK + i]
             v = min(max(v, held_v - most_v), held_v + most_v)
             w = min(max(w, held_w - most_w), held_w + most_w)
-            ref_r = (v + half * w) / r  # thesis (2.6), with the labels the right way round
-            ref_l = (v - half * w) / r
+            assumed = z[(CHANNELS + P_LOOP_RADIUS) * _BLOCK + i]
+            ref_r = (v + half * w) / assumed  # thesis (2.6), with the labels the right way round
+            ref_l = (v - half * w) / assumed
             fastest = max(abs(ref_r), abs(ref_l))
             top = z[(CHANNELS + P_WHEEL_MAX) * _BLOCK + i]
             scale = min(1.0, top / max(fastest, 1e-12))

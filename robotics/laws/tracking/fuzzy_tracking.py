@@ -257,6 +257,7 @@ class FuzzyTracking(EquationLaw):
             "it comes back",
         )
 
+    knows = ("reference", "reference velocity", "preview")
     equation = track_by_rules
 
     def gain_rows(self, setting: Setting | None = None) -> Sequence[Any]:

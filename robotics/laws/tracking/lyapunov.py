@@ -105,6 +105,7 @@ class Lyapunov(EquationLaw):
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
 
+    knows = ("reference", "reference velocity")
     equation = lyapunov
 
     def velocities(self, errors: np.ndarray, v_d: np.ndarray, w_d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

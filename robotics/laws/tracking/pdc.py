@@ -190,6 +190,7 @@ class ParallelCompensation(EquationLaw):
         ]
         return Sugeno([near, side], outputs, rules, name="gains", out_of_range="clip")
 
+    knows = ("reference", "reference velocity", "preview")
     equation = compensate
 
     def gain_rows(self, setting: Setting) -> Sequence[float]:

@@ -3,7 +3,7 @@
 The robot drives along the arc that leads through a point of its path, the carrot, a look-ahead L away:
 
     κ = 2 y_c / L²,   ω = v κ                         (Coulter 1992), with the carrot at (x_c, y_c) from the robot
-    L = T |v|, from L_min to L_max                    (Macenski, Singh, Martin and Ginés 2023)
+    L = T |v|, from L_min to L_max                    (Macenski, Singh, Martín and Ginés 2023)
     v ← v r / r_min where the arc's radius r = 1/|κ| is less than r_min          "regulated", there
     |atan2(y_c, x_c)| > θ: v = 0, ω = ± the turn rate                            rotation in place, there
 
@@ -72,7 +72,7 @@ def pursue(i, known, memory, command, work):  # type: ignore[no-untyped-def]
     around = s_d if math.isnan(memory[NEAR, i]) else memory[NEAR, i]
     near = nearest(road, path, x, y, around, REACH)
     memory[NEAR, i] = near
-    reach = min(max(gains[TIME, g] * abs(seen[V, i]), gains[LEAST, g]), gains[MOST, g])
+    reach = max(min(gains[TIME, g] * abs(seen[V, i]), gains[MOST, g]), gains[LEAST, g])
     to_x, to_y = carrot(road, path, x, y, near, reach)
     cos, sin = math.cos(seen[HEADING, i]), math.sin(seen[HEADING, i])
     dx, dy = to_x - x, to_y - y
@@ -99,7 +99,7 @@ class PurePursuit(EquationLaw):
 
     look_ahead: float = quantity(1.5, "s", least=0, most=10)  # T; lookahead_time
     look_ahead_least: float = quantity(0.3, "m", least=NEAREST)  # L_min; min_lookahead_dist
-    look_ahead_most: float = quantity(0.9, "m", least=NEAREST)  # L_max; max_lookahead_dist
+    look_ahead_most: float = quantity(0.9, "m", least=NEAREST)  # L_max, if that is more; max_lookahead_dist
     kx: float = quantity(1.0, "1/s", least=0)  # K, of the way that it is behind; Lyapunov's
     radius: float = quantity(0.9, "m", least=0)  # r_min; regulated_linear_scaling_min_radius
     rotate_from: float = quantity(0.785, "rad", above=0, most=math.pi)  # θ; rotate_to_heading_min_angle
@@ -108,11 +108,6 @@ class PurePursuit(EquationLaw):
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
-        if self.look_ahead_least > self.look_ahead_most:
-            raise ControllerError(
-                f"look_ahead_least must not exceed look_ahead_most; got {self.look_ahead_least:g} and "
-                f"{self.look_ahead_most:g} m"
-            )
 
     equation = pursue
     knows = ("reference", "reference velocity", "preview", "wheel speeds")

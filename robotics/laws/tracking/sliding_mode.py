@@ -212,6 +212,7 @@ class SlidingMode(EquationLaw):
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
 
+    knows = ("reference", "reference velocity", "wheel speeds")
     equation = sliding_mode
 
     @property

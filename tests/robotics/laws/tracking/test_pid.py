@@ -154,10 +154,10 @@ def test_at_the_end_it_rests():
 
 
 def test_every_random_start_converges():
-    """With the errors in the path's frame instead of the robot's 54 of 300 never come to it."""
+    """With the errors in the path's frame instead of the robot's one in six never comes to it."""
     rng = np.random.default_rng(3)
     scenario = replace(load_scenario("lyapunov-sine"), latency=0.03)
-    starts = rng.uniform((-1.5, -1.5, -pi), (1.5, 1.5, pi), (300, 3)).tolist()
+    starts = rng.uniform((-1.5, -1.5, -pi), (1.5, 1.5, pi), (120, 3)).tolist()
     members = tuple(replace(scenario.robots[0], start=tuple(start)) for start in starts)
     run = simulate(replace(scenario, robots=members), LAW)
     assert METRICS["settling_time_s"].measure(run).max() < 9.0

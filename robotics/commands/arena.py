@@ -1,0 +1,134 @@
+"""The command ``robotics arena``: every law tuned with the same budget, and compared on runs that none has seen."""
+
+import shlex
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fuzzy.errors import InputError
+from fuzzy.files.atomic import check_folder
+from fuzzy.shell.interrupts import interrupted
+from fuzzy.shell.progress import progress_bar
+from fuzzy.shell.terminal import print_json
+from robotics.commands.completion import arenas, controller_list
+from robotics.commands.shared import Json, Quiet
+from robotics.experiments.versions import versions
+
+if TYPE_CHECKING:
+    from robotics.arena.outcome import Outcome
+
+FULL = "full"
+
+
+def arena(
+    file: Annotated[
+        str, typer.Argument(metavar="[FILE.toml]", help="An arena's file; or a name.", autocompletion=arenas)
+    ] = "default",
+    full: Annotated[
+        bool, typer.Option("--full", help="The whole protocol: 1000 evaluations, 20 seeds, 5 repeats. Takes days.")
+    ] = False,
+    laws: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A,B",
+            help="Other laws: comma-separated names, mine.fis, mylaw.py:MyLaw:gain=2.",
+            autocompletion=controller_list,
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", metavar="FOLDER", help="Folder of the results. Default: out/arena")
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, max=1000, help="Number of processes. Default: one for each core.")
+    ] = None,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://127.0.0.1:8786.")
+    ] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Discard what FOLDER holds of an arena.")] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Fuzzy or nonlinear: which, when, by how much? Tune every law alike, then compare them on unseen runs.
+
+    Says first how long it will take. Writes arena.html with the answer in one figure and ten sentences, results.csv,
+    summary.csv, figures and the tuned laws. After a stop the same command goes on from there.
+
+    \b
+    Example:
+      robotics arena --out out/arena
+      robotics arena demo --laws fuzzy,lyapunov,mylaw.py:MyLaw --out out/mine
+    """
+    if jobs is not None and dask is not None:
+        raise InputError("give --jobs or --dask, not both")
+    if full and file != "default":
+        raise InputError(f"give --full or {file}, not both")
+    from fuzzy.compiled.threads import processors
+    from robotics.arena.description import load_arena, with_laws
+    from robotics.arena.running import Crew
+    from robotics.commands.compare import split_controllers
+    from robotics.experiments import executors
+    from robotics.report.arena import run_arena
+
+    plan = load_arena(FULL if full else file)
+    if laws is not None:
+        plan = with_laws(plan, split_controllers(laws))
+    folder = out if out is not None else Path("out") / "arena"
+    check_folder(folder)
+    command = ["robotics", "arena", *(["--full"] if full else [file] if file != "default" else [])]
+    command += [f"--laws={laws}"] if laws is not None else []
+
+    def told(sentence: str) -> None:
+        if not quiet:
+            print(f"{folder}: {sentence}", file=sys.stderr)
+
+    try:
+        with ExitStack() as stack:
+            if dask is not None:
+                crew = Crew(stack.enter_context(executors.dask(dask)), apart=True)
+            else:
+                preload = ["robotics.arena.work"]
+                crew = Crew(stack.enter_context(executors.processes(jobs or processors(), preload)))
+            begin = stack.enter_context(progress_bar(quiet))
+            outcome = run_arena(
+                plan, folder, crew=crew, fresh=fresh, begin=begin, told=told, command=shlex.join(command)
+            )
+    except KeyboardInterrupt:
+        interrupted(f"what is done is in {folder}; the same command goes on from there")
+    if json:
+        print_json(_as_json(outcome, folder))
+    else:
+        _print(outcome, folder)
+
+
+def _as_json(outcome: "Outcome", folder: Path) -> dict[str, Any]:
+    from robotics.arena.answer import answer
+    from robotics.report.arena import PAGE_FILE, pairs_table, summary_table
+
+    return {
+        "answer": answer(outcome),
+        "laws": summary_table(outcome).to_dict(orient="records"),
+        "pairs": pairs_table(outcome).to_dict(orient="records"),
+        "computing_us": dict(outcome.computing),
+        "machine": outcome.machine,
+        "page": str(folder / PAGE_FILE),
+        "versions": versions(),
+    }
+
+
+def _print(outcome: "Outcome", folder: Path) -> None:
+    from robotics.arena.answer import answer
+    from robotics.report.arena import PAGE_FILE
+
+    unit = outcome.titles[outcome.reference]
+    print(f"{'':28} {'published':>10} {'tuned':>10}  {'95 %':>17}  failed   (cost over that of {unit}, tuned)")
+    for k in outcome.order:
+        before, after, rate = outcome.published_ratio, outcome.tuned_ratio, outcome.failures.value[k]
+        ends = f"{after.low[k]:.3g} to {after.high[k]:.3g}"
+        print(f"{outcome.titles[k]:28} {before.value[k]:10.3g} {after.value[k]:10.3g}  {ends:>17}  {100 * rate:5.2g} %")
+    print()
+    for sentence in answer(outcome):
+        print(sentence)
+    print(folder / PAGE_FILE)

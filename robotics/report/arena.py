@@ -1,0 +1,561 @@
+"""The page of an arena: the answer in one look, and behind it the terms, the costs and how sure they are."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from fuzzy.figures.drawing import save_figure
+from fuzzy.files.atomic import replacing
+from fuzzy.files.table import write_frame
+from fuzzy.shell.progress import Begin
+from robotics.arena.answer import answer
+from robotics.arena.changes import CHANGES
+from robotics.arena.description import BLOCKS, Arena, load_arena
+from robotics.arena.entrants import sort_of, terms_of
+from robotics.arena.outcome import Outcome
+from robotics.arena.running import Crew, held
+from robotics.arena.work import Search, plain, tuned
+from robotics.figures.arena import (
+    Entrant,
+    Standings,
+    plot_budget,
+    plot_improvement,
+    plot_pareto,
+    plot_profiles,
+    plot_ranking,
+    plot_robustness,
+)
+from robotics.report.chapter import Chapter, Front, Grid, Picture
+from robotics.report.plates import plate
+from robotics.report.template import rendered
+from robotics.scenario.description import Scenario
+from robotics.statistics.bootstrap import Interval
+from robotics.tuning.results import write_tuned
+
+PAGE_FILE = "arena.html"
+WIDE = 6.3  # inches: the one look has columns of numbers beside it
+FORMATS = ("png", "svg", "pdf")
+
+
+def run_arena(
+    arena: Arena,
+    out: str | Path | None = None,
+    *,
+    crew: Crew | None = None,
+    fresh: bool = False,
+    begin: Begin | None = None,
+    told: Callable[[str], None] = lambda text: None,
+    command: str | None = None,
+) -> Outcome:
+    """Hold an arena: tune every law with the same budget, choose, test, and write all that came of it into a folder.
+
+    The files are arena.html, figures/, results.csv (a row a run of the test), summary.csv (a row a law), pairs.csv,
+    budgets.csv and robustness.csv, tuned/LAW with the chosen law, and searches/ and runs/, from which a stopped arena
+    goes on.
+
+    Args:
+        arena: The arena, such as :func:`robotics.load_arena` reads it.
+        out: The folder of the results. Default: out/arena.
+        crew: Who does the work, by default this process.
+        fresh: Whether to discard what the folder holds of an arena.
+        begin: Starts a bar of a progress display, by its text and total.
+        told: Called with a sentence before the work begins: how long it will take.
+        command: The command line that the page names.
+
+    Raises ArenaError, ControllerError and OSError.
+    """
+    folder = Path(out) if out is not None else Path("out") / "arena"
+    outcome = held(arena, folder, crew, fresh=fresh, begin=begin, told=told)
+    write_arena(outcome, folder, command=command, begin=begin)
+    return outcome
+
+
+def write_arena(outcome: Outcome, folder: Path, *, command: str | None = None, begin: Begin | None = None) -> Path:
+    """Write the tables, the figures, the tuned laws and the page of an arena; return the page's path.
+
+    Args:
+        outcome: What came of it.
+        folder: The folder, in which the arena was held.
+        command: The command line that the page names.
+        begin: Starts a bar of a progress display, by its text and total.
+    """
+    write_tables(outcome, folder)
+    specifications = write_laws(outcome, folder)
+    chapters = arena_chapters(outcome, specifications)
+    head = ranking(outcome)
+    pictures = [head, *(picture for chapter in chapters for picture in chapter.pictures)]
+    advance = begin("drawing", len(pictures)) if begin is not None else lambda: None
+    plates = []
+    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    for picture in pictures:
+        assert isinstance(picture, Picture)
+        plates.append(plate(picture))
+        figure = picture.draw()
+        for suffix in FORMATS:
+            save_figure(figure, folder / "figures" / f"{picture.name}.{suffix}")
+        advance()
+    page = rendered(
+        "arena.html.j2",
+        chapters,
+        plates,
+        (),
+        laws=outcome.laws,
+        title=outcome.arena.title or f"The arena {outcome.arena.name}",
+        head=plates[0],
+        answer=answer(outcome),
+        command=command,
+        machine=outcome.machine,
+    )
+    with replacing(folder / PAGE_FILE) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+    return folder / PAGE_FILE
+
+
+def small_arena(begin: Begin, folder: Path) -> Front:
+    """Hold the arena ``demo`` in ``folder``/arena for the front of a report, in this process.
+
+    Computing times are left out, so that the report is the same wherever it is made.
+
+    Args:
+        begin: Starts a bar of a progress display, by its text and total.
+        folder: The folder of the report.
+    """
+    arena = load_arena("demo")
+    outcome = held(arena, folder / "arena", fresh=True, begin=begin)
+    write_tables(outcome, folder / "arena")
+    return Front(
+        "At their best: tuned alike, on runs that no tuning has seen",
+        ranking(outcome, clocked=False),
+        answer(outcome, clocked=False),
+        f"A small arena of {len(arena.laws)} laws with {arena.evaluations} evaluations each; `robotics arena` holds "
+        "the whole one, and `robotics arena demo` says more of this one.",
+    )
+
+
+# Pictures -----------------------------------------------------------------------------------------------------------
+
+
+def entrants(outcome: Outcome) -> list[Entrant]:
+    """The laws as pictures show them."""
+    rows = zip(outcome.titles, outcome.laws, outcome.made, strict=True)
+    return [Entrant(title, sort_of(law, made)) for title, law, made in rows]
+
+
+def standings(outcome: Outcome, clocked: bool = True) -> Standings:
+    """What the one look shows; computing times where ``clocked``."""
+    cost = outcome.arena.made_cost
+    place = next((n for n, term in enumerate(cost.terms) if "variation" in term.metric), len(cost.terms) - 1)
+    effort = outcome.term_means("tuned")[place]
+    return Standings(
+        entrants(outcome),
+        outcome.titles[outcome.reference],
+        outcome.published_ratio,
+        outcome.tuned_ratio,
+        outcome.failures,
+        np.where(np.isfinite(effort), effort, np.nan),
+        "effort\n[rad/s²]",
+        np.array([outcome.computing[law] if clocked else np.nan for law in outcome.laws]),
+        np.array([float(len(entry.parameters)) for entry in outcome.entries]),
+    )
+
+
+def ranking(outcome: Outcome, clocked: bool = True) -> Picture:
+    """The one look; computing times where ``clocked``."""
+    arena = outcome.arena
+    found = standings(outcome, clocked)
+    computing = "; computing is the law's own time a period on this machine" if clocked else ""
+    said = "; ".join(f"{outcome.titles[k]} {_number(float(outcome.tuned_ratio.value[k]))}" for k in outcome.order)
+    return Picture(
+        "ranking",
+        f"Cost over that of {found.reference}, tuned, on {len(arena.scenarios('test'))} scenarios that no search had "
+        f"seen, {arena.testing_runs} runs each: hollow as published, filled tuned, with 95 % intervals; less is better."
+        f" Effort is the variation of the demanded turn rate{computing}.",
+        f"Laws from the least cost up, in multiples of {found.reference}: {said}.",
+        partial(plot_ranking, found, WIDE),
+    )
+
+
+def arena_pictures(outcome: Outcome) -> dict[str, Picture]:
+    """The other pictures, by name."""
+    laws, order = entrants(outcome), outcome.order
+    ordered = [laws[k] for k in order]
+    cost, means = outcome.arena.made_cost, outcome.term_means("tuned")
+    found = {
+        "budget": Picture(
+            "budget",
+            "What a law costs on the choosing runs after so many evaluations: the median over the searches of all "
+            "engines and repeats, and their range. Where curves cross, the better law depends on the budget.",
+            "Curves of cost over the number of evaluations, one a law.",
+            partial(plot_budget, laws, outcome.budgets, outcome.curves, "cost of the best so far [1]"),
+        ),
+        "profiles": Picture(
+            "profiles",
+            f"The share of runs that cost at most a multiple of {outcome.titles[outcome.reference]}'s interquartile "
+            "mean on the same scenario, with 95 % bands.",
+            "Performance profiles of all laws, a panel for each sort.",
+            partial(plot_profiles, laws, outcome.limits, outcome.profiles, "cost [reference = 1]"),
+        ),
+        "improvement": Picture(
+            "improvement",
+            "How often the row's law costs less than the column's, run by run at the same start and noise, and what "
+            "can be said of the pair: better or worse only where Holm's adjusted p is below 0.05 too.",
+            "A matrix of probabilities of improvement between each two laws.",
+            partial(
+                plot_improvement,
+                ordered,
+                _both(outcome.improvement, order),
+                outcome.verdicts[np.ix_(order, order)],
+            ),
+        ),
+        "robustness": Picture(
+            "robustness",
+            "The cost when something is otherwise than the laws, the wheel loops and odometry are told, over the cost "
+            "when it is as told; nobody was tuned for it.",
+            "A heat map of cost ratios, laws by changes.",
+            partial(plot_robustness, ordered, [c.replace("-", "−") for c in CHANGES], outcome.robustness[order]),
+        ),
+    }
+    if len(cost.terms) >= 2 and np.isfinite(means[[0, -1]]).all(axis=0).any():
+        scale = 100.0 if cost.terms[0].metric.endswith("_m") else 1.0
+        before = outcome.term_means("published")
+        found["front"] = Picture(
+            "front",
+            "Precision against effort: the interquartile means of the tuned laws, hollow as published. Whoever is on "
+            "the front is beaten by nobody in both.",
+            "Points of effort and cross-track error, one a law, and the front of the unbeaten.",
+            partial(
+                plot_pareto,
+                laws,
+                means[-1],
+                scale * means[0],
+                ("variation of the turn rate [rad/s²]", "cross-track RMS [cm]" if scale == 100 else "error"),
+                np.stack([before[-1], scale * before[0]], axis=1),
+            ),
+        )
+    return found
+
+
+def _both(matrix: Interval, order: Sequence[int]) -> Interval:
+    where = np.ix_(order, order)
+    return Interval(matrix.value[where], matrix.low[where], matrix.high[where])
+
+
+# Chapters -----------------------------------------------------------------------------------------------------------
+
+
+def arena_chapters(outcome: Outcome, specifications: Sequence[str] = ()) -> list[Chapter]:
+    """What stands behind the answer."""
+    pictures = arena_pictures(outcome)
+    return [
+        _terms(outcome),
+        _costs(outcome, pictures),
+        _budgets(outcome, pictures),
+        _weights(outcome),
+        Chapter(
+            "robustness",
+            "Robustness without re-tuning",
+            (
+                "The robot is heavier or lighter, its wheels larger or smaller, its gears rougher or smoother by a "
+                "fifth, its commands later or its sensors noisier by a factor of two, and nobody is told: neither the "
+                "laws, nor the wheel loops, nor odometry.",
+            ),
+            (),
+            [_robust_failures(outcome)],
+            [pictures["robustness"]],
+            (),
+            folded="Failed runs under each change",
+        ),
+        _laws(outcome, specifications),
+    ]
+
+
+def _terms(outcome: Outcome) -> Chapter:
+    arena = outcome.arena
+    c = arena.conditions
+    rows = []
+    for k in outcome.order:
+        entry, terms = outcome.entries[k], terms_of(outcome.made[k])
+        rows.append(
+            (
+                outcome.titles[k],
+                terms.level,
+                terms.knows,
+                str(len(entry.parameters)),
+                f"{len(entry.searches)} × {arena.budget(entry.law)}",
+                _micro(outcome.computing[entry.law]),
+            )
+        )
+    unseen = ", ".join(arena.unseen_sorts) or "none"
+    text = (
+        f"All laws drive the same dynamic plant with the same limits, a period of {1000 * c.period:g} ms, a latency of "
+        f"{1000 * c.latency:g} ms, a pose sensor with noise of {1000 * c.position_noise:g} mm and "
+        f"{1000 * c.heading_noise:g} mrad, and starts that scatter by {100 * c.start_position:g} cm and "
+        f"{1000 * c.start_heading:g} mrad from run to run. All know their robot's measured posture; the table says "
+        "what else.",
+        "The cost of a run is fixed beforehand: "
+        + " + ".join(f"{_weight(t.weight)}{t.metric} / {t.scale:.4g}" for t in arena.made_cost.terms)
+        + f", all under way, so that a start off the path, which no law can avoid, does not drown the rest. In a "
+        f"search a failed run costs {arena.made_cost.failed:g}; in the test it is a failure.",
+        "The blocks of scenarios and seeds, for tuning, choosing and testing, have nothing in common. Sorts of test "
+        f"scenarios that no law was tuned on: {unseen}.",
+    )
+    grid = Grid(
+        "The terms of each law.",
+        (
+            "Law",
+            "Commands",
+            "Knows beside the posture",
+            "Numbers tuned",
+            "Searches × evaluations",
+            "Computing a period",
+        ),
+        rows,
+    )
+    return Chapter("terms", "The terms", text, [grid], [_scenarios(arena)], (), (), folded="The scenarios")
+
+
+def _weight(weight: float) -> str:
+    return "" if weight == 1 else f"{weight:g} · "
+
+
+def _scenarios(arena: Arena) -> Grid:
+    rows = []
+    words = {"tune": "tuning", "choose": "choosing", "test": "testing"}
+    for block in BLOCKS:
+        for label, scenario in zip(arena.labels(block), arena.scenarios(block), strict=True):
+            rows.append((label, words[block], *_facts(scenario)))
+    head = ("Scenario", "Block", "Length", "Speed", "Tightest curve", "Start off", "Robot")
+    return Grid("All scenarios, drawn at random by their number.", head, rows)
+
+
+def _facts(scenario: Scenario) -> tuple[str, ...]:
+    member, path = scenario.robots[0], scenario.trajectory.paths[0]
+    at = scenario.trajectory.at(0.0)
+    off = float(np.hypot(member.start[0] - at.x[0], member.start[1] - at.y[0]))
+    return (
+        f"{(member.timing.speed or 0) * scenario.duration:.1f} m",
+        f"{member.timing.speed or 0:.2f} m/s",
+        f"{1 / float(np.abs(path.table[3]).max()):.2f} m",
+        f"{off:.2f} m",
+        f"{member.model.name if member.model else 'robot'}, {member.robot.mass:.1f} kg",
+    )
+
+
+def _costs(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
+    rows, terms = [], outcome.term_means("tuned")
+    cost = outcome.arena.made_cost
+    for k in outcome.order:
+        rows.append(
+            (
+                outcome.titles[k],
+                _interval(outcome.published_ratio[k]),
+                _interval(outcome.tuned_ratio[k]),
+                _interval(outcome.closed[k], 100, " %"),
+                _interval(outcome.pooled[k]),
+                _interval(outcome.tail[k]),
+                _interval(outcome.failures[k], 100, " %"),
+                *(_number(float(value)) for value in terms[:, k]),
+            )
+        )
+    unit = outcome.titles[outcome.reference]
+    head = (
+        "Law", "As published", "Tuned", "Share of the gap closed", "IQM of all runs", "Worst tenth", "Failed",
+        *(term.metric for term in cost.terms),
+    )  # fmt: skip
+    grid = Grid(f"Costs over that of {unit}, tuned, with 95 % intervals; and the terms of the cost.", head, rows)
+    labels = outcome.arena.labels("test")
+    each = [(outcome.titles[k], *(_number(float(v)) for v in outcome.by_scenario[k])) for k in outcome.order]
+    per = Grid(f"Interquartile means of each scenario, over {unit}'s.", ("Law", *labels), each)
+    text = (
+        "What ranks the laws is the interquartile mean of each scenario's runs, its geometric mean over the scenarios, "
+        "so that no scenario counts for more because it is harder. Intervals are bootstraps within scenarios that draw "
+        "the same runs for all laws. A law that fails in more than a quarter of the runs of a scenario fails.",
+    )
+    shown = [pictures[name] for name in ("improvement", "profiles", "front") if name in pictures]
+    return Chapter("costs", "The costs, and how sure they are", text, [grid], [per], shown, (), folded="By scenario")
+
+
+def _budgets(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
+    engines = outcome.arena.engines
+    rows = [
+        (outcome.titles[k], *(_number(float(v)) for v in outcome.by_engine[:, k]), outcome.entries[k].by or "published")
+        for k in outcome.order
+    ]
+    grid = Grid(
+        "Cost on the choosing runs of the best that each engine found, or of the law as published if that is better.",
+        ("Law", *engines, "Chosen"),
+        rows,
+    )
+    return Chapter("budgets", "Budgets and engines", (), [grid], (), [pictures["budget"]], ())
+
+
+def _weights(outcome: Outcome) -> Chapter:
+    cost, weights = outcome.arena.made_cost, outcome.reweighted
+    some = [term for term in cost.terms if term.weight > 0]
+    rows = []
+    for case, order, swapped in zip(weights.weights, weights.order, weights.swapped, strict=True):
+        changed = [
+            f"{term.metric} × {weight / term.weight:g}"
+            for term, weight in zip(some, case, strict=True)
+            if weight != term.weight
+        ]
+        rows.append((", ".join(changed) or "as they are", ", ".join(outcome.titles[k] for k in order), str(swapped)))
+    grid = Grid("The order of the laws under other weights of the cost.", ("Weights", "Order", "Pairs swapped"), rows)
+    text = (
+        "The order does not change when a weight is halved or doubled."
+        if not weights.changed.any()
+        else "The order changes with the weights: who weighs precision and effort otherwise may choose another law.",
+    )
+    return Chapter("weights", "Other weights", text, [grid], (), (), ())
+
+
+def _robust_failures(outcome: Outcome) -> Grid:
+    rows = [(outcome.titles[k], *(f"{100 * v:.2g} %" for v in outcome.robust_failures[k])) for k in outcome.order]
+    return Grid("Share of runs that failed.", ("Law", *CHANGES), rows)
+
+
+def _laws(outcome: Outcome, specifications: Sequence[str]) -> Chapter:
+    rows = []
+    for k in outcome.order:
+        entry = outcome.entries[k]
+        rows.append((outcome.titles[k], entry.by or "as published", specifications[k] if specifications else ""))
+    grid = Grid("The chosen laws, usable with --controller.", ("Law", "By", "Specification"), rows)
+    return Chapter("laws", "The tuned laws", (), (), [grid], (), (), folded="Specifications")
+
+
+# Words --------------------------------------------------------------------------------------------------------------
+
+
+def _number(value: float) -> str:
+    if np.isnan(value):
+        return "–"
+    return "fails" if np.isinf(value) else f"{value:.3g}"
+
+
+def _interval(found: Interval, factor: float = 1.0, unit: str = "") -> str:
+    value, low, high = (factor * float(v) for v in (found.value, found.low, found.high))
+    if not np.isfinite(value):
+        return _number(value)
+    ends = " to ".join("∞" if v == np.inf else "-∞" if v == -np.inf else f"{v:.3g}" for v in (low, high))
+    return f"{value:.3g}{unit} ({ends})"
+
+
+def _micro(value: float) -> str:
+    return f"{value:.2g} µs" if value < 100 else f"{value:.0f} µs"
+
+
+# Tables -------------------------------------------------------------------------------------------------------------
+
+
+def write_tables(outcome: Outcome, folder: Path) -> None:
+    """Write results.csv, summary.csv, pairs.csv, budgets.csv and robustness.csv."""
+    write_frame(results_table(outcome), folder / "results.csv")
+    write_frame(summary_table(outcome), folder / "summary.csv")
+    write_frame(pairs_table(outcome), folder / "pairs.csv")
+    curves = outcome.curves
+    rows = [
+        {
+            "law": law,
+            "evaluations": int(n),
+            "cost": curves.value[k, b],
+            "low": curves.low[k, b],
+            "high": curves.high[k, b],
+        }
+        for k, law in enumerate(outcome.laws)
+        for b, n in enumerate(outcome.budgets)
+    ]
+    write_frame(pd.DataFrame(rows), folder / "budgets.csv")
+    ratios = outcome.robustness
+    rows = [
+        {
+            "law": law,
+            "change": change,
+            "ratio": ratios.value[k, c],
+            "low": ratios.low[k, c],
+            "high": ratios.high[k, c],
+            "failed": outcome.robust_failures[k, c],
+        }
+        for k, law in enumerate(outcome.laws)
+        for c, change in enumerate(CHANGES)
+    ]
+    write_frame(pd.DataFrame(rows), folder / "robustness.csv")
+
+
+def results_table(outcome: Outcome) -> pd.DataFrame:
+    """A row a run of the test, as published and tuned: its metrics, and whether the robot was stopped."""
+    names, parts = [scenario.name for scenario in outcome.arena.scenarios("test")], []
+    for entry in outcome.entries:
+        for part, table in entry.runs.items():
+            own = table.drop(columns="candidate")
+            own["scenario"] = [names[k] for k in own["scenario"]]
+            own.insert(0, "gains", part)
+            own.insert(0, "law", entry.law)
+            parts.append(own)
+    return pd.concat(parts, ignore_index=True)
+
+
+def summary_table(outcome: Outcome) -> pd.DataFrame:
+    """A row a law, from the least cost up."""
+    rows, means = [], outcome.term_means("tuned")
+    for k in outcome.order:
+        entry = outcome.entries[k]
+        row: dict[str, Any] = {
+            "law": entry.law,
+            "sort": sort_of(entry.law, outcome.made[k]),
+            "chosen": entry.by or "published",
+        }
+        for name, found in (
+            ("cost", outcome.cost),
+            ("tuned_ratio", outcome.tuned_ratio),
+            ("published_ratio", outcome.published_ratio),
+            ("gap_closed", outcome.closed),
+            ("worst_tenth", outcome.tail),
+            ("failed", outcome.failures),
+        ):
+            row |= {name: found.value[k], f"{name}_low": found.low[k], f"{name}_high": found.high[k]}
+        row |= {"numbers_tuned": len(entry.parameters), "evaluations": outcome.arena.budget(entry.law)}
+        row |= {term.metric: v for term, v in zip(outcome.arena.made_cost.terms, means[:, k], strict=True)}
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def pairs_table(outcome: Outcome) -> pd.DataFrame:
+    """A row for each two laws: the ratio of their costs, the verdict, and how often the first costs less."""
+    rows = [
+        {
+            "law": outcome.laws[a],
+            "against": outcome.laws[b],
+            "ratio": outcome.pairs.value[a, b],
+            "low": outcome.pairs.low[a, b],
+            "high": outcome.pairs.high[a, b],
+            "verdict": str(outcome.verdicts[a, b]),
+            "p_holm": outcome.p_values[a, b],
+            "costs_less": outcome.improvement.value[a, b],
+        }
+        for a in outcome.order
+        for b in outcome.order
+        if a != b
+    ]
+    return pd.DataFrame(rows)
+
+
+def write_laws(outcome: Outcome, folder: Path) -> list[str]:
+    """Write each chosen law with its rule bases and where they come from into tuned/LAW; return the specifications."""
+    found = []
+    for entry in outcome.entries:
+        search = next((s for s in entry.searches if s.name == entry.by), None)
+        if search is None:
+            found.append(entry.law)
+            continue
+        there = folder / "tuned" / plain(entry.law)
+        there.mkdir(parents=True, exist_ok=True)
+        found.append(_written(outcome.arena, search, folder, there))
+    return found
+
+
+def _written(arena: Arena, search: Search, folder: Path, there: Path) -> str:
+    return write_tuned(tuned(arena, search, folder), search.law, there)
