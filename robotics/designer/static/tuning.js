@@ -313,7 +313,9 @@ export async function render({ model, el }) {
       accepted.engine.map((name) => [name, ENGINES[name] ?? name]),
       choice.engine,
     );
-    for (const set of [moving, driven, priced]) set.disabled = running;
+    for (const set of [moving, driven, priced]) {
+      for (const control of set.querySelectorAll("input, select")) control.disabled = running;
+    }
     for (const input of [runs, evaluations, seed, engine]) input.disabled = running;
     start.disabled = running || from.laws.length === 0;
     stop.disabled = !running || progress.state === "stopping";

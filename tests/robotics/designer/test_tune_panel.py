@@ -120,7 +120,8 @@ class Scripted:
     """A process whose news are the test's."""
 
     def __init__(self, task: TuneTask, *_: Any) -> None:
-        self.task, self.script, self.stopped, self.alive = task, [], False, True
+        self.task, self.stopped, self.alive = task, False, True
+        self.script: list[Any] = []
 
     def news(self) -> list[Any]:
         told, self.script = self.script, []
