@@ -2,21 +2,20 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 
 from anfis.accuracy import total_rmse
 from anfis.data import DataError
-from anfis.methods.options import Options, TrainingError
+from anfis.methods.options import Options
 from anfis.state import Epoch
 from anfis.training import Training, train
 from fuzzy.fitting.clustering import finite_table
 from fuzzy.fitting.consequents import output_table
-from fuzzy.naming import expected
+from fuzzy.fitting.folds import FoldOrder, fold_rows
 from fuzzy.system import Sugeno
 
-FoldOrder = Literal["shuffled", "blocks"]
 Start = Sugeno | Callable[[np.ndarray, np.ndarray], Sugeno]
 
 
@@ -61,21 +60,6 @@ class CrossValidation:
         return pd.DataFrame(rows, columns=["fold", "held", "train", "rmse", "rules", "epochs"])
 
 
-def fold_rows(samples: int, folds: int, order: FoldOrder = "shuffled", seed: int = 0) -> list[np.ndarray]:
-    """The rows (held,) that each fold holds back: every row once, ascending, sizes that differ by 1 at most.
-
-    With the order "blocks" they are contiguous, which a time series needs: of a shuffled one the neighbours in time of
-    what is held back are learnt from. They are then those of scikit-learn's ``KFold(folds)``. ``seed`` is that of the
-    shuffling. Raises TrainingError for a number of folds below 2 or above that of the samples, and another order.
-    """
-    if order not in get_args(FoldOrder):
-        raise TrainingError(expected(str(order), get_args(FoldOrder), "fold order"))
-    if isinstance(folds, bool) or not isinstance(folds, (int, np.integer)) or not 2 <= folds <= samples:
-        raise TrainingError(f"folds must be a whole number from 2 to the number of samples ({samples}), got {folds!r}")
-    rows = np.arange(samples) if order == "blocks" else np.random.default_rng(seed).permutation(samples)
-    return [np.sort(part) for part in np.array_split(rows, folds)]
-
-
 def cross_validate(
     start: Start,
     x: Any,
@@ -101,13 +85,14 @@ def cross_validate(
         y: The outputs (samples,) or (samples, outputs).
         options: How to train, as for :func:`anfis.train`.
         folds: How many parts there are, at least 2.
-        order: "shuffled", or "blocks" of neighbouring rows for time series, see :func:`fold_rows`.
+        order: "shuffled", or "blocks" of neighbouring rows for time series, see :func:`fuzzy.fitting.folds.fold_rows`.
         seed: The seed of the shuffling.
         check: Checking data, as for :func:`anfis.train`.
         callback: Sees the number of the fold (from 0) and every epoch of its training, and may return False to stop it.
 
-    The same data, options and seed give the same result. Raises TrainingError and DataError as :func:`anfis.train`
-    does, and KeyboardInterrupt when it is interrupted: some of the folds are not an answer.
+    The same data, options and seed give the same result. Raises FoldError where no folds can be made, TrainingError
+    and DataError as :func:`anfis.train` does, and KeyboardInterrupt when it is interrupted: some of the folds are not
+    an answer.
     """
     x, y = finite_table(x, "x"), output_table(y)
     if len(x) != len(y):

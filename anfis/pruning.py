@@ -26,7 +26,8 @@ from fuzzy.inference import InferenceWarning, infer
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno, Variable
 
-Choice = Literal["least", "one-standard-error"]
+Choice = Literal["one-standard-error", "least"]
+CHOICES: tuple[str, ...] = get_args(Choice)
 
 _SHARE = 10  # one of so many rules goes at a time, at least one
 _HELD = 0.25  # of the samples, to choose by where there are no checking data
@@ -74,7 +75,7 @@ def prune(
     check: tuple[Any, Any] | None = None,
     test: tuple[Any, Any] | None = None,
     keep: int | None = None,
-    choice: Choice = "least",
+    choice: Choice = "one-standard-error",
     retrain: int = 3,
     seed: int = 0,
     callback: Callable[[str, int, Epoch], bool | None] | None = None,
@@ -97,8 +98,8 @@ def prune(
             Without them a quarter of the samples, drawn by ``seed``, does so, and is learnt from in the last training.
         test: Data whose error is only measured.
         keep: The number of rules to keep, instead of a choice.
-        choice: "least": the number of least checking error; "one-standard-error": the fewest rules whose checking error
-            is above it by no more than one standard error of the difference (of squared errors, sample by sample).
+        choice: "one-standard-error": the fewest rules whose checking error is above the least one by no more than one
+            standard error of the difference (of squared errors, sample by sample); "least": the number of least error.
         retrain: The epochs after each step.
         seed: The seed of the samples held back.
         callback: Sees "all rules", "pruning" or "last training", the number of rules and every epoch, and may return
@@ -324,8 +325,8 @@ def _held(count: int, seed: int) -> np.ndarray:
 
 
 def _check_settings(fis: Sugeno, keep: int | None, choice: str, retrain: int) -> None:
-    if choice not in get_args(Choice):
-        raise TrainingError(expected(str(choice), get_args(Choice), "choice"))
+    if choice not in CHOICES:
+        raise TrainingError(expected(str(choice), CHOICES, "choice"))
     if isinstance(retrain, bool) or not isinstance(retrain, (int, np.integer)) or retrain < 0:
         raise TrainingError(f"retrain must be a whole number >= 0, got {retrain!r}")
     if keep is None:

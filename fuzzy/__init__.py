@@ -14,7 +14,7 @@ Make a system and ask it:
     Gaussian, ... and MATLAB's trimf, gaussmf, ...) and membership_function, which makes one by name
 Files, data and learning a start (the rest is in the package anfis):
     read_fis, read_mamdani, write_fis, parse_fis, format_fis, find_fis, packaged_fis_files; identify,
-    subtractive_clusters, fit_consequents, search_clusters, search_table
+    subtractive_clusters, fit_consequents, search_clusters, search_table; tune, a TunedSystem comes back
 Look and understand:
     explain, check, surface, Surface; plot_memberships, plot_rules, plot_surface, plot_structure, plot_rules_error,
     save_figure; MATLAB's names plotmf, plotfis, gensurf, ruleview; editor, the designer in a notebook
@@ -96,6 +96,7 @@ if TYPE_CHECKING:
     from fuzzy.membershipfunction import MembershipError, MembershipFunction
     from fuzzy.rule import Clause, Rule
     from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
+    from fuzzy.tuning.data import TunedSystem, tune
 
 _HOMES = {
     "fuzzy.compiled.sugeno": ("CompiledSugeno", "compile_sugeno"),
@@ -167,6 +168,7 @@ _HOMES = {
     "fuzzy.membershipfunction": ("MembershipError", "MembershipFunction"),
     "fuzzy.rule": ("Clause", "Rule"),
     "fuzzy.system": ("Constant", "FuzzySystemError", "Linear", "Sugeno", "Variable"),
+    "fuzzy.tuning.data": ("TunedSystem", "tune"),
 }
 if not TYPE_CHECKING:  # a type checker has the names above, and sees which there are not
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)
@@ -208,6 +210,7 @@ __all__ = [
     "Surface",
     "Trapezoid",
     "Triangle",
+    "TunedSystem",
     "TwoSidedGaussian",
     "Variable",
     "ZShape",
@@ -252,6 +255,7 @@ __all__ = [
     "surface",
     "trapmf",
     "trimf",
+    "tune",
     "write_fis",
     "zmf",
 ]

@@ -30,8 +30,8 @@ STAIRS = {
         measures experiments tuning arena figures playback report thesis designer commands
     """,
     "robotics.laws": """
-        setting modes specification law equation universe foreign preset lawfile tracking predictive formation teams
-        avoidance rules catalogue
+        setting modes specification law equation universe foreign preset tuned lawfile tracking predictive formation
+        teams avoidance rules catalogue
     """,
 }
 CIRCLE = ("fuzzy.system", "fuzzy.inference")  # a system can be called: fis(x) infers, by one lazy line

@@ -11,7 +11,7 @@ SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "tuning.md")
 def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
-    assert [kind for kind, _ in SNIPPETS] == ["sh", "toml", "sh", "python"]
+    assert [kind for kind, _ in SNIPPETS] == ["sh", "toml", "sh", "python", "sh"]
     for kind, text in SNIPPETS:
         if kind == "sh":
             run_commands(text)

@@ -25,6 +25,7 @@ def pruned(
     test: "Pair | None",
     options: "Options",
     keep: int | None,
+    choice: str,
     quiet: bool,
 ) -> "Pruned":
     """The pruning, with a progress bar on stderr."""
@@ -45,7 +46,16 @@ def pruned(
             reach(place + row.epoch, f"{rules} rules: training {shown(row.train)}{checked}")
 
         found = anfis.prune(
-            fis, *data, options, check=check, test=test, keep=keep, retrain=_RETRAIN, seed=options.seed, callback=show
+            fis,
+            *data,
+            options,
+            check=check,
+            test=test,
+            keep=keep,
+            choice=choice,  # type: ignore[arg-type]
+            retrain=_RETRAIN,
+            seed=options.seed,
+            callback=show,
         )
         reach(total - 1, "pruning")
         return found

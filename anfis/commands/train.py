@@ -13,10 +13,9 @@ from anfis.commands.shared import CommandError, Data, Json, reaching
 from anfis.commands.validation import crossed, folds_object, say_folds
 from anfis.methods.catalogue import METHODS
 from fuzzy.commands.completion import completed, rule_bases
-from fuzzy.commands.datafile import SkipBad, chosen_columns, columns_of, numbers, opened
+from fuzzy.commands.datafile import Folds, FoldsOrder, SkipBad, chosen_columns, columns_of, numbers, opened
 from fuzzy.commands.samples import Inputs, Outputs
 from fuzzy.files.atomic import check_target
-from fuzzy.naming import expected
 from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
@@ -28,8 +27,6 @@ if TYPE_CHECKING:
     from fuzzy.system import Sugeno
 
     _Tested = tuple[CrossValidation | None, Pruned | None]
-
-FOLD_ORDERS = ("shuffled", "blocks")
 
 
 class _Samples(NamedTuple):
@@ -100,16 +97,8 @@ def train(
     keep_order: Annotated[
         bool, typer.Option("--keep-order", help="Keep an input's memberships in order and overlapping.")
     ] = False,
-    folds: Annotated[
-        int | None,
-        typer.Option(min=2, metavar="K", help="First cross-validate: learn K times, each time without one K-th."),
-    ] = None,
-    fold_order: Annotated[
-        str,
-        typer.Option(
-            metavar="ORDER", help="Folds of shuffled rows, or of blocks of rows for time series: shuffled, blocks."
-        ),
-    ] = "shuffled",
+    folds: Folds = None,
+    fold_order: FoldsOrder = "shuffled",
     prune: Annotated[
         bool,
         typer.Option("--prune", help="Take away rules that contribute least; the checking data choose how many."),
@@ -117,6 +106,13 @@ def train(
     keep_rules: Annotated[
         int | None, typer.Option(min=1, metavar="N", help="With --prune: keep N rules instead of a choice.")
     ] = None,
+    choice: Annotated[
+        str,
+        typer.Option(
+            metavar="CHOICE",
+            help="With --prune: fewest rules within one-standard-error of the least checking error, or least.",
+        ),
+    ] = "one-standard-error",
     seed: Annotated[
         int, typer.Option(min=0, help="Seed of mini-batches (backprop), of shuffled folds and of what --prune holds.")
     ] = 0,
@@ -159,8 +155,6 @@ def train(
     if mf is not None and grid is None:
         raise CommandError("--mf says what --grid is made of: give --grid too")
     _check_together(folds, prune, keep_rules, checkpoint or resume)
-    if folds is not None and fold_order not in FOLD_ORDERS:
-        raise CommandError(expected(fold_order, FOLD_ORDERS, "fold order"))
     options = anfis.Options(
         method=method,
         epochs=epochs,
@@ -179,7 +173,7 @@ def train(
     fis = _starting_system(begin, samples) if given is None else given
     tested: _Tested = None, None
     if prune:
-        found = pruned(fis, (samples.x, samples.y), samples.check, samples.test, options, keep_rules, quiet)
+        found = pruned(fis, (samples.x, samples.y), samples.check, samples.test, options, keep_rules, choice, quiet)
         result, tested = found.training, (None, found)
     else:
         if folds is not None:

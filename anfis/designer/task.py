@@ -365,13 +365,20 @@ class TrainOutcome(NamedTuple):
 
 
 class TrainingProcess:
-    """A task in a process of its own, watched by :meth:`news` and ended by :meth:`stop` or :meth:`close`."""
+    """A task in a process of its own, watched by :meth:`news` and ended by :meth:`stop` or :meth:`close`.
 
-    def __init__(self, task: Task) -> None:
+    Args:
+        task: The task.
+        work: What is called with it there, and with the end of a pipe for the news; by default what learns.
+        name: What messages call it.
+    """
+
+    def __init__(self, task: Any, work: Callable[[Any, Connection], None] | None = None, name: str = "training"):
         # A fresh process: a forked one would share the threads' locks of torch and of the server.
         context = multiprocessing.get_context("spawn")
         self._ours, theirs = context.Pipe()
-        self._process = context.Process(target=_work, args=(task, theirs), daemon=True)
+        self._process = context.Process(target=work or _work, args=(task, theirs), daemon=True)
+        self._name = name
         self._process.start()
         theirs.close()
         self._over = False
@@ -395,11 +402,11 @@ class TrainingProcess:
         except (EOFError, OSError):
             self._over = True
             self._process.join(_PATIENCE)
-            found.append(("problem", f"the training ended unexpectedly (exit code {self._process.exitcode})"))
+            found.append(("problem", f"the {self._name} ended unexpectedly (exit code {self._process.exitcode})"))
         return found
 
     def stop(self) -> None:
-        """Ask the training to end after this epoch; the best so far follows as news."""
+        """Ask it to end after this step; the best so far follows as news."""
         with suppress(OSError):  # it has ended already
             self._ours.send("stop")
 

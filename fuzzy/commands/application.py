@@ -21,6 +21,7 @@ from fuzzy.commands.rules import rules
 from fuzzy.commands.search import search
 from fuzzy.commands.show import show
 from fuzzy.commands.surface import surface
+from fuzzy.commands.tune import tune
 from fuzzy.errors import InputError
 from fuzzy.shell.terminal import application, run
 
@@ -30,7 +31,7 @@ app = application(
     "fuzzy show tipper.fis",
 )
 
-for command in (show, rules, plot, surface, explain, check, evaluate, convert, identify, search, design, example):
+for command in (show, rules, plot, surface, explain, check, evaluate, convert, identify, search, tune, design, example):
     app.command()(command)
 
 

@@ -21,6 +21,15 @@ SkipBad = Annotated[
     typer.Option("--skip-bad", help="Leave out rows without a number in a column that is used, and say how many."),
 ]
 
+Folds = Annotated[
+    int | None,
+    typer.Option(min=2, metavar="K", help="First cross-validate: learn K times, each time without one K-th."),
+]
+FoldsOrder = Annotated[
+    str,
+    typer.Option(metavar="ORDER", help="Folds of shuffled rows, or for time series of blocks: shuffled, blocks."),
+]
+
 
 class Choice(NamedTuple):
     """Which columns are inputs and which are outputs: their places."""

@@ -242,7 +242,7 @@ class Document:
         self._gesture = None
         self._tell()
 
-    def replace(self, fis: Sugeno, what: str, keep_disabled: bool = False) -> None:
+    def replace(self, fis: Sugeno, what: str, keep_disabled: bool = False, gesture: str | None = None) -> None:
         """Put a whole new system (uploaded, trained) in the place of the design, as one edit.
 
         Args:
@@ -250,6 +250,7 @@ class Document:
             what: The name of the edit.
             keep_disabled: Whether the disabled rules stay, disabled, as far as ``fis`` has their variables and
                 terms: for a system that was learnt from the enabled ones.
+            gesture: What is put there one after the other with the same gesture is undone together.
 
         Raises FisFileError where no .fis file can hold it.
         """
@@ -257,7 +258,7 @@ class Document:
         if keep_disabled:
             new = with_disabled(new, self.design)
         file_text(new)
-        self._record(replace(new, point=point_in(new.system, self.design)), what)
+        self._record(replace(new, point=point_in(new.system, self.design)), what, gesture)
 
     def compare(self, fis: Sugeno | None) -> None:
         """Show ``fis`` beside the design; None shows nothing."""

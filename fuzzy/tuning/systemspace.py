@@ -4,8 +4,9 @@ Memberships stay ordered and covering, for they do not move one by one: the plac
 the universe of discourse into gaps, and a search stretches or shrinks each gap. Where two terms met or overlapped they
 still do. Widths and slopes scale with the universe about them, and within WIDEN besides.
 
-Consequents keep their sign, or where they are 0 stay near it. A system that answers to the left as to the right
-(:mod:`fuzzy.tuning.mirror`) keeps that symmetry, unless it is told not to.
+Consequents keep their sign, or where they are 0 stay near it, unless :attr:`SystemSpace.reach` says how far they go. A
+system that answers to the left as to the right (:mod:`fuzzy.tuning.mirror`) keeps that symmetry, unless it is told not
+to.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -43,13 +44,14 @@ class SystemSpace:
     move: Collection[str] = MOVED  # of MOVABLE
     symmetric: bool = True  # whether the symmetry that it has, if any, is kept
     prefix: str = ""  # of the parameters' names
+    reach: np.ndarray | None = None  # (outputs, inputs + 1): how far slopes and constants may move at least
     _parts: "tuple[_Part, ...]" = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         for name in self.move:
             if name not in MOVABLE:
                 raise TuningError(expected(str(name), MOVABLE, "part of a system that can move"))
-        object.__setattr__(self, "_parts", tuple(_parts(self.fis, self.move, self.mirror)))
+        object.__setattr__(self, "_parts", tuple(_parts(self.fis, self.move, self.mirror, self.reach)))
 
     @cached_property
     def mirror(self) -> Mirror | None:
@@ -114,13 +116,13 @@ class _Part:
         raise NotImplementedError
 
 
-def _parts(fis: Sugeno, move: Collection[str], mirror: Mirror | None) -> Iterator[_Part]:
+def _parts(fis: Sugeno, move: Collection[str], mirror: Mirror | None, reach: np.ndarray | None) -> Iterator[_Part]:
     if "memberships" in move:
         for k in range(len(fis.inputs)):
             yield _Memberships.of(fis, k, mirror)
     if "consequents" in move:
         for k in range(len(fis.outputs)):
-            yield from _consequents(fis, k, mirror)
+            yield from _consequents(fis, k, mirror, None if reach is None else reach[k])
     orbits = _orbits(range(len(fis.rules)), mirror.rules if mirror else None)
     if "weights" in move:
         for orbit in orbits:
@@ -279,13 +281,14 @@ class _Consequent(_Part):
                 terms[name] = replace(term, slopes=tuple(numbers[:-1]), constant=numbers[-1])
 
 
-def _consequents(fis: Sugeno, output: int, mirror: Mirror | None) -> Iterator[_Part]:
+def _consequents(fis: Sugeno, output: int, mirror: Mirror | None, least: np.ndarray | None) -> Iterator[_Part]:
     variable = fis.outputs[output]
     inputs = len(fis.inputs)
     table = {name: coefficients(term, inputs) for name, term in variable.terms.items()}
     if not table:
         return
     greatest = np.abs(np.array(list(table.values()))).max(axis=0)
+    least = SMALLEST * greatest if least is None else least
     images = _term_images(fis, output, mirror)
     signs = np.ones(inputs + 1, dtype=int)
     if mirror is not None:
@@ -300,7 +303,7 @@ def _consequents(fis: Sugeno, output: int, mirror: Mirror | None) -> Iterator[_P
             column = inputs + 1 - numbers + place
             if image == name and signs[column] < 0 and name in images:
                 continue  # its own mirror image: it stays 0
-            reach = max(abs(table[name][column]), SMALLEST * greatest[column])
+            reach = max(abs(table[name][column]), float(least[column]))
             if reach == 0:
                 continue  # a slope that no rule has
             start = float(table[name][column])

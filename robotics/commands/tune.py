@@ -50,9 +50,11 @@ def tune(
         bool, typer.Option("--noise", help="Measure postures with 3 mm and 3 mrad of noise where nothing is random.")
     ] = False,
     runs: Annotated[int, typer.Option(min=1, help="Seeds of each candidate on each scenario.")] = 20,
-    evaluations: Annotated[int, typer.Option(min=1, help="How many candidates are tried.")] = 1000,
+    evaluations: Annotated[
+        int, typer.Option(min=1, help="Number of candidates that are tried, the law as it is included.")
+    ] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="The seed of the search.")] = 1,
-    engine: Annotated[str, typer.Option(help="cmaes, or random.")] = "cmaes",
+    engine: Annotated[str, typer.Option(help="What searches: cmaes, or random.")] = "cmaes",
     space: Annotated[
         str | None,
         typer.Option(metavar="FILE.toml", help="What may move, and the cost: see `robotics new tuning`."),

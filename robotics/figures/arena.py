@@ -496,13 +496,7 @@ def plot_pareto(
                 ax.plot(*tuned[k], marker=look.marker, color=look.color, markersize=5, zorder=3)
         points = tuned[known] if published is None else np.concatenate([tuned[known], published[known]])
         points = points[np.isfinite(points).all(axis=1)]
-        for axis, values, limit in ((ax.xaxis, points[:, 0], ax.set_xlim), (ax.yaxis, points[:, 1], ax.set_ylim)):
-            margin = max((values.max() / values.min()) ** 0.1, 1.25)
-            low, high = values.min() / margin, values.max() * margin
-            limit(low, high)
-            axis.set_ticks(_round_ticks(low, high))
-            axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
-            axis.set_minor_locator(NullLocator())
+        _round_axes(ax, points)
         ax.set_xlabel(f"{titles[0]}, logarithmic\n← better")
         ax.set_ylabel(f"{titles[1]}, logarithmic\n← better")
         marks = () if published is None else (("as published", "white"), ("tuned", "0.35"))
@@ -511,6 +505,17 @@ def plot_pareto(
         named = [law for law, is_known in zip(laws, known, strict=True) if is_known]
         _name_points(ax, named, tuned[known])
         return figure
+
+
+def _round_axes(ax: Axes, points: np.ndarray) -> None:
+    """Give both logarithmic axes room around the points (n, 2), and round ticks."""
+    for axis, values, limit in ((ax.xaxis, points[:, 0], ax.set_xlim), (ax.yaxis, points[:, 1], ax.set_ylim)):
+        margin = max((values.max() / values.min()) ** 0.1, 1.25)
+        low, high = values.min() / margin, values.max() * margin
+        limit(low, high)
+        axis.set_ticks(_round_ticks(low, high))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
+        axis.set_minor_locator(NullLocator())
 
 
 def _along(ax: Axes, line: Line2D) -> np.ndarray:

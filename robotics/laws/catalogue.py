@@ -35,6 +35,7 @@ from robotics.laws.tracking.pdc import ParallelCompensation
 from robotics.laws.tracking.pid import PID
 from robotics.laws.tracking.pure_pursuit import PurePursuit
 from robotics.laws.tracking.sliding_mode import SlidingMode
+from robotics.laws.tuned import tuned_presets
 from robotics.quantity import accepted
 from robotics.vehicle.robot import Robot
 
@@ -43,7 +44,7 @@ OwnLaws = Mapping[str, Law[Any] | str] | Sequence[str | Law[Any] | tuple[str, La
 GROUP = "fuzzyfleet.laws"  # the entry points by which other packages add laws
 
 
-CATALOGUE: dict[str, Preset] = {
+_PRINTED: dict[str, Preset] = {
     "fuzzy": Preset(
         OwnRules,
         {},
@@ -217,6 +218,9 @@ CATALOGUE: dict[str, Preset] = {
         "team",
     ),
 }
+
+
+CATALOGUE: dict[str, Preset] = _PRINTED | tuned_presets(_PRINTED)
 
 
 def presets() -> dict[str, Preset]:

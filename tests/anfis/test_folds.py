@@ -5,7 +5,7 @@ import pytest
 
 import anfis
 import fuzzy
-from anfis.folds import fold_rows
+from fuzzy.fitting.folds import FoldError, fold_rows
 from tests.anfis.training_problem import FIS, X, Y, rmse
 
 OPTIONS = anfis.Options(epochs=2)
@@ -76,7 +76,7 @@ def test_a_callback_sees_the_folds_and_an_interrupt_ends_them():
     ],
 )
 def test_settings_that_make_no_folds(settings, message):
-    with pytest.raises(anfis.TrainingError, match=message):
+    with pytest.raises(FoldError, match=message):
         anfis.cross_validate(FIS, X, Y, **settings)
 
 

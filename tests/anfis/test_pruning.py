@@ -70,7 +70,7 @@ def test_where_a_rule_stands_alone_the_middle_of_the_range_counts():
 
 
 def test_pruning_makes_a_grid_that_knows_its_samples_by_heart_better():
-    pruned = anfis.prune(grid(5), *LEARNT, OPTIONS, check=CHECK, test=TEST)
+    pruned = anfis.prune(grid(5), *LEARNT, OPTIONS, check=CHECK, test=TEST, choice="least")
     assert [s.rules for s in pruned.path] == schedule(25) == [len(s.rules) for s in pruned.systems]
     assert pruned.chosen == int(np.argmin([s.check for s in pruned.path]))
     assert pruned.error.rules == len(pruned.system.rules) < 15
@@ -80,13 +80,13 @@ def test_pruning_makes_a_grid_that_knows_its_samples_by_heart_better():
         assert value == pytest.approx(total_rmse(pruned.system, data[0], data[1][:, None]))
     used = {(c.variable, c.term) for r in pruned.system.rules for c in r.when}
     assert used == {(v.name, t) for v in pruned.system.inputs for t in v.terms}
-    again = anfis.prune(grid(5), *LEARNT, OPTIONS, check=CHECK)
+    again = anfis.prune(grid(5), *LEARNT, OPTIONS, check=CHECK, choice="least")
     assert again.system == pruned.system  # the test data change nothing
 
 
 def test_one_standard_error_keeps_no_more_rules():
-    least = anfis.prune(grid(4), *LEARNT, OPTIONS, check=CHECK, retrain=0)
-    fewest = anfis.prune(grid(4), *LEARNT, OPTIONS, check=CHECK, retrain=0, choice="one-standard-error")
+    least = anfis.prune(grid(4), *LEARNT, OPTIONS, check=CHECK, retrain=0, choice="least")
+    fewest = anfis.prune(grid(4), *LEARNT, OPTIONS, check=CHECK, retrain=0)
     assert fewest.systems == least.systems
     assert fewest.chosen >= least.chosen
     squares = [

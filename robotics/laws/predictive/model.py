@@ -44,12 +44,14 @@ def wheel_lag(robot: Robot) -> float:
 def wheel_rate(robot: Robot) -> float:
     """How fast [m/s²] both wheels can be made to change their speed, straight on and on the spot.
 
-    Straight on two torques τ_m − τ_friction move the mass, on the spot they turn the inertia: the smaller one counts.
+    Straight on two torques τ_m − τ_friction move the mass, on the spot they turn the inertia: the smaller one counts. A
+    twentieth of τ_m is taken to be left over by friction in any case.
     """
-    torque = min(robot.torque_limit, robot.torque_constant * robot.supply_voltage) - robot.friction_torque
+    motor = min(robot.torque_limit, robot.torque_constant * robot.supply_voltage)
+    torque = max(motor - robot.friction_torque, motor / 20)
     straight = 2 * torque / (robot.wheel_radius * robot.effective_mass)
     spot = 2 * torque * robot.half_axle**2 / (robot.wheel_radius * robot.effective_inertia)
-    return max(min(straight, spot), 0.05 * straight)
+    return min(straight, spot)
 
 
 class Response(NamedTuple):

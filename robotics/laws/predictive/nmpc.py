@@ -163,12 +163,12 @@ def predict(i, known, memory, command, work):  # type: ignore[no-untyped-def]
 class PredictiveControl(EquationLaw):
     """Nonlinear model predictive control: the scales of errors and commands that weigh alike, and how far it plans."""
 
-    along_scale: float = quantity(0.1, "m", above=0)
-    cross_scale: float = quantity(0.1, "m", above=0)
-    heading_scale: float = quantity(0.5, "rad", above=0)
-    v_scale: float = quantity(0.2, "m/s", above=0)
-    w_scale: float = quantity(1.0, "rad/s", above=0)
-    change_scale: float = quantity(0.05, "m/s", above=0)  # of a wheel's speed, from one period to the next
+    along_scale: float = quantity(0.1, "m", least=1e-3, most=1e3)
+    cross_scale: float = quantity(0.1, "m", least=1e-3, most=1e3)
+    heading_scale: float = quantity(0.5, "rad", least=1e-3, most=1e3)
+    v_scale: float = quantity(0.2, "m/s", least=1e-3, most=1e3)
+    w_scale: float = quantity(1.0, "rad/s", least=1e-3, most=1e3)
+    change_scale: float = quantity(0.05, "m/s", least=1e-3, most=1e3)  # of a wheel's speed, from one period to the next
     horizon: int = whole(20, least=2, most=200, doc="Control periods that it plans ahead.")
     iterations: int = whole(3, least=1, most=200, doc="Steps of the solver a period, at most; 50: until it converges.")
     wheel_lag: Literal["modelled", "ignored"] = "modelled"  # ignored: the wheels are taken to follow at once

@@ -73,7 +73,7 @@ def test_folds_come_before_the_training_of_all(data, capsys):
 def test_pruning_keeps_fewer_rules(data, capsys):
     common = ["train", str(data / "data.csv"), "--grid", "4", "--epochs", "2", "-q", "--prune"]
     tables = ["--check", str(data / "check.csv"), "--plot", str(data / "rules.png")]
-    assert main([*common, *tables, "-o", str(data / "a.fis"), "--json"]) == 0
+    assert main([*common, *tables, "--choice", "least", "-o", str(data / "a.fis"), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["rules"] == found["pruning"]["chosen"] == len(fuzzy.read_fis(data / "a.fis").rules) < 16
     path = found["pruning"]["path"]
@@ -90,6 +90,7 @@ def test_pruning_keeps_fewer_rules(data, capsys):
     ("arguments", "fragment"),
     [
         (["--grid", "2", "--keep-rules", "3"], "give --prune too"),
+        (["--grid", "2", "--prune", "--choice", "leats"], "did you mean 'least'"),
         (["--grid", "2", "--prune", "--folds", "3"], "give one of them"),
         (["--grid", "2", "--prune", "--checkpoint", "c.pt"], "leave --checkpoint out"),
         (["--grid", "2", "--prune", "--keep-rules", "9"], "from 1 to the number of rules (4), got 9"),

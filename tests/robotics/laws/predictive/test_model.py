@@ -59,6 +59,7 @@ def test_both_wheels_can_change_their_speed_as_fast_as_the_rate_says():
         wheel = followed[0] + ETSRO.half_axle * followed[1]
         assert np.diff(wheel).max() / STEP > 0.9 * rate  # the loop reaches it
     assert rate == pytest.approx(2 * (0.35 - 0.02) / (0.045 * ETSRO.effective_mass))
+    assert wheel_rate(replace(ETSRO, friction_torque=0.4, friction_speed=5.0)) > 0
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.004, 0.05, 0.3])

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from robotics.laws.catalogue import gains_of, make_controller
-from robotics.laws.law import KNOWLEDGE, ControllerError
+from robotics.laws.law import KNOWLEDGE, ControllerError, Observation
 from robotics.laws.predictive.nmpc import PredictiveControl
 from robotics.measures.tracking import METRICS
 from robotics.scenario.reading import load_scenario
-from robotics.simulation.loop import simulate
+from robotics.simulation.loop import drive, simulate
 
 UNDER_WAY, TURNING = "rms_cross_track_under_way_m", "w_variation_radps2"
 
@@ -95,6 +95,19 @@ def test_a_run_does_not_depend_on_those_beside_it():
         assert together[name][7].tobytes() == alone[name][0].tobytes()
 
 
+def test_called_by_hand_it_commands_the_same():
+    """Its memory, plan and sent commands, is handed back and forth."""
+    about = replace(load_scenario("lyapunov-sine"), duration=1.0, latency=0.13)
+    law, whole = make_controller("nmpc"), simulate(about, make_controller("nmpc"), (3,))
+    memory = law.init(about.setting, 1)
+    for state in drive(about.setting, law, (3,)):
+        x, y, heading = state.posture
+        seen = Observation(state.time, x, y, heading, state.v, state.w, state.reference, about.setting.references)
+        command, memory = law.control(seen, memory, about.setting.period)
+        assert command.first.item() == whole["command_1"][0, 0, state.k]
+        assert command.second.item() == whole["command_2"][0, 0, state.k]
+
+
 def test_it_says_what_it_knows_and_takes_gains():
     law = make_controller("nmpc:horizon=15,wheel_lag=ignored")
     assert law == PredictiveControl(horizon=15, wheel_lag="ignored")
@@ -103,7 +116,7 @@ def test_it_says_what_it_knows_and_takes_gains():
     assert {"along_scale", "cross_scale", "heading_scale", "v_scale", "w_scale", "change_scale"} <= set(gains_of(law))
     with pytest.raises(ControllerError, match="horizon must be a whole number >= 2 and <= 200; got 1"):
         make_controller("nmpc:horizon=1")
-    with pytest.raises(ControllerError, match="cross_scale must be a finite number in m, > 0"):
+    with pytest.raises(ControllerError, match=r"cross_scale must be a finite number in m, >= 0\.001 and <= 1000"):
         make_controller("nmpc:cross_scale=0")
 
 

@@ -1,14 +1,16 @@
-"""The terminal cost: against the Riccati recursion, and as what the rest of a longer plan costs."""
+"""The terminal cost: against scipy's Riccati equation, and as what the rest of a longer plan costs."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
+from scipy.linalg import solve_discrete_are
 
 from benchmarks.predictiveproblems import LAW, PERIOD
 from robotics.laws.predictive.model import response, wheel_lag, wheel_rate
 from robotics.laws.predictive.problem import Problem, plans_of
-from robotics.laws.predictive.terminal import SPEEDS, straight_across, straight_along, tail_table
+from robotics.laws.predictive.terminal import SPEEDS, riccati, straight_across, straight_along, tail_table
 from robotics.scenario.robots import load_robot
 
 ETSRO = load_robot("etsro").robot
@@ -17,22 +19,30 @@ AFTER, TOP = response(PERIOD, LAG), ETSRO.wheel_speed_limit
 TABLE = tail_table(WEIGHTS, AFTER, TOP)
 
 
-def recursion(a, b, q, r, s):
-    """The cost to go of ever longer plans, without the equation that scipy solves."""
-    p = q
-    for _ in range(4000):
-        h, f = r + b.T @ p @ b, b.T @ p @ a + s.T
-        p = q + a.T @ p @ a - f.T @ np.linalg.solve(h, f)
-    return p[np.triu_indices(len(p))]
-
-
-def test_the_table_has_the_limits_of_the_riccati_recursion():
+def test_the_table_has_the_solutions_of_scipy():
     assert TABLE.shape == (SPEEDS, 17)
-    np.testing.assert_allclose(TABLE[[0, -1], 0], [TOP / 32, TOP])
-    for row in TABLE[[0, 3, 5]]:
-        np.testing.assert_allclose(row[1:7], recursion(*straight_along(WEIGHTS, AFTER)), rtol=1e-7, atol=1e-9)
-        across = recursion(*straight_across(WEIGHTS, AFTER, row[0]))
-        np.testing.assert_allclose(row[7:], across, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(TABLE[:, 0], TOP / np.array([32, 16, 8, 4, 2, 1]))
+    for row in TABLE:
+        for problem, numbers in (
+            (straight_along(WEIGHTS, AFTER), row[1:7]),
+            (straight_across(WEIGHTS, AFTER, row[0]), row[7:]),
+        ):
+            *given, s = problem
+            solution = solve_discrete_are(*given, s=s)
+            np.testing.assert_allclose(numbers, solution[np.triu_indices(len(solution))], rtol=1e-9)
+
+
+@pytest.mark.parametrize("scales", [*product((1e-3, 1e3), repeat=6)][::7], ids=str)
+def test_scales_that_are_far_apart_have_a_terminal_cost(scales):
+    """What it says of itself by the equation, in parts of its greatest term."""
+    names = ("along_scale", "cross_scale", "heading_scale", "v_scale", "w_scale", "change_scale")
+    weights = replace(LAW, **dict(zip(names, scales, strict=True))).weights(ETSRO)
+    for a, b, q, r, s in (straight_along(weights, AFTER), straight_across(weights, AFTER, TOP / 8)):
+        p = riccati(a, b, q, r, s)
+        assert np.linalg.eigvalsh(p).min() >= -1e-9 * np.abs(p).max()
+        f = b.T @ p @ a + s.T
+        again = q + a.T @ p @ a - f.T @ np.linalg.solve(r + b.T @ p @ b, f)
+        np.testing.assert_allclose(again, p, atol=1e-8 * np.abs(p).max())
 
 
 def along_a_line(horizon, v, state):

@@ -1,0 +1,247 @@
+"""The command ``fuzzy tune``: a system's numbers and choices, tuned on a table."""
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import typer
+
+from fuzzy.commands.completion import rule_bases
+from fuzzy.commands.datafile import Folds, FoldsOrder, SkipBad, columns_of, numbers, opened
+from fuzzy.commands.shared import Json, read_system
+from fuzzy.errors import InputError
+from fuzzy.files.atomic import check_folder, check_target
+from fuzzy.shell.interrupts import interrupted
+from fuzzy.shell.progress import Advance, progress_bar
+from fuzzy.shell.terminal import print_json
+from fuzzy.shown import shown
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from fuzzy.system import Sugeno
+    from fuzzy.tuning.data import TunedFold, TunedSystem
+    from fuzzy.tuning.search import Evaluations
+
+
+class _Samples(NamedTuple):
+    x: "np.ndarray"  # (samples, inputs)
+    y: "np.ndarray"  # (samples, outputs)
+    skipped: int  # rows that were left out
+
+
+def tune(
+    data: Annotated[
+        Path,
+        typer.Argument(metavar="DATA.csv", help="Columns for the system's inputs and outputs.", show_default=False),
+    ],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SYSTEM",
+            help="The Sugeno system to start from: a .fis file, or a packaged one's name.",
+            show_default=False,
+            autocompletion=rule_bases,
+        ),
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="TUNED.fis", help="Where the tuned system goes.")],
+    move: Annotated[
+        str,
+        typer.Option(metavar="A,B", help="What may move: memberships, consequents, weights, choices, rules."),
+    ] = "memberships,consequents",
+    solve: Annotated[
+        bool,
+        typer.Option("--solve", help="Solve each candidate's consequents by least squares: they need not move."),
+    ] = False,
+    symmetric: Annotated[
+        bool, typer.Option("--symmetric", help="Keep the symmetry of a system that answers to both sides alike.")
+    ] = False,
+    check: Annotated[
+        Path | None,
+        typer.Option(metavar="CHECK.csv", help="Data not tuned on: of the best so far the one that errs least here."),
+    ] = None,
+    evaluations: Annotated[int, typer.Option(min=1, help="How many systems are tried.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="The seed of the search, and of shuffled folds.")] = 1,
+    engine: Annotated[str, typer.Option(help="cmaes, or random.")] = "cmaes",
+    folds: Folds = None,
+    fold_order: FoldsOrder = "shuffled",
+    folder: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Keep the search here: after a stop the same command goes on from there."),
+    ] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Discard what FOLDER holds of a search.")] = False,
+    history: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Write a row an evaluation here: its error, its numbers.")
+    ] = None,
+    skip_bad: SkipBad = False,
+    json: Json = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress bar.")] = False,
+) -> None:
+    """Tune a system on a table: look for the memberships and consequents with which it errs least.
+
+    Memberships stay ordered and covering. It needs no gradient, so weights of rules, choices of consequents and rules
+    that are left out may move too; a system whose numbers alone move learns faster with `anfis train --start`. With
+    --solve memberships move and the consequents follow, which finds far more in the same number of evaluations. Columns
+    are found by name. Ctrl-C writes the best so far.
+
+    \b
+    Example:
+      fuzzy example samples check
+      fuzzy identify samples.csv --outputs v --rules 5 -o start.fis
+      fuzzy tune samples.csv start.fis --check check.csv --solve --evaluations 200 --engine random -o t.fis
+    """
+    from fuzzy.files.fisfile import write_fis
+    from fuzzy.tuning.data import cross_validate_tuning
+    from fuzzy.tuning.data import tune as tuned_on
+
+    check_target(out, ".fis")
+    if history is not None:
+        check_target(history)
+    if folder is not None:
+        check_folder(folder)
+    fis = read_system(file)
+    samples = _samples(fis, data, skip_bad)
+    checking = _samples(fis, check, skip_bad) if check is not None else None
+    options: dict[str, Any] = {
+        "move": _parts(move),
+        "solve": solve,
+        "symmetric": symmetric,
+        "evaluations": evaluations,
+        "seed": seed,
+        "engine": engine,
+        "check": None if checking is None else (checking.x, checking.y),
+        "fresh": fresh,
+    }
+    began = time.monotonic()
+    crossed: Sequence[TunedFold] = ()
+    with progress_bar(quiet, width=44) as begin:
+        if folds is not None:
+            bar = _Progress(begin("folds", folds * evaluations), evaluations)
+            crossed = cross_validate_tuning(
+                fis,
+                samples.x,
+                samples.y,
+                folds=folds,
+                order=fold_order,  # type: ignore[arg-type]
+                folder=folder,
+                progress=bar.fold,
+                **options,
+            )
+        found = tuned_on(
+            fis,
+            samples.x,
+            samples.y,
+            folder=folder,
+            progress=_Progress(begin(fis.name, evaluations), evaluations),
+            **options,
+        )
+    write_fis(found.system, out, _comment(found, data, check, options))
+    if history is not None:
+        from fuzzy.files.table import write_frame
+
+        write_frame(found.table(), history)
+    skipped = samples.skipped + (checking.skipped if checking is not None else 0)
+    seconds = time.monotonic() - began
+    if json:
+        print_json(_as_json(found, crossed, fold_order, out, skipped, seconds))
+    else:
+        _print(found, crossed, out, seconds)
+    if found.stopped == "interrupted":
+        interrupted(f"the best of {found.evaluations} evaluations is in {out}")
+
+
+class _Progress:
+    """Moves the bar to the number of evaluations, and says the least error so far."""
+
+    def __init__(self, advance: Advance, evaluations: int) -> None:
+        self.advance, self.evaluations, self.done = advance, evaluations, 0
+
+    def __call__(self, found: "Evaluations") -> None:
+        """After a generation of the only search."""
+        self._to(len(found), found, "")
+
+    def fold(self, fold: int, found: "Evaluations") -> None:
+        """After a generation of a fold's search."""
+        self._to(fold * self.evaluations + len(found), found, f"fold {fold + 1}: ")
+
+    def _to(self, done: int, found: "Evaluations", prefix: str) -> None:
+        said = f"{prefix}RMSE {shown(float(found.costs[0]))} before, best {shown(float(found.costs.min()))}"
+        for _ in range(done - self.done):
+            self.advance(said)
+        self.done = max(done, self.done)
+
+
+def _parts(text: str) -> list[str]:
+    parts = [part.strip() for part in text.split(",") if part.strip()]
+    if not parts:
+        raise InputError("--move: at least one of memberships, consequents, weights, choices, rules is needed")
+    return parts
+
+
+def _samples(fis: "Sugeno", path: Path, skip_bad: bool) -> _Samples:
+    """The columns of the system's inputs and outputs, found by name."""
+    text, n = opened(path), len(fis.inputs)
+    table = numbers(text, columns_of(text, [*fis.inputs, *fis.outputs]), skip_bad)
+    return _Samples(table.values[:, :n], table.values[:, n:], len(table.skipped))
+
+
+def _comment(found: "TunedSystem", data: Path, check: Path | None, options: dict[str, Any]) -> str:
+    """What stands at the top of the tuned system: a title, and how it was made."""
+    checked = f", chosen on {check.name}" if check is not None else ""
+    solved = ", consequents solved by least squares" if options["solve"] else ""
+    return (
+        f"{found.space.fis.name}, tuned on {data.name}{checked}\n"
+        f"What moved: {', '.join(found.space.move)}{solved}; {found.evaluations} evaluations of {options['engine']}, "
+        f"seed {options['seed']}; RMSE {shown(found.before)} before, {shown(found.after)} after"
+    )
+
+
+def _as_json(
+    found: "TunedSystem", crossed: "Sequence[TunedFold]", order: str, out: Path, skipped: int, seconds: float
+) -> dict[str, Any]:
+    import numpy as np
+
+    errors = [fold.after for fold in crossed]
+    folds = {
+        "count": len(crossed),
+        "order": order,
+        "mean": float(np.mean(errors)) if errors else None,
+        "std": float(np.std(errors, ddof=1)) if errors else None,
+        "each": [{"held": len(f.held), "before": f.before, "after": f.after} for f in crossed],
+    }
+    return {
+        "before": found.before,
+        "after": found.after,
+        "check": {"before": found.check_before, "after": found.check_after},
+        "evaluations": found.evaluations,
+        "parameters": len(found.space.parameters),
+        "result": str(out),
+        "stopped": found.stopped,
+        "skipped": skipped,
+        "seconds": seconds,
+        **({"folds": folds} if crossed else {}),
+    }
+
+
+def _print(found: "TunedSystem", crossed: "Sequence[TunedFold]", out: Path, seconds: float) -> None:
+    import numpy as np
+
+    units = {v.unit for v in found.system.outputs}
+    unit = f" {next(iter(units))}".rstrip() if len(units) == 1 else ""
+    if crossed:
+        print(
+            f"RMSE{f' [{unit.strip()}]' if unit else ''} of {len(crossed)} folds, at the samples that were held back:"
+        )
+        print("  fold  held back     before      after")
+        for k, fold in enumerate(crossed):
+            print(f"  {k + 1:4d}  {len(fold.held):9d}  {shown(fold.before):>9}  {shown(fold.after):>9}")
+        errors = [fold.after for fold in crossed]
+        print(f"  mean {shown(float(np.mean(errors)))}, standard deviation {shown(float(np.std(errors, ddof=1)))}")
+    checked = ""
+    if found.check_after == found.check_after:
+        checked = f"; checking {shown(found.check_before)}{unit} before, {shown(found.check_after)}{unit} after"
+    print(
+        f"{out}: RMSE {shown(found.before)}{unit} before, {shown(found.after)}{unit} after {found.evaluations} "
+        f"evaluations of {len(found.space.parameters)} parameters{checked}; {seconds:.0f} s"
+    )

@@ -1,0 +1,277 @@
+"""Tuning a system on data: a search towards the least error, through the inference and nothing else.
+
+It needs no gradient and no linearity, so it moves what learning cannot: which consequent a rule takes, weights of
+rules, memberships that stay ordered and covering. Where only consequents move, least squares finds the optimum at once
+(:func:`fuzzy.fit_consequents`); where all of a network's numbers move, ``anfis.train`` is the quicker one.
+"""
+
+import warnings
+from collections.abc import Callable, Collection, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fuzzy.compiled.sugeno import compile_sugeno
+from fuzzy.detached import detached
+from fuzzy.files.fisfile import format_fis
+from fuzzy.fitting.clustering import finite_table
+from fuzzy.fitting.consequents import IdentificationError, least_squares, output_table
+from fuzzy.fitting.folds import FoldOrder, fold_rows
+from fuzzy.inference import InferenceWarning
+from fuzzy.system import FuzzySystemError, Linear, Sugeno
+from fuzzy.tuning.journal import open_journal
+from fuzzy.tuning.parameter import TuningError
+from fuzzy.tuning.search import Evaluations, search
+from fuzzy.tuning.systemspace import MOVED, SystemSpace
+
+EVALUATIONS, SEED = 1000, 1
+Progress = Callable[[Evaluations], bool | None]
+
+
+@dataclass(frozen=True, eq=False)
+class TunedSystem:
+    """What tuning on data has found. Errors are root mean squares over samples and outputs, in the outputs' unit."""
+
+    system: Sugeno  # of least error on the data, with checking data of least error on these, of all that were the best
+    before: float  # the error of the system as it was
+    after: float  # of ``system``
+    check_before: float  # likewise on the checking data; not-a-number without
+    check_after: float
+    space: SystemSpace = field(repr=False)
+    evaluated: Evaluations = field(repr=False)
+    stopped: str  # why: "evaluations", "progress" or "interrupted"
+
+    @property
+    def evaluations(self) -> int:
+        """How many systems were tried, the system as it was included."""
+        return len(self.evaluated)
+
+    def table(self) -> Any:
+        """A row an evaluation as a pandas table: its error, the least so far, every parameter."""
+        return self.evaluated.table()
+
+
+@dataclass(frozen=True, eq=False)
+class TunedFold:
+    """One fold of a cross-validation of tuning."""
+
+    held: np.ndarray  # (held,) int: the rows that were not tuned on, ascending
+    before: float  # the error on them of the system as it was
+    after: float  # and of the one that was tuned on the others
+    tuned: TunedSystem
+
+
+def tune(
+    fis: Sugeno,
+    x: Any,
+    y: Any,
+    *,
+    move: Collection[str] = MOVED,
+    solve: bool = False,
+    symmetric: bool = False,
+    evaluations: int = EVALUATIONS,
+    seed: int = SEED,
+    engine: str = "cmaes",
+    check: tuple[Any, Any] | None = None,
+    folder: Path | None = None,
+    fresh: bool = False,
+    progress: Progress | None = None,
+) -> TunedSystem:
+    """Look for the parameters of ``fis`` with which it errs least at the data.
+
+    Args:
+        fis: The system to start from.
+        x: The inputs (samples, inputs).
+        y: The outputs (samples,) or (samples, outputs).
+        move: What may move: "memberships", "consequents", "weights", "choices" of consequents, "rules" on and off.
+        solve: Whether the consequents of every candidate are solved for by least squares, instead of moving: with
+            memberships that move this is by far the best use of a budget [Golub & Pereyra 1973, variable projection].
+        symmetric: Whether a system that answers to the left as to the right keeps that symmetry.
+        evaluations: How many systems are tried, the one as it is included.
+        seed: That of the search.
+        engine: "cmaes", which needs the package cmaes, or "random".
+        check: Data in the form of ``x`` and ``y`` that are not tuned on, and choose among the systems that were the
+            best so far.
+        folder: Where the search is written down after each generation, and goes on from if it was stopped.
+        fresh: Whether to discard what the folder holds of a search.
+        progress: Called after each generation with all evaluations so far; True ends the search.
+
+    Constants of consequents move within the outputs' range in the data about their start at least, slopes within that
+    range over the inputs'. Where no rule fires the middle of the output's range stands, and its error counts.
+
+    Ctrl-C ends with the best so far. The same data, options and seed give the same result. Raises TuningError where
+    nothing can be tuned so, InputError for data that do not fit the system.
+    """
+    fis = detached(fis)
+    x, y = _samples(fis, x, y)
+    checking = _samples(fis, *check) if check is not None else None
+    moving = tuple(part for part in move if not (solve and part == "consequents"))
+    space = SystemSpace(fis, moving, symmetric, reach=_reach(fis, x, y))
+    about = {
+        "system": sha256(format_fis(fis).encode()).hexdigest(),
+        "data": sha256(x.tobytes() + y.tobytes()).hexdigest(),
+        "move": sorted(moving),
+        "solve": solve,
+        "symmetric": symmetric,
+        "evaluations": evaluations,
+        "seed": seed,
+        "engine": engine,
+    }
+    so_far: list[Evaluations] = []
+    stopped = "evaluations"
+    with ExitStack() as stack:
+        journal = stack.enter_context(open_journal(folder, about, fresh)) if folder is not None else None
+
+        def after(found: Evaluations) -> bool | None:
+            so_far[:] = [found]
+            if journal is not None:
+                journal.write(found)
+            return progress(found) if progress is not None else None
+
+        def made(row: np.ndarray) -> Sugeno:
+            return least_squares(space.made(row), x, y).fis if solve else space.made(row)
+
+        def error(row: np.ndarray) -> float:
+            try:
+                return rmse(made(row), x, y)
+            except IdentificationError:  # no rule fires at any sample
+                return float("inf")
+
+        def cost(values: np.ndarray) -> np.ndarray:
+            return np.array([error(row) for row in values])
+
+        known = journal.known(("cost",)) if journal is not None else None
+        try:
+            found = search(
+                cost, space.parameters, evaluations=evaluations, seed=seed, engine=engine, known=known, after=after
+            )
+            stopped = "evaluations" if len(found) >= evaluations else "progress"
+        except KeyboardInterrupt:
+            if not so_far:
+                raise
+            found, stopped = so_far[0], "interrupted"
+    return _tuned(space, made, found, (x, y), checking, stopped)
+
+
+def cross_validate_tuning(
+    fis: Sugeno,
+    x: Any,
+    y: Any,
+    *,
+    folds: int = 5,
+    order: FoldOrder = "shuffled",
+    seed: int = SEED,
+    folder: Path | None = None,
+    progress: Callable[[int, Evaluations], bool | None] | None = None,
+    **options: Any,
+) -> tuple[TunedFold, ...]:
+    """Tune ``folds`` times, each time without one part of the samples, and measure the error on that part.
+
+    Args:
+        fis: The system to start from.
+        x: The inputs (samples, inputs).
+        y: The outputs (samples,) or (samples, outputs).
+        folds: How many parts there are, at least 2.
+        order: "shuffled", or "blocks" of neighbouring rows for time series.
+        seed: That of the searches and of the shuffling.
+        folder: As for :func:`tune`; each fold has a folder of its own in it.
+        progress: Called with the number of the fold (from 0) and its evaluations so far.
+        options: The others of :func:`tune`.
+
+    Raises FoldError where no folds can be made, TuningError and InputError as :func:`tune` does, and KeyboardInterrupt
+    when it is interrupted: some of the folds are not an answer.
+    """
+    x, y = _samples(fis, x, y)
+    found = []
+    for k, held in enumerate(fold_rows(len(x), folds, order, seed)):
+        rest = np.delete(np.arange(len(x)), held)
+        told = None if progress is None else lambda evaluated, k=k: progress(k, evaluated)
+        own = None if folder is None else folder / f"fold-{k + 1}"
+        tuned = tune(fis, x[rest], y[rest], seed=seed, folder=own, progress=told, **options)
+        if tuned.stopped == "interrupted":
+            raise KeyboardInterrupt
+        found.append(TunedFold(held, rmse(fis, x[held], y[held]), rmse(tuned.system, x[held], y[held]), tuned))
+    return tuple(found)
+
+
+def rmse(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> float:
+    """The root mean square error of ``fis`` at ``x`` (samples, inputs) against ``y`` (samples, outputs).
+
+    Nothing is said of inputs outside their universes; where no rule fires the middle of the output's range stands.
+    """
+    quiet = replace(fis, no_rule_fires="midrange", out_of_range="clip" if fis.out_of_range == "clip" else "ignore")
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore", InferenceWarning)
+        return float(np.sqrt(np.mean((_outputs(quiet, x) - y) ** 2)))
+
+
+def _outputs(fis: Sugeno, x: np.ndarray) -> np.ndarray:
+    """The outputs (samples, outputs) in compiled code, where it knows all membership functions."""
+    try:
+        return compile_sugeno(fis)(x)
+    except FuzzySystemError:
+        return np.asarray(fis(x))
+
+
+def _samples(fis: Sugeno, x: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
+    """``x`` (samples, inputs) and ``y`` (samples, outputs) if they and the system fit together."""
+    x, y = finite_table(x, "x"), output_table(y)
+    if x.shape[1] != len(fis.inputs) or y.shape[1] != len(fis.outputs) or len(x) != len(y):
+        raise TuningError(
+            f"{fis.name} has {len(fis.inputs)} inputs and {len(fis.outputs)} outputs; x has the shape {x.shape} and y "
+            f"{y.shape}"
+        )
+    if not fis.rules:
+        raise TuningError(f"{fis.name} has no rules, so there is nothing to tune")
+    return x, y
+
+
+def _reach(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """How far slopes and constants (outputs, inputs + 1) may move at least, by the ranges of the data."""
+    across = np.ptp(x, axis=0)
+    across[across == 0] = np.inf
+    # A plane through the data has a constant that grows with their distance from 0.
+    distance = 1 + float((np.abs(x).max(axis=0) / across).sum())
+    rows = []
+    for variable, spread in zip(fis.outputs, np.ptp(y, axis=0).tolist(), strict=True):
+        linear = any(isinstance(term, Linear) for term in variable.terms.values())
+        rows.append([*(spread / across), spread * (distance if linear else 1.0)])
+    return np.array(rows)
+
+
+def _tuned(
+    space: SystemSpace,
+    made: Callable[[np.ndarray], Sugeno],
+    found: Evaluations,
+    data: tuple[np.ndarray, np.ndarray],
+    checking: tuple[np.ndarray, np.ndarray] | None,
+    stopped: str,
+) -> TunedSystem:
+    """The result: the best, or of all that were the best so far the one of least checking error."""
+    place, checks = found.best, dict[int, float]()
+    if checking is not None:
+        for k in _records(found.costs):
+            checks[k] = rmse(made(found.values[k]), *checking)
+        place = min(checks, key=lambda k: (checks[k], k))
+    nothing = float("nan")
+    system = made(found.values[place])
+    return TunedSystem(
+        system,
+        rmse(space.fis, *data),
+        rmse(system, *data),
+        checks.get(0, nothing),
+        checks.get(place, nothing),
+        space,
+        found,
+        stopped,
+    )
+
+
+def _records(costs: np.ndarray) -> Sequence[int]:
+    """The places that were the best so far."""
+    best = np.minimum.accumulate(costs)
+    return [0, *(k for k in range(1, len(costs)) if best[k] < best[k - 1])]

@@ -1,0 +1,462 @@
+// Tune: what may move, on what and at what cost, the cost as it falls, and the robot's path before and after.
+// From what robotics/designer/tunepanel.py hands over; the form is anywidget's.
+
+import {
+  axes,
+  choices,
+  element,
+  line,
+  offer,
+  put,
+  said,
+  say,
+  sayUnder,
+  scale,
+  shape,
+  styled,
+  takes,
+  watch,
+  whenSized,
+} from "../../../fuzzy/designer/static/chart.js";
+
+const SHEET = new URL("./tuning.css", import.meta.url).href;
+const NAMES = [
+  "accepted",
+  "choice",
+  "offer",
+  "scenarios",
+  "metrics",
+  "progress",
+  "courses",
+  "before",
+  "after",
+  "left",
+  "problem",
+];
+const PARTS = {
+  gains: "gains of the law",
+  memberships: "memberships",
+  consequents: "consequents",
+  weights: "weights of rules",
+  choices: "which consequent a rule takes",
+  rules: "rules may be left out",
+};
+const ENGINES = { cmaes: "CMA-ES", random: "random search" };
+const RUNNING = ["starting", "searching", "stopping", "testing"];
+
+export async function render({ model, el }) {
+  await styled(SHEET);
+  const get = (name) => model.get(name) ?? null;
+  const chosen = {}; // by name: what was chosen here, until Python has it too
+  const current = () => ({ ...get("choice"), ...chosen });
+  let refused = null; // what this side refuses: { message, field }
+  const choose = (name, value) => {
+    chosen[name] = value;
+    model.send({ do: "choose", name, value });
+  };
+  const field = (text, control) => element("label", {}, element("span", {}, text), control);
+  const check = (text, react) => {
+    const box = element("input", { type: "checkbox" });
+    box.addEventListener("change", () => react(box.checked));
+    return [element("label", { class: "tu-check" }, box, element("span", {}, text)), box];
+  };
+  const fields = {};
+  /** A field for a number; what it does not take is said under it. */
+  const number = (label, attributes, react, name) => {
+    const input = element("input", { type: "number", "aria-label": label, ...attributes });
+    input.addEventListener("change", () => {
+      const right = input.value !== "" && input.checkValidity();
+      refused = right ? null : { message: takes(input, label), input };
+      if (right) react(Number(input.value));
+      drawProblem();
+    });
+    if (name) fields[name] = input;
+    return input;
+  };
+  const show = (input, value) => {
+    if (document.activeElement !== input && (input.value === "" || Number(input.value) !== value)) input.value = value;
+  };
+  const whole = (label, name, min, max) => number(label, { min, max, step: 1 }, (value) => choose(name, value), name);
+  const group = (legend, ...children) => element("fieldset", {}, element("legend", {}, legend), ...children);
+
+  // What may move
+  const law = choices("Law", [], "", (value) => choose("law", value));
+  fields.law = law;
+  const parts = element("div", { class: "tu-checks" }),
+    variables = element("div", { class: "tu-checks" });
+  const [symmetricLabel, symmetric] = check("keep it symmetric: to the left as to the right", (on) =>
+    choose("symmetric", on),
+  );
+  const why = element("p", { class: "tu-note" });
+  const moving = group(
+    "What may move",
+    element("div", { class: "tu-row" }, field("Law", law)),
+    why,
+    parts,
+    variables,
+    symmetricLabel,
+  );
+  /** Checkboxes for the options [value, text], of which those in `on` are set; built anew where they differ. */
+  function drawChecks(home, options, on, react) {
+    const key = JSON.stringify(options);
+    if (home.dataset.key !== key) {
+      home.dataset.key = key;
+      home.replaceChildren(
+        ...options.map(([value, text]) => {
+          const [label, box] = check(text, () =>
+            react([...home.querySelectorAll("input")].filter((b) => b.checked).map((b) => b.value)),
+          );
+          box.value = value;
+          return label;
+        }),
+      );
+    }
+    for (const box of home.querySelectorAll("input")) box.checked = on.includes(box.value);
+  }
+
+  // Scenarios and cost
+  const scenarios = element("div", {
+    class: "tu-checks tu-many",
+    role: "group",
+    "aria-label": "Scenarios",
+    tabindex: 0,
+  });
+  const [noiseLabel, noise] = check("measure postures with 3 mm and 3 mrad of noise where nothing is random", (on) =>
+    choose("noise", on),
+  );
+  const driven = group("Scenarios", scenarios, noiseLabel);
+  const terms = element("div", { class: "tu-terms" });
+  const more = choices("Another term of the cost", [], "", (value) => {
+    if (value) choose("terms", [...current().terms, [value, 1, 1]]);
+  });
+  const priced = group("Cost: the sum of weight × metric / scale", terms, field("Another term", more));
+  function drawTerms(rows) {
+    const key = rows.map(([name]) => name).join();
+    const units = Object.fromEntries((get("metrics") ?? []).map(([name, title, unit]) => [name, { title, unit }]));
+    const built = `${key}|${Object.keys(units).length}`;
+    if (terms.dataset.key !== built) {
+      terms.dataset.key = built;
+      const change = (row, at) => (value) =>
+        choose(
+          "terms",
+          current().terms.map((term, i) => (i === row ? term.with(at, value) : term)),
+        );
+      terms.replaceChildren(
+        ...rows.map(([name], row) => {
+          const { title = name, unit = "" } = units[name] ?? {};
+          const scaled = unit && unit !== "1" ? `Scale [${unit}]` : "Scale";
+          return element(
+            "div",
+            { class: "tu-term", role: "group", "aria-label": title },
+            element("span", { title: name }, title),
+            field(scaled, number(`${scaled} of ${title}`, { min: 1e-9, step: "any" }, change(row, 1))),
+            field("Weight", number(`Weight of ${title}`, { min: 0, step: "any" }, change(row, 2))),
+          );
+        }),
+      );
+    }
+    const inputs = terms.querySelectorAll("input");
+    rows.forEach(([, one, weight], row) => {
+      show(inputs[2 * row], Number(one.toPrecision(6)));
+      show(inputs[2 * row + 1], weight);
+    });
+  }
+
+  // The search
+  const accepted = get("accepted");
+  const runs = whole("Runs (seeds) of each", "runs", 1, accepted.runs);
+  const evaluations = whole("Evaluations", "evaluations", 1, accepted.evaluations);
+  const seed = whole("Seed of the search", "seed", 0, 2147483648);
+  const engine = choices(
+    "Engine",
+    accepted.engine.map((name) => [name, ENGINES[name] ?? name]),
+    "cmaes",
+    (value) => choose("engine", value),
+  );
+  fields.engine = engine;
+  const act = (text, wish, kind = "") =>
+    element("button", { type: "button", class: kind, onclick: () => model.send({ do: wish }) }, text);
+  const start = act("Start", "start", "tu-main"),
+    stop = act("Stop", "stop"),
+    keep = act("Keep", "keep"),
+    discard = act("Discard", "discard");
+  const [compareLabel, compare] = check("show before beside it in the editors", (on) =>
+    model.send({ do: "compare", value: on }),
+  );
+  const searching = group(
+    "Search",
+    element(
+      "div",
+      { class: "tu-row" },
+      field("Runs (seeds) of each", runs),
+      field("Evaluations", evaluations),
+      field("Engine", engine),
+      field("Seed of the search", seed),
+      start,
+      stop,
+      keep,
+      discard,
+      compareLabel,
+    ),
+  );
+  const leftText = element("span");
+  const goOn = act("Go on", "go on"),
+    take = act("Take the best so far", "take"),
+    drop = act("Forget it", "forget");
+  const left = element("div", { class: "tu-left", hidden: true, role: "status" }, leftText, goOn, take, drop);
+  const problem = element("p", { class: "tu-problem", role: "alert", hidden: true });
+
+  // What comes of it
+  const bar = element("progress", { "aria-label": "Evaluations done", max: 1, value: 0 });
+  const state = element("p", { class: "tu-said", role: "status" });
+  const verdict = element("p", { class: "tu-said tu-verdict" });
+  const curve = shape("svg", { class: "tu-plot", role: "img" });
+  const track = shape("svg", { class: "tu-plot", role: "img" });
+  const course = choices("Path drawn in", [], "", () => drawPath());
+  const sample = (kind) =>
+    shape("svg", { width: 34, height: 10, "aria-hidden": "true" }, shape("path", { d: "M1 5H33", class: kind }));
+  const key = (kind, text) => element("span", {}, sample(kind), text);
+  const left1 = element(
+    "div",
+    { hidden: true },
+    element("div", { class: "tu-keys" }, key("tu-best", "best so far"), key("tu-before", "before")),
+    curve,
+  );
+  const right1 = element(
+    "div",
+    { hidden: true },
+    element(
+      "div",
+      { class: "tu-keys" },
+      key("tu-reference", "reference"),
+      key("tu-before", "before"),
+      key("tu-best", "best so far"),
+    ),
+    track,
+    field("Path drawn in", course),
+  );
+  const views = element("div", { class: "tu-views" }, left1, right1);
+  const root = element(
+    "div",
+    { class: "fd fd-tuning" },
+    problem,
+    left,
+    moving,
+    driven,
+    priced,
+    searching,
+    bar,
+    state,
+    verdict,
+    views,
+  );
+  el.append(root);
+
+  function drawProblem() {
+    const { message = "", field: name = null, input = null } = refused ?? get("problem") ?? {};
+    const homes = { move: parts, still: variables, scenarios, terms, noise, symmetric };
+    const fresh = message !== "" && message !== problem.textContent;
+    sayUnder(problem, message, input ?? fields[name], (note) => {
+      const home = homes[name];
+      if (home) home.after(note);
+      else root.prepend(note);
+    });
+    if (fresh) problem.scrollIntoView({ block: "nearest" });
+  }
+
+  function drawForm() {
+    for (const [name, value] of Object.entries(chosen))
+      if (JSON.stringify(get("choice")[name]) === JSON.stringify(value)) delete chosen[name];
+    const choice = current(),
+      from = get("offer"),
+      progress = get("progress"),
+      running = RUNNING.includes(progress.state);
+    offer(
+      law,
+      from.laws.map((use) => [`${use.law}/${use.task}`, use.title]),
+      choice.law,
+    );
+    say(why, from.why ?? "");
+    why.hidden = !from.why;
+    drawChecks(
+      parts,
+      accepted.move.map((name) => [name, PARTS[name] ?? name]),
+      choice.move,
+      (on) => choose("move", on),
+    );
+    drawChecks(
+      variables,
+      from.variables.map((name) => [name, `${name} may move`]),
+      from.variables.filter((name) => !choice.still.includes(name)),
+      (on) =>
+        choose(
+          "still",
+          from.variables.filter((name) => !on.includes(name)),
+        ),
+    );
+    symmetricLabel.hidden = !from.symmetric;
+    symmetric.checked = choice.symmetric;
+    drawChecks(
+      scenarios,
+      get("scenarios").map(([name, title]) => [name, title === name ? name : `${name}: ${title}`]),
+      choice.scenarios,
+      (on) => choose("scenarios", on),
+    );
+    noise.checked = choice.noise;
+    drawTerms(choice.terms);
+    offer(more, [["", "choose …"], ...(get("metrics") ?? []).map(([name, title]) => [name, title])], "");
+    show(runs, choice.runs);
+    show(evaluations, choice.evaluations);
+    show(seed, choice.seed);
+    offer(
+      engine,
+      accepted.engine.map((name) => [name, ENGINES[name] ?? name]),
+      choice.engine,
+    );
+    for (const set of [moving, driven, priced]) set.disabled = running;
+    for (const input of [runs, evaluations, seed, engine]) input.disabled = running;
+    start.disabled = running || from.laws.length === 0;
+    stop.disabled = !running || progress.state === "stopping";
+    keep.disabled = discard.disabled = running || !progress.undecided;
+    compareLabel.hidden = !progress.undecided;
+    compare.checked = progress.compares;
+    const rest = get("left");
+    left.hidden = rest === null;
+    if (rest) {
+      say(
+        leftText,
+        `A search on ${rest.scenarios.join(", ")} was not finished or not decided: ${rest.evaluations} of ${rest.of} evaluations, cost ${said(rest.before)} before, ${said(rest.cost)} at best.`,
+      );
+    }
+    drawProblem();
+  }
+
+  function drawProgress() {
+    const p = get("progress"),
+      running = RUNNING.includes(p.state);
+    put(bar, { max: Math.max(1, p.of) });
+    bar.value = p.evaluations ?? 0;
+    bar.hidden = !running;
+    const words = [];
+    if (p.state === "starting") words.push("starting …");
+    if (p.state === "stopping") words.push("stopping after this generation …");
+    if (p.state === "testing") words.push("comparing on unseen seeds …");
+    if (p.parameters) words.push(`${p.parameters} parameters`);
+    if (p.evaluations) words.push(`${p.evaluations} of ${p.of} evaluations`);
+    if (p.state !== "idle" || p.evaluations) words.push(`${said(p.seconds, 3)} s`);
+    if (p.curve) words.push(`cost ${said(p.curve[0][1])} before, ${said(p.curve.at(-1)[1])} at best`);
+    if (p.state === "done" && p.stopped) words.push("stopped by hand");
+    if (p.gains) words.push(`gains of the law, which no rule base holds: ${p.gains}`);
+    say(state, words.join(" · "));
+    const told = [];
+    if (p.sentence) told.push(p.sentence.charAt(0).toUpperCase() + p.sentence.slice(1));
+    if (p.words) told.push(p.words);
+    else if (p.undecided)
+      told.push("The editors show the best so far: Keep leaves it in the design as one edit, Discard takes it out.");
+    say(verdict, told.map((text) => (text.endsWith(".") ? text : `${text}.`)).join(" "));
+  }
+
+  function drawCurve() {
+    const p = get("progress");
+    left1.hidden = !p.curve;
+    if (!p.curve) return;
+    const width = Math.max(240, left1.clientWidth),
+      box = { left: 62, right: width - 14, top: 26, bottom: 236 };
+    put(curve, { viewBox: `0 0 ${width} 280`, height: 280 });
+    const first = p.curve[0][1],
+      last = p.curve.at(-1)[1],
+      room = Math.max(first - last, first * 0.02) * 0.12;
+    const end = RUNNING.includes(p.state) ? p.of : p.evaluations;
+    const x = scale(0, Math.max(2, end), box.left, box.right),
+      y = scale(Math.max(0, last - room), first + room, box.bottom, box.top);
+    const xs = [],
+      ys = [];
+    for (const [at, cost] of p.curve) {
+      if (ys.length) {
+        xs.push(x(at)); // a step: the best holds until the next
+        ys.push(ys.at(-1));
+      }
+      xs.push(x(at));
+      ys.push(y(cost));
+    }
+    curve.replaceChildren(
+      axes(box, x, y, ["evaluations", "cost, best so far"]),
+      shape("path", { d: line([box.left, box.right], [y(first), y(first)]), class: "tu-before" }),
+      shape("path", { d: line(xs, ys), class: "tu-best" }),
+    );
+    put(curve, { "aria-label": `Cost over the evaluations. ${state.textContent}` });
+  }
+
+  function drawPath() {
+    const courses = get("courses"),
+      before = get("before"),
+      after = get("after");
+    right1.hidden = courses.length === 0;
+    if (courses.length === 0) return;
+    const now = courses.some((c, i) => String(i) === course.value) ? course.value : "0";
+    offer(
+      course,
+      courses.map((c, i) => [String(i), c.name]),
+      now,
+    );
+    const at = Number(now),
+      paths = [...courses[at].paths, ...(before[at] ?? []), ...(after[at] ?? [])];
+    const all = (k) => paths.flatMap((path) => path[k]).filter((v) => v !== null);
+    const [xs, ys] = [all(0), all(1)];
+    const width = Math.max(240, right1.clientWidth),
+      box = { left: 62, right: width - 14, top: 26, bottom: 236 };
+    put(track, { viewBox: `0 0 ${width} 280`, height: 280 });
+    // A metre is as long along as across.
+    const spans = [Math.max(...xs) - Math.min(...xs), Math.max(...ys) - Math.min(...ys)];
+    const meter = 1.1 * Math.max(spans[0] / (box.right - box.left), spans[1] / (box.bottom - box.top), 1e-6);
+    const around = (values, from, to) => {
+      const middle = (Math.max(...values) + Math.min(...values)) / 2,
+        half = (Math.abs(to - from) * meter) / 2;
+      return scale(middle - half, middle + half, from, to);
+    };
+    const x = around(xs, box.left, box.right),
+      y = around(ys, box.bottom, box.top);
+    const drawn = (list, kind) =>
+      (list ?? []).map((path) =>
+        shape("path", {
+          class: kind,
+          d: line(
+            path[0].map((v) => (v === null ? NaN : x(v))),
+            path[1].map((v) => (v === null ? NaN : y(v))),
+          ),
+        }),
+      );
+    track.replaceChildren(
+      axes(box, x, y, ["x [m]", "y [m]"]),
+      ...drawn(courses[at].paths, "tu-reference"),
+      ...drawn(before[at], "tu-before"),
+      ...drawn(after[at], "tu-best"),
+    );
+    put(track, {
+      "aria-label": `The path in ${courses[at].name}: before${after.length ? ", and with the best so far" : ""}`,
+    });
+  }
+
+  let request = 0;
+  const draw = () => {
+    drawForm();
+    drawProgress();
+    drawCurve();
+    drawPath();
+  };
+  const soon = () => {
+    request ||= requestAnimationFrame(() => {
+      request = 0;
+      draw();
+    });
+  };
+  const ends = [watch(model, NAMES, soon), whenSized(root, soon)];
+  draw();
+  return () => {
+    cancelAnimationFrame(request);
+    for (const end of ends) end();
+    root.remove();
+  };
+}
+
+export default { render };

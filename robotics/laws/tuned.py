@@ -1,0 +1,34 @@
+"""Laws at their best: presets whose gains and rule bases a search has found, as data in ``tuned.toml``."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from robotics.laws.law import ControllerError
+from robotics.laws.preset import Preset
+from robotics.tables.text import parse_table
+
+FILE = "tuned.toml"
+
+
+def tuned_presets(catalogue: Mapping[str, Preset]) -> dict[str, Preset]:
+    """The presets of the file, by name: each is one of the ``catalogue`` with other gains.
+
+    Raises ControllerError for a file that has been spoilt.
+    """
+    found = {}
+    for name, about in _tables().items():
+        base = catalogue.get(about.get("of", ""))
+        if base is None or not isinstance(about.get("gains"), dict):
+            raise ControllerError(f"{FILE}: {name} needs of = a law of the catalogue, and a table gains")
+        gains = base.gains | about["gains"]
+        found[name] = replace(base, gains=gains, title=f"{base.title}, tuned", note=str(about.get("note", "")))
+    return found
+
+
+@cache
+def _tables() -> dict[str, dict[str, Any]]:
+    text = (resources.files("robotics") / "laws" / FILE).read_text(encoding="utf-8")
+    return parse_table(text, FILE, ControllerError)

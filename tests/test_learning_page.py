@@ -1,0 +1,22 @@
+"""The page docs/learning.md: its snippets run as written, in an empty folder."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.snippets import run_commands, run_python, snippets
+
+SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "learning.md")
+
+
+@pytest.mark.long  # seconds; tests/anfis/commands has a small version of each command
+def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    assert [kind for kind, _ in SNIPPETS] == ["sh", "python"]
+    run_commands(SNIPPETS[0][1])
+    run_python(SNIPPETS[1][1], "learning.md")
+    said = capsys.readouterr().out
+    for words in ("of 5 folds (shuffled)", "<- chosen", "samples were held back for the choice", "rules: "):
+        assert words in said
+    assert (tmp_path / "rules.png").exists()
