@@ -12,6 +12,7 @@ from robotics.arena.changes import CHANGES
 from robotics.arena.description import Arena, title_of
 from robotics.arena.work import Search
 from robotics.laws.law import Law
+from robotics.laws.specification import Specification
 from robotics.statistics.aggregates import CVAR, IQM, SCENARIO_IQM
 from robotics.statistics.bootstrap import Interval, contrasts, interval
 from robotics.statistics.pairs import holm, signed_rank_p_values, verdicts
@@ -58,8 +59,9 @@ class Outcome:
 
     @cached_property
     def titles(self) -> list[str]:
-        """What the laws are called."""
-        return [title_of(law) for law in self.laws]
+        """What the laws are called: without their gains, unless two would be called the same."""
+        short = [title_of(str(Specification.of(law)._replace(gains=""))) for law in self.laws]
+        return [t if short.count(t) == 1 else title_of(law) for t, law in zip(short, self.laws, strict=True)]
 
     @cached_property
     def made(self) -> list[Law[Any]]:

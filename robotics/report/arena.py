@@ -221,7 +221,8 @@ def arena_pictures(outcome: Outcome) -> dict[str, Picture]:
             partial(plot_robustness, ordered, [c.replace("-", "−") for c in CHANGES], outcome.robustness[order]),
         ),
     }
-    if len(cost.terms) >= 2 and np.isfinite(means[[0, -1]]).all(axis=0).any():
+    points = means[[0, -1]][:, np.isfinite(means[[0, -1]]).all(axis=0)]
+    if len(cost.terms) >= 2 and points.size and (np.ptp(points, axis=1) > 0).all():
         scale = 100.0 if cost.terms[0].metric.endswith("_m") else 1.0
         before = outcome.term_means("published")
         found["front"] = Picture(
