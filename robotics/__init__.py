@@ -16,6 +16,8 @@ Measure, compare and look:
     explain_spans; player, a run in motion
 Tune:
     tune, what may move (LawSpace, Bound), what a run costs (Cost, Term), what was found (Tuned); load_tuning, a file
+Hold laws against each other at their best:
+    load_arena, run_arena, Arena
 Draw, each a matplotlib figure:
     of a run plot_run, plot_team, plot_formation, plot_avoidance, plot_trajectories, plot_distances, plot_progress,
     plot_modes, plot_sonar, plot_rules_at, plot_meetings; of several plot_comparison, plot_leads, plot_paths,

@@ -37,6 +37,8 @@ ROLES = {
     "hatch": Shade("#a9b1ba", "#59626c"),  # where no rule fires
     "wrong": Shade("#b3261e", "#ff8a80"),  # problems
 }
+# From the first series over white to the second: of numbers that may lie on both sides of one
+DIVERGING = (SERIES[0].light, "#b9d6ea", "#ffffff", "#f7cfae", SERIES[1].light)
 COLORS = tuple(shade.light for shade in SERIES)
 HIGHLIGHT = ROLES["mark"].light
 

@@ -58,8 +58,9 @@ def arena(
 
     \b
     Example:
-      robotics arena --out out/arena
-      robotics arena demo --laws fuzzy,lyapunov,mylaw.py:MyLaw --out out/mine
+      robotics arena demo --out out/arena
+      robotics new law -o mylaw.py
+      robotics arena demo --laws fuzzy,lyapunov,nmpc,mylaw.py:MyLaw --out out/mine
     """
     if jobs is not None and dask is not None:
         raise InputError("give --jobs or --dask, not both")

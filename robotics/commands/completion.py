@@ -4,6 +4,7 @@ The controllers' names are read off the catalogue's text, because importing the 
 """
 
 import ast
+import tomllib
 from importlib import resources
 from importlib.metadata import entry_points
 
@@ -63,8 +64,9 @@ def copies(incomplete: str) -> list[str]:
 def _controller_names() -> list[str]:
     text = (resources.files("robotics") / "laws" / "catalogue.py").read_text(encoding="utf-8")
     for node in ast.parse(text).body:
-        if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "CATALOGUE":
+        if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "_PRINTED":
             assert isinstance(node.value, ast.Dict)
             own = [key.value for key in node.value.keys if isinstance(key, ast.Constant) and isinstance(key.value, str)]
-            return [*own, *sorted(entry_points(group="fuzzyfleet.laws").names)]
+            tuned = tomllib.loads((resources.files("robotics") / "laws" / "tuned.toml").read_text(encoding="utf-8"))
+            return [*own, *tuned, *sorted(entry_points(group="fuzzyfleet.laws").names)]
     return []

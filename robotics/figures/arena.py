@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from fuzzy.figures.drawing import COLORS, LINES, figure_of, new_figure, number, style, text_width
-from fuzzy.figures.palette import ROLES, STRONG
+from fuzzy.figures.palette import DIVERGING, ROLES, STRONG
 from robotics.figures.drawing import PlotError, few_ticks
 from robotics.statistics.bootstrap import Interval
 from robotics.statistics.ranking import pareto_front
@@ -27,7 +27,7 @@ _MARKS = {"better": "▲", "worse": "▼", "equivalent": "=", "undecided": "?"}
 _RATIOS = (0.25, 0.33, 0.5, 0.67, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
 _SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))  # of a point: right, left, above, ...
 # From good over nothing to bad, blue and orange as in the series
-_SCALE = LinearSegmentedColormap.from_list("cost", [COLORS[0], "#b9d6ea", "#ffffff", "#f7cfae", COLORS[1]])
+_SCALE = LinearSegmentedColormap.from_list("cost", DIVERGING)
 
 Family = Literal["fuzzy", "lyapunov", "geometric", "linear", "predictive", "other"]
 

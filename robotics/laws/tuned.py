@@ -28,6 +28,11 @@ def tuned_presets(catalogue: Mapping[str, Preset]) -> dict[str, Preset]:
     return found
 
 
+def tuned_from() -> dict[str, str]:
+    """The law of the catalogue of which each tuned one has other gains, by name."""
+    return {name: str(about.get("of", "")) for name, about in _tables().items()}
+
+
 @cache
 def _tables() -> dict[str, dict[str, Any]]:
     text = (resources.files("robotics") / "laws" / FILE).read_text(encoding="utf-8")

@@ -13,6 +13,7 @@ from markupsafe import Markup, escape
 from fuzzy.errors import InputError
 from fuzzy.shown import typeset
 from robotics.laws.specification import Specification
+from robotics.laws.tuned import tuned_from
 from robotics.tables.text import parse_table
 
 SIDES = {"fuzzy": "fuzzy", "nonlinear": "nonlinear", "planning": "a plan"}  # of a comparison, and their words
@@ -57,8 +58,12 @@ def terms() -> tuple[Term, ...]:
 
 @cache
 def law_terms() -> dict[str, LawTerm]:
-    """All laws by their names in the catalogue."""
-    return {name: LawTerm(**row) for name, row in _table()["laws"].items()}
+    """All laws by their names in the catalogue; one with tuned gains is told of by the law that it is."""
+    told = {name: LawTerm(**row) for name, row in _table()["laws"].items()}
+    tuned = {name: told[of] for name, of in tuned_from().items()}
+    return told | {
+        name: law._replace(says=f"{law.says} Its numbers were found by a search.") for name, law in tuned.items()
+    }
 
 
 @cache
