@@ -22,7 +22,8 @@ from robotics.sensing.posture import Sensing
 PathKind = Literal["sine", "winding", "circle", "eight", "corners"]
 _TRIES = 40  # drawings until one can be driven
 _ROUNDING = 0.05  # m between the points of a rounded corner
-_REACH = 1.5  # times the length that is driven: so long a random path is made
+RAMP, STAND = 1.0, 4.0  # s: the reference gathers speed, and slows down; and stands at the end of its path
+_REACH = 1.0  # times the length that is driven: so long a random path is made
 
 
 class ArenaError(InputError):
@@ -61,7 +62,9 @@ class Family:
     least_offset: float = quantity(0.0, "m", least=0, doc="The start lies beside the path by at least so much.")
     robot: str = described("The robot: a name, or a .toml file.", STANDARD)
     load: float = quantity(0.0, "kg", least=0, doc="What the robot carries, spread over it; the laws know of it.")
-    duration: float = quantity(20.0, "s", above=12, most=600, doc="How long it is driven.")
+    duration: float = quantity(
+        14.0, "s", above=12, most=600, doc="How long it is driven at least; then the reference stands for 4 s."
+    )
     title: str = described("What it is called in tables and pictures.", "", example="a heavier robot")
 
     def __post_init__(self) -> None:
@@ -119,12 +122,13 @@ class Family:
         model: RobotModel,
         conditions: Conditions,
     ) -> Scenario:
-        member = Member(start=start, path=shape, timing=Timing(speed=speed), robot=model.robot, model=model)
+        member = Member(start=start, path=shape, timing=Timing(speed=speed, ramp=RAMP), robot=model.robot, model=model)
+        over = compile_path(shape).length / speed + RAMP
         return Scenario(
             name=name,
             title=self.label,
             robots=(member,),
-            duration=round(self.duration / conditions.period) * conditions.period,
+            duration=round((over + STAND) / conditions.period) * conditions.period,
             latency=conditions.latency,
             period=conditions.period,
             sensing=Sensing(

@@ -180,7 +180,7 @@ _TUNING = {
     "bounds": {"look_ahead": {"low": 0.2, "high": 1.0, "scale": "log"}},
     "cost": [
         {"metric": "rms_cross_track_under_way_m", "scale": 0.01, "objective": "precision"},
-        {"metric": "w_variation_under_way_radps2", "scale": 0.5, "objective": "effort"},
+        {"metric": "w_variation_late_radps2", "scale": 0.5, "objective": "effort"},
     ],
 }
 

@@ -172,15 +172,20 @@ def _rms_under_way(run: Run) -> np.ndarray:
     return _rms_of(np.where(under_way(run), cross_track_error(run), np.nan))
 
 
-def _heading_under_way(run: Run) -> np.ndarray:
-    """Infinite for a robot that was stopped before it got under way."""
-    return _rms_of(np.where(under_way(run), tracking_error(run).heading, np.nan))
+def late(run: Run) -> np.ndarray:
+    """The samples (robots, samples) from which :func:`under_way` begins, to the end: also those in which it stands."""
+    return np.logical_or.accumulate(under_way(run), axis=-1)
 
 
-def _distance_under_way(run: Run) -> np.ndarray:
-    """Infinite as :func:`_heading_under_way`."""
+def _late_heading(run: Run) -> np.ndarray:
+    """Infinite for a robot that was stopped before."""
+    return _rms_of(np.where(late(run), tracking_error(run).heading, np.nan))
+
+
+def _late_distance(run: Run) -> np.ndarray:
+    """Infinite as :func:`_late_heading`."""
     error = tracking_error(run)
-    return _rms_of(np.where(under_way(run), np.hypot(error.x, error.y), np.nan))
+    return _rms_of(np.where(late(run), np.hypot(error.x, error.y), np.nan))
 
 
 def _rms_of(errors: np.ndarray) -> np.ndarray:
@@ -188,9 +193,9 @@ def _rms_of(errors: np.ndarray) -> np.ndarray:
     return np.where(np.isnan(found), np.inf, found)
 
 
-def _turning_under_way(run: Run) -> np.ndarray:
-    """The total variation of ω_demand between samples under way, a second; infinite as :func:`_heading_under_way`."""
-    between = under_way(run)[..., 1:] & np.isfinite(run["x"][..., 1:])
+def _late_turning(run: Run) -> np.ndarray:
+    """The total variation of ω_demand a second; infinite as :func:`_late_heading`."""
+    between = late(run)[..., 1:] & np.isfinite(run["x"][..., 1:])
     total = np.where(between, np.abs(np.diff(run["w_demand"], axis=-1)), 0.0).sum(-1)
     seconds = between.sum(-1) * (run.time[1] - run.time[0])
     return np.where(seconds > 0, total / np.where(seconds > 0, seconds, 1.0), np.inf)
@@ -278,14 +283,10 @@ METRICS: dict[str, Metric] = {
     "v_variation_mps2": Metric(
         lambda r: _variation(r, "v_demand"), "m/s²", "total variation of the demanded speed a second"
     ),
-    "rms_distance_under_way_m": Metric(
-        _distance_under_way, "m", "RMS distance to the reference under way: from 6 s until the reference stands"
-    ),
-    "rms_heading_under_way_rad": Metric(
-        _heading_under_way, "rad", "RMS heading error under way: from 6 s until the reference stands"
-    ),
-    "w_variation_under_way_radps2": Metric(
-        _turning_under_way, "rad/s²", "total variation of the demanded turn rate a second, under way"
+    "rms_distance_late_m": Metric(_late_distance, "m", "RMS distance to the reference from 6 s on"),
+    "rms_heading_late_rad": Metric(_late_heading, "rad", "RMS heading error from 6 s on"),
+    "w_variation_late_radps2": Metric(
+        _late_turning, "rad/s²", "total variation of the demanded turn rate a second, from 6 s on"
     ),
     "w_variation_radps2": Metric(
         lambda r: _variation(r, "w_demand"), "rad/s²", "total variation of the demanded turn rate a second"

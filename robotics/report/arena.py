@@ -301,7 +301,7 @@ def _terms(outcome: Outcome) -> Chapter:
         "what else.",
         "The cost of a run is fixed beforehand: "
         + " + ".join(f"{_weight(t.weight)}({METRICS[t.metric].title}) / {_scale(t)}" for t in arena.made_cost.terms)
-        + ". All is measured under way, so that a start off the path, which no law can avoid, does not drown the rest. "
+        + ". All is measured from 6 s on, so that a start off the path, which no law can avoid, does not drown the rest. "
         f"In a search a failed run costs {arena.made_cost.failed:g}; in the test it is a failure.",
         "The blocks of scenarios and seeds, for tuning, choosing and testing, have nothing in common. Sorts of test "
         f"scenarios that no law was tuned on: {unseen}.",

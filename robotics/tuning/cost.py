@@ -2,7 +2,7 @@
 
 The default is what the field would choose for tracking: J = RMS distance to the reference / 1 cm + RMS heading error /
 5° + variation of the demanded turn rate / 1 rad/s². The distance, and not the cross-track error alone, which a robot
-that lags or stands still can make as small as it likes. All of it is measured under way: what a start off the path
+that lags or stands still can make as small as it likes. All of it is measured from 6 s on: what a start off the path
 costs no law can avoid, and it would drown the rest. A run in which a robot was stopped, or touched anything, costs
 FAILED.
 """
@@ -61,9 +61,9 @@ class Term:
 
 
 TERMS = (
-    Term(metric="rms_distance_under_way_m", scale=0.01, objective="precision"),
-    Term(metric="rms_heading_under_way_rad", scale=5 * pi / 180, objective="precision"),
-    Term(metric="w_variation_under_way_radps2", scale=1.0, objective="effort"),
+    Term(metric="rms_distance_late_m", scale=0.01, objective="precision"),
+    Term(metric="rms_heading_late_rad", scale=5 * pi / 180, objective="precision"),
+    Term(metric="w_variation_late_radps2", scale=1.0, objective="effort"),
 )
 
 

@@ -54,9 +54,9 @@ def moved(fis: Sugeno, value: float) -> Sugeno:
         ("move", ["membership"], "did you mean 'memberships'"),
         ("scenarios", [], "choose at least one scenario"),
         ("noise", 1, "noise must be true or false"),
-        ("terms", [["rms_distance_under_way_m", 0, 1]], "the scale of rms_distance_under_way_m must be a number > 0"),
+        ("terms", [["rms_distance_late_m", 0, 1]], "the scale of rms_distance_late_m must be a number > 0"),
         ("terms", [["rms_distance", 1, 1]], "rms_distance"),
-        ("terms", [["rms_distance_under_way_m", 1, 0]], "at least one term of the cost needs a weight > 0"),
+        ("terms", [["rms_distance_late_m", 1, 0]], "at least one term of the cost needs a weight > 0"),
     ],
 )
 def test_what_cannot_be_asked_is_said_about_its_field(field: str, value: Any, says: str) -> None:
