@@ -29,7 +29,7 @@ from robotics.figures.arena import (
     plot_ranking,
     plot_robustness,
 )
-from robotics.measures.tracking import METRICS
+from robotics.measures.registry import ALL_METRICS
 from robotics.report.chapter import Chapter, Front, Grid, Picture
 from robotics.report.plates import plate
 from robotics.report.template import rendered
@@ -300,9 +300,8 @@ def _terms(outcome: Outcome) -> Chapter:
         f"{1000 * c.start_heading:g} mrad from run to run. All know their robot's measured posture; the table says "
         "what else.",
         "The cost of a run is fixed beforehand: "
-        + " + ".join(f"{_weight(t.weight)}({METRICS[t.metric].title}) / {_scale(t)}" for t in arena.made_cost.terms)
-        + ". All is measured from 6 s on, so that a start off the path, which no law can avoid, does not drown the rest. "
-        f"In a search a failed run costs {arena.made_cost.failed:g}; in the test it is a failure.",
+        + " + ".join(f"{_weight(t.weight)}({ALL_METRICS[t.metric].title}) / {_scale(t)}" for t in arena.made_cost.terms)
+        + f". In a search a failed run costs {arena.made_cost.failed:g}; in the test it is a failure.",
         "The blocks of scenarios and seeds, for tuning, choosing and testing, have nothing in common. Sorts of test "
         f"scenarios that no law was tuned on: {unseen}.",
     )
@@ -322,7 +321,7 @@ def _terms(outcome: Outcome) -> Chapter:
 
 
 def _scale(term: Term) -> str:
-    return f"{term.scale:.4g} {METRICS[term.metric].unit}"
+    return f"{term.scale:.4g} {ALL_METRICS[term.metric].unit}"
 
 
 def _weight(weight: float) -> str:
@@ -370,7 +369,7 @@ def _costs(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
     unit = outcome.titles[outcome.reference]
     head = ("Law", "As published", "Tuned", "Share of the gap closed", "IQM of all runs", "Worst tenth", "Failed")
     grid = Grid(f"Costs over that of {unit}, tuned, with 95 % intervals.", head, rows)
-    metrics = [METRICS[term.metric] for term in cost.terms]
+    metrics = [ALL_METRICS[term.metric] for term in cost.terms]
     parts = Grid(
         "What the tuned laws' cost is made of: interquartile means of all runs.",
         ("Law", *(f"{metric.title} [{metric.unit}]" for metric in metrics)),

@@ -7,7 +7,7 @@ import pytest
 
 import robotics
 from robotics.arena.description import BLOCKS, arena_names
-from robotics.arena.families import ArenaError, Conditions, Family
+from robotics.arena.families import RAMP, STAND, ArenaError, Conditions, Family
 
 PATHS = ("sine", "winding", "circle", "eight", "corners")
 
@@ -19,7 +19,10 @@ def test_a_number_is_a_scenario(path):
     assert repr(one) == repr(same)
     assert one.robots[0] != other.robots[0]
     reference = one.trajectory.sampled(one.times)
-    assert np.all((reference.v > 0.199) & (reference.v < 0.301))  # it moves from the first sample to the last
+    cruising = (one.times > RAMP) & (one.times < one.times[-1] - STAND - RAMP - 0.1)
+    assert cruising.sum() > 12 / 0.05
+    assert np.all((reference.v[cruising] > 0.199) & (reference.v[cruising] < 0.301))
+    assert not reference.v[one.times > one.times[-1] - STAND + 0.1].any()  # it stands at the end
     assert np.abs(np.diff(np.unwrap(reference.heading[:, 0]))).max() < 0.301 * 0.05 / 0.5 * 1.03
     beside = np.array(one.robots[0].start[:2]) - [reference.x[0, 0], reference.y[0, 0]]
     ahead = np.array([np.cos(reference.heading[0, 0]), np.sin(reference.heading[0, 0])])
