@@ -182,8 +182,8 @@ def _eight(generator: np.random.Generator, radius: float, length: float) -> Shap
 
 
 def _winding(generator: np.random.Generator, radius: float, length: float) -> Shape:
-    """A spline through points whose directions wander."""
-    step = 2.5 * radius
+    """A spline through points whose directions wander, four stretches of it at least."""
+    step = min(2.0 * radius, length / 4)
     points, heading = [(0.0, 0.0)], 0.0
     while (len(points) - 1) * step < _REACH * length:
         x, y = points[-1]

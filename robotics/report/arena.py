@@ -342,10 +342,11 @@ def _facts(scenario: Scenario) -> tuple[str, ...]:
     member, path = scenario.robots[0], scenario.trajectory.paths[0]
     at = scenario.trajectory.at(0.0)
     off = float(np.hypot(member.start[0] - at.x[0], member.start[1] - at.y[0]))
+    curve = float(np.abs(path.table[3]).max())
     return (
         f"{(member.timing.speed or 0) * scenario.duration:.1f} m",
         f"{member.timing.speed or 0:.2f} m/s",
-        f"{1 / float(np.abs(path.table[3]).max()):.2f} m",
+        f"{1 / curve:.2f} m" if curve > 0 else "straight",
         f"{off:.2f} m",
         f"{member.model.name if member.model else 'robot'}, {member.robot.mass:.1f} kg",
     )
