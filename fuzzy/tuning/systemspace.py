@@ -249,7 +249,11 @@ def _moved(term: MembershipFunction, edges: np.ndarray, moved: np.ndarray, wider
         elif role in ("width", "slope"):
             own = next((n for n, r in zip(numbers[place:], term.roles[place:], strict=True) if r == "location"), None)
             center = own if own is not None else centers[-1]
-            half = abs(number) if role == "width" else 1 / abs(number)
+            if number == 0:  # a slope of 0 is that of a level line, wherever it is stretched
+                changed.append(number)
+                continue
+            span = float(edges[-1] - edges[0])
+            half = min(abs(number) if role == "width" else 1 / abs(number), span)
             stretch = (at(center + half) - at(center - half)) / (2 * half) * wider
             changed.append(number * stretch if role == "width" else number / stretch)
         else:

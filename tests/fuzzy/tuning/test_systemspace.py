@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fuzzy.files.fisfile import FisFileError, format_fis, parse_fis, read_fis
-from fuzzy.membership import Gaussian
+from fuzzy.membership import Gaussian, Sigmoid
 from fuzzy.system import Constant, Linear, Sugeno, Variable
 from fuzzy.tuning.mirror import mirror_of
 from fuzzy.tuning.parameter import TuningError, values_at
@@ -98,6 +98,15 @@ def test_gaussians_of_a_stretched_universe_are_wider():
     assert b.numbers[1] == pytest.approx(5.0 + 30 / 16)
     assert a.numbers[0] == pytest.approx((2.5 + 10 / 16) / 2)
     assert b.numbers[0] == pytest.approx(1.5 * 10 / 16)
+
+
+def test_a_level_line_stays_level():
+    x = Variable("x", (-3, 4), {"all": Sigmoid(0.0, 0.0), "right": Sigmoid(1e-320, 1.0)})
+    fis = Sugeno([x], [Variable("y", (0, 1), {"z": 0.0})], ["if x is all then y is z"])
+    space = SystemSpace(fis, ("memberships",))
+    made = space.made([2.0] * 2 + [1.2] * (len(space.parameters) - 2))
+    assert made.inputs[0].terms["all"].numbers[0] == 0
+    assert np.isfinite(made.inputs[0].terms["right"].numbers).all()
 
 
 def test_a_rule_base_that_steers_keeps_its_symmetry():
