@@ -5,8 +5,6 @@ all. After a stop, also of a killed process, the same search in the same folder 
 """
 
 import csv
-import json
-import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.files.atomic import replacing
+from fuzzy.files.claim import alone, claim
 from fuzzy.files.table import write_frame
 from fuzzy.tuning.parameter import TuningError
 from fuzzy.tuning.search import Evaluations
@@ -25,8 +23,8 @@ ABOUT, HISTORY = "search.json", "history.csv"
 class Journal:
     """The folder of one search, which no other process may have; use :func:`open_journal`."""
 
-    def __init__(self, folder: Path, about: Mapping[str, Any]) -> None:
-        self.folder, self.about = folder, about
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
 
     def known(self, names: tuple[str, ...]) -> np.ndarray | None:
         """The objectives (evaluations, objectives) called ``names`` that the folder has; None: it has none.
@@ -59,47 +57,15 @@ def open_journal(folder: Path, about: Mapping[str, Any], fresh: bool = False) ->
     Raises TuningError where the folder holds another search, or another process is at work there.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with _alone(folder):
-        path, about = folder / ABOUT, json.loads(json.dumps(about))
-        if fresh:
-            path.unlink(missing_ok=True)
-            (folder / HISTORY).unlink(missing_ok=True)
-        if path.exists():
-            try:
-                there = json.loads(path.read_text(encoding="utf-8"))
-            except (OSError, ValueError) as error:
-                raise TuningError(f"{path}: this is no search: {error}; --fresh starts over") from None
-            if there != about:
-                raise TuningError(
-                    f"{folder} holds another search: {_difference(there, about)}; give another folder, or --fresh to "
-                    "throw it away and start over"
-                )
-        else:
-            (folder / HISTORY).unlink(missing_ok=True)
-            with replacing(path) as temporary:
-                temporary.write_text(json.dumps(about, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-        yield Journal(folder, about)
-
-
-def _difference(there: Any, about: Mapping[str, Any]) -> str:
-    there = there if isinstance(there, dict) else {}
-    changed = [key for key in {**about, **there} if there.get(key) != about.get(key)]
-    return f"{', '.join(changed)} changed" if changed else "it changed"
-
-
-@contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Hold the folder's lock, which the system gives back however the process ends."""
-    if sys.platform == "win32":
-        yield
-        return
-    import fcntl
-
-    with (folder / ".lock").open("w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise TuningError(
-                f"{folder}: another search is at work here; wait for it, or give another folder"
-            ) from None
-        yield
+    busy = TuningError(f"{folder}: another search is at work here; wait for it, or give another folder")
+    with alone(folder, busy):
+        claim(
+            folder / ABOUT,
+            about,
+            lambda: (folder / HISTORY).unlink(missing_ok=True),
+            kind="search",
+            elsewhere="folder",
+            fault=TuningError,
+            fresh=fresh,
+        )
+        yield Journal(folder)

@@ -6,12 +6,10 @@ same arena in the same folder goes on from there and ends with the same bytes.
 
 import csv
 import json
-import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -21,6 +19,7 @@ import pandas as pd
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import replacing
+from fuzzy.files.claim import alone, claim
 from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin
 from fuzzy.tuning.search import Evaluations
@@ -73,7 +72,7 @@ def held(
     """
     crew = crew or Crew(Workers(InProcess()))
     folder.mkdir(parents=True, exist_ok=True)
-    with _alone(folder):
+    with alone(folder, ArenaError(f"{folder}: another arena is held here; wait for it, or give another --out")):
         _open(arena, folder, fresh)
         times = _times(arena, folder, begin) if clocked else dict.fromkeys(arena.laws, UNKNOWN)
         if clocked:
@@ -274,43 +273,16 @@ def costs_in(arena: Arena, table: pd.DataFrame) -> np.ndarray:
 # The folder -------------------------------------------------------------------------------------------------------
 
 
-@contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Hold the folder's lock, which the system gives back however the process ends."""
-    if sys.platform == "win32":
-        yield
-        return
-    import fcntl
-
-    with (folder / ".lock").open("w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise ArenaError(f"{folder}: another arena is held here; wait for it, or give another --out") from None
-        yield
-
-
 def _open(arena: Arena, folder: Path, fresh: bool) -> None:
     """Check that the folder is this arena's, or make it so."""
-    path = folder / PLAN
-    plan = json.loads(json.dumps({**about(arena), "versions": versions()}))
-    if path.exists() and not fresh:
-        try:
-            there = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise ArenaError(f"{path}: this is no arena: {error}; --fresh starts over") from None
-        changed = [key for key in {**plan, **there} if there.get(key) != plan.get(key)]
-        if changed:
-            raise ArenaError(
-                f"{folder} holds another arena: {', '.join(changed)} changed; give another --out, or --fresh to throw "
-                "it away and start over"
-            )
-        return
-    for left in [*folder.glob("searches/*/*/*"), *folder.glob("runs/*/*.csv"), folder / TIMES]:
-        if left.is_file():
-            left.unlink()
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(plan, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+    def discard() -> None:
+        for left in [*folder.glob("searches/*/*/*"), *folder.glob("runs/*/*.csv"), folder / TIMES]:
+            if left.is_file():
+                left.unlink()
+
+    plan = {**about(arena), "versions": versions()}
+    claim(folder / PLAN, plan, discard, kind="arena", elsewhere="--out", fault=ArenaError, fresh=fresh)
 
 
 def _read(path: Path, drive: Drive) -> pd.DataFrame | None:

@@ -6,11 +6,9 @@ yet, or one that is not as it was written.
 """
 
 import json
-import sys
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
@@ -20,6 +18,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import replacing
+from fuzzy.files.claim import alone
 from fuzzy.files.sealed import UNSIGNED, intact, sealed
 from fuzzy.shell.progress import Begin
 from robotics.experiments.executors import InProcess, WorkerError, Workers
@@ -166,7 +165,8 @@ def run_sweep(
     Raises SweepError where the folder holds another sweep, a point is refused or a run fails; what was written stays.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with _alone(folder):
+    busy = SweepError(f"{folder}: another sweep is at work here; wait for it, or give another --out")
+    with alone(folder, busy):
         about = identity(plan)
         if fresh:
             _clear(folder)
@@ -266,22 +266,6 @@ def _computed(
 
 def _file(folder: Path, number: int) -> Path:
     return folder / CHUNKS / f"chunk-{number:06}.parquet"
-
-
-@contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Hold the folder's lock, which the system gives back however the process ends."""
-    if sys.platform == "win32":
-        yield
-        return
-    import fcntl
-
-    with (folder / ".lock").open("w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise SweepError(f"{folder}: another sweep is at work here; wait for it, or give another --out") from None
-        yield
 
 
 def _clear(folder: Path) -> None:

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fuzzy.files.claim import alone
 from robotics.experiments.executors import InProcess, Workers
 from robotics.experiments.sweeps import running as sweeprun
 from robotics.experiments.sweeps.plan import (
@@ -453,7 +454,7 @@ def test_a_worker_with_other_versions_is_refused(folder, plan):
 
 
 def test_a_folder_belongs_to_one_sweep_at_a_time(folder, plan):
-    with sweeprun._alone(folder), pytest.raises(SweepError, match="another sweep is at work here"):
+    with alone(folder, SweepError("held")), pytest.raises(SweepError, match="another sweep is at work here"):
         run_sweep(plan, folder)
 
 
