@@ -6,11 +6,9 @@ same arena in the same folder goes on from there and ends with the same bytes.
 
 import csv
 import json
-import time
-import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
-from dataclasses import asdict, dataclass
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -29,14 +27,14 @@ from robotics.arena.description import Arena, about
 from robotics.arena.families import ArenaError
 from robotics.arena.outcome import Entry, Outcome
 from robotics.arena.work import WHOLE, Drive, Search, budgets_of, driven, plain, searched
-from robotics.experiments.executors import InProcess, WorkerError, Workers
+from robotics.experiments.executors import InProcess, WorkerError, Workers, as_done
 from robotics.experiments.versions import versions
 
 PLAN, TIMES = "arena.json", "computing.json"
 PUBLISHED, TUNED = "published", "tuned"
 LOST = "the connection to the workers was lost; the same command goes on from there"
 UNKNOWN = Timed(float("nan"), 1.0)
-Job = TypeVar("Job")
+Piece = TypeVar("Piece", Search, Drive)
 
 
 @dataclass(frozen=True)
@@ -120,18 +118,20 @@ class _Held:
             for repeat in range(arena.repeats)
         ]
         todo.sort(key=lambda s: -self.times[s.law].run * arena.budget(s.law))
+        here = self.crew.workers
+        if not self.crew.apart:
+            return self.all_of(todo, lambda s: here.executor.submit(searched, arena, s, self.folder), here)
+        with ThreadPoolExecutor(len(todo)) as pool:  # generation by generation, which this process writes down
+            side_by_side = replace(here, executor=pool, in_flight=len(todo))
+            return self.all_of(todo, lambda s: pool.submit(searched, arena, s, self.folder, here), side_by_side)
+
+    def all_of(
+        self, todo: Sequence[Search], submit: "Callable[[Search], Future[Any]]", workers: Workers
+    ) -> dict[Search, Evaluations]:
+        """The outcome of all searches, by whoever does them."""
         advance = self.begin(f"tuning: {len(todo)} searches", len(todo))
-        found: dict[Search, Evaluations] = {}
-        if self.crew.apart:  # generation by generation, which this process writes down
-            with ThreadPoolExecutor(len(todo)) as pool:
-                flying = {pool.submit(searched, arena, s, self.folder, self.crew.workers): s for s in todo}
-                for future in _finished(flying, self.crew.workers):
-                    found[flying[future]] = _result(future, flying[future].law)
-                    advance()
-            return found
-        for search, evaluated in _as_done(
-            todo, lambda s: self.crew.workers.executor.submit(searched, arena, s, self.folder), self.crew.workers
-        ):
+        found = {}
+        for search, evaluated in _as_done(todo, submit, workers):
             found[search] = evaluated
             advance()
         return found
@@ -359,55 +359,19 @@ def _minutes(seconds: float) -> str:
 
 
 def _as_done(
-    jobs: Sequence[Job], submit: Callable[[Job], "Future[Any]"], workers: Workers
-) -> Iterator[tuple[Job, Any]]:
-    """Jobs with their results as they get done; no more of them are handed out at a time than ``workers`` say."""
-    waiting = iter(jobs)
-    flying: dict[Future[Any], Job] = {}
-    while True:
-        for job in waiting:
-            flying[submit(job)] = job
-            if len(flying) >= workers.in_flight:
-                break
-        if not flying:
-            return
-        for future in _some(flying, workers):
-            job = flying.pop(future)
-            yield job, _result(future, str(getattr(job, "law", job)))
-
-
-def _finished(flying: Mapping["Future[Any]", Any], workers: Workers) -> Iterator["Future[Any]"]:
-    """Futures as they get done."""
-    left = set(flying)
-    while left:
-        for future in _some(dict.fromkeys(left), workers):
-            left.discard(future)
-            yield future
-
-
-def _some(flying: Mapping["Future[Any]", Any], workers: Workers) -> "set[Future[Any]]":
-    """Wait for the next that are done. Raises ArenaError where nobody can answer any more."""
-    since, warned = time.monotonic(), False
-    while True:
-        done = wait(flying, timeout=1.0, return_when=FIRST_COMPLETED).done
-        if done:
-            return done
-        if not workers.alive():
-            raise ArenaError(LOST)
-        if not warned and time.monotonic() - since > 10 and (idle := workers.idle()):
-            warned = True
-            warnings.warn(idle, stacklevel=2)
-
-
-def _result(future: "Future[Any]", law: str) -> Any:
-    try:
-        return future.result()
-    except CancelledError:
-        raise ArenaError(LOST) from None
-    except WorkerError as error:
-        raise ArenaError(f"{law}: {error}; the same command goes on from there") from None
-    except InputError as error:
-        raise ArenaError(f"{law}: {error}") from None
+    jobs: Sequence[Piece], submit: "Callable[[Piece], Future[Any]]", workers: Workers
+) -> "Iterator[tuple[Piece, Any]]":
+    """Pieces of work with their results as they get done. Raises ArenaError for one that fails."""
+    for job, future in as_done(jobs, submit, workers, ArenaError(LOST)):
+        try:
+            result = future.result()
+        except CancelledError:
+            raise ArenaError(LOST) from None
+        except WorkerError as error:
+            raise ArenaError(f"{job.law}: {error}; the same command goes on from there") from None
+        except InputError as error:
+            raise ArenaError(f"{job.law}: {error}") from None
+        yield job, result
 
 
 def _silent(description: str, total: int) -> Any:

@@ -12,13 +12,15 @@ import re
 import signal
 import threading
 import traceback
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import forkserver
 from multiprocessing.connection import Connection
-from typing import Any
+from time import monotonic
+from typing import Any, TypeVar
 
 from fuzzy.errors import InputError
 from fuzzy.extras import install_command
@@ -28,7 +30,10 @@ THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_
 TRIES = 2  # processes that try the same piece of work, where they die
 AHEAD = 2  # pieces of work for each worker: the next lies ready when one is done
 _FORKSERVER = "forkserver"
+PATIENCE = 5.0  # s that a cluster may be without workers before it is said
 CONNECT = 10  # s to reach a scheduler, and to see a first worker
+
+Job = TypeVar("Job")
 
 
 class ExecutorError(InputError):
@@ -47,6 +52,42 @@ class Workers:
     in_flight: int = 1  # how many pieces of work it is given at a time
     alive: Callable[[], bool] = lambda: True  # asked while waiting: can what is in flight still be answered?
     idle: Callable[[], str] = lambda: ""  # asked while waiting: a sentence where there is nobody to do the work
+
+
+def as_done(
+    jobs: Iterable[Job], submit: "Callable[[Job], Future[Any]]", workers: Workers, lost: InputError
+) -> "Iterator[tuple[Job, Future[Any]]]":
+    """Jobs with their futures as these get done; no more are handed out at a time than ``workers`` say.
+
+    It warns once if nobody is there to do the work for PATIENCE seconds. Raises ``lost`` where what is in flight can no
+    longer be answered.
+
+    Args:
+        jobs: The jobs, in the order in which they are handed out.
+        submit: Hands out one.
+        workers: Who does the work.
+        lost: The error.
+    """
+    waiting = iter(jobs)
+    flying: dict[Future[Any], Job] = {}
+    since, told = monotonic(), False  # when there was last somebody to do the work; whether it was said
+    while True:
+        for job in waiting:
+            flying[submit(job)] = job
+            if len(flying) >= workers.in_flight:
+                break
+        if not flying:
+            return
+        done = wait(flying, timeout=1.0, return_when=FIRST_COMPLETED).done
+        if not done and not workers.alive():
+            raise lost
+        idle = "" if done else workers.idle()
+        since = monotonic() if not idle else since
+        if idle and not told and monotonic() - since > PATIENCE:
+            told = True
+            warnings.warn(idle, stacklevel=2)
+        for future in done:
+            yield flying.pop(future), future
 
 
 class InProcess(Executor):

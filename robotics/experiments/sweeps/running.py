@@ -8,10 +8,9 @@ yet, or one that is not as it was written.
 import json
 import warnings
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from concurrent.futures import BrokenExecutor, CancelledError, Future
 from dataclasses import dataclass
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from fuzzy.files.atomic import replacing
 from fuzzy.files.claim import alone
 from fuzzy.files.sealed import UNSIGNED, intact, sealed
 from fuzzy.shell.progress import Begin
-from robotics.experiments.executors import InProcess, WorkerError, Workers
+from robotics.experiments.executors import InProcess, WorkerError, Workers, as_done
 from robotics.experiments.sweeps.plan import (
     Chunk,
     Pass,
@@ -47,7 +46,6 @@ if TYPE_CHECKING:
 
 PLAN, RESULTS, CHUNKS = "plan.json", "results.parquet", "chunks"
 ROW_GROUP = 65_536  # rows
-PATIENCE = 5.0  # s that a cluster may be without workers before it is said
 LOST = "the connection to the cluster is lost; the same command goes on from there"
 
 
@@ -221,44 +219,26 @@ def _say_spoilt(path: Path) -> None:
 def _computed(
     plan: SweepPlan, todo: list[int], workers: Workers, expected: dict[str, str]
 ) -> "Iterator[tuple[int, pa.Table]]":
-    """Chunks as they get done; no more of them are handed out at a time than ``workers`` say."""
-    waiting = iter(todo)
-    flying: dict[Future[Any], Chunk] = {}
-    since, told = monotonic(), False  # when there was last somebody to do the work; whether it was said
-    while True:
-        for number in waiting:
-            chunk = plan.chunk(number)
-            flying[workers.executor.submit(run_chunk, plan.sweep, chunk, expected)] = chunk
-            if len(flying) >= workers.in_flight:
-                break
-        if not flying:
-            return
-        done = wait(flying, timeout=1.0, return_when=FIRST_COMPLETED).done
-        if not done and not workers.alive():
-            raise SweepError(LOST)
-        idle = "" if done else workers.idle()
-        since = monotonic() if not idle else since
-        if idle and not told and monotonic() - since > PATIENCE:
-            told = True
-            warnings.warn(idle, stacklevel=2)
-        for future in done:
-            chunk = flying.pop(future)
-            try:
-                table = future.result()
-            except SweepError:
-                raise
-            except WorkerError as error:
-                raise SweepError(
-                    f"{_places(plan.sweep, chunk)}: {error}; the same command goes on from there"
-                ) from None
-            except BrokenExecutor:
-                raise SweepError("the workers are gone; the same command goes on from there") from None
-            except CancelledError:
-                raise SweepError(LOST) from None
-            except Exception as error:
-                place = _places(plan.sweep, chunk)
-                raise SweepError(f"{place}: {type(error).__name__}: {error}") from error
-            yield chunk.number, table
+    """Chunks as they get done."""
+
+    def submit(chunk: Chunk) -> "Future[Any]":
+        return workers.executor.submit(run_chunk, plan.sweep, chunk, expected)
+
+    for chunk, future in as_done(map(plan.chunk, todo), submit, workers, SweepError(LOST)):
+        try:
+            table = future.result()
+        except SweepError:
+            raise
+        except WorkerError as error:
+            raise SweepError(f"{_places(plan.sweep, chunk)}: {error}; the same command goes on from there") from None
+        except BrokenExecutor:
+            raise SweepError("the workers are gone; the same command goes on from there") from None
+        except CancelledError:
+            raise SweepError(LOST) from None
+        except Exception as error:
+            place = _places(plan.sweep, chunk)
+            raise SweepError(f"{place}: {type(error).__name__}: {error}") from error
+        yield chunk.number, table
 
 
 # The folder -------------------------------------------------------------------------------------------------------
