@@ -7,7 +7,6 @@ rules, memberships that stay ordered and covering. Where only consequents move, 
 
 import warnings
 from collections.abc import Callable, Collection, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
@@ -23,9 +22,9 @@ from fuzzy.fitting.consequents import IdentificationError, least_squares, output
 from fuzzy.fitting.folds import FoldOrder, fold_rows
 from fuzzy.inference import InferenceWarning
 from fuzzy.system import FuzzySystemError, Linear, Sugeno
-from fuzzy.tuning.journal import open_journal
+from fuzzy.tuning.journal import SearchInterrupt, kept_search
 from fuzzy.tuning.parameter import TuningError
-from fuzzy.tuning.search import Evaluations, search
+from fuzzy.tuning.search import Evaluations
 from fuzzy.tuning.systemspace import MOVED, SystemSpace
 
 EVALUATIONS, SEED = 1000, 1
@@ -121,39 +120,31 @@ def tune(
         "seed": seed,
         "engine": engine,
     }
-    so_far: list[Evaluations] = []
-    stopped = "evaluations"
-    with ExitStack() as stack:
-        journal = stack.enter_context(open_journal(folder, about, fresh)) if folder is not None else None
 
-        def after(found: Evaluations) -> bool | None:
-            so_far[:] = [found]
-            if journal is not None:
-                journal.write(found)
-            return progress(found) if progress is not None else None
+    def made(row: np.ndarray) -> Sugeno:
+        return least_squares(space.made(row), x, y).fis if solve else space.made(row)
 
-        def made(row: np.ndarray) -> Sugeno:
-            return least_squares(space.made(row), x, y).fis if solve else space.made(row)
-
-        def error(row: np.ndarray) -> float:
-            try:
-                return rmse(made(row), x, y)
-            except IdentificationError:  # no rule fires at any sample
-                return float("inf")
-
-        def cost(values: np.ndarray) -> np.ndarray:
-            return np.array([error(row) for row in values])
-
-        known = journal.known(("cost",)) if journal is not None else None
+    def error(row: np.ndarray) -> float:
         try:
-            found = search(
-                cost, space.parameters, evaluations=evaluations, seed=seed, engine=engine, known=known, after=after
-            )
-            stopped = "evaluations" if len(found) >= evaluations else "progress"
-        except KeyboardInterrupt:
-            if not so_far:
-                raise
-            found, stopped = so_far[0], "interrupted"
+            return rmse(made(row), x, y)
+        except IdentificationError:  # no rule fires at any sample
+            return float("inf")
+
+    try:
+        found = kept_search(
+            lambda values: np.array([error(row) for row in values]),
+            space.parameters,
+            about=about,
+            folder=folder,
+            fresh=fresh,
+            evaluations=evaluations,
+            seed=seed,
+            engine=engine,
+            progress=progress,
+        )
+        stopped = "evaluations" if len(found) >= evaluations else "progress"
+    except SearchInterrupt as stop:
+        found, stopped = stop.found, "interrupted"
     return _tuned(space, made, found, (x, y), checking, stopped)
 
 

@@ -9,7 +9,7 @@ and what is said of it is measured from TESTING on. No run is in two of them.
 
 import warnings
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack, nullcontext, suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -19,9 +19,9 @@ import numpy as np
 import pandas as pd
 
 from fuzzy.errors import InputError
-from fuzzy.tuning.journal import open_journal
+from fuzzy.tuning.journal import SearchInterrupt, kept_search
 from fuzzy.tuning.parameter import TuningError
-from fuzzy.tuning.search import Evaluations, search
+from fuzzy.tuning.search import Evaluations
 from robotics.experiments.executors import Workers
 from robotics.experiments.forewarnings import forewarnings
 from robotics.experiments.versions import digest_of, versions
@@ -145,37 +145,22 @@ def tune(
         "seed": seed,
         "engine": "pareto" if pareto else engine,
     }
-    so_far: list[Evaluations] = []
-    with ExitStack() as stack:
-        journal = stack.enter_context(open_journal(folder, about, fresh)) if folder is not None else None
-
-        def after(evaluated: Evaluations) -> bool | None:
-            so_far[:] = [evaluated]
-            if journal is not None:
-                journal.write(evaluated)
-            return progress(evaluated) if progress is not None else None
-
-        try:
-            evaluated = search(
-                partial(_evaluate, space, found, seeds, cost, threads, workers),
-                space.parameters,
-                evaluations=evaluations,
-                seed=seed,
-                engine=about["engine"],
-                names=cost.objectives,
-                known=journal.known(_columns(cost)) if journal is not None else None,
-                after=after,
-            )
-        except KeyboardInterrupt:
-            if not so_far:
-                raise
-            raise TuningInterrupt(Tuned(space, cost, so_far[0], about)) from None
+    try:
+        evaluated = kept_search(
+            partial(_evaluate, space, found, seeds, cost, threads, workers),
+            space.parameters,
+            about=about,
+            folder=folder,
+            fresh=fresh,
+            evaluations=evaluations,
+            seed=seed,
+            engine=about["engine"],
+            names=cost.objectives,
+            progress=progress,
+        )
+    except SearchInterrupt as stop:
+        raise TuningInterrupt(Tuned(space, cost, stop.found, about)) from None
     return Tuned(space, cost, evaluated, about)
-
-
-def _columns(cost: Cost) -> tuple[str, ...]:
-    """The columns of a history that hold the objectives."""
-    return cost.objectives if len(cost.objectives) > 1 else ("cost",)
 
 
 def _evaluate(
