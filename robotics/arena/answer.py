@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotics.arena.changes import CHANGES
-from robotics.arena.description import title_of
 from robotics.arena.entrants import Sort, sort_of
 from robotics.arena.outcome import Outcome
+from robotics.laws.catalogue import law_title
 from robotics.statistics.bootstrap import Interval
 from robotics.statistics.pairs import MARGIN
 
@@ -40,7 +40,7 @@ class _Said:
         return [k for k in self.of.order if np.isfinite(self.of.cost.value[k])]
 
     def sort(self, k: int) -> Sort:
-        return sort_of(self.of.laws[k], self.of.made[k])
+        return sort_of(self.of.made[k])
 
     def title(self, k: int) -> str:
         return self.of.titles[k]
@@ -53,7 +53,7 @@ class _Said:
         arena = self.of.arena
         runs = arena.runs * len(arena.scenarios("tune"))
         searches = arena.repeats * len(arena.engines)
-        less = [f"{title_of(law)} only {count}" for law, count in arena.exceptions.items()]
+        less = [f"{law_title(law)} only {count}" for law, count in arena.exceptions.items()]
         alike = f", {listed(less)}" if less else ""
         return (
             f"{_capital(_number(len(self.of.laws)))} laws were tuned from their published gains with "

@@ -15,7 +15,7 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.tuning.engines import ENGINES
 from robotics.arena.families import ArenaError, Conditions, Family
-from robotics.laws.catalogue import as_law, law_title, located
+from robotics.laws.catalogue import as_law, located
 from robotics.laws.law import Law
 from robotics.measures.registry import ALL_METRICS
 from robotics.quantity import check_quantities, described, whole
@@ -24,6 +24,7 @@ from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFiles
 from robotics.tables.text import parse_table, placed
 from robotics.tuning.cost import TERMS, Cost, Term
+from robotics.tuning.file import read_terms
 from robotics.tuning.space import PARTS, PARTS_MOVED, LawSpace
 from robotics.tuning.tune import CHOOSING, TESTING, TUNING
 
@@ -169,7 +170,7 @@ def parse_arena(text: str, name: str = "arena", file: str = "<text>", folder: Pa
     """
     table = _alike(parse_table(text, file, ArenaError), file)
     with placed(text, file, ArenaError):
-        special = {Mapping[str, int]: _exceptions, tuple[Term, ...]: _terms, tuple[Family, ...]: _families}
+        special = {Mapping[str, int]: _exceptions, tuple[Term, ...]: _terms}
         made = Builder(ArenaError, special).build(Arena, table, (), ("like",), name=name, folder=folder)
     assert isinstance(made, Arena)
     return made
@@ -209,11 +210,6 @@ def about(arena: Arena) -> dict[str, Any]:
     }
 
 
-def title_of(law: str) -> str:
-    """What tables and pictures call a law."""
-    return law_title(law)
-
-
 def _exceptions(value: Any, keys: Keys) -> dict[str, int]:
     table = Builder(ArenaError, {}).table(value, keys)
     for law, count in table.items():
@@ -222,16 +218,8 @@ def _exceptions(value: Any, keys: Keys) -> dict[str, int]:
     return table
 
 
-def _families(value: Any, keys: Keys) -> tuple[Family, ...]:
-    builder = Builder(ArenaError, {})
-    rows = enumerate(builder.tables(value, keys))
-    return tuple(builder.build(Family, row, (*keys, n)) for n, row in rows)
-
-
 def _terms(value: Any, keys: Keys) -> tuple[Term, ...]:
-    builder = Builder(ArenaError, {})
-    rows = enumerate(builder.tables(value, keys))
-    found = tuple(builder.build(Term, row, (*keys, n), measure=None) for n, row in rows)
+    found = read_terms(value, keys, ArenaError)
     for n, term in enumerate(found):
         if term.metric not in ALL_METRICS:
             raise ArenaError(expected(term.metric, ALL_METRICS, "metric")).about(*keys, n, "metric")

@@ -1,34 +1,34 @@
 """The laws of an arena as their makers know them: what sort they are, what they know, at which level they command."""
 
+from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple
 
 from robotics.laws.law import Law
-from robotics.laws.specification import Specification
+from robotics.laws.predictive.mppi import PathIntegral
+from robotics.laws.predictive.nmpc import PredictiveControl
+from robotics.laws.tracking.linear_quadratic import LinearQuadratic
+from robotics.laws.tracking.lyapunov import Lyapunov
+from robotics.laws.tracking.pdc import ParallelCompensation
+from robotics.laws.tracking.pid import PID
+from robotics.laws.tracking.pure_pursuit import PurePursuit
+from robotics.laws.tracking.sliding_mode import SlidingMode
 
 Sort = Literal["fuzzy", "lyapunov", "geometric", "linear", "predictive", "other"]
-_SORTS: dict[str, Sort] = {
-    "fuzzy": "fuzzy",
-    "fuzzy-lateral": "fuzzy",
-    "fuzzy-literal": "fuzzy",
-    "pdc": "fuzzy",
-    "lyapunov": "lyapunov",
-    "lyapunov-thesis": "lyapunov",
-    "csm": "lyapunov",
-    "assm": "lyapunov",
-    "qssm": "lyapunov",
-    "esm": "lyapunov",
-    "pursuit": "geometric",
-    "pid": "linear",
-    "lqr": "linear",
-    "mppi": "predictive",
-    "nmpc": "predictive",
+_SORTS: Mapping[type[Law[Any]], Sort] = {
+    ParallelCompensation: "fuzzy",
+    Lyapunov: "lyapunov",
+    SlidingMode: "lyapunov",
+    PurePursuit: "geometric",
+    PID: "linear",
+    LinearQuadratic: "linear",
+    PathIntegral: "predictive",
+    PredictiveControl: "predictive",
 }
 
 
-def sort_of(specification: str, law: Law[Any]) -> Sort:
+def sort_of(law: Law[Any]) -> Sort:
     """What sort of law it is; one of the user's own with rule bases is fuzzy, and any other "other"."""
-    known = _SORTS.get(Specification.of(specification).name)
-    return known or ("fuzzy" if law.fuzzy_systems else "other")
+    return _SORTS.get(type(law)) or ("fuzzy" if law.fuzzy_systems else "other")
 
 
 class Terms(NamedTuple):

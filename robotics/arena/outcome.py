@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 
 from robotics.arena.changes import CHANGES
-from robotics.arena.description import Arena, title_of
+from robotics.arena.description import Arena
 from robotics.arena.work import Search
+from robotics.laws.catalogue import law_title
 from robotics.laws.law import Law
 from robotics.laws.specification import Specification
 from robotics.statistics.aggregates import CVAR, IQM, SCENARIO_IQM
@@ -60,8 +61,8 @@ class Outcome:
     @cached_property
     def titles(self) -> list[str]:
         """What the laws are called: without their gains, unless two would be called the same."""
-        short = [title_of(str(Specification.of(law)._replace(gains=""))) for law in self.laws]
-        return [t if short.count(t) == 1 else title_of(law) for t, law in zip(short, self.laws, strict=True)]
+        short = [law_title(str(Specification.of(law)._replace(gains=""))) for law in self.laws]
+        return [t if short.count(t) == 1 else law_title(law) for t, law in zip(short, self.laws, strict=True)]
 
     @cached_property
     def made(self) -> list[Law[Any]]:
@@ -87,9 +88,8 @@ class Outcome:
         """
         cost = self.arena.made_cost
         terms = np.stack([table[term.name].to_numpy(dtype=float) / term.scale for term in cost.terms])
-        weights = np.array([term.weight for term in cost.terms])
         with np.errstate(invalid="ignore"):
-            failed = (table["stopped"].to_numpy() > 0) | ~(weights @ terms < cost.failed)
+            failed = (table["stopped"].to_numpy() > 0) | ~(self.weights @ terms < cost.failed)
         terms[:, failed] = np.inf
         return terms.reshape(len(terms), -1, seeds)
 
@@ -282,16 +282,21 @@ class Outcome:
     # Robustness ------------------------------------------------------------------------------------------------
 
     @cached_property
+    def _changed_costs(self) -> np.ndarray:
+        """What the laws cost with each change (laws, changes, scenarios, seeds); infinite: failed."""
+        seeds = len(self.arena.seeds("test", self.arena.robustness_runs))
+        return np.stack(
+            [[self._costs(self._terms_in(entry.changed[c], seeds)) for c in CHANGES] for entry in self.entries]
+        )
+
+    @cached_property
     def robustness(self) -> Interval:
         """The cost with each change over that without, on the same seeds (laws, changes); infinite: it fails then."""
-        seeds = len(self.arena.seeds("test", self.arena.robustness_runs))
         rows = []
-        for n, entry in enumerate(self.entries):
-            as_told = self.tuned[n][:, :seeds]
+        for as_told, with_changes in zip(self.tuned, self._changed_costs, strict=True):
             found = []
-            for change in CHANGES:
-                other = self._costs(self._terms_in(entry.changed[change], seeds))
-                both = np.stack([other, as_told])
+            for other in with_changes:
+                both = np.stack([other, as_told[:, : other.shape[1]]])
                 found.append(contrasts(both, STATISTIC, generator=self.generator, draws=min(self.draws, 500))[0, 1])
             rows.append(_joined(found))
         return Interval(*(np.stack([getattr(row, f) for row in rows]) for f in ("value", "low", "high")))
@@ -299,17 +304,12 @@ class Outcome:
     @cached_property
     def robust_costs(self) -> np.ndarray:
         """The cost with each change (laws, changes); infinite: it fails then."""
-        seeds = len(self.arena.seeds("test", self.arena.robustness_runs))
-        terms = [[self._terms_in(e.changed[c], seeds) for e in self.entries] for c in CHANGES]
-        return np.stack([STATISTIC(self._costs(np.stack(own, axis=1))) for own in terms], axis=1)
+        return np.stack([STATISTIC(own) for own in self._changed_costs.swapaxes(0, 1)], axis=1)
 
-    @cached_property
+    @property
     def robust_failures(self) -> np.ndarray:
         """The share of runs that failed with each change (laws, changes)."""
-        seeds = len(self.arena.seeds("test", self.arena.robustness_runs))
-        return np.array(
-            [[np.isinf(self._terms_in(entry.changed[c], seeds)[0]).mean() for c in CHANGES] for entry in self.entries]
-        )
+        return np.asarray(np.isinf(self._changed_costs).mean(axis=(2, 3)))
 
 
 def _joined(parts: list[Interval]) -> Interval:

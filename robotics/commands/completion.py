@@ -64,7 +64,7 @@ def copies(incomplete: str) -> list[str]:
 def _controller_names() -> list[str]:
     text = (resources.files("robotics") / "laws" / "catalogue.py").read_text(encoding="utf-8")
     for node in ast.parse(text).body:
-        if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "_PRINTED":
+        if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "_PUBLISHED":
             assert isinstance(node.value, ast.Dict)
             own = [key.value for key in node.value.keys if isinstance(key, ast.Constant) and isinstance(key.value, str)]
             tuned = tomllib.loads((resources.files("robotics") / "laws" / "tuned.toml").read_text(encoding="utf-8"))

@@ -44,7 +44,7 @@ OwnLaws = Mapping[str, Law[Any] | str] | Sequence[str | Law[Any] | tuple[str, La
 GROUP = "fuzzyfleet.laws"  # the entry points by which other packages add laws
 
 
-_PRINTED: dict[str, Preset] = {
+_PUBLISHED: dict[str, Preset] = {
     "fuzzy": Preset(
         OwnRules,
         {},
@@ -220,7 +220,7 @@ _PRINTED: dict[str, Preset] = {
 }
 
 
-CATALOGUE: dict[str, Preset] = _PRINTED | tuned_presets(_PRINTED)
+CATALOGUE: dict[str, Preset] = _PUBLISHED | tuned_presets(_PUBLISHED)
 
 
 def presets() -> dict[str, Preset]:

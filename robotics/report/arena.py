@@ -143,8 +143,8 @@ def small_arena(begin: Begin, folder: Path) -> Front:
 
 def entrants(outcome: Outcome) -> list[Entrant]:
     """The laws as pictures show them."""
-    rows = zip(outcome.titles, outcome.laws, outcome.made, strict=True)
-    return [Entrant(title, sort_of(law, made)) for title, law, made in rows]
+    rows = zip(outcome.titles, outcome.made, strict=True)
+    return [Entrant(title, sort_of(made)) for title, made in rows]
 
 
 def standings(outcome: Outcome) -> Standings:
@@ -516,7 +516,7 @@ def summary_table(outcome: Outcome) -> pd.DataFrame:
         entry = outcome.entries[k]
         row: dict[str, Any] = {
             "law": entry.law,
-            "sort": sort_of(entry.law, outcome.made[k]),
+            "sort": sort_of(outcome.made[k]),
             "chosen": entry.by or "published",
         }
         for name, found in (

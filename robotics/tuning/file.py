@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.tuning.parameter import TuningError
 from robotics.laws.law import Law
@@ -80,7 +81,7 @@ def parse_tuning(text: str, file: str = "<text>", folder: Path | None = None) ->
     """
     table = parse_table(text, file, TuningError)
     with placed(text, file, TuningError):
-        builder = Builder(TuningError, {Mapping[str, Bound] | None: _bounds, tuple[Term, ...]: _terms})
+        builder = Builder(TuningError, {Mapping[str, Bound] | None: _bounds, tuple[Term, ...]: read_terms})
         found: TuningFile = builder.build(TuningFile, table, (), folder=folder or Path())
         for n, term in enumerate(found.cost):
             if ":" not in term.metric and term.metric not in ALL_METRICS:
@@ -98,8 +99,9 @@ def _bounds(value: Any, keys: Keys) -> dict[str, Bound]:
     return {name: builder.build(Bound, builder.table(row, (*keys, name)), (*keys, name)) for name, row in table.items()}
 
 
-def _terms(value: Any, keys: Keys) -> tuple[Term, ...]:
-    builder = Builder(TuningError, {})
+def read_terms(value: Any, keys: Keys, fault: type[InputError] = TuningError) -> tuple[Term, ...]:
+    """The terms of a cost that stand at ``keys`` of a file. Raises ``fault``."""
+    builder = Builder(fault, {})
     rows = enumerate(builder.tables(value, keys))
     return tuple(builder.build(Term, row, (*keys, n), measure=None) for n, row in rows)
 

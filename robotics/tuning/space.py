@@ -78,7 +78,7 @@ class LawSpace:
         if not self.parameters:
             raise TuningError(f"{type(self.law).__name__} has nothing that moves, of {', '.join(self.move)}")
 
-    @property
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """What may move, each with its name, start and bounds: the gains first."""
         return tuple(self._bounded(p) for p in self._unfixed if p.name not in self.fixed)
