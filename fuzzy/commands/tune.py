@@ -13,7 +13,7 @@ from fuzzy.commands.shared import Json, read_system
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder, check_target
 from fuzzy.shell.interrupts import interrupted
-from fuzzy.shell.progress import Advance, progress_bar
+from fuzzy.shell.progress import Advance, Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
@@ -155,21 +155,16 @@ class _Progress:
     """Moves the bar to the number of evaluations, and says the least error so far."""
 
     def __init__(self, advance: Advance, evaluations: int) -> None:
-        self.advance, self.evaluations, self.done = advance, evaluations, 0
+        self.move, self.evaluations = Mover(advance), evaluations
 
-    def __call__(self, found: "Evaluations") -> None:
-        """After a generation of the only search."""
-        self._to(len(found), found, "")
+    def __call__(self, found: "Evaluations", fold: int = 0, prefix: str = "") -> None:
+        """After a generation."""
+        before, best = shown(float(found.costs[0])), shown(float(found.costs.min()))
+        self.move(fold * self.evaluations + len(found), f"{prefix}RMSE {before} before, best {best}")
 
     def fold(self, fold: int, found: "Evaluations") -> None:
         """After a generation of a fold's search."""
-        self._to(fold * self.evaluations + len(found), found, f"fold {fold + 1}: ")
-
-    def _to(self, done: int, found: "Evaluations", prefix: str) -> None:
-        said = f"{prefix}RMSE {shown(float(found.costs[0]))} before, best {shown(float(found.costs.min()))}"
-        for _ in range(done - self.done):
-            self.advance(said)
-        self.done = max(done, self.done)
+        self(found, fold, f"fold {fold + 1}: ")
 
 
 def _parts(text: str) -> list[str]:

@@ -20,6 +20,19 @@ class Begin(Protocol):
     def __call__(self, description: str, total: int) -> Advance: ...  # noqa: D102
 
 
+class Mover:
+    """Moves a bar to a number of steps, by what advances it by one; never back."""
+
+    def __init__(self, advance: Advance) -> None:
+        self.advance, self.done = advance, 0
+
+    def __call__(self, done: int, description: str | None = None) -> None:
+        """Move it to ``done`` steps."""
+        for _ in range(done - self.done):
+            self.advance(description)
+        self.done = max(done, self.done)
+
+
 @contextmanager
 def _taken_away(progress: "Progress") -> Iterator[None]:
     """Take the bar away on an error: what stands there is then the sentence that says it."""

@@ -11,7 +11,7 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
 from fuzzy.shell.interrupts import interrupted
-from fuzzy.shell.progress import Advance, progress_bar
+from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 from robotics.commands.completion import controllers
@@ -112,6 +112,12 @@ def tune(
         with ExitStack() as stack:
             crew = stack.enter_context(executors.dask(dask)) if dask is not None else None
             begin = stack.enter_context(progress_bar(quiet, width=46))
+            moved = Mover(begin(f"{law}: {len(moving.parameters)} parameters", evaluations))
+
+            def told(found: "Evaluations") -> None:
+                before, best = shown(float(found.costs[0])), shown(float(found.costs.min()))
+                moved(len(found), f"{law}: {before} before, best {best}")
+
             found = tuned_by(
                 moving,
                 settings,
@@ -126,7 +132,7 @@ def tune(
                 fresh=fresh,
                 threads=jobs,
                 workers=crew,
-                progress=_Progress(begin(f"{law}: {len(moving.parameters)} parameters", evaluations), law),
+                progress=told,
             )
     except TuningInterrupt as stop:
         kept = stop.tuned
@@ -142,19 +148,6 @@ def tune(
         print_json(_as_json(found, result, folder, checked, seconds))
     else:
         _print(found, result, folder, checked, seconds)
-
-
-class _Progress:
-    """Moves the bar to the number of evaluations, and says the best cost so far."""
-
-    def __init__(self, advance: Advance, law: str) -> None:
-        self.advance, self.law, self.done = advance, law, 0
-
-    def __call__(self, found: "Evaluations") -> None:
-        best, before = float(found.costs.min()), float(found.costs[0])
-        for _ in range(len(found) - self.done):
-            self.advance(f"{self.law}: {shown(before)} before, best {shown(best)}")
-        self.done = len(found)
 
 
 def _names(text: str, option: str) -> list[str]:

@@ -13,6 +13,7 @@ from robotics.laws.predictive.mppi import STRIDE, PathIntegral, perturbations
 from robotics.measures.tracking import METRICS, tracking_error
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import simulate
+from tests.robotics.laws.tracking.courses import from_random_starts
 
 SETTING = load_scenario("lyapunov-circle").setting  # of one robot
 QUICK = PathIntegral(samples=250)
@@ -147,11 +148,8 @@ def test_at_the_end_it_rests():
 
 
 def test_random_starts_converge():
-    rng = np.random.default_rng(3)
-    scenario = replace(load_scenario("lyapunov-sine"), latency=0.03, duration=12.0)
-    starts = rng.uniform((-1.5, -1.5, -pi), (1.5, 1.5, pi), (25, 3)).tolist()
-    members = tuple(replace(scenario.robots[0], start=tuple(start)) for start in starts)
-    run = simulate(replace(scenario, robots=members), QUICK)
+    scenario = from_random_starts("lyapunov-sine", (-1.5, -1.5, -pi), (1.5, 1.5, pi), 25, duration=12.0)
+    run = simulate(scenario, QUICK)
     assert METRICS["settling_time_s"].measure(run).max() < 9.0
 
 

@@ -17,6 +17,7 @@ from robotics.paths.trajectory import Reference
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
+from tests.robotics.laws.tracking.courses import from_random_starts
 
 SETTING = load_scenario("lyapunov-circle").setting  # of one robot
 LAW = LinearQuadratic()
@@ -112,11 +113,7 @@ def test_it_tracks_with_noise_from_off_the_path_and_stops(scenario, within):
 
 def test_every_random_start_converges():
     """Steering by the direction of its own speed, not of the reference's, one in ten drives beside it backwards."""
-    rng = np.random.default_rng(3)
-    scenario = replace(load_scenario("lyapunov-circle"), latency=0.03)
-    starts = rng.uniform((-1.5, -0.5, -pi), (1.5, 2.5, pi), (120, 3)).tolist()
-    members = tuple(replace(scenario.robots[0], start=tuple(start)) for start in starts)
-    run = simulate(replace(scenario, robots=members), LAW)
+    run = simulate(from_random_starts("lyapunov-circle", (-1.5, -0.5, -pi), (1.5, 2.5, pi)), LAW)
     assert METRICS["settling_time_s"].measure(run).max() < 8.0
 
 

@@ -18,6 +18,7 @@ from robotics.paths.trajectory import Reference
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
+from tests.robotics.laws.tracking.courses import from_random_starts
 
 SETTING = load_scenario("lyapunov-circle").setting  # of one robot
 LAW = PID()
@@ -155,9 +156,5 @@ def test_at_the_end_it_rests():
 
 def test_every_random_start_converges():
     """With the errors in the path's frame instead of the robot's one in six never comes to it."""
-    rng = np.random.default_rng(3)
-    scenario = replace(load_scenario("lyapunov-sine"), latency=0.03)
-    starts = rng.uniform((-1.5, -1.5, -pi), (1.5, 1.5, pi), (120, 3)).tolist()
-    members = tuple(replace(scenario.robots[0], start=tuple(start)) for start in starts)
-    run = simulate(replace(scenario, robots=members), LAW)
+    run = simulate(from_random_starts("lyapunov-sine", (-1.5, -1.5, -pi), (1.5, 1.5, pi)), LAW)
     assert METRICS["settling_time_s"].measure(run).max() < 9.0

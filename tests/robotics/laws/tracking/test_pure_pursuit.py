@@ -14,6 +14,7 @@ from robotics.laws.tracking.pure_pursuit import PurePursuit
 from robotics.measures.tracking import METRICS, settling_time, tracking_error
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import simulate
+from tests.robotics.laws.tracking.courses import from_random_starts
 
 LAW = PurePursuit()
 LINE = """
@@ -132,11 +133,8 @@ def test_it_stops_at_the_end():
 
 
 def test_every_random_start_converges():
-    rng = np.random.default_rng(3)
-    scenario = replace(load_scenario("fuzzy-off-path"), latency=0.03)
-    starts = rng.uniform((-1.5, -2.5, -pi), (1.5, 0.5, pi), (120, 3)).tolist()
-    members = tuple(replace(scenario.robots[0], start=tuple(start)) for start in starts)
-    e = tracking_error(run := simulate(replace(scenario, robots=members), LAW))
+    scenario = from_random_starts("fuzzy-off-path", (-1.5, -2.5, -pi), (1.5, 0.5, pi))
+    e = tracking_error(run := simulate(scenario, LAW))
     assert settling_time(run, np.hypot(e.x, e.y)).max() < 15.0
 
 
