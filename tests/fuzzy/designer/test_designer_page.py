@@ -600,6 +600,15 @@ def test_what_one_looks_at_stays_in_sight(tab):
         page.evaluate("scrollTo(0, document.documentElement.scrollHeight)")
         page.wait_for_timeout(50)
         assert page.get_by_role("tab", name="Surface").bounding_box()["y"] < 150, width  # it does not scroll away
+    page.evaluate("scrollTo(0, 0)")
+    page.get_by_role("tab", name="Viewer").click()
+    page.wait_for_selector(".fd-viewer")
+    page.set_viewport_size({"width": 900, "height": 420})  # a view that is taller than the window scrolls by itself
+    view = "document.querySelector('.shell-group:last-child')"
+    page.wait_for_function(f"{view}.scrollHeight > {view}.clientHeight")
+    assert page.evaluate(SIDES)[1]["bottom"] <= 420
+    page.get_by_role("tab", name="Surface").click()
+    page.set_viewport_size({"width": 900, "height": 800})
     page.get_by_role("button", name="System").click()
     assert page.locator(".fd-tree").is_visible()
     page.get_by_role("button", name="System").click()
