@@ -186,7 +186,7 @@ def _train(page: Any) -> None:
     page.get_by_label("File of the folder").select_option("f:sinc.csv")
     page.wait_for_function("document.querySelector('.fd-training').innerText.includes('400 samples')")
     page.get_by_role("button", name="Train", exact=True).click()
-    page.wait_for_function("document.querySelector('.fd-training .tn-said').innerText.includes('all epochs are done')")
+    page.wait_for_function("document.querySelector('.fd-training .pn-said').innerText.includes('all epochs are done')")
 
 
 def _edited(page: Any) -> None:

@@ -6,6 +6,7 @@ import {
   choices,
   color,
   element,
+  framed,
   labelled,
   line,
   offer,
@@ -24,7 +25,10 @@ import {
 } from "../../../fuzzy/designer/static/chart.js";
 import { degree, places } from "../../../fuzzy/designer/static/membership.js";
 
-const SHEET = new URL("./training.css", import.meta.url).href;
+const SHARED = "../../../fuzzy/designer/static";
+const SHEETS = [`${SHARED}/panel.css`, `${SHARED}/form.css`, "./training.css"].map(
+  (sheet) => new URL(sheet, import.meta.url).href,
+);
 const NAMES = [
   "sources",
   "accepted",
@@ -80,7 +84,7 @@ function decades(low, high) {
 }
 
 export async function render({ model, el }) {
-  await styled(SHEET);
+  await styled(...SHEETS);
   const get = (name) => model.get(name) ?? null;
   let refused = null; // what this side refuses: { message, field }
   const choose = (name, value) => model.send({ do: "choose", name, value });
@@ -107,7 +111,7 @@ export async function render({ model, el }) {
     drawAsks();
     if (name && asked().length === 0) model.send({ do: kind === "g" ? "generate" : "file", name });
   });
-  const asks = element("div", { class: "tn-row", hidden: true });
+  const asks = element("div", { class: "pn-row", hidden: true });
   /** What the chosen generator asks for. */
   const asked = () => get("sources").generators.find(([name]) => file.value === `g:${name}`)?.[2] ?? [];
   function drawAsks() {
@@ -164,7 +168,7 @@ export async function render({ model, el }) {
     }
     upload.value = "";
   });
-  const about = element("p", { class: "tn-note" });
+  const about = element("p", { class: "pn-note" });
   const skip = element("input", { type: "checkbox" });
   skip.addEventListener("change", () => choose("skip_bad", skip.checked));
   const lack = element("span"),
@@ -174,7 +178,7 @@ export async function render({ model, el }) {
     "fieldset",
     {},
     element("legend", {}, "Data"),
-    element("div", { class: "tn-row" }, field(FILE, file), field("or upload a CSV file", upload)),
+    element("div", { class: "pn-row" }, field(FILE, file), field("or upload a CSV file", upload)),
     asks,
     about,
   );
@@ -189,7 +193,7 @@ export async function render({ model, el }) {
     "fieldset",
     {},
     element("legend", {}, "Start"),
-    element("div", { class: "tn-row" }, field("Start from", start), radiusField, mfsField),
+    element("div", { class: "pn-row" }, field("Start from", start), radiusField, mfsField),
     mapping,
     lackField,
   );
@@ -201,7 +205,7 @@ export async function render({ model, el }) {
   const seed = number("Seed of the split", "seed", { min: 0, step: 1 });
   const act = (text, wish, kind) =>
     element("button", { type: "button", class: kind, onclick: () => model.send({ do: wish }) }, text);
-  const go = act("Train", "train", "tn-main"),
+  const go = act("Train", "train", "pn-main"),
     stop = act("Stop", "stop", ""),
     take = act("Take the best into the design", "take", "");
   const how = element(
@@ -210,7 +214,7 @@ export async function render({ model, el }) {
     element("legend", {}, "Learning"),
     element(
       "div",
-      { class: "tn-row" },
+      { class: "pn-row" },
       field("Method", method),
       field("Epochs", epochs),
       goalField,
@@ -221,7 +225,7 @@ export async function render({ model, el }) {
       take,
     ),
   );
-  const problem = element("p", { class: "tn-problem", role: "alert", hidden: true });
+  const problem = element("p", { class: "pn-problem", role: "alert", hidden: true });
   const fail = (text) => {
     refused = { message: text, field: "piece" };
     drawProblem();
@@ -251,13 +255,24 @@ export async function render({ model, el }) {
 
   // What comes of it
   const bar = element("progress", { "aria-label": "Epochs done", max: 1, value: 0 });
-  const state = element("p", { class: "tn-said", role: "status" });
+  const state = element("p", { class: "pn-said", role: "status" });
   const notes = element("div");
-  const keys = element("div", { class: "tn-keys" });
-  const curve = shape("svg", { class: "tn-plot", role: "img" });
+  const keys = element("div", { class: "pn-keys" });
+  const curve = shape("svg", { class: "pn-plot", role: "img" });
   const terms = element("div");
-  const views = element("div", { class: "tn-views" }, element("div", {}, keys, curve), terms);
-  const root = element("div", { class: "fd fd-training" }, problem, data, from, how, bar, state, notes, views);
+  const views = element("div", { class: "pn-views" }, element("div", {}, keys, curve), terms);
+  const root = element(
+    "div",
+    { class: "fd fd-panel fd-form fd-training" },
+    problem,
+    data,
+    from,
+    how,
+    bar,
+    state,
+    notes,
+    views,
+  );
   el.append(root);
 
   function drawForm() {
@@ -363,7 +378,7 @@ export async function render({ model, el }) {
       told.unshift(
         `The ${p.outputs} outputs are learnt together and share their membership functions; the error is the RMSE over all of them.`,
       );
-    notes.replaceChildren(...told.map((text) => element("p", { class: "tn-note" }, text)));
+    notes.replaceChildren(...told.map((text) => element("p", { class: "pn-note" }, text)));
   }
 
   function drawCurve() {
@@ -422,7 +437,7 @@ export async function render({ model, el }) {
       );
     const key = element(
       "div",
-      { class: "tn-keys" },
+      { class: "pn-keys" },
       element("span", {}, sample("tn-before", null), "before"),
       ...(after ? [element("span", {}, sample("", color(0)), "after: the best")] : []),
     );
@@ -444,7 +459,7 @@ export async function render({ model, el }) {
       const picture = shape(
         "svg",
         {
-          class: variable.terms.length > 7 ? "tn-plot tn-many" : "tn-plot",
+          class: variable.terms.length > 7 ? "pn-plot tn-many" : "pn-plot",
           role: "img",
           viewBox: `0 0 ${width} 170`,
           height: 170,
@@ -459,23 +474,16 @@ export async function render({ model, el }) {
     terms.replaceChildren(key, ...pictures);
   }
 
-  let request = 0;
   const draw = () => {
     drawForm();
     drawProgress();
     drawCurve();
     drawTerms();
   };
-  const soon = () => {
-    request ||= requestAnimationFrame(() => {
-      request = 0;
-      draw();
-    });
-  };
-  const ends = [watch(model, NAMES, soon), whenSized(root, soon)];
+  const { soon, end } = framed(draw);
+  const ends = [end, watch(model, NAMES, soon), whenSized(root, soon)];
   draw();
   return () => {
-    cancelAnimationFrame(request);
     for (const end of ends) end();
     root.remove();
   };

@@ -48,6 +48,18 @@ export async function styled(...addresses) {
   await Promise.all(addresses.map(loaded));
 }
 
+/** Draw before the next picture, however often it is asked for until then; `end` takes the wish back. */
+export function framed(draw) {
+  let request = 0;
+  const soon = () => {
+    request ||= requestAnimationFrame(() => {
+      request = 0;
+      draw();
+    });
+  };
+  return { soon, end: () => cancelAnimationFrame(request) };
+}
+
 // Icons are drawn: not every system's typeface has the signs.
 const ICONS = {
   plus: "M8 3v10M3 8h10",

@@ -1,6 +1,6 @@
 // A small picture of the view that was last looked at, under what is being edited on a narrow screen: a copy of the
 // element that a view marks with data-glance, made anew whenever that one is drawn. The style sheet shows it.
-import { element, put, say } from "./chart.js";
+import { element, framed, put, say } from "./chart.js";
 
 const TALL = 150; // px of the picture
 
@@ -72,13 +72,7 @@ export function render({ el }) {
     picture.replaceChildren(frame);
   }
 
-  let request = 0;
-  const soon = () => {
-    request ||= requestAnimationFrame(() => {
-      request = 0;
-      paint();
-    });
-  };
+  const { soon, end } = framed(paint);
   const changes = new MutationObserver(soon),
     sizes = new ResizeObserver(soon);
   if (look) changes.observe(look, { subtree: true, childList: true, attributes: true, characterData: true });
@@ -87,7 +81,7 @@ export function render({ el }) {
   const ticking = setInterval(() => marked()?.matches("canvas, :has(canvas)") && soon(), 100);
   show(true);
   return () => {
-    cancelAnimationFrame(request);
+    end();
     clearInterval(ticking);
     changes.disconnect();
     sizes.disconnect();

@@ -7,6 +7,7 @@ import {
   choices,
   color,
   element,
+  framed,
   line,
   offer,
   put,
@@ -30,9 +31,13 @@ const RUNS = [
   ["before", "tr-before"],
   ["tried", "tr-tried"],
 ]; // the last is drawn on top
-const SHEETS = ["./tryout.css", "./seeds.css", "./texteditor.css", "../../playback/static/player.css"].map(
-  (sheet) => new URL(sheet, import.meta.url).href,
-);
+const SHEETS = [
+  "../../../fuzzy/designer/static/panel.css",
+  "./tryout.css",
+  "./seeds.css",
+  "./texteditor.css",
+  "../../playback/static/player.css",
+].map((sheet) => new URL(sheet, import.meta.url).href);
 const NAMES = ["choices", "files", "trial", "course", "tried", "before", "rival", "problem", "seeds"];
 const COUNTS = [1, 5, 20]; // of seeds that are run at once
 const ENDS = { contact: "Contact", stopped: "Stopped", refused: "Refused", failed: "Failed" }; // what became of a run that ended early
@@ -168,15 +173,15 @@ export async function render({ model, el }) {
   const editor = textEditor((message) => model.send(message));
   const kept = element("div", { class: "tr-kept", hidden: true });
   const strip = seedStrip((value) => choose("shown", value));
-  const problem = element("p", { class: "tr-problem", role: "alert", hidden: true });
+  const problem = element("p", { class: "pn-problem", role: "alert", hidden: true });
   const notes = element("div", { class: "tr-notes" }),
     ends = element("div", { class: "tr-ends" }),
     verdict = element("p", { class: "tr-verdict", hidden: true });
 
   // Pictures
-  const keys = element("div", { class: "tr-keys" });
-  const above = shape("svg", { class: "tr-plot", role: "img", "data-glance": true }),
-    error = shape("svg", { class: "tr-plot", role: "img" });
+  const keys = element("div", { class: "pn-keys" });
+  const above = shape("svg", { class: "pn-plot", role: "img", "data-glance": true }),
+    error = shape("svg", { class: "pn-plot", role: "img" });
   const clock = element("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": "Time" });
   const reading = element("output");
   const time = element("div", { class: "tr-time" }, clock, reading);
@@ -184,14 +189,14 @@ export async function render({ model, el }) {
     "div",
     {},
     keys,
-    element("div", { class: "tr-views" }, above, element("div", {}, error, time)),
+    element("div", { class: "pn-views" }, above, element("div", {}, error, time)),
   );
   const stage = element("div", { class: "fleet-player" });
-  const all = shape("svg", { class: "tr-plot", role: "img" });
+  const all = shape("svg", { class: "pn-plot", role: "img" });
   const every = element("figure", { class: "tr-every", hidden: true }, element("figcaption", {}, "All seeds"), all);
   const table = element("table", { class: "tr-metrics" });
   const parts = [controls, kept, editor.node, problem, notes, ends, verdict, strip.node, every, single, stage, table];
-  const root = element("div", { class: "fd fd-tryout" }, ...parts);
+  const root = element("div", { class: "fd fd-panel fd-tryout" }, ...parts);
   el.append(root);
 
   const label = (name, data) => {
@@ -416,7 +421,7 @@ export async function render({ model, el }) {
       return element("p", { class: looks }, sign(kind, 14), head, ` ${text}`);
     });
     notes.replaceChildren(...before);
-    ends.replaceChildren(...after, ...told.map((text) => element("p", { class: "tr-note" }, text)));
+    ends.replaceChildren(...after, ...told.map((text) => element("p", { class: "pn-note" }, text)));
   }
 
   function drawKeys() {
@@ -770,13 +775,7 @@ export async function render({ model, el }) {
     drawMoment();
   });
   // Several values may come together: one picture for all of them.
-  let request = 0;
-  const soon = () => {
-    request ||= requestAnimationFrame(() => {
-      request = 0;
-      draw();
-    });
-  };
+  const { soon, end } = framed(draw);
   /** What is being run, and once it takes a second, how far it is if it takes as long as the last time. */
   const sayBusy = () => {
     clearInterval(state.ticking);
@@ -818,7 +817,7 @@ export async function render({ model, el }) {
   watching.observe(root);
   draw();
   return () => {
-    cancelAnimationFrame(request);
+    end();
     for (const end of watches) end();
     editor.end();
     watching.disconnect();

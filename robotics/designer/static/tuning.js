@@ -5,6 +5,7 @@ import {
   axes,
   choices,
   element,
+  framed,
   line,
   offer,
   put,
@@ -19,7 +20,10 @@ import {
   whenSized,
 } from "../../../fuzzy/designer/static/chart.js";
 
-const SHEET = new URL("./tuning.css", import.meta.url).href;
+const SHARED = "../../../fuzzy/designer/static";
+const SHEETS = [`${SHARED}/panel.css`, `${SHARED}/form.css`, "./tuning.css"].map(
+  (sheet) => new URL(sheet, import.meta.url).href,
+);
 const NAMES = [
   "accepted",
   "choice",
@@ -45,7 +49,7 @@ const ENGINES = { cmaes: "CMA-ES", random: "random search" };
 const RUNNING = ["starting", "searching", "stopping", "testing"];
 
 export async function render({ model, el }) {
-  await styled(SHEET);
+  await styled(...SHEETS);
   const get = (name) => model.get(name) ?? null;
   const chosen = {}; // by name: what was chosen here, until Python has it too
   const current = () => ({ ...get("choice"), ...chosen });
@@ -87,10 +91,10 @@ export async function render({ model, el }) {
   const [symmetricLabel, symmetric] = check("keep it symmetric: to the left as to the right", (on) =>
     choose("symmetric", on),
   );
-  const why = element("p", { class: "tu-note" });
+  const why = element("p", { class: "pn-note" });
   const moving = group(
     "What may move",
-    element("div", { class: "tu-row" }, field("Law", law)),
+    element("div", { class: "pn-row" }, field("Law", law)),
     why,
     parts,
     variables,
@@ -176,7 +180,7 @@ export async function render({ model, el }) {
   fields.engine = engine;
   const act = (text, wish, kind = "") =>
     element("button", { type: "button", class: kind, onclick: () => model.send({ do: wish }) }, text);
-  const start = act("Start", "start", "tu-main"),
+  const start = act("Start", "start", "pn-main"),
     stop = act("Stop", "stop"),
     keep = act("Keep", "keep"),
     discard = act("Discard", "discard");
@@ -187,7 +191,7 @@ export async function render({ model, el }) {
     "Search",
     element(
       "div",
-      { class: "tu-row" },
+      { class: "pn-row" },
       field("Runs (seeds) of each", runs),
       field("Evaluations", evaluations),
       field("Engine", engine),
@@ -204,14 +208,14 @@ export async function render({ model, el }) {
     take = act("Take the best so far", "take"),
     drop = act("Forget it", "forget");
   const left = element("div", { class: "tu-left", hidden: true, role: "status" }, leftText, goOn, take, drop);
-  const problem = element("p", { class: "tu-problem", role: "alert", hidden: true });
+  const problem = element("p", { class: "pn-problem", role: "alert", hidden: true });
 
   // What comes of it
   const bar = element("progress", { "aria-label": "Evaluations done", max: 1, value: 0 });
-  const state = element("p", { class: "tu-said", role: "status" });
-  const verdict = element("p", { class: "tu-said tu-verdict" });
-  const curve = shape("svg", { class: "tu-plot", role: "img" });
-  const track = shape("svg", { class: "tu-plot", role: "img" });
+  const state = element("p", { class: "pn-said", role: "status" });
+  const verdict = element("p", { class: "pn-said tu-verdict" });
+  const curve = shape("svg", { class: "pn-plot", role: "img" });
+  const track = shape("svg", { class: "pn-plot", role: "img" });
   const course = choices("Path drawn in", [], "", () => drawPath());
   const sample = (kind) =>
     shape("svg", { width: 34, height: 10, "aria-hidden": "true" }, shape("path", { d: "M1 5H33", class: kind }));
@@ -219,7 +223,7 @@ export async function render({ model, el }) {
   const left1 = element(
     "div",
     { hidden: true },
-    element("div", { class: "tu-keys" }, key("tu-best", "best so far"), key("tu-before", "before")),
+    element("div", { class: "pn-keys" }, key("tu-best", "best so far"), key("tu-before", "before")),
     curve,
   );
   const right1 = element(
@@ -227,7 +231,7 @@ export async function render({ model, el }) {
     { hidden: true },
     element(
       "div",
-      { class: "tu-keys" },
+      { class: "pn-keys" },
       key("tu-reference", "reference"),
       key("tu-before", "before"),
       key("tu-best", "best so far"),
@@ -235,10 +239,10 @@ export async function render({ model, el }) {
     track,
     field("Path drawn in", course),
   );
-  const views = element("div", { class: "tu-views" }, left1, right1);
+  const views = element("div", { class: "pn-views" }, left1, right1);
   const root = element(
     "div",
-    { class: "fd fd-tuning" },
+    { class: "fd fd-panel fd-form fd-tuning" },
     problem,
     left,
     moving,
@@ -439,23 +443,16 @@ export async function render({ model, el }) {
     });
   }
 
-  let request = 0;
   const draw = () => {
     drawForm();
     drawProgress();
     drawCurve();
     drawPath();
   };
-  const soon = () => {
-    request ||= requestAnimationFrame(() => {
-      request = 0;
-      draw();
-    });
-  };
-  const ends = [watch(model, NAMES, soon), whenSized(root, soon)];
+  const { soon, end } = framed(draw);
+  const ends = [end, watch(model, NAMES, soon), whenSized(root, soon)];
   draw();
   return () => {
-    cancelAnimationFrame(request);
     for (const end of ends) end();
     root.remove();
   };

@@ -238,7 +238,7 @@ def test_units_are_shown_and_rows_without_numbers_left_out_by_a_click(bench: Mod
     assert page.get_by_text("Time, no numbers", exact=True).is_visible()
     assert page.get_by_text("Error goal (RMSE in mm)").is_visible()
     assert "smallest checking error 0.1 mm at epoch 2 (1 mm at the start)" in page.get_by_role("status").inner_text()
-    assert page.locator("svg.tn-plot text", has_text="RMSE [mm]").is_visible()
+    assert page.locator("svg.pn-plot text", has_text="RMSE [mm]").is_visible()
     page.get_by_label("Leave out rows: 1 of 60 rows has no number in 'T' (line 4)").check()
     assert bench.sent() == [{"do": "choose", "name": "skip_bad", "value": True}]
 
@@ -369,7 +369,7 @@ def test_figures_controls_and_keys(bench: ModulePage, traits: dict[str, Any]) ->
     wanted = [traits[name]["metrics"]["rms_cross_track_m"] for name in ("tried", "before", "rival")]
     assert figures == pytest.approx(wanted, rel=5e-3)
     assert row.locator(".tr-best").inner_text() == row.get_by_role("cell").nth(int(np.argmin(wanted))).inner_text()
-    assert "<img" in page.locator(".tr-note").first.inner_text()  # words of a file are words
+    assert "<img" in page.locator(".pn-note").first.inner_text()  # words of a file are words
     # Scenarios stand in their groups, with the names of the command line, and the chosen one is drawn beside them.
     groups = page.evaluate(
         """Object.fromEntries([...document.querySelectorAll("[aria-label=Scenario] optgroup")]
@@ -428,7 +428,7 @@ def test_a_trial_fits_the_page(bench: ModulePage, traits: dict[str, Any], width:
     bench.render(TRYOUT, traits, width)
     page.wait_for_function("window.model.sent.length > 0")
     assert page.evaluate("document.documentElement.scrollWidth") <= width
-    plots = "document.querySelectorAll('.tr-views svg.tr-plot')"
+    plots = "document.querySelectorAll('.pn-views svg.pn-plot')"
     tops = page.evaluate(f"[...{plots}].map((s) => s.getBoundingClientRect().top)")
     assert (tops[0] == tops[1]) == (width == 1600)  # side by side where there is room
 
@@ -447,7 +447,7 @@ def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuz
     bench.render(TRYOUT, traits | played)
     page.get_by_role("button", name="Play").wait_for()
     assert page.locator(".tr-end-refused").inner_text() == "Refused: Virtual structure, waiting. it cannot"
-    assert not page.locator(".tr-views svg.tr-plot").first.is_visible()
+    assert not page.locator(".pn-views svg.pn-plot").first.is_visible()
     page.get_by_role("button", name="Play").click()
     page.wait_for_function("[...document.querySelectorAll('input[type=range]')].some((r) => Number(r.value) > 0)")
     # Another design, while it is played: it is played on.
@@ -455,7 +455,7 @@ def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuz
     assert page.get_by_role("button", name="Pause").is_visible()
     assert page.get_by_text("This design: no contact; least clearance ").is_visible()
     bench.give(**{name: traits[name] for name in ("trial", "course", "tried", "rival")})
-    assert page.locator(".tr-views svg.tr-plot").first.is_visible()
+    assert page.locator(".pn-views svg.pn-plot").first.is_visible()
     assert page.get_by_role("button", name="Play").count() == 0
 
 
@@ -527,7 +527,7 @@ def test_seeds_contacts_and_a_text_in_place(bench: ModulePage, traits: dict[str,
     bench.render(TRYOUT, alone | {"editor": None})
     assert page.get_by_text("off takes away: position ± 10 mm, start ± 30 mm").is_visible()
     assert page.locator("path.tr-band").count() == 1
-    assert page.locator(".tr-views path.tr-seed").count() == 4  # the other seeds
+    assert page.locator(".pn-views path.tr-seed").count() == 4  # the other seeds
     worst = page.get_by_role("row", name="RMS cross-track error [m]").locator(".tr-worst")
     assert float(worst.inner_text()) == pytest.approx(max(row["value"] for row in alone["seeds"]["rows"]), rel=5e-3)
     page.get_by_role("button", name="Seed 2").press("ArrowRight")

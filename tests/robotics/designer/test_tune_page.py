@@ -43,7 +43,7 @@ def tab(server: Any, browser: Any) -> Iterator[Watched]:
 def opened(tab: Watched, address: str) -> Any:
     page = tab.open(address)
     page.get_by_role("tab", name="Tune").click()
-    page.wait_for_selector(".tu-main:not([disabled])", timeout=LONG)
+    page.wait_for_selector(".pn-main:not([disabled])", timeout=LONG)
     page.wait_for_selector(".tu-many input:checked")
     return page
 
@@ -59,11 +59,11 @@ def begin(page: Any, evaluations: int) -> None:
 
 
 def state(page: Any) -> str:
-    return str(page.locator(".tu-said[role=status]").inner_text())
+    return str(page.locator(".pn-said[role=status]").inner_text())
 
 
 def paths(page: Any) -> list[str]:
-    return [p.get_attribute("d") for p in page.locator(".tu-views svg[aria-label*=path] path.tu-best").all()]
+    return [p.get_attribute("d") for p in page.locator(".pn-views svg[aria-label*=path] path.tu-best").all()]
 
 
 def undo(page: Any) -> Any:
@@ -73,7 +73,7 @@ def undo(page: Any) -> Any:
 def test_the_best_is_shown_while_it_is_searched_and_kept_or_discarded(tab: Watched, server: Any) -> None:
     page, file = tab.page, server.folder / "tipper.fis"
     begin(page, 100_000)
-    track = ".tu-views svg[aria-label*='with the best so far'] path.tu-best"
+    track = ".pn-views svg[aria-label*='with the best so far'] path.tu-best"
     page.wait_for_selector(track, state="attached", timeout=LONG)
     first = page.locator(track).first.get_attribute("d")
     page.wait_for_function("([s, d]) => document.querySelector(s).getAttribute('d') !== d", arg=[track, first])
@@ -100,7 +100,7 @@ def test_the_best_is_shown_while_it_is_searched_and_kept_or_discarded(tab: Watch
 def test_a_killed_server_keeps_the_best_and_goes_on(tab: Watched, server: Any) -> None:
     page, place = tab.page, server.folder / ".fuzzy-design" / "tipper.fis.tuning"
     begin(page, 100_000)
-    page.wait_for_selector(".tu-views svg[aria-label*='with the best so far']", timeout=LONG)
+    page.wait_for_selector(".pn-views svg[aria-label*='with the best so far']", timeout=LONG)
     tab.forgiven = True
     server.end(signal.SIGKILL)
     time.sleep(2)  # what searched ends by itself
