@@ -174,7 +174,10 @@ class _Page:
                 self.editors = tab_group("Edit the design", left, self.bench, "shell-edit")
                 with ui.element("div").classes("shell-glance"):
                     self.bench.widget(_STATIC / "glance.js")
-                tab_group("Look and try", right, self.bench, "shell-look")
+                self.views = tab_group("Look and try", right, self.bench, "shell-look")
+                for tabs, group in ((left, self.editors), (right, self.views)):
+                    self.bench.lead([tab.title for tab in tabs], group.show)
+                self.bench.lead_to_rules(self._open_rule)
         self.bench.on_change(self._check_soon)
         self._check_soon()
         for sentence in (*self.document.notes, *missing):
@@ -374,9 +377,7 @@ class _Page:
             elif look == "select":
                 self._select(content)
             elif look == "rule":
-                self.sought = {"key": content.get("key"), "number": next(self._numbers)}
-                self.editors.show("Rules")
-                self._changed_soon()
+                self._open_rule(content.get("key"))
             else:
                 before = self.document.design
                 self.document.apply(content)
@@ -386,6 +387,11 @@ class _Page:
             bridge.update(problem=refusal_data(error, content, next(self._numbers)))
         else:
             bridge.update(problem=None)
+
+    def _open_rule(self, key: Any) -> None:
+        self.sought = {"key": key, "number": next(self._numbers)}
+        self.editors.show("Rules")
+        self._changed_soon()
 
     def _look_at_surface(self, content: Mapping[str, Any]) -> None:
         system = self.document.design.system

@@ -6,7 +6,7 @@ or function that makes one.
 
 import asyncio
 import inspect
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import metadata
@@ -63,6 +63,8 @@ class Workbench:
         self._change_callbacks: list[tuple[Place, Callable[[], Any]]] = []
         self._close_callbacks: list[Callable[[], Any]] = []
         self._here = Place()
+        self._groups: dict[str, Callable[[str], None]] = {}
+        self._open_rule: Callable[[int], None] = lambda key: None
 
     def widget(self, module: Path, **traits: Any) -> "Bridge":
         """Show the ES module in the file ``module``, a part of an installed package, with its model's first values."""
@@ -98,12 +100,38 @@ class Workbench:
             return await self.background(function, *args)
         return await self._reading(name, function, *args)
 
+    def show(self, title: str) -> None:
+        """Bring the tab with this title to the front, in its own group."""
+        if not self.closed and title in self._groups:
+            self._groups[title](title)
+
+    def look_at(self, point: Sequence[float]) -> None:
+        """Look at another point (inputs,), in the units of the inputs: the viewer, the surface and the editors follow.
+
+        It is no edit: nothing is there to be undone, and the file is not changed. Raises EditError for a point that is
+        not one number an input.
+        """
+        self.document.apply({"look": "point", "point": [float(value) for value in point]})
+
+    def open_rule(self, key: int) -> None:
+        """Lead to the rule with this key (``RuleLine.key``) in the tab Rules. Unknown keys lead nowhere."""
+        if not self.closed:
+            self._open_rule(key)
+
     def notify(self, sentence: str, problem: bool = False) -> None:
         """Show a sentence for some seconds; a problem stays until the next one or until it is put away."""
         if not self.closed:
             self._say(sentence, problem)
 
     # For the page --------------------------------------------------------------------------------------------
+
+    def lead(self, titles: Iterable[str], show: Callable[[str], None]) -> None:
+        """Note what brings the tabs with these titles to the front."""
+        self._groups |= dict.fromkeys(titles, show)
+
+    def lead_to_rules(self, open_rule: Callable[[int], None]) -> None:
+        """Note what leads to a rule, by its key."""
+        self._open_rule = open_rule
 
     @contextmanager
     def building(self, place: Place) -> Iterator[None]:
