@@ -57,7 +57,7 @@ _RUNS = {"tried", "before", "rival"}
 _REST = 0.3  # s after a run in which nothing else was wanted, until it is found which rule ruled when
 _LOOK = 1.0  # s between two looks at the files
 _KEPT = 32  # runs of rivals
-_CHOICES = ("scenario", "law", "look_ahead", "seed", "robot", "robot_of", "noise", "count", "shown", "rival")
+_CHOICES = ("scenario", "law", "look_ahead", "seed", "robot", "robot_of", "noise", "count", "shown", "rival", "beside")
 _HIDDEN = ("text", "robot_text", "folder")  # what the page needs not know of a trial
 MODULE = Path(__file__).parent / "static" / "tryout.js"
 
@@ -76,6 +76,7 @@ class TryoutSession:
         )  # what was chosen; what is empty is chosen to suit the system
         self.trial: TryoutTrial | None = None  # what follows from it; none: the system or the scenario is no good
         self.rival = ""  # empty: what suits the system
+        self.beside = False  # its run is played beside that of the design
         self.needs: str | None = None  # the group of scenarios for which law and rival were chosen; none: that to come
         # The system to compare with until another is chosen: that of the file, from which the present one may differ.
         # A new system has no file, and one may have been spoilt meanwhile.
@@ -214,10 +215,9 @@ class TryoutSession:
             raise TryoutError(expected(str(name), _CHOICES, "choice"))
         if name in ("scenario", "robot"):
             self._choose_text(name, str(value))
-        elif name in ("rival", "law", "count", "shown"):
-            {"rival": self._choose_rival, "law": self._choose_law, "count": self._count, "shown": self._pick}[name](
-                value
-            )
+        elif name in ("rival", "law", "count", "shown", "beside"):
+            does = {"rival": self._choose_rival, "law": self._choose_law, "count": self._count, "shown": self._pick}
+            (does | {"beside": self._play_beside})[name](value)
         else:
             change: dict[str, Any] = {name: value}
             self._want(replace(self.wish, **change))
@@ -292,6 +292,14 @@ class TryoutSession:
         elif found is not None:
             self.rival_law = found
         self.rounds.rows.pop("rival", None)
+        self.wanted |= {"rival"}
+        self.widget.update(trial=self._trial())
+
+    def _play_beside(self, value: Any) -> None:
+        """Play the rival's run, too, beside that of the design."""
+        if not isinstance(value, bool):
+            raise TryoutError(f"beside must be true or false, got {value!r}")
+        self.beside = value
         self.wanted |= {"rival"}
         self.widget.update(trial=self._trial())
 
@@ -616,7 +624,7 @@ class TryoutSession:
 
     async def _beside_rival(self, trial: TryoutTrial) -> dict[str, Any]:
         rival, file = self._rival(), self.watched.get("rival")
-        key = (rival, file, trial)
+        key = (rival, file, trial, self.beside)
         if key not in self.known:
             if self.rival_system is not None and rival == self.rival:
                 made = await self._background(tryout.rival_system_data, self.rival_system, trial, rival)
@@ -624,7 +632,7 @@ class TryoutSession:
                 made = await self._background(tryout.rival_data, self._specification(), trial)
             while len(self.known) >= _KEPT:
                 del self.known[next(iter(self.known))]
-            self.known[key] = _beside(made)
+            self.known[key] = made if self.beside else _beside(made)
         return self.known[key]
 
     def _specification(self) -> str:
@@ -706,7 +714,7 @@ class TryoutSession:
     def _trial(self) -> dict[str, Any]:
         """The choices as the page shows them, without the text of a file."""
         shown = asdict(self.trial or self.wish) | {"rival": self._rival(), "kind": self._course().get("kind", "")}
-        shown["count"] = self.rounds.count
+        shown |= {"count": self.rounds.count, "beside": self.beside}
         return {name: value for name, value in shown.items() if name not in _HIDDEN}
 
     def _rival(self) -> str:

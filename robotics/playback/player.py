@@ -39,7 +39,7 @@ _ANSWERS = 100_000  # rule bases × poses
 _NO_ANSWER = 65535  # in place of a rule's number
 # The keys of what a player shows that hold arrays as base64, and whether those are of 16-bit numbers
 _ARRAYS = {"data": True, "numbers": True, "time": False, "hears": False, "stale": False, "codes": False,
-           "strengths": False}  # fmt: skip
+           "strengths": False, "shares": False}  # fmt: skip
 
 
 def player_data(
@@ -282,16 +282,19 @@ def _rules(run: Run, place: int, chosen: np.ndarray) -> dict[str, Any] | None:
     """The strongest rules of each rule base, for every rule base, robot and frame, and what the rule bases were asked.
 
     A rule's number counts from 1; it is 0 where no more rules fire, and _NO_ANSWER where an input was not a number.
-    Firing strengths are in 255ths.
+    Firing strengths, and their shares in the sum of all strengths, are in 255ths.
     """
     if not run.about.rule_bases or run.inputs is None:
         return None
     asked = decisions(run, place, chosen)
     few = len(asked) * asked[0].inputs.shape[0] * asked[0].inputs.shape[1] <= _ANSWERS
     top = _RULES if few else 1
-    numbers, strengths = zip(*(strongest(each.firing(), top) for each in asked), strict=True)
+    fired = [each.firing() for each in asked]
+    numbers, strengths = zip(*(strongest(each, top) for each in fired), strict=True)
+    sums = np.stack([np.nan_to_num(each).sum(axis=-1, keepdims=True) for each in fired])
     number = np.swapaxes(np.stack(numbers), 1, 2)  # (rule bases, robots, frames, top)
     strength = np.swapaxes(np.stack(strengths), 1, 2)
+    share = strength / np.where(sums > 0, sums, 1.0).swapaxes(1, 2)
     return {
         "top": top,
         "bases": [
@@ -304,6 +307,7 @@ def _rules(run: Run, place: int, chosen: np.ndarray) -> dict[str, Any] | None:
         ],
         "numbers": _coded(np.where(number == UNKNOWN, _NO_ANSWER, number).astype("<u2")),
         "strengths": _coded(np.rint(255 * np.clip(strength, 0.0, 1.0)).astype(np.uint8)),
+        "shares": _coded(np.rint(255 * np.clip(share, 0.0, 1.0)).astype(np.uint8)),
         "values": [_packed(value.T) for each in asked for value in np.moveaxis(each.inputs, -1, 0)] if few else None,
     }
 

@@ -62,12 +62,17 @@ const PLAN = [76, 46]; // px of the scenario in small
 const LARGEST = 2e6; // bytes of a scenario's file
 const BEFORE = 8; // s before the moment that matters most from which a run is played
 
-/** The model of a player, as anywidget's: given.tell() says that its run is another. */
+/** The model of a player, as anywidget's: given.turn(name, value) gives it another value, and says so. */
 function playerModel(given) {
-  const nothing = () => {};
+  const nothing = () => {},
+    heard = {};
+  given.turn = (name, value) => {
+    given[name] = value;
+    heard[`change:${name}`]?.();
+  };
   return {
     get: (name) => given[name],
-    on: (name, f) => (given.tell = f),
+    on: (name, f) => (heard[name] = f),
     off: nothing,
     set: nothing,
     save_changes: nothing,
@@ -83,7 +88,7 @@ export async function render({ model, el }) {
   await styled(...SHEETS);
   const get = (name) => model.get(name) ?? null;
   const choose = (name, value) => model.send({ do: "choose", name, value });
-  const state = { share: 1, height: 280, played: null, given: null, stop: null, touched: false, offered: new Map() };
+  const state = { share: 1, height: 280, pictures: [], touched: false, ticks: false, offered: new Map() };
 
   // Controls
   const field = (text, control, kind = "") => element("label", { class: kind }, element("span", {}, text), control);
@@ -118,6 +123,12 @@ export async function render({ model, el }) {
     (value) => choose("count", Number(value)),
   );
   const noise = element("input", { type: "checkbox", onchange: () => choose("noise", noise.checked) });
+  const beside = element("input", { type: "checkbox", onchange: () => choose("beside", beside.checked) });
+  const besideField = element(
+    "div",
+    { class: "tr-noise", hidden: true },
+    element("label", {}, beside, " Play both side by side"),
+  );
   const noiseWords = element("span", { class: "tr-aside" });
   const number = (label, name, attributes) => {
     const input = element("input", { type: "number", "aria-label": label, ...attributes });
@@ -170,6 +181,7 @@ export async function render({ model, el }) {
     field("Seeds", count),
     element("div", { class: "tr-noise" }, element("label", {}, noise, " Noise"), noiseWords),
     rivalField,
+    besideField,
     pin,
     busy,
   );
@@ -224,11 +236,16 @@ export async function render({ model, el }) {
     rules.node,
     element("div", { class: "pn-views" }, speed, turning, wheelsFigure),
   );
-  const stage = element("div", { class: "fleet-player" });
+  const stage = element("div", { class: "fleet-player" }),
+    rivalStage = element("div", { class: "fleet-player" });
+  const stageTitle = element("figcaption", { hidden: true }, "This design"),
+    rivalTitle = element("figcaption", {});
+  const rivalFigure = element("figure", { hidden: true }, rivalTitle, rivalStage);
+  const stages = element("div", { class: "tr-stages" }, element("figure", {}, stageTitle, stage), rivalFigure);
   const all = shape("svg", { class: "pn-plot", role: "img" });
   const every = element("figure", { class: "tr-every", hidden: true }, element("figcaption", {}, "All seeds"), all);
   const table = element("table", { class: "tr-metrics" });
-  const parts = [controls, kept, editor.node, problem, notes, ends, verdict, strip.node, every, single, stage, table];
+  const parts = [controls, kept, editor.node, problem, notes, ends, verdict, strip.node, every, single, stages, table];
   const root = element("div", { class: "fd fd-panel fd-tryout" }, ...parts);
   el.append(root);
 
@@ -805,40 +822,82 @@ export async function render({ model, el }) {
     return [...counts, ...rows];
   }
 
-  function play() {
-    const data = get("tried")?.player ?? null;
-    if (data === state.played) return;
-    state.played = data;
-    const { scenario } = get("trial");
-    if (data === null || state.given?.scenario !== scenario) {
-      state.stop?.();
+  /** The player of a run that is played; it stays while the scenario does, and shows every new run. */
+  function playerIn(stage) {
+    const player_ = { stage, given: null, run: null, stop: null };
+    player_.end = () => {
+      player_.stop?.();
       stage.replaceChildren();
-      state.given = data === null ? null : { run: data, speed: 5, scenario };
-      state.stop = data === null ? null : player.render({ model: playerModel(state.given), el: stage });
-      return;
-    }
-    // Another run of the same player: it stays at the time and the speed that one looks with, and plays on. Until a
-    // hand is laid on it, it plays what matters most of every new run.
-    const playing = button()?.textContent === "Pause",
-      led = !state.touched && !window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-    Object.assign(state.given, {
-      run: data,
-      speed: Number(stage.querySelector(".controls select, select")?.value) || 5,
-      time: led ? Math.max(0, get("tried").moment - BEFORE) : null,
-    });
-    state.given.tell();
-    if (led || playing) button().click();
+      Object.assign(player_, { given: null, run: null, stop: null });
+    };
+    player_.button = () => stage.querySelector("button.play");
+    /** Show a run, from a time [s] on; null: from the one that was shown. */
+    player_.show = (run, time, more) => {
+      if (run === player_.run) return false;
+      const { scenario } = get("trial");
+      if (run === null || player_.given?.scenario !== scenario) player_.end();
+      player_.run = run;
+      if (run === null) return false;
+      if (player_.given === null) {
+        player_.given = { run, speed: 5, scenario, ...more };
+        player_.stop = player.render({ model: playerModel(player_.given), el: stage });
+        if (time !== null) player_.given.turn("time", time);
+        return true;
+      }
+      const speed = Number(stage.querySelector(".controls select, select")?.value) || 5;
+      Object.assign(player_.given, { speed, time });
+      player_.given.turn("run", run);
+      return true;
+    };
+    return player_;
   }
-  const button = () => stage.querySelector("button.play");
+  const main = playerIn(stage),
+    other = playerIn(rivalStage);
+  const task = () => get("trial")?.task;
+  const told = ({ time: at, robot: who, rule, task: of }) =>
+    ask({ time: at, robot: who, rule: of === null || of === task() ? rule : null });
+  /** Both players have one clock: what one shows the other shows too. */
+  const ticked = (from, to) => (t) => {
+    if (state.ticks || to.given === null || from.given === null) return;
+    state.ticks = true;
+    to.given.turn("time", t);
+    state.ticks = false;
+  };
+
+  function play() {
+    const playing = main.button()?.textContent === "Pause",
+      began = main.given === null;
+    // Until a hand is laid on it, it plays what matters most of every new run; then it stays at the time that one looks
+    // with, and plays on.
+    const led = !began && !state.touched && !window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const time = led ? Math.max(0, get("tried").moment - BEFORE) : null;
+    const shows = main.show(get("tried")?.player ?? null, time, { told, ticked: ticked(main, other) });
+    if (shows && !began && (led || playing)) main.button().click();
+    playBeside();
+  }
+  /** The rival's run beside that of the design, on the same clock. */
+  function playBeside() {
+    const asked = get("trial").beside === true,
+      run = asked ? (get("rival")?.player ?? null) : null;
+    besideField.hidden = !get("course")?.played || get("trial").rival === "";
+    beside.checked = asked;
+    rivalFigure.hidden = run === null;
+    stages.classList.toggle("tr-paired", run !== null);
+    stageTitle.hidden = run === null;
+    say(rivalTitle, run === null ? "" : label("rival", get("rival")));
+    const now = Number(stage.querySelector("input[aria-label=Time]")?.value);
+    other.show(run, Number.isFinite(now) ? now : null, { ticked: ticked(other, main) });
+  }
   for (const kind of ["pointerdown", "keydown"])
-    stage.addEventListener(kind, () => (state.touched = true), { capture: true });
+    stages.addEventListener(kind, () => (state.touched = true), { capture: true });
 
   function draw() {
     drawControls();
     const course = get("course"),
       played = Boolean(course?.played);
     single.hidden = course === null || played;
-    stage.hidden = !played;
+    stages.hidden = !played;
+    besideField.hidden = true;
     table.hidden = course === null || shown().length === 0;
     if (course === null) {
       every.hidden = true;
@@ -853,9 +912,8 @@ export async function render({ model, el }) {
     }
     every.hidden = true;
     state.every = null;
-    state.stop?.();
-    Object.assign(state, { stop: null, played: null, given: null });
-    stage.replaceChildren();
+    main.end();
+    other.end();
     drawKeys();
     drawAbove();
     drawCurves();
@@ -931,7 +989,8 @@ export async function render({ model, el }) {
     editor.end();
     watching.disconnect();
     clearInterval(state.ticking);
-    state.stop?.();
+    main.end();
+    other.end();
     root.remove();
   };
 }

@@ -40,9 +40,12 @@ function render({ model, el }) {
     shown.remove();
     shown = mount(model, el, time);
   };
+  const follow = () => shown.seek(model.get("time"));
   model.on?.("change:run", again);
+  model.on?.("change:time", follow);
   return () => {
     model.off?.("change:run", again);
+    model.off?.("change:time", follow);
     shown.remove();
   };
 }
@@ -95,12 +98,16 @@ function mount(model, el, time) {
   const apart = count > 4 ? "s minus the team's median" : "differences sᵢ − sⱼ";
   if (data.channels.progress) kinds.unshift(["progress", "progress s"], ["difference", apart]);
   const [chartLabel, chart] = choice("Chart", kinds, kinds[0][0], () => layout());
-  const play = make("button", { type: "button", class: "play", onclick: () => toggle() }, "Play");
+  const play = make(
+    "button",
+    { type: "button", class: "play", onclick: (event) => toggle(!state.playing, event.isTrusted) },
+    "Play",
+  );
   const button = (text, onclick, label = null) =>
     make("button", { type: "button", "aria-label": label, onclick }, text);
-  const step = (text, label, by) => button(text, () => seek(state.t + by), label);
+  const step = (text, label, by) => button(text, () => reach(state.t + by), label);
   const range = { type: "range", min: data.start, max: data.end, step: "any", value: data.start, "aria-label": "Time" };
-  const slider = make("input", { ...range, oninput: () => seek(Number(slider.value)) });
+  const slider = make("input", { ...range, oninput: () => reach(Number(slider.value)) });
   const clock = make("output", { class: "clock" });
   const events = data.modes?.events ?? [];
   const said = `The robots' operating modes over time, with ${events.length} changes of mode; click to go to a time`;
@@ -109,11 +116,11 @@ function mount(model, el, time) {
   const contacts = data.contacts ?? []; // start, end [s], x, y, depth [m], who
   const nextContact = () => {
     const later = contacts.map(([at]) => at).filter((at) => at - state.t > 1e-3);
-    if (contacts.length) seek(later.length ? later[0] : contacts[0][0]);
+    if (contacts.length) reach(later.length ? later[0] : contacts[0][0]);
   };
   const jump = (way) => {
     const times = events.map(([at]) => at).filter((at) => way * (at - state.t) > 1e-3);
-    if (times.length) seek(way > 0 ? Math.min(...times) : Math.max(...times));
+    if (times.length) reach(way > 0 ? Math.min(...times) : Math.max(...times));
   };
   const jumps = [
     ["◂ mode change", "◂ mode change: go to the previous one (key P)", -1],
@@ -181,7 +188,17 @@ function mount(model, el, time) {
     if (chosen) chosen.value = String(i);
     draw();
   };
-  const rules = rulesPanel(data, { make, choice, pick: chooseRobot, draw: () => draw() });
+  // Whoever shows the player may be told what a hand does: the time, the robot, and a rule with its rule base's task
+  const told = model.get("told") ?? null;
+  const tell = (rule = null, task = null) => told?.({ time: state.t, robot: subject(), rule, task });
+  const rules = rulesPanel(data, {
+    make,
+    choice,
+    pick: chooseRobot,
+    draw: () => draw(),
+    seek: (t) => reach(t),
+    open: told && tell,
+  });
   const root = make(
     "div",
     { class: "fp-root" },
@@ -485,7 +502,8 @@ function mount(model, el, time) {
     slider.setAttribute("aria-valuetext", `${text} of ${fixed(data.end, 0)} s`);
     clock.textContent = `${text} / ${fixed(data.end, 0)} s`;
     readOut(t, place, ages);
-    rules?.show(subject(), state.over >= 0, place, theme);
+    rules?.show(subject(), state.over >= 0, place, theme, t);
+    model.get("ticked")?.(t);
   }
 
   function drawScene(t, place, ages) {
@@ -810,8 +828,14 @@ function mount(model, el, time) {
     state.t = Math.min(data.end, Math.max(data.start, t));
     draw();
   }
-  function toggle(on = !state.playing) {
+  /** As seek, by a hand. */
+  function reach(t) {
+    seek(t);
+    tell();
+  }
+  function toggle(on = !state.playing, hand = false) {
     state.playing = on;
+    state.led = on && hand;
     state.before = null;
     play.textContent = on ? "Pause" : "Play";
     cancelAnimationFrame(request);
@@ -825,6 +849,7 @@ function mount(model, el, time) {
     if (!calm.matches || now - state.before >= 500) {
       seek(state.t + (Math.min(now - state.before, calm.matches ? 600 : 250) / 1000) * Number(speed.value));
       state.before = now;
+      if (state.led) tell();
     }
     if (state.t >= data.end) toggle(false);
     else request = requestAnimationFrame(advance);
@@ -864,8 +889,26 @@ function mount(model, el, time) {
   scene.addEventListener("click", (event) => {
     const i = nearest(event);
     if (i >= 0) pick(i);
+    else if (onTrail(event)) tell("strongest");
   });
-  const scrub = (event) => seek(span.time(event.clientX - plot.getBoundingClientRect().left));
+  // A place on a robot's way leads to when it was there
+  function onTrail(event) {
+    const area = scene.getBoundingClientRect(),
+      { x, y } = data.channels;
+    const [px, py] = [event.clientX - area.left, event.clientY - area.top];
+    let [best, when, least] = [-1, 0, 16];
+    for (let i = 0; i < count; i++)
+      for (let k = 0; seen(i) && k < data.frames; k++) {
+        const gap = Math.hypot(view.x(x[i * data.frames + k]) - px, view.y(y[i * data.frames + k]) - py);
+        if (gap < least) [best, when, least] = [i, data.time[k], gap];
+      }
+    if (best < 0) return false;
+    state.over = -1;
+    if (told) chooseRobot(best);
+    seek(when);
+    return true;
+  }
+  const scrub = (event) => reach(span.time(event.clientX - plot.getBoundingClientRect().left));
   plot.addEventListener("pointerdown", (event) => {
     plot.setPointerCapture(event.pointerId);
     scrub(event);
@@ -873,7 +916,7 @@ function mount(model, el, time) {
   plot.addEventListener("pointermove", (event) => {
     if (event.buttons & 1) scrub(event);
   });
-  const atMark = (event) => seek(strip.time(event.clientX - marks.getBoundingClientRect().left));
+  const atMark = (event) => reach(strip.time(event.clientX - marks.getBoundingClientRect().left));
   marks.addEventListener("pointerdown", (event) => {
     marks.setPointerCapture(event.pointerId);
     atMark(event);
@@ -898,7 +941,8 @@ function mount(model, el, time) {
     if (contacts.length) letters.c = nextContact;
     if (rules && count > 1) letters.r = () => chooseRobot((Math.max(state.picked, 0) + 1) % count);
     const letter = letters[event.key.toLowerCase()];
-    const act = event.key === " " ? () => toggle() : event.key in times ? () => seek(times[event.key]) : letter;
+    const hand = () => toggle(!state.playing, true);
+    const act = event.key === " " ? hand : event.key in times ? () => reach(times[event.key]) : letter;
     // Space presses a button and ticks a box by itself; a scrolling table has its own arrows.
     if (!act || (event.key === " " && (type === "BUTTON" || on.type === "checkbox"))) return;
     event.preventDefault();
@@ -922,9 +966,10 @@ function mount(model, el, time) {
     hands.removeEventListener("keydown", onKey);
     dark.removeEventListener("change", layout);
     calm.removeEventListener("change", layout);
+    rules?.end();
     root.remove();
   };
-  return { remove, time: () => state.t };
+  return { remove, time: () => state.t, seek };
 }
 
 export { unpacked };

@@ -2,11 +2,13 @@
 // What they are was found by robotics/playback/player.py; nothing is inferred here.
 
 import { fixed } from "./pen.js";
+import { ruleStrip } from "./rulestrip.js";
 
 const NONE = 0,
   UNKNOWN = 65535; // in place of a rule's number: none fires; an input is not a number
 const APART = 26; // px between the numbers along a path
 const LONG = 70; // letters: longer rules get room for two lines
+const SPANS = 300; // of time in the strip, at most
 
 // The strongest rules of a rule base at a frame: [{ rule, strength }], rule from 1
 function strongest({ rules, count, frames }, base, robot, k) {
@@ -38,6 +40,34 @@ function looks(data, base) {
   return new Map(rules.map((rule, n) => [rule, n]));
 }
 
+// The rules that are among a robot's strongest, and their shares in the answer over time, as ruleStrip takes them
+function ruling(data, base, robot) {
+  const { rules, count, frames, time } = data,
+    { top } = rules;
+  const spans_ = Math.min(SPANS, frames);
+  const ends = Array.from({ length: spans_ + 1 }, (_, n) => Math.round((n * frames) / spans_));
+  const rows = new Map();
+  for (let n = 0; n < spans_; n++)
+    for (let k = ends[n]; k < ends[n + 1]; k++)
+      for (let m = 0; m < top; m++) {
+        const place = ((base * count + robot) * frames + k) * top + m,
+          rule = rules.numbers[place];
+        if (rule === NONE || rule === UNKNOWN) continue;
+        if (!rows.has(rule)) rows.set(rule, new Float32Array(spans_));
+        rows.get(rule)[n] += rules.shares[place] / 255 / (ends[n + 1] - ends[n]);
+      }
+  const whole = (shares) => shares.reduce((sum, value) => sum + value, 0);
+  const sorted = [...rows].sort((a, b) => whole(b[1]) - whole(a[1]) || a[0] - b[0]);
+  return {
+    edges: ends.map((k) => time[Math.min(k, frames - 1)]),
+    rows: sorted.map(([rule, shares]) => ({
+      rule,
+      text: rules.bases[base].rules[rule - 1],
+      shares: Array.from(shares),
+    })),
+  };
+}
+
 // The colour of a rule with such a place: as many as there are colours have their own, the others are alike
 const colorOf = (theme, look) => (look < theme.colors ? theme.color(look) : theme.quiet);
 
@@ -46,8 +76,10 @@ const colorOf = (theme, look) => (look < theme.colors ? theme.color(look) : them
  *   make, choice  make an element; make a labelled select [label, select]
  *   pick(robot)   a robot was chosen in the panel
  *   draw()        something else shall be drawn
+ *   seek(time)    a time was chosen in the strip
+ *   open          open(rule, task): a rule was chosen in the strip; null: rules lead nowhere
  */
-export function rulesPanel(data, { make, choice, pick, draw }) {
+export function rulesPanel(data, { make, choice, pick, draw, seek, open }) {
   if (!data.rules) return null;
   const { bases, top, values } = data.rules,
     shown = bases.length > 2 ? Math.min(2, top) : top;
@@ -72,12 +104,16 @@ export function rulesPanel(data, { make, choice, pick, draw }) {
     part.classList.toggle("fp-long", long);
     return { part, rows, asked, inputs };
   });
+  const based = () => Math.max(0, Number(color.value)),
+    strip = ruleStrip({ seek, open: open && ((rule) => open(rule, bases[based()].task)) });
+  let drawn = null; // what the strip shows: rule base and robot
   const root = make(
     "details",
     { class: "fp-rules", open: true },
     title,
     make("div", { class: "controls" }, ...(data.count > 1 ? [robotLabel] : []), colorLabel),
     ...parts.map(({ part }) => part),
+    strip.node,
   );
   const colored = bases.map((_, b) => looks(data, b)),
     along = new Map();
@@ -88,11 +124,16 @@ export function rulesPanel(data, { make, choice, pick, draw }) {
   };
 
   // What the rules of robot i are at a place in time
-  function show(i, over, place, theme) {
+  function show(i, over, place, theme, time) {
     const k = place.share >= 1 ? Math.min(place.k + 1, data.frames - 1) : place.k;
     put(title, `Rules that decide now: robot ${i + 1}${over ? " (under the cursor)" : ""}`);
     if (!over) robot.value = String(i);
     if (!root.open) return;
+    if (!over && drawn !== `${based()} ${i}`) {
+      drawn = `${based()} ${i}`;
+      strip.update(ruling(data, based(), i));
+    }
+    strip.at(time);
     parts.forEach(({ part, rows, asked, inputs }, b) => {
       if (!part.open) return;
       const told = (input, n) => {
@@ -161,5 +202,5 @@ export function rulesPanel(data, { make, choice, pick, draw }) {
   }
 
   for (const node of [root, ...parts.map(({ part }) => part)]) node.addEventListener("toggle", draw);
-  return { root, show, drawPath };
+  return { root, show, drawPath, end: strip.end };
 }

@@ -1,7 +1,8 @@
 // Which rule ruled when: a line for each rule, shaded over time by its share in the answer, and a cursor at the time that
 // one looks at. A line's number and words lead to the rule; what they are was found in Python.
 
-const AXIS = 5; // times below the strip, about
+const AXIS = 5; // times below the strip, at most about
+const APART = 45; // px between two of them
 
 function made(tag, attributes, ...children) {
   const node = document.createElement(tag);
@@ -22,8 +23,8 @@ function spanAt(edges, time) {
   return low;
 }
 
-function times(from, to) {
-  const rough = (to - from) / AXIS,
+function times(from, to, most) {
+  const rough = (to - from) / most,
     power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 5, 10].map((m) => m * power).find((m) => m >= rough * 0.999);
   const found = [];
@@ -59,7 +60,7 @@ export function ruleStrip({ seek, open }) {
   const percent = (value) => (value === null ? "–" : `${Math.round(100 * value)} %`);
 
   function paint() {
-    const ink = getComputedStyle(node).getPropertyValue("--ff-c0").trim() || "#0060a0";
+    const ink = getComputedStyle(node).getPropertyValue("--ff-c0").trim();
     for (const { canvas, row } of lines) {
       const pen = canvas.getContext("2d");
       pen.clearRect(0, 0, canvas.width, 1);
@@ -88,13 +89,6 @@ export function ruleStrip({ seek, open }) {
     if (node.hidden) return;
     lines = given.rows.map(lineOf);
     const [from, to] = [given.edges[0], given.edges.at(-1)];
-    axis.replaceChildren(
-      ...times(from, to).map((time) => {
-        const tick = made("span", {}, String(time).replace("-", "−"));
-        tick.style.left = `${(100 * (time - from)) / (to - from)}%`;
-        return tick;
-      }),
-    );
     const unit = made("span", { class: "rs-unit" }, "time [s]");
     const plot = made("div", {
       class: "rs-plot",
@@ -127,6 +121,14 @@ export function ruleStrip({ seek, open }) {
       made("div", { class: "rs-names" }, ...lines.map(({ name }) => name), unit),
       made("div", { class: "rs-middle" }, plot, axis),
       made("div", { class: "rs-values" }, ...lines.map(({ value }) => value)),
+    );
+    const most = Math.max(2, Math.min(AXIS, Math.floor(plot.clientWidth / APART)));
+    axis.replaceChildren(
+      ...times(from, to, most).map((time) => {
+        const tick = made("span", {}, String(time).replace("-", "−"));
+        tick.style.left = `${(100 * (time - from)) / (to - from)}%`;
+        return tick;
+      }),
     );
     paint();
     at(now);

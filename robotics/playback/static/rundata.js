@@ -55,6 +55,7 @@ export function unpack(run) {
     ...run.rules,
     numbers: new Uint16Array(bytes(run.rules.numbers)),
     strengths: new Uint8Array(bytes(run.rules.strengths)),
+    shares: new Uint8Array(bytes(run.rules.shares)),
     values: run.rules.values?.map(numbers),
   };
   const sonar = run.sonar ? { ...run.sonar, readings: numbers(run.sonar.readings) } : null;

@@ -14,13 +14,14 @@ from anfis.designer.panel import methods, variables
 from fuzzy.designer.views import functions_data
 from fuzzy.membership import FUNCTIONS, membership_function
 from robotics.designer.severalseeds import design_seeds, state_of, summary
-from robotics.designer.tryout import TryoutTrial, choices, course_data, design_data, place_data, rival_data
+from robotics.designer.tryout import TryoutTrial, choices, course_data, place_data, rival_data
 from robotics.laws.catalogue import presets
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.scenario.reading import scenario_names
 from tests.fuzzy.designer.design_bench import STATIC, system
 from tests.fuzzy.designer.membership_cases import cases
 from tests.fuzzy.designer.module_page import ModulePage, drag
+from tests.robotics.designer.tried import on_page
 
 
 @pytest.fixture(scope="module")
@@ -319,8 +320,8 @@ def traits(slower: fuzzy.Sugeno) -> dict[str, Any]:
         "files": {"scenarios": ["mine.toml", "sub/<b>.toml"], "robots": ["small.toml"], "laws": []},
         "trial": place["trial"] | {"kind": "tracking", "rival": "lyapunov"},
         "course": place["course"],
-        "tried": design_data(slower, trial) | {"notes": ["<img src=x onerror=alert(1)>"]},
-        "before": design_data(tracking, trial) | {"label": "as opened"},
+        "tried": on_page(slower, trial) | {"notes": ["<img src=x onerror=alert(1)>"]},
+        "before": on_page(tracking, trial) | {"label": "as opened"},
         "rival": rival_data("lyapunov", trial),
         "busy": None,
         "problem": None,
@@ -343,12 +344,12 @@ def test_the_picture_follows_the_design(bench: ModulePage, traits: dict[str, Any
     page.wait_for_function("window.model.sent.length > 0")
     assert bench.sent() == [{"do": "see", "on": True}]
     first = drawn(bench, "tried")
-    assert len(first) == 2  # the top view and the error
+    assert len(first) == 6  # the top view, the error, both speeds, both wheels' torques
     rival = drawn(bench, "rival")
     bench.give(tried=traits["before"])
     assert drawn(bench, "tried") != first
-    assert drawn(bench, "tried") == drawn(bench, "before")
-    assert drawn(bench, "rival") == rival
+    assert drawn(bench, "tried")[:4] == drawn(bench, "before")  # torques are the design's alone
+    assert drawn(bench, "rival")[:2] == rival[:2]  # the speeds' axes follow the largest
     # Equal axes: on the circle's picture a metre is the same both ways.
     circle = TryoutTrial(scenario="lyapunov-circle")
     bench.give(course=course_data(circle), tried=None, before=None, rival=None)
@@ -415,11 +416,69 @@ def test_figures_controls_and_keys(bench: ModulePage, traits: dict[str, Any]) ->
         {"do": "choose", "name": "look_ahead", "value": 0.6},
         {"do": "pin"},
     ]
-    time = page.get_by_role("slider", name="Time")
+    time = page.get_by_role("slider", name="Time", exact=True)
     time.press("Home")
     assert page.locator("output").inner_text().startswith("0.0 s: −1.41 m")
     options = page.evaluate("[...document.querySelectorAll('option')].filter((o) => o.disabled).map((o) => o.value)")
     assert options == scenario_names("formation")
+
+
+def test_the_time_is_dragged_clicked_and_played(bench: ModulePage, traits: dict[str, Any]) -> None:
+    """All that shows a time shows the same one; Python is asked once at a time, and told which rule is wanted."""
+    page = bench.page
+    strip = {
+        "number": 1,
+        "edges": [0.0, 5.0, 10.0, 20.0],
+        "rows": [
+            {"rule": 3, "text": "if a is b then c is d", "shares": [0.2, 1.0, 0.5]},
+            {"rule": 1, "text": "if a is x then c is y", "shares": [0.8, 0.0, None]},
+        ],
+    }
+    fis = load_rule_base("tracking")
+    tried = on_page(fis, TryoutTrial(**place_data(fis, TryoutTrial())["trial"])) | {"number": 1}
+    bench.render(TRYOUT, traits | {"tried": tried, "rules": strip})
+    page.wait_for_selector(".rs-plot")
+
+    def asked() -> list[dict[str, Any]]:
+        return [message for message in bench.sent() if message["do"] == "time"]
+
+    def answer() -> None:
+        bench.give(moment={"count": asked()[-1]["count"]})
+
+    assert page.locator(".rs-name").all_inner_texts() == ["3: if a is b then c is d", "1: if a is x then c is y"]
+    clock = page.get_by_role("slider", name="Time", exact=True)
+    for value in ("1", "2", "7"):
+        clock.fill(value)
+    assert [message["time"] for message in asked()] == [1]  # one question at a time
+    answer()
+    assert [message["time"] for message in asked()] == [1, 7]  # and the latest of those that waited
+    answer()
+    assert page.locator(".rs-now").all_inner_texts() == ["100 %", "0 %"]
+    assert page.locator(".fd-tryout output").inner_text().startswith("7.0 s")
+    # A click on the way leads to when the robot was there, and to the rule that ruled.
+    place = page.evaluate("""() => {
+      const path = document.querySelector("path[data-run=tried]");
+      const at = path.getPointAtLength(path.getTotalLength() / 2);
+      const to = at.matrixTransform(path.getScreenCTM());
+      return [to.x, to.y];
+    }""")
+    page.mouse.click(*place)
+    answer()
+    middle = asked()[-1]
+    assert middle["rule"] == "strongest"
+    k = min(range(len(tried["time"])), key=lambda n: abs(tried["time"][n] - middle["time"]))
+    ways = np.cumsum([0, *np.hypot(np.diff(tried["x"][0]), np.diff(tried["y"][0]))])
+    assert ways[k] == pytest.approx(ways[-1] / 2, rel=0.03)
+    page.locator(".rs-plot").focus()
+    page.keyboard.press("Home")
+    answer()
+    assert (asked()[-1]["time"], asked()[-1]["rule"]) == (0, None)
+    page.locator(".rs-name").first.click()
+    answer()
+    assert asked()[-1]["rule"] == 3
+    page.get_by_role("button", name="Play").click()
+    page.wait_for_function("Number(document.querySelector('input[aria-label=Time]').value) > 1")
+    page.get_by_role("button", name="Pause").click()
 
 
 @pytest.mark.parametrize("width", [390, 1600])
@@ -440,7 +499,7 @@ def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuz
     played = {
         "trial": place["trial"] | {"kind": "team", "rival": "virtual-structure"},
         "course": place["course"],
-        "tried": design_data(slower, trial),
+        "tried": on_page(slower, trial),
         "before": None,
         "rival": {"label": "Virtual structure", "why": "it cannot"},
     }
@@ -451,12 +510,12 @@ def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuz
     page.get_by_role("button", name="Play").click()
     page.wait_for_function("[...document.querySelectorAll('input[type=range]')].some((r) => Number(r.value) > 0)")
     # Another design, while it is played: it is played on.
-    bench.give(tried=design_data(load_rule_base("tracking"), trial))
+    bench.give(tried=on_page(load_rule_base("tracking"), trial))
     assert page.get_by_role("button", name="Pause").is_visible()
     assert page.get_by_text("This design: no contact; least clearance ").is_visible()
     bench.give(**{name: traits[name] for name in ("trial", "course", "tried", "rival")})
     assert page.locator(".pn-views svg.pn-plot").first.is_visible()
-    assert page.get_by_role("button", name="Play").count() == 0
+    assert page.locator(".fp-root").count() == 0
 
 
 def test_a_run_that_nobody_touched_is_replayed_after_an_edit(bench: ModulePage, traits: dict[str, Any]) -> None:
@@ -464,13 +523,13 @@ def test_a_run_that_nobody_touched_is_replayed_after_an_edit(bench: ModulePage, 
     page = bench.page
     fis = load_rule_base("tracking")
     place = place_data(fis, TryoutTrial(scenario="crossing-in-turn"))
-    tried = design_data(fis, TryoutTrial(**place["trial"]))
+    tried = on_page(fis, TryoutTrial(**place["trial"]))
     shown = {"trial": place["trial"] | {"kind": "team", "rival": ""}, "course": place["course"], "tried": tried}
     bench.render(TRYOUT, traits | shown | {"before": None, "rival": None})
     page.get_by_role("button", name="Play").wait_for()
     bench.give(tried=tried | {"player": {**tried["player"], "title": "another"}, "moment": 30.0})
     page.get_by_role("button", name="Pause").wait_for()
-    assert 22.0 <= float(page.get_by_role("slider", name="Time").input_value()) < 40.0
+    assert 22.0 <= float(page.get_by_role("slider", name="Time", exact=True).input_value()) < 40.0
     bench.give(busy={"what": "tried", "took": 2.0})
     page.get_by_text("this design drives … 1 s").wait_for()
     assert 0.2 < float(page.get_by_role("progressbar").get_attribute("value") or 0) <= 0.97
@@ -518,7 +577,7 @@ def test_seeds_contacts_and_a_text_in_place(bench: ModulePage, traits: dict[str,
         seeds["runs"] = {"tried": summary(rows, place["course"]["metrics"])}
         seeds["rows"] = [row | {"state": state_of(row), "value": row["metrics"]["rms_cross_track_m"]} for row in rows]
         shown = {"kind": "tracking", "rival": "lyapunov", "count": 5, "text": None}
-        runs = {"tried": design_data(fis, replace(trial, seed=2)), "before": None, "rival": None}
+        runs = {"tried": on_page(fis, replace(trial, seed=2)), "before": None, "rival": None}
         return (
             traits | runs | {"trial": place["trial"] | shown, "course": place["course"], "seeds": seeds, "round": None}
         )

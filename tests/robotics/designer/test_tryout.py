@@ -42,6 +42,7 @@ from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.measures.registry import measure_all, tried
 from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.simulation.loop import simulate
+from tests.robotics.designer.tried import beside, on_page
 
 TEAM = "crossing-in-turn"
 NEW = Path("no-such-folder/new.fis")  # a system that has not been saved yet
@@ -280,16 +281,6 @@ def test_formation_data_for_training(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 # The session ----------------------------------------------------------------------------------------------------
-
-
-def on_page(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
-    """The run of a design as the page gets it."""
-    return {name: value for name, value in design_data(fis, trial).items() if name != "asked"}
-
-
-def beside(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
-    """The run of another design as the page gets it."""
-    return {name: value for name, value in on_page(fis, trial).items() if name not in ("player", "reference")}
 
 
 class Bench:
