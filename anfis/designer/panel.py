@@ -13,24 +13,21 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from anfis.designer.task import (
     STARTS,
     Ask,
-    Columns,
     Generator,
     TaskError,
     TrainingProcess,
     TrainOutcome,
     chosen_columns,
     guessed,
-    read_columns,
-    read_file,
     task_of,
 )
 from anfis.methods.catalogue import METHODS
+from fuzzy.designer.columns import Columns, columns_data
 from fuzzy.designer.folder import LARGEST_FILE
+from fuzzy.designer.tablesource import TableSource
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
@@ -73,7 +70,7 @@ class TrainSession:
             "seed": 0, "skip_bad": False,
         }  # fmt: skip
         self.columns: dict[str, str] = {}
-        self.pieces: list[str] = []
+        self.source = TableSource(bench, _MOST, "use anfis train for large tables")
         self.process: TrainingProcess | None = None
         self.begun = False  # from the wish to train until its process has ended
         self.closed = False
@@ -140,28 +137,13 @@ class TrainSession:
 
     async def _file(self, message: dict[str, Any]) -> None:
         """A CSV file of the folder."""
-        name, known = message.get("name"), self._sources()["files"]
-        if not isinstance(name, str) or name not in known:
-            raise TaskError(expected(str(name), known, "file of the folder"))
-        self._show(await self.bench.read(name, read_file, Path(self.bench.document.folder) / name, _MOST))
+        self._show(await self.source.file(message.get("name")))
 
     async def _piece(self, message: dict[str, Any]) -> None:
-        """A piece of an uploaded file; the first has the number 0."""
-        text, name, number = message.get("text"), message.get("name"), message.get("number")
-        if not isinstance(text, str) or not isinstance(name, str):
-            raise TaskError("an upload is pieces of text with the file's name")
-        if number == 0:
-            self.pieces = []
-        elif number != len(self.pieces):
-            raise TaskError(f"{name} did not arrive whole; please upload it again")
-        if sum(map(len, self.pieces)) + len(text) > _MOST:
-            self.pieces = []
-            raise TaskError(f"{name} is larger than {_MOST / 1e6:g} MB; use anfis train for large tables")
-        self.pieces.append(text)
-        if message.get("last"):
-            whole, self.pieces = "".join(self.pieces), []
-            name = Path(name).name[:200] or "upload"
-            self._show(await self.bench.read(name, read_columns, name, whole))
+        """A piece of an uploaded file."""
+        table = await self.source.piece(message)
+        if table is not None:
+            self._show(table)
 
     async def _generate(self, message: dict[str, Any]) -> None:
         name = message.get("name")
@@ -303,11 +285,8 @@ class TrainSession:
         }
 
     def _sources(self) -> dict[str, Any]:
-        folder = Path(self.bench.document.folder).resolve()
-        # A link that leads out of the folder is none of its files.
-        files = [f.name for f in folder.glob("*.csv") if f.is_file() and f.resolve().is_relative_to(folder)]
         made = [[g.name, g.title, [ask._asdict() for ask in self.asked.get(g.name, ())]] for g in self.made.values()]
-        return {"files": sorted(files), "generators": made}
+        return {"files": self.source.files(), "generators": made}
 
     async def _asks(self, generator: Generator) -> Sequence[Ask]:
         """What a generator asks for: that depends on the folder's files, which another process looks at."""
@@ -327,12 +306,7 @@ class TrainSession:
         self.table = table
         self.choice = {**self.choice, "skip_bad": False}
         self._guess()
-        columns = []
-        for name, values in zip(table.names, table.values.T, strict=True):
-            numbers = values[np.isfinite(values)]
-            low, high = (float(numbers.min()), float(numbers.max())) if len(numbers) else (None, None)
-            columns.append({"name": name, "unit": table.unit(name), "low": low, "high": high})
-        about = {"name": table.name, "rows": len(table.values), "columns": columns}
+        about = columns_data(table)
         self.widget.update(
             table=about, columns=self.columns, choice=self.choice, sources=self._sources(), **self._of_columns()
         )
@@ -348,7 +322,7 @@ class TrainSession:
         present, fresh = self._present(), self.choice["start"] != "present"
         units, lack = [] if fresh else [v.unit for v in present.outputs], ""
         if self.table is not None:
-            with suppress(TaskError):  # said when it is tried
+            with suppress(InputError):  # said when it is tried
                 inputs, outputs = chosen_columns(self.table, self.columns, present, self.choice["start"])
                 columns = [self.table.unit(name) for name in outputs]
                 units = columns if fresh else [a or b for a, b in zip(units, columns, strict=True)]

@@ -6,7 +6,7 @@ epoch went, and ends with the best so far when it is told to stop, or at once wh
 
 import multiprocessing
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from anfis.methods.catalogue import METHODS
+from fuzzy.designer.columns import Columns, matching
 from fuzzy.errors import InputError, quoted
-from fuzzy.files.header import labels
-from fuzzy.files.table import DataError, on_lines, parse_table
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 
@@ -31,54 +30,6 @@ _PATIENCE = 3.0  # s that a process is given to end by itself
 
 class TaskError(InputError):
     """A task that cannot be learnt. The message names the choice and what is accepted."""
-
-
-class Columns(NamedTuple):
-    """A table of samples with named columns."""
-
-    name: str  # of the file or the generator
-    names: tuple[str, ...]  # what the columns are called when they are chosen; all different
-    values: np.ndarray  # (samples, columns); not-a-number where a file has none
-    inputs: int = 0  # how many of the first columns are inputs; 0: not known
-    units: tuple[str, ...] = ()  # of the columns; (): not known
-    variables: tuple[str, ...] = ()  # what variables made of the columns are called; (): as the columns
-    lines: np.ndarray | None = None  # (samples,) int: the line of the file at which each begins
-    doubts: tuple[str, ...] = ()  # why a column's numbers cannot be told, as the end of a sentence; (): they can
-    untitled: tuple[str, ...] = ()  # columns that the file's header leaves without a name
-
-    def unit(self, name: str) -> str:
-        """The unit of the column ``name``; empty where it is not known."""
-        return self.units[self.names.index(name)] if self.units else ""
-
-    @property
-    def usable(self) -> list[str]:
-        """The columns that have a name and numbers."""
-        some = np.isfinite(self.values).any(axis=0).tolist()
-        return [n for n, numbers in zip(self.names, some, strict=True) if numbers and n not in self.untitled]
-
-    def lacking(self, chosen: Sequence[str]) -> np.ndarray:
-        """(samples,) bool: which samples have no number in one of the ``chosen`` columns.
-
-        Raises TaskError for a column that holds none at all.
-        """
-        some = np.isfinite(self.values)
-        places = [self.names.index(name) for name in chosen]
-        for place in places:
-            if self.doubts and self.doubts[place]:
-                raise TaskError(f"{self.name}: {quoted(self.names[place])} {self.doubts[place]}")
-            if not some[:, place].any():
-                raise TaskError(f"{self.name}: {quoted(self.names[place])} holds no numbers")
-        return ~some[:, places].all(axis=1)
-
-    def lack(self, chosen: Sequence[str]) -> str:
-        """Say which samples have no number in which of the ``chosen`` columns; empty where all have one."""
-        rows = np.flatnonzero(self.lacking(chosen))
-        if not len(rows):
-            return ""
-        of = [quoted(name) for name in chosen if not np.isfinite(self.values[rows, self.names.index(name)]).all()]
-        lines = (rows + 1 if self.lines is None else self.lines[rows]).tolist()
-        verb = "has" if len(rows) == 1 else "have"
-        return f"{len(rows)} of {len(self.values)} rows {verb} no number in {', '.join(of[:5])} ({on_lines(lines)})"
 
 
 class Ask(NamedTuple):
@@ -223,44 +174,6 @@ def chosen_columns(
     return inputs, outputs
 
 
-def read_columns(name: str, text: str | bytes) -> Columns:
-    """Read the table in the ``text`` of a file called ``name``, with whatever its columns hold.
-
-    Raises TaskError where it is no table, in the words of :func:`fuzzy.files.table.read_table`.
-    """
-    try:
-        table = parse_table(text, name)
-        read = table.all_columns()
-    except DataError as error:
-        raise TaskError(str(error)) from None
-    if not len(read.values):
-        raise TaskError(f"{name}: no row of numbers follows the header")
-    called = labels(table.columns)
-    return Columns(
-        name,
-        called,
-        read.values,
-        units=tuple(c.unit for c in table.columns),
-        variables=tuple(c.name for c in table.columns),
-        lines=read.lines,
-        doubts=read.doubts,
-        untitled=tuple(label for label, c in zip(called, table.columns, strict=True) if not c.title),
-    )
-
-
-def read_file(path: Path, most: int) -> Columns:
-    """Read the table in a file of at most ``most`` bytes. Raises TaskError."""
-    try:
-        if not path.is_file():
-            raise TaskError(f"there is no file {quoted(path.name)} in the opened folder")
-        if path.stat().st_size > most:
-            raise TaskError(f"{path.name} is larger than {most / 1e6:g} MB; use anfis train for large tables")
-        data = path.read_bytes()
-    except OSError as error:
-        raise TaskError(f"cannot read {path.name}: {error.strerror or error}") from None
-    return read_columns(path.name, data)
-
-
 def guessed(data: Columns, present: Sugeno | None) -> dict[str, str]:
     """Guess which column is which, in the form that :func:`task_of` takes.
 
@@ -274,12 +187,7 @@ def guessed(data: Columns, present: Sugeno | None) -> dict[str, str]:
         roles = {name: "input" if k < first else "output" for k, name in enumerate(usable)}
         return {name: roles.get(name, "unused") for name in data.names}
     variables = [v.name for v in (*present.inputs, *present.outputs)]
-    folded: dict[str, str] = {}
-    for k, name in enumerate(data.names):
-        unit = f" [{data.units[k]}]" if data.units and data.units[k] else ""
-        for known in (name, f"{name}{unit}", *data.variables[k : k + 1]):
-            folded.setdefault(known.casefold(), name)
-    found = {name: folded[name.casefold()] for name in variables if name.casefold() in folded}
+    found = matching(data, variables)
     if not found and len(variables) == len(usable):
         return dict(zip(variables, usable, strict=True))
     return found

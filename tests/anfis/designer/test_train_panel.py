@@ -18,21 +18,21 @@ from anfis.designer import panel as designpanel
 from anfis.designer.panel import TrainSession, generators, variables
 from anfis.designer.task import (
     Ask,
-    Columns,
     Generator,
     Task,
     TaskError,
     TrainingProcess,
     guessed,
     learn,
-    read_columns,
     split,
     starting_system,
     task_of,
 )
 from anfis.methods.catalogue import METHODS
+from fuzzy.designer.columns import Columns, read_columns
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
+from fuzzy.files.table import DataError
 from fuzzy.fitting.clustering import DataWarning
 
 RNG = np.random.default_rng(5)
@@ -157,9 +157,9 @@ def test_tables_are_read_and_guessed() -> None:
     bare = read_columns("bare.csv", TEXT.partition("\n")[2])
     assert bare.names == ("column1", "column2", "column3", "column4")
     assert guessed(bare, START) == dict(zip("abyz", bare.names, strict=True))
-    with pytest.raises(TaskError, match=r"^x\.csv, line 2: a quotation mark is not closed$"):
+    with pytest.raises(DataError, match=r"^x\.csv, line 2: a quotation mark is not closed$"):
         read_columns("x.csv", 'a,b\n"1,2\n')
-    with pytest.raises(TaskError, match=r"^x\.csv: no row of numbers follows the header$"):
+    with pytest.raises(DataError, match=r"^x\.csv: no row of numbers follows the header$"):
         read_columns("x.csv", "a,b\n")
 
 
@@ -195,10 +195,10 @@ def test_columns_that_cannot_be_learnt_from_are_not_in_the_way() -> None:
         ({"T [K]": "input"}, "two chosen columns are called 'T'"),
         ({"Note": "input"}, "'Note' holds no numbers"),
     ):
-        with pytest.raises(TaskError, match=says):
+        with pytest.raises(InputError, match=says):
             task_of(table, {**chosen, **more}, None, start="grid", skip_bad=True)
     doubtful = read_columns("d.csv", "x;y;z\n1.500;2,5;1\n1.750;3;2\n")
-    with pytest.raises(TaskError, match=r"d\.csv: 'x' holds '1\.500', of which the point may mark thousands"):
+    with pytest.raises(DataError, match=r"d\.csv: 'x' holds '1\.500', of which the point may mark thousands"):
         task_of(doubtful, {"x": "input", "z": "output"}, None, start="grid")
     assert task_of(doubtful, {"y": "input", "z": "output"}, None, start="grid", share=0).x.tolist() == [[2.5], [3]]
 
