@@ -13,20 +13,26 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from anfis.designer.task import (
     STARTS,
     Ask,
     Generator,
+    Task,
     TaskError,
     TrainingProcess,
     TrainOutcome,
     chosen_columns,
     guessed,
+    split,
     task_of,
 )
 from anfis.methods.catalogue import METHODS
 from fuzzy.designer.columns import Columns, columns_data
+from fuzzy.designer.datapictures import Rows, data_pictures
 from fuzzy.designer.folder import LARGEST_FILE
+from fuzzy.designer.latest import Latest
 from fuzzy.designer.tablesource import TableSource
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
@@ -79,6 +85,10 @@ class TrainSession:
         self.history: list[tuple[Any, ...]] = []
         self.start: Sugeno | None = None
         self.outcome: TrainOutcome | None = None
+        self.best: Sugeno | None = None  # so far
+        self.rows: Rows | None = None  # of the training that runs or ran last
+        self.output = 0  # that is drawn
+        self.pictures = Latest(self._draw)
         self.words: list[str] = []
         self.unit = ""  # of the error that is learnt
         self.state = "idle"
@@ -96,6 +106,11 @@ class TrainSession:
             before=None,
             after=None,
             problem=None,
+            pictures=None,
+            points=None,
+            residual=None,
+            terms=None,
+            about=None,
             **self._of_columns(),
         )
         self.widget.on_message(self.heard)
@@ -120,6 +135,8 @@ class TrainSession:
             "train": self._train,
             "stop": self._stop,
             "take": self._take,
+            "look": self._look,
+            "output": self._choose_output,
         }
         try:
             wish = message.get("do") if isinstance(message, dict) else None
@@ -192,11 +209,13 @@ class TrainSession:
         settings = {**self.choice, "skip_bad": self.choice["skip_bad"] is True}
         task = task_of(self.table, self.columns, present, name=present.name, **settings)
         self.begun = True
+        self.best, self.rows, self.output = None, self._rows(task), 0
         self.history, self.start, self.outcome, self.words, self.state = [], None, None, [], "starting"
         self.unit = self._of_columns()["unit"]
         if len(task.x) < len(self.table.values):
             self.words.append(f"{len(self.table.values) - len(task.x)} of {len(self.table.values)} rows are left out")
         self.widget.update(progress=self._progress(), before=None, after=None)
+        self.pictures.wish()
         try:
             process = await asyncio.to_thread(TrainingProcess, task)
         except BaseException:
@@ -227,7 +246,55 @@ class TrainSession:
         what = f"train ({self.choice['method']}, epoch {self.outcome.best})"
         self.bench.document.replace(replace(self.outcome.system, name=present.name), what, keep_disabled=True)
 
+    def _look(self, message: dict[str, Any]) -> None:
+        """Lead to the viewer, at a sample's inputs, where the design has the inputs that are learnt."""
+        row = message.get("row")
+        if self.rows is None or not isinstance(row, int) or not 0 <= row < len(self.rows.x) or not self._looks():
+            raise TaskError("there is no such sample of the design's inputs")
+        self.bench.look_at(self.rows.x[row].tolist())
+        self.bench.show("Viewer")
+
+    def _choose_output(self, message: dict[str, Any]) -> None:
+        value = message.get("value")
+        if self.rows is None or not isinstance(value, int) or not 0 <= value < self.rows.y.shape[1]:
+            raise TaskError("there is no such output")
+        self.output = value
+        self.pictures.wish()
+
     # The learning
+
+    def _rows(self, task: Task) -> Rows:
+        """The samples of a task, with the lines of the file that they come from."""
+        table = self.table
+        assert table is not None
+        inputs, outputs = chosen_columns(table, self.columns, self._present(), self.choice["start"])
+        kept = ~table.lacking([*inputs, *outputs])
+        lines = np.arange(1, len(table.values) + 1) if table.lines is None else table.lines
+        checking = np.zeros(len(task.x), dtype=bool)
+        checking[split(len(task.x), task.checking, task.seed)[1]] = True
+        return Rows(task.x, task.y, lines[kept], checking if task.checking else None)
+
+    async def _draw(self) -> None:
+        """What the best system so far makes of the samples."""
+        system, rows, output = self.best, self.rows, self.output
+        if system is None or rows is None:
+            self.widget.update(pictures=None, points=None, residual=None)
+            return
+        try:
+            data = await self.bench.background(data_pictures, system, rows, output)
+        except (InputError, WorkError) as error:
+            self.widget.update(problem={"message": str(error)})
+            return
+        if rows is not self.rows:
+            return  # another training has begun
+        points, residual = data.pop("points"), data.pop("residual")
+        about = {"outputs": [v.name for v in system.outputs], "looks": self._looks()}
+        self.widget.update(pictures=data, points=points, residual=residual, terms=variables(system), about=about)
+
+    def _looks(self) -> bool:
+        """Has the design the inputs that are learnt?"""
+        now = [v.name for v in self._present().inputs]
+        return self.best is not None and [v.name for v in self.best.inputs] == now
 
     async def _watch(self, process: TrainingProcess) -> None:
         while process.alive:
@@ -243,8 +310,12 @@ class TrainSession:
 
     def _note(self, what: str, about: Any) -> None:
         if what == "start":
-            self.start = about
+            self.start = self.best = about
             self.widget.update(before=variables(about))
+            self.pictures.wish()
+        elif what == "best":
+            self.best = about
+            self.pictures.wish()
         elif what == "warning":
             if about not in self.words:
                 self.words.append(about)
@@ -255,8 +326,9 @@ class TrainSession:
             self.state = "idle"
             self.widget.update(problem={"message": about})
         elif what == "done":
-            self.outcome, self.state = about, "done"
+            self.outcome, self.best, self.state = about, about.system, "done"
             self.widget.update(after=variables(about.system))
+            self.pictures.wish()
 
     def close(self) -> None:
         """End the training that runs, because its page is closed."""

@@ -5,6 +5,7 @@ epoch went, and ends with the best so far when it is told to stop, or at once wh
 """
 
 import multiprocessing
+import time
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from anfis.training import Training
 
 STARTS = ("present", "subtractive", "grid")
+_RARELY = 0.3  # s between two systems that are told of
 _PATIENCE = 3.0  # s that a process is given to end by itself
 
 
@@ -232,7 +234,8 @@ def learn(task: Task, report: Callable[[str, Any], bool]) -> "Training":
     """Do the task. ``report(what, about)`` is called as it proceeds, and returns False to stop with the best so far.
 
     It is called with "start" and the starting system, "warning" and a sentence, "epoch" and an
-    :class:`anfis.state.Epoch`. Raises an InputError for data and options that cannot be learnt.
+    :class:`anfis.state.Epoch`, and at most every 0.3 s with "best" and the best system so far, where that is another
+    one than before. Raises an InputError for data and options that cannot be learnt.
     """
 
     def tell(message: Warning | str, *_: Any, **__: Any) -> None:
@@ -247,6 +250,12 @@ def learn(task: Task, report: Callable[[str, Any], bool]) -> "Training":
         from anfis.methods.options import Options
         from anfis.training import train
 
+        best = _BestSoFar(lambda system: report("best", replace(system, out_of_range=fis.out_of_range)))
+
+        def epoch(row: Any) -> bool:
+            best.tell()
+            return report("epoch", row)
+
         # A value outside its universe is no reason to be asked again in every epoch.
         quiet = replace(fis, out_of_range="ignore") if fis.out_of_range == "warn" else fis
         result = train(
@@ -255,12 +264,31 @@ def learn(task: Task, report: Callable[[str, Any], bool]) -> "Training":
             task.y[rows],
             Options(method=task.method, epochs=task.epochs, goal=task.goal),
             check=(task.x[held], task.y[held]) if len(held) else None,
-            callback=lambda row: report("epoch", row),
+            callback=epoch,
+            improved=best.note,
         )
     systems = {
         name: replace(getattr(result, name), out_of_range=fis.out_of_range) for name in ("system", "least_train")
     }
     return replace(result, **systems)
+
+
+class _BestSoFar:
+    """Tells of the best system so far, rarely: to make and send it takes longer than an epoch."""
+
+    def __init__(self, say: Callable[[Sugeno], Any]) -> None:
+        self._say, self._made = say, -_RARELY
+        self._waiting: Callable[[], Sugeno] | None = None
+
+    def note(self, system: Callable[[], Sugeno]) -> None:
+        """Note that there is a better one."""
+        self._waiting = system
+
+    def tell(self) -> None:
+        """Tell of the best one, if it is new and the last time is long enough ago."""
+        if self._waiting is not None and time.monotonic() - self._made >= _RARELY:
+            self._say(self._waiting())
+            self._waiting, self._made = None, time.monotonic()
 
 
 class TrainOutcome(NamedTuple):
@@ -299,8 +327,8 @@ class TrainingProcess:
     def news(self) -> list[tuple[str, Any]]:
         """What has been reported since the last call, without waiting.
 
-        ("start", Sugeno), ("warning", str), ("epoch", tuple of the fields of :class:`anfis.state.Epoch`), and at the
-        end one of ("done", TrainOutcome) and ("problem", str).
+        ("start", Sugeno), ("warning", str), ("best", Sugeno), ("epoch", tuple of the fields of
+        :class:`anfis.state.Epoch`), and at the end one of ("done", TrainOutcome) and ("problem", str).
         """
         found: list[tuple[str, Any]] = []
         try:

@@ -22,6 +22,7 @@ import {
   watch,
   whenSized,
 } from "../../../fuzzy/designer/static/chart.js";
+import { dataPictures } from "../../../fuzzy/designer/static/datapictures.js";
 import {
   columnField,
   described,
@@ -33,7 +34,7 @@ import {
 import { degree, places } from "../../../fuzzy/designer/static/membership.js";
 
 const SHARED = "../../../fuzzy/designer/static";
-const SHEETS = [`${SHARED}/panel.css`, `${SHARED}/form.css`, "./training.css"].map(
+const SHEETS = [`${SHARED}/panel.css`, `${SHARED}/form.css`, `${SHARED}/datapictures.css`, "./training.css"].map(
   (sheet) => new URL(sheet, import.meta.url).href,
 );
 const NAMES = [
@@ -47,6 +48,11 @@ const NAMES = [
   "before",
   "after",
   "problem",
+  "pictures",
+  "points",
+  "residual",
+  "terms",
+  "about",
   "unit",
   "lack",
 ];
@@ -226,6 +232,10 @@ export async function render({ model, el }) {
   const curve = shape("svg", { class: "pn-plot", role: "img" });
   const terms = element("div");
   const views = element("div", { class: "pn-views" }, element("div", {}, keys, curve), terms);
+  const drawn = dataPictures({
+    look: (row) => model.send({ do: "look", row }),
+    output: (value) => model.send({ do: "output", value }),
+  });
   const root = element(
     "div",
     { class: "fd fd-panel fd-form fd-training" },
@@ -237,6 +247,7 @@ export async function render({ model, el }) {
     state,
     notes,
     views,
+    drawn.node,
   );
   el.append(root);
 
@@ -428,6 +439,15 @@ export async function render({ model, el }) {
     drawProgress();
     drawCurve();
     drawTerms();
+    drawn.draw({
+      pictures: get("pictures"),
+      points: get("points"),
+      residual: get("residual"),
+      terms: get("terms"),
+      along: { name: "number of the sample", unit: "" },
+      outputs: (get("about")?.outputs ?? []).map((name, n) => [n, name]),
+      looks: get("about")?.looks ?? false,
+    });
   };
   const { soon, end } = framed(draw);
   const ends = [end, watch(model, NAMES, soon), whenSized(root, soon)];

@@ -14,34 +14,13 @@ import {
   say,
   scale,
   shape,
+  ticks,
 } from "./chart.js";
+import { bars, tallest } from "./histogram.js";
 import { degree, places } from "./membership.js";
 
 const NEAR = 16; // px from a point within which a click means it
 const KINDS = ["dp-first", "dp-second"]; // the looks of training and checking rows
-
-/** The bars of a histogram between two heights, for a chart with the abscissa `x`: a group. The kinds stand stacked. */
-export function bars(histogram, x, top, bottom) {
-  const { low, high, counts } = histogram,
-    total = counts[0].map((_, k) => counts.reduce((sum, kind) => sum + kind[k], 0)),
-    most = Math.max(1, ...total),
-    step = (high - low) / total.length;
-  const under = total.map(() => 0);
-  const drawn = counts.map((kind, n) => {
-    let d = "";
-    kind.forEach((count, k) => {
-      if (!count) return;
-      const [a, b] = [x(low + k * step), x(low + (k + 1) * step)];
-      const [y, to] = [under[k], (under[k] += count)].map((v) => bottom - (v / most) * (bottom - top));
-      d += `M${a.toFixed(2)} ${y.toFixed(2)}V${to.toFixed(2)}H${b.toFixed(2)}V${y.toFixed(2)}Z`;
-    });
-    return shape("path", { d, class: `dp-bars ${KINDS[n]}` });
-  });
-  return shape("g", { class: "dp-histogram" }, ...drawn);
-}
-
-/** The most rows that a bar of the histogram stands for. */
-const tallest = ({ counts }) => Math.max(...counts[0].map((_, k) => counts.reduce((sum, kind) => sum + kind[k], 0)));
 
 /** The memberships of an input with the histogram of the rows on the same abscissa, and both in words. */
 function coverage(variable, histogram, width) {
@@ -116,7 +95,7 @@ function cloud(look) {
     mark.style.display = row === null ? "none" : "";
     if (row !== null) put(mark, { cx: px[k], cy: py[k] });
     const text = row === null ? "" : view.about(k);
-    say(words, text || view.hint);
+    say(words, text);
     put(slider, {
       "aria-label": `${view.title}: a row`,
       "aria-valuemin": 1,
@@ -184,7 +163,7 @@ function cloud(look) {
       say(title, view.title);
       const [a, b] = view.guide;
       const guide = shape("path", { d: line([x(a[0]), x(b[0])], [y(a[1]), y(b[1])]), class: "dp-guide" });
-      back.replaceChildren(axes(box, x, y, view.names), guide);
+      back.replaceChildren(axes(box, x, y, view.names, ticks(...view.ends[1], 6)), guide);
       px = view.xs.map((v) => (v === null ? NaN : x(v)));
       py = view.ys.map((v) => (v === null ? NaN : y(v)));
       const marks = ["", ""];
@@ -287,10 +266,12 @@ export function dataPictures(hands) {
   const parity = cloud(look),
     residuals = cloud(look),
     course = cloud(look);
+  const hint = element("p", { class: "pn-note" }, "A click on a point, or Enter, looks at its row in the viewer.");
   const points = element(
     "div",
     {},
     element("div", { class: "pn-row" }, outputField, element("label", {}, element("span", {}, "Residual over"), input)),
+    hint,
     element("div", { class: "dp-grid" }, parity.node, residuals.node, course.node),
   );
   const section = (title, ...content) => element("section", { class: "dp-part" }, element("h3", {}, title), ...content);
@@ -300,7 +281,7 @@ export function dataPictures(hands) {
     spread = section("Where the rows lie", cover);
   const node = element("div", { class: "dp-pictures" }, notes, errors, clouds, rows, spread);
 
-  function drawPoints({ pictures, points: p, residual, along, looks, width }) {
+  function drawPoints({ pictures, points: p, residual, along, width }) {
     const { inputs, output: of } = pictures,
       unit = (name) => labelled({ name, unit: of.unit });
     const predicted = residual.map((r, k) => (r === null ? null : p.measured[k] - r));
@@ -313,7 +294,6 @@ export function dataPictures(hands) {
     const about = (k) =>
       `line ${p.line[k]}${p.checking?.[k] ? ", checking" : ""}: measured ${quantity(p.measured[k], of)}, predicted ${quantity(predicted[k], of)}, residual ${quantity(residual[k], of)}`;
     const common = { kinds: p.checking, about, rows: p.row, width };
-    common.hint = looks ? "A click on a point, or Enter, looks at its row in the viewer." : "";
     const both = around(p.measured, ...around(predicted));
     parity.draw({
       ...common,
@@ -381,6 +361,7 @@ export function dataPictures(hands) {
     if (!measured) return;
     figures.replaceChildren(figuresTable(pictures.figures));
     outputField.hidden = outputs.length < 2;
+    hint.hidden = !view.looks;
     offer(output, outputs, pictures.output.number);
     drawPoints({ ...view, width });
     const focused = [...worst.querySelectorAll("button")].indexOf(document.activeElement);
