@@ -188,11 +188,7 @@ def guessed(data: Columns, present: Sugeno | None) -> dict[str, str]:
         first = data.inputs or len(usable) - 1
         roles = {name: "input" if k < first else "output" for k, name in enumerate(usable)}
         return {name: roles.get(name, "unused") for name in data.names}
-    variables = [v.name for v in (*present.inputs, *present.outputs)]
-    found = matching(data, variables)
-    if not found and len(variables) == len(usable):
-        return dict(zip(variables, usable, strict=True))
-    return found
+    return matching(data, [v.name for v in (*present.inputs, *present.outputs)])
 
 
 def split(count: int, checking: int, seed: int) -> tuple[np.ndarray, np.ndarray]:

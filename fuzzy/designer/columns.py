@@ -98,13 +98,20 @@ def read_file(path: Path, most: int, larger: str) -> Columns:
 
 
 def matching(data: Columns, variables: Sequence[str]) -> dict[str, str]:
-    """The column of each of the ``variables`` that has one of its name, with or without the unit, in any case."""
+    """The column of each of the ``variables`` that has one of its name, with or without the unit, in any case.
+
+    It is the one in its place if no name fits and there are as many columns with numbers as variables.
+    """
     folded: dict[str, str] = {}
     for k, name in enumerate(data.names):
         unit = f" [{data.units[k]}]" if data.units and data.units[k] else ""
         for known in (name, f"{name}{unit}", *data.variables[k : k + 1]):
             folded.setdefault(known.casefold(), name)
-    return {name: folded[name.casefold()] for name in variables if name.casefold() in folded}
+    found = {name: folded[name.casefold()] for name in variables if name.casefold() in folded}
+    usable = data.usable
+    if not found and len(variables) == len(usable):
+        return dict(zip(variables, usable, strict=True))
+    return found
 
 
 def columns_data(data: Columns) -> dict[str, Any]:

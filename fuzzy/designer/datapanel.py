@@ -162,11 +162,9 @@ class DataSession:
         self.choice = {**self.choice, "skip_bad": False, "along": along}
         self.keys = self._keys()
         system = self._system()
-        found = [matching(table, [v.name for v in group]) for group in (system.inputs, system.outputs)]
-        self.columns = {
-            key: found[key.startswith("output ")].get(variable.name, "")
-            for key, variable in zip(self.keys, (*system.inputs, *system.outputs), strict=True)
-        }
+        names = [v.name for v in (*system.inputs, *system.outputs)]
+        found = matching(table, names)
+        self.columns = {key: found.get(name, "") for key, name in zip(self.keys, names, strict=True)}
         self._choose_rows()
 
     def _choose_rows(self) -> None:

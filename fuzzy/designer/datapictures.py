@@ -186,6 +186,11 @@ def data_pictures(fis: Sugeno, rows: Rows, output: int = 0) -> dict[str, Any]:
         rows: The rows; an input without a column leaves the histograms of the others only.
         output: The output, by number, of points and worst rows; another one that has a column where it has none.
     """
+    with np.errstate(all="ignore"):  # a table may hold numbers whose squares are none
+        return _pictures(fis, rows, output)
+
+
+def _pictures(fis: Sugeno, rows: Rows, output: int) -> dict[str, Any]:
     data: dict[str, Any] = {
         "rows": len(rows.x),
         "inputs": [{"name": v.name, "unit": v.unit} for v in fis.inputs],

@@ -186,6 +186,9 @@ function cloud(look) {
 
 const cell = (tag, text, attributes = {}) => element(tag, attributes, text);
 
+/** R², which is not 1 where there is any error. */
+const share = (r2) => (r2 < 1 && r2 > 0.99995 ? "> 0.9999" : said(r2));
+
 /** The errors of every output, each in its unit. */
 function figuresTable(figures) {
   const split = figures.some(({ kind }) => kind),
@@ -200,7 +203,7 @@ function figuresTable(figures) {
       ...(split ? [cell("td", row.kind)] : []),
       cell("td", String(row.rows)),
       ...["rmse", "mae", "max"].map((name) => cell("td", row[name] === undefined ? "–" : quantity(row[name], row))),
-      cell("td", row.r2 === undefined ? "–" : row.r2 === null ? "– (constant)" : said(row.r2)),
+      cell("td", row.r2 === undefined ? "–" : row.r2 === null ? "– (constant)" : share(row.r2)),
       ...(skipped ? [cell("td", String(row.without))] : []),
     ),
   );
@@ -267,6 +270,7 @@ export function dataPictures(hands) {
     residuals = cloud(look),
     course = cloud(look);
   const hint = element("p", { class: "pn-note" }, "A click on a point, or Enter, looks at its row in the viewer.");
+  put(parity.node.querySelector("svg"), { "data-glance": "" });
   const points = element(
     "div",
     {},

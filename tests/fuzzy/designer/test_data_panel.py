@@ -21,6 +21,7 @@ from fuzzy.designer.datapanel import DataSession, panel
 from fuzzy.designer.datapictures import BINS, DRAWN, Rows, chosen_points, data_pictures, histograms, predicted
 from fuzzy.designer.design import design_of, point_in
 from fuzzy.designer.edits import apply
+from fuzzy.designer.latest import Latest
 from fuzzy.designer.panel import Place, Workbench
 from fuzzy.designer.workers import DesignerWorkers
 from fuzzy.files.table import write_table
@@ -178,6 +179,39 @@ def test_many_rows_are_drawn_by_their_extremes_and_counted_all() -> None:
     assert np.array_equal(chosen_points([residual[:900]], few), np.flatnonzero(residual[:900] > 0))
 
 
+def test_numbers_whose_squares_are_none_make_no_error() -> None:
+    table = measured(3000)
+    table[7, 1:] = 1e300
+    table[8, 1:] = -1e300
+    rows = Rows(table[:, 1:3], np.column_stack([table[:, 3], table[:, 3]]), np.arange(3000) + 2)
+    data = data_pictures(system(), rows)
+    assert {data["worst"][0]["row"], data["worst"][1]["row"]} == {7, 8}
+    assert data["figures"][0]["max"] > 1e299
+
+
+def test_of_wishes_that_wait_only_the_latest_is_done() -> None:
+    async def scene() -> None:
+        done: list[int] = []
+        asked, gate = [0], asyncio.Event()
+
+        async def work() -> None:
+            mine = asked[-1]
+            await gate.wait()
+            done.append(mine)
+
+        latest = Latest(work)
+        for now in range(5):
+            asked.append(now)
+            latest.wish()
+            await asyncio.sleep(0)
+        gate.set()
+        assert latest.task is not None
+        await latest.task
+        assert done == [0, 4]
+
+    asyncio.run(scene())
+
+
 # The session ----------------------------------------------------------------------------------------------------
 
 
@@ -281,8 +315,13 @@ def test_columns_by_hand_and_without_outputs(tmp_path: Path) -> None:
         "when;range (cm);a;speed\n" + "".join(f"{n};{r[1]:.6f};{r[2]:.6f};{r[3]:.6f}\n" for n, r in enumerate(table))
     )
 
+    (tmp_path / "bare.csv").write_text("".join(f"{r[1]},{r[2]},{r[3]},0\n" for r in table))
+
     async def scene() -> None:
         bench = Bench(tmp_path, system())
+        await bench.say({"do": "file", "name": "bare.csv"})  # no header, as many columns as variables
+        assert list(bench.traits["columns"].values()) == ["column1", "column2", "column3", "column4"]
+        assert [f["output"] for f in bench.traits["pictures"]["figures"]] == ["v", "w"]
         await bench.say({"do": "file", "name": "other.csv"})
         assert bench.traits["columns"] == {"input d": "", "input a": "a", "output v": "", "output w": ""}
         pictures = bench.traits["pictures"]
