@@ -7,7 +7,7 @@ inference of :mod:`fuzzy.inference`.
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -64,13 +64,15 @@ def train(
     *,
     check: tuple[Any, Any] | None = None,
     callback: Callable[[Epoch], bool | None] | None = None,
+    improved: Callable[[Callable[[], Sugeno]], None] | None = None,
     checkpoint: str | Path | None = None,
     resume: str | Path | dict[str, Any] | None = None,
 ) -> Training:
     """Learn the parameters of ``fis`` from ``x`` (samples, inputs) and ``y`` (samples,) or (samples, outputs).
 
     ``check`` is data of the same form that are not learnt from. ``callback`` sees every epoch and may return False to
-    stop. ``checkpoint`` is a file rewritten after every epoch; ``resume`` continues from one (or from
+    stop. ``improved`` is called before it, after every epoch that is the best so far, with a function that makes the
+    system of that epoch. ``checkpoint`` is a file rewritten after every epoch; ``resume`` continues from one (or from
     ``Training.state``) with the same result as if it had not stopped, to the last bit on the same machine. Ctrl-C
     ends training with the best so far, and so does an error that is no longer finite. The same data, options and seed
     give the same result.
@@ -97,7 +99,7 @@ def train(
     else:
         state = run.resumed(resume)
     with network.threads(data.count):
-        state, stopped = _learn(run, state, callback, checkpoint)
+        state, stopped = _learn(run, state, callback, improved, checkpoint)
     system = network.system(state.best_check if checking is not None else state.best_train)
     best = _argmin(state.history, "check" if checking is not None else "train")
     rmse = total_rmse(system, data.x, data.y)
@@ -117,7 +119,11 @@ def train(
 
 
 def _learn(
-    run: "_Run", state: State, callback: Callable[[Epoch], bool | None] | None, checkpoint: str | Path | None
+    run: "_Run",
+    state: State,
+    callback: Callable[[Epoch], bool | None] | None,
+    improved: Callable[[Callable[[], Sugeno]], None] | None,
+    checkpoint: str | Path | None,
 ) -> tuple[State, str]:
     """Measure and step until there is a reason to stop: the last state, and the reason."""
     options, told = run.problem.options, False
@@ -129,6 +135,9 @@ def _learn(
             state, row = measured
             if checkpoint is not None:
                 told = _saved(dump(state, options, run.fingerprint), checkpoint, told)
+            if improved is not None and state.since == 0:
+                best = state.best_train if run.checking is None else state.best_check
+                improved(partial(run.problem.network.system, best))
             if callback is not None and callback(row) is False:
                 return state, "callback"
             if row.train <= options.goal:

@@ -179,6 +179,12 @@ def _team(page: Any) -> None:
     _set(page.locator(".fd-tryout .fleet-player input[type=range]").first, 24.0)
 
 
+def _data(page: Any) -> None:
+    tab(page, "Data")
+    page.locator(".fd-data").get_by_label("File of the folder").select_option("drive.csv")
+    page.wait_for_selector(".fd-data .dp-worst button")
+
+
 def _train(page: Any) -> None:
     page.get_by_label("Scenario", exact=True).select_option("table-2-1")
     tab(page, "Train")
@@ -230,6 +236,7 @@ VIEWS: dict[str, tuple[int, Callable[[Any], None]]] = {
     "surface": (1, _surface),
     "relief": (1, _relief),
     "compared": (1, _compared),
+    "data": (1, _data),
     "try-it": (1, _try_it),
     "seeds": (1, _seeds),
     "editing": (1, _editing),

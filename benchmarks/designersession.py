@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.files.fisfile import read_fis, write_fis
+from fuzzy.files.table import write_table
 from fuzzy.system import Terms
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -50,7 +51,7 @@ def missing() -> str | None:
 
 
 def workplace(folder: Path) -> Path:
-    """A folder with the tracking rule base, one to compare it with, a scenario, and a table to learn from."""
+    """A folder with the tracking rule base, one to compare it with, a scenario, and two tables, one of a drive."""
     folder.mkdir(parents=True, exist_ok=True)
     text = (files("robotics") / "rulebases" / "tracking.fis").read_text(encoding="utf-8")
     (folder / "tracking.fis").write_text(text, encoding="utf-8")
@@ -70,6 +71,13 @@ def workplace(folder: Path) -> Path:
     z = np.sinc(x[:, 0]) * np.sinc(x[:, 1])
     rows = "\n".join(f"{a:.5f},{b:.5f},{c:.5f}" for (a, b), c in zip(x, z, strict=True))
     (folder / "sinc.csv").write_text(f"x,y,z\n{rows}\n", encoding="utf-8")
+    # A drive on which the robot was slower than it should have been, the more the farther it had to go.
+    variables = (*fis.inputs, *fis.outputs)
+    x = np.column_stack([rng.uniform(1.15 * v.universe[0], 1.15 * v.universe[1], 800) for v in fis.inputs])
+    y = fis(x) + rng.normal(0.0, 0.02, (800, len(fis.outputs)))
+    y[:, 0] *= 1 - 0.1 * x[:, 0] / fis.inputs[0].universe[1]
+    names, units = ["t", *(v.name for v in variables)], ["s", *(v.unit for v in variables)]
+    write_table(folder / "drive.csv", names, np.column_stack([0.05 * np.arange(800), x, y]), units)
     return folder
 
 

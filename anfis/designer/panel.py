@@ -18,19 +18,22 @@ import numpy as np
 from anfis.designer.task import (
     STARTS,
     Ask,
-    Columns,
     Generator,
+    Task,
     TaskError,
     TrainingProcess,
     TrainOutcome,
     chosen_columns,
     guessed,
-    read_columns,
-    read_file,
+    split,
     task_of,
 )
 from anfis.methods.catalogue import METHODS
+from fuzzy.designer.columns import Columns, columns_data
+from fuzzy.designer.datapictures import Rows, data_pictures
 from fuzzy.designer.folder import LARGEST_FILE
+from fuzzy.designer.latest import Latest
+from fuzzy.designer.tablesource import TableSource
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
@@ -73,7 +76,7 @@ class TrainSession:
             "seed": 0, "skip_bad": False,
         }  # fmt: skip
         self.columns: dict[str, str] = {}
-        self.pieces: list[str] = []
+        self.source = TableSource(bench, _MOST, "use anfis train for large tables")
         self.process: TrainingProcess | None = None
         self.begun = False  # from the wish to train until its process has ended
         self.closed = False
@@ -82,6 +85,10 @@ class TrainSession:
         self.history: list[tuple[Any, ...]] = []
         self.start: Sugeno | None = None
         self.outcome: TrainOutcome | None = None
+        self.best: Sugeno | None = None  # so far
+        self.rows: Rows | None = None  # of the training that runs or ran last
+        self.output = 0  # that is drawn
+        self.pictures = Latest(self._draw)
         self.words: list[str] = []
         self.unit = ""  # of the error that is learnt
         self.state = "idle"
@@ -99,6 +106,11 @@ class TrainSession:
             before=None,
             after=None,
             problem=None,
+            pictures=None,
+            points=None,
+            residual=None,
+            terms=None,
+            about=None,
             **self._of_columns(),
         )
         self.widget.on_message(self.heard)
@@ -123,6 +135,8 @@ class TrainSession:
             "train": self._train,
             "stop": self._stop,
             "take": self._take,
+            "look": self._look,
+            "output": self._choose_output,
         }
         try:
             wish = message.get("do") if isinstance(message, dict) else None
@@ -140,28 +154,13 @@ class TrainSession:
 
     async def _file(self, message: dict[str, Any]) -> None:
         """A CSV file of the folder."""
-        name, known = message.get("name"), self._sources()["files"]
-        if not isinstance(name, str) or name not in known:
-            raise TaskError(expected(str(name), known, "file of the folder"))
-        self._show(await self.bench.read(name, read_file, Path(self.bench.document.folder) / name, _MOST))
+        self._show(await self.source.file(message.get("name")))
 
     async def _piece(self, message: dict[str, Any]) -> None:
-        """A piece of an uploaded file; the first has the number 0."""
-        text, name, number = message.get("text"), message.get("name"), message.get("number")
-        if not isinstance(text, str) or not isinstance(name, str):
-            raise TaskError("an upload is pieces of text with the file's name")
-        if number == 0:
-            self.pieces = []
-        elif number != len(self.pieces):
-            raise TaskError(f"{name} did not arrive whole; please upload it again")
-        if sum(map(len, self.pieces)) + len(text) > _MOST:
-            self.pieces = []
-            raise TaskError(f"{name} is larger than {_MOST / 1e6:g} MB; use anfis train for large tables")
-        self.pieces.append(text)
-        if message.get("last"):
-            whole, self.pieces = "".join(self.pieces), []
-            name = Path(name).name[:200] or "upload"
-            self._show(await self.bench.read(name, read_columns, name, whole))
+        """A piece of an uploaded file."""
+        table = await self.source.piece(message)
+        if table is not None:
+            self._show(table)
 
     async def _generate(self, message: dict[str, Any]) -> None:
         name = message.get("name")
@@ -210,11 +209,13 @@ class TrainSession:
         settings = {**self.choice, "skip_bad": self.choice["skip_bad"] is True}
         task = task_of(self.table, self.columns, present, name=present.name, **settings)
         self.begun = True
+        self.best, self.rows, self.output = None, self._rows(task), 0
         self.history, self.start, self.outcome, self.words, self.state = [], None, None, [], "starting"
         self.unit = self._of_columns()["unit"]
         if len(task.x) < len(self.table.values):
             self.words.append(f"{len(self.table.values) - len(task.x)} of {len(self.table.values)} rows are left out")
         self.widget.update(progress=self._progress(), before=None, after=None)
+        self.pictures.wish()
         try:
             process = await asyncio.to_thread(TrainingProcess, task)
         except BaseException:
@@ -245,7 +246,55 @@ class TrainSession:
         what = f"train ({self.choice['method']}, epoch {self.outcome.best})"
         self.bench.document.replace(replace(self.outcome.system, name=present.name), what, keep_disabled=True)
 
+    def _look(self, message: dict[str, Any]) -> None:
+        """Lead to the viewer, at a sample's inputs, where the design has the inputs that are learnt."""
+        row = message.get("row")
+        if self.rows is None or not isinstance(row, int) or not 0 <= row < len(self.rows.x) or not self._looks():
+            raise TaskError("there is no such sample of the design's inputs")
+        self.bench.look_at(self.rows.x[row].tolist())
+        self.bench.show("Viewer")
+
+    def _choose_output(self, message: dict[str, Any]) -> None:
+        value = message.get("value")
+        if self.rows is None or not isinstance(value, int) or not 0 <= value < self.rows.y.shape[1]:
+            raise TaskError("there is no such output")
+        self.output = value
+        self.pictures.wish()
+
     # The learning
+
+    def _rows(self, task: Task) -> Rows:
+        """The samples of a task, with the lines of the file that they come from."""
+        table = self.table
+        assert table is not None
+        inputs, outputs = chosen_columns(table, self.columns, self._present(), self.choice["start"])
+        kept = ~table.lacking([*inputs, *outputs])
+        lines = np.arange(1, len(table.values) + 1) if table.lines is None else table.lines
+        checking = np.zeros(len(task.x), dtype=bool)
+        checking[split(len(task.x), task.checking, task.seed)[1]] = True
+        return Rows(task.x, task.y, lines[kept], checking if task.checking else None)
+
+    async def _draw(self) -> None:
+        """What the best system so far makes of the samples."""
+        system, rows, output = self.best, self.rows, self.output
+        if system is None or rows is None:
+            self.widget.update(pictures=None, points=None, residual=None)
+            return
+        try:
+            data = await self.bench.background(data_pictures, system, rows, output)
+        except (InputError, WorkError) as error:
+            self.widget.update(problem={"message": str(error)})
+            return
+        if rows is not self.rows:
+            return  # another training has begun
+        points, residual = data.pop("points"), data.pop("residual")
+        about = {"outputs": [v.name for v in system.outputs], "looks": self._looks()}
+        self.widget.update(pictures=data, points=points, residual=residual, terms=variables(system), about=about)
+
+    def _looks(self) -> bool:
+        """Has the design the inputs that are learnt?"""
+        now = [v.name for v in self._present().inputs]
+        return self.best is not None and [v.name for v in self.best.inputs] == now
 
     async def _watch(self, process: TrainingProcess) -> None:
         while process.alive:
@@ -261,8 +310,12 @@ class TrainSession:
 
     def _note(self, what: str, about: Any) -> None:
         if what == "start":
-            self.start = about
+            self.start = self.best = about
             self.widget.update(before=variables(about))
+            self.pictures.wish()
+        elif what == "best":
+            self.best = about
+            self.pictures.wish()
         elif what == "warning":
             if about not in self.words:
                 self.words.append(about)
@@ -273,8 +326,9 @@ class TrainSession:
             self.state = "idle"
             self.widget.update(problem={"message": about})
         elif what == "done":
-            self.outcome, self.state = about, "done"
+            self.outcome, self.best, self.state = about, about.system, "done"
             self.widget.update(after=variables(about.system))
+            self.pictures.wish()
 
     def close(self) -> None:
         """End the training that runs, because its page is closed."""
@@ -303,11 +357,8 @@ class TrainSession:
         }
 
     def _sources(self) -> dict[str, Any]:
-        folder = Path(self.bench.document.folder).resolve()
-        # A link that leads out of the folder is none of its files.
-        files = [f.name for f in folder.glob("*.csv") if f.is_file() and f.resolve().is_relative_to(folder)]
         made = [[g.name, g.title, [ask._asdict() for ask in self.asked.get(g.name, ())]] for g in self.made.values()]
-        return {"files": sorted(files), "generators": made}
+        return {"files": self.source.files(), "generators": made}
 
     async def _asks(self, generator: Generator) -> Sequence[Ask]:
         """What a generator asks for: that depends on the folder's files, which another process looks at."""
@@ -327,12 +378,7 @@ class TrainSession:
         self.table = table
         self.choice = {**self.choice, "skip_bad": False}
         self._guess()
-        columns = []
-        for name, values in zip(table.names, table.values.T, strict=True):
-            numbers = values[np.isfinite(values)]
-            low, high = (float(numbers.min()), float(numbers.max())) if len(numbers) else (None, None)
-            columns.append({"name": name, "unit": table.unit(name), "low": low, "high": high})
-        about = {"name": table.name, "rows": len(table.values), "columns": columns}
+        about = columns_data(table)
         self.widget.update(
             table=about, columns=self.columns, choice=self.choice, sources=self._sources(), **self._of_columns()
         )
@@ -348,7 +394,7 @@ class TrainSession:
         present, fresh = self._present(), self.choice["start"] != "present"
         units, lack = [] if fresh else [v.unit for v in present.outputs], ""
         if self.table is not None:
-            with suppress(TaskError):  # said when it is tried
+            with suppress(InputError):  # said when it is tried
                 inputs, outputs = chosen_columns(self.table, self.columns, present, self.choice["start"])
                 columns = [self.table.unit(name) for name in outputs]
                 units = columns if fresh else [a or b for a, b in zip(units, columns, strict=True)]

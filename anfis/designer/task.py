@@ -5,8 +5,9 @@ epoch went, and ends with the best so far when it is told to stop, or at once wh
 """
 
 import multiprocessing
+import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
@@ -16,9 +17,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from anfis.methods.catalogue import METHODS
+from fuzzy.designer.columns import Columns, matching
 from fuzzy.errors import InputError, quoted
-from fuzzy.files.header import labels
-from fuzzy.files.table import DataError, on_lines, parse_table
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 
@@ -26,59 +26,12 @@ if TYPE_CHECKING:
     from anfis.training import Training
 
 STARTS = ("present", "subtractive", "grid")
+_RARELY = 0.3  # s between two systems that are told of
 _PATIENCE = 3.0  # s that a process is given to end by itself
 
 
 class TaskError(InputError):
     """A task that cannot be learnt. The message names the choice and what is accepted."""
-
-
-class Columns(NamedTuple):
-    """A table of samples with named columns."""
-
-    name: str  # of the file or the generator
-    names: tuple[str, ...]  # what the columns are called when they are chosen; all different
-    values: np.ndarray  # (samples, columns); not-a-number where a file has none
-    inputs: int = 0  # how many of the first columns are inputs; 0: not known
-    units: tuple[str, ...] = ()  # of the columns; (): not known
-    variables: tuple[str, ...] = ()  # what variables made of the columns are called; (): as the columns
-    lines: np.ndarray | None = None  # (samples,) int: the line of the file at which each begins
-    doubts: tuple[str, ...] = ()  # why a column's numbers cannot be told, as the end of a sentence; (): they can
-    untitled: tuple[str, ...] = ()  # columns that the file's header leaves without a name
-
-    def unit(self, name: str) -> str:
-        """The unit of the column ``name``; empty where it is not known."""
-        return self.units[self.names.index(name)] if self.units else ""
-
-    @property
-    def usable(self) -> list[str]:
-        """The columns that have a name and numbers."""
-        some = np.isfinite(self.values).any(axis=0).tolist()
-        return [n for n, numbers in zip(self.names, some, strict=True) if numbers and n not in self.untitled]
-
-    def lacking(self, chosen: Sequence[str]) -> np.ndarray:
-        """(samples,) bool: which samples have no number in one of the ``chosen`` columns.
-
-        Raises TaskError for a column that holds none at all.
-        """
-        some = np.isfinite(self.values)
-        places = [self.names.index(name) for name in chosen]
-        for place in places:
-            if self.doubts and self.doubts[place]:
-                raise TaskError(f"{self.name}: {quoted(self.names[place])} {self.doubts[place]}")
-            if not some[:, place].any():
-                raise TaskError(f"{self.name}: {quoted(self.names[place])} holds no numbers")
-        return ~some[:, places].all(axis=1)
-
-    def lack(self, chosen: Sequence[str]) -> str:
-        """Say which samples have no number in which of the ``chosen`` columns; empty where all have one."""
-        rows = np.flatnonzero(self.lacking(chosen))
-        if not len(rows):
-            return ""
-        of = [quoted(name) for name in chosen if not np.isfinite(self.values[rows, self.names.index(name)]).all()]
-        lines = (rows + 1 if self.lines is None else self.lines[rows]).tolist()
-        verb = "has" if len(rows) == 1 else "have"
-        return f"{len(rows)} of {len(self.values)} rows {verb} no number in {', '.join(of[:5])} ({on_lines(lines)})"
 
 
 class Ask(NamedTuple):
@@ -223,44 +176,6 @@ def chosen_columns(
     return inputs, outputs
 
 
-def read_columns(name: str, text: str | bytes) -> Columns:
-    """Read the table in the ``text`` of a file called ``name``, with whatever its columns hold.
-
-    Raises TaskError where it is no table, in the words of :func:`fuzzy.files.table.read_table`.
-    """
-    try:
-        table = parse_table(text, name)
-        read = table.all_columns()
-    except DataError as error:
-        raise TaskError(str(error)) from None
-    if not len(read.values):
-        raise TaskError(f"{name}: no row of numbers follows the header")
-    called = labels(table.columns)
-    return Columns(
-        name,
-        called,
-        read.values,
-        units=tuple(c.unit for c in table.columns),
-        variables=tuple(c.name for c in table.columns),
-        lines=read.lines,
-        doubts=read.doubts,
-        untitled=tuple(label for label, c in zip(called, table.columns, strict=True) if not c.title),
-    )
-
-
-def read_file(path: Path, most: int) -> Columns:
-    """Read the table in a file of at most ``most`` bytes. Raises TaskError."""
-    try:
-        if not path.is_file():
-            raise TaskError(f"there is no file {quoted(path.name)} in the opened folder")
-        if path.stat().st_size > most:
-            raise TaskError(f"{path.name} is larger than {most / 1e6:g} MB; use anfis train for large tables")
-        data = path.read_bytes()
-    except OSError as error:
-        raise TaskError(f"cannot read {path.name}: {error.strerror or error}") from None
-    return read_columns(path.name, data)
-
-
 def guessed(data: Columns, present: Sugeno | None) -> dict[str, str]:
     """Guess which column is which, in the form that :func:`task_of` takes.
 
@@ -273,16 +188,7 @@ def guessed(data: Columns, present: Sugeno | None) -> dict[str, str]:
         first = data.inputs or len(usable) - 1
         roles = {name: "input" if k < first else "output" for k, name in enumerate(usable)}
         return {name: roles.get(name, "unused") for name in data.names}
-    variables = [v.name for v in (*present.inputs, *present.outputs)]
-    folded: dict[str, str] = {}
-    for k, name in enumerate(data.names):
-        unit = f" [{data.units[k]}]" if data.units and data.units[k] else ""
-        for known in (name, f"{name}{unit}", *data.variables[k : k + 1]):
-            folded.setdefault(known.casefold(), name)
-    found = {name: folded[name.casefold()] for name in variables if name.casefold() in folded}
-    if not found and len(variables) == len(usable):
-        return dict(zip(variables, usable, strict=True))
-    return found
+    return matching(data, [v.name for v in (*present.inputs, *present.outputs)])
 
 
 def split(count: int, checking: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -324,7 +230,8 @@ def learn(task: Task, report: Callable[[str, Any], bool]) -> "Training":
     """Do the task. ``report(what, about)`` is called as it proceeds, and returns False to stop with the best so far.
 
     It is called with "start" and the starting system, "warning" and a sentence, "epoch" and an
-    :class:`anfis.state.Epoch`. Raises an InputError for data and options that cannot be learnt.
+    :class:`anfis.state.Epoch`, and at most every 0.3 s with "best" and the best system so far, where that is another
+    one than before. Raises an InputError for data and options that cannot be learnt.
     """
 
     def tell(message: Warning | str, *_: Any, **__: Any) -> None:
@@ -339,6 +246,12 @@ def learn(task: Task, report: Callable[[str, Any], bool]) -> "Training":
         from anfis.methods.options import Options
         from anfis.training import train
 
+        best = _BestSoFar(lambda system: report("best", replace(system, out_of_range=fis.out_of_range)))
+
+        def epoch(row: Any) -> bool:
+            best.tell()
+            return report("epoch", row)
+
         # A value outside its universe is no reason to be asked again in every epoch.
         quiet = replace(fis, out_of_range="ignore") if fis.out_of_range == "warn" else fis
         result = train(
@@ -347,12 +260,31 @@ def learn(task: Task, report: Callable[[str, Any], bool]) -> "Training":
             task.y[rows],
             Options(method=task.method, epochs=task.epochs, goal=task.goal),
             check=(task.x[held], task.y[held]) if len(held) else None,
-            callback=lambda row: report("epoch", row),
+            callback=epoch,
+            improved=best.note,
         )
     systems = {
         name: replace(getattr(result, name), out_of_range=fis.out_of_range) for name in ("system", "least_train")
     }
     return replace(result, **systems)
+
+
+class _BestSoFar:
+    """Tells of the best system so far, rarely: to make and send it takes longer than an epoch."""
+
+    def __init__(self, say: Callable[[Sugeno], Any]) -> None:
+        self._say, self._made = say, -_RARELY
+        self._waiting: Callable[[], Sugeno] | None = None
+
+    def note(self, system: Callable[[], Sugeno]) -> None:
+        """Note that there is a better one."""
+        self._waiting = system
+
+    def tell(self) -> None:
+        """Tell of the best one, if it is new and the last time is long enough ago."""
+        if self._waiting is not None and time.monotonic() - self._made >= _RARELY:
+            self._say(self._waiting())
+            self._waiting, self._made = None, time.monotonic()
 
 
 class TrainOutcome(NamedTuple):
@@ -391,8 +323,8 @@ class TrainingProcess:
     def news(self) -> list[tuple[str, Any]]:
         """What has been reported since the last call, without waiting.
 
-        ("start", Sugeno), ("warning", str), ("epoch", tuple of the fields of :class:`anfis.state.Epoch`), and at the
-        end one of ("done", TrainOutcome) and ("problem", str).
+        ("start", Sugeno), ("warning", str), ("best", Sugeno), ("epoch", tuple of the fields of
+        :class:`anfis.state.Epoch`), and at the end one of ("done", TrainOutcome) and ("problem", str).
         """
         found: list[tuple[str, Any]] = []
         try:

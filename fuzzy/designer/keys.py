@@ -9,6 +9,7 @@ KEYS = (
     ("← → ↑ ↓", "a handle, marker, red line, number field", "1/200 of the range; with Shift ten times that"),
     ("Page up, Page down; Home, End", "the same", "ten steps; the ends of the range (fields: only Page up, Page down)"),
     ("Alt with an arrow", "a handle of a curve", "moves the whole curve"),
+    ("← →, Home, End; Enter", "a picture of measured rows", "another row (with Shift ten further); the viewer there"),
     ("Escape", "while dragging", "back to where it began"),
     ("Enter; Escape", "a sentence, a field", "accepts it; gives the last good one back"),
     ("Alt+↑, Alt+↓", "a rule", "moves it"),

@@ -146,7 +146,7 @@ class _Page:
         traits = self._traits() | {"viewer": self._viewer(), "surface": None, "problem": None}
         views = ("design", "point", "selected", "compared", "problem", "viewer")
         shown = {name: traits[name] for name in views}
-        editor = shown | {"functions": functions_data()}
+        editor = shown | {"functions": functions_data(), "histograms": None}
         panels, missing = find_panels()
         with ui.element("div").classes("shell"):
             for name, text in (("shell-edit", "Skip to the editors"), ("shell-look", "Skip to the views")):
@@ -161,7 +161,7 @@ class _Page:
             with ui.element("main"):
                 self.surface: Bridge | None = None
                 left = [
-                    Tab("Memberships", lambda: self._module(_STATIC / "terms.js", editor)),
+                    Tab("Memberships", lambda: self._build_terms(editor)),
                     Tab("Rules", self._build_rules),
                     Tab("Check", self._build_check),
                 ]
@@ -178,6 +178,7 @@ class _Page:
                 for tabs, group in ((left, self.editors), (right, self.views)):
                     self.bench.lead([tab.title for tab in tabs], group.show)
                 self.bench.lead_to_rules(self._open_rule)
+                self.bench.lead_shared(self._show_shared)
         self.bench.on_change(self._check_soon)
         self._check_soon()
         for sentence in (*self.document.notes, *missing):
@@ -190,6 +191,9 @@ class _Page:
         # In a hidden tab it is told once, when it is shown again; all in one message, which is drawn once.
         self.bench.on_change(lambda: bridge.update(**self._shown, **more()))
         return bridge
+
+    def _build_terms(self, traits: dict[str, Any]) -> None:
+        self._terms = self._module(_STATIC / "terms.js", traits)
 
     def _build_rules(self) -> None:
         self._module(_STATIC / "rules.js", self._now() | {"sought": self.sought}, lambda: {"sought": self.sought})
@@ -348,6 +352,9 @@ class _Page:
         self.editors.count("Check", sum(finding["severity"] != "note" for finding in findings))
         if self._check is not None:
             self._check.update(findings=findings)
+
+    def _show_shared(self) -> None:
+        self._terms.update(histograms=self.bench.shared.get("histograms"))
 
     def _show_surface(self) -> None:
         if self.surface is not None:

@@ -65,6 +65,8 @@ class Workbench:
         self._here = Place()
         self._groups: dict[str, Callable[[str], None]] = {}
         self._open_rule: Callable[[int], None] = lambda key: None
+        self._tell_shared: Callable[[], None] = lambda: None
+        self.shared: dict[str, Any] = {}
 
     def widget(self, module: Path, **traits: Any) -> "Bridge":
         """Show the ES module in the file ``module``, a part of an installed package, with its model's first values."""
@@ -72,13 +74,13 @@ class Workbench:
 
         return Bridge(self._module_url(module), traits, lambda sentence: self.notify(sentence, problem=True))
 
-    def on_change(self, callback: Callable[[], Any]) -> None:
+    def on_change(self, callback: Callable[[], Any], hidden: bool = False) -> None:
         """Call ``callback()``, a function or a coroutine, after the edits in hand, until the tab closes.
 
         While the panel that is being built now is hidden, its callbacks rest; they are called once when it is
-        shown again.
+        shown again. With ``hidden`` this one never rests.
         """
-        self._change_callbacks.append((self._here, callback))
+        self._change_callbacks.append((Place() if hidden else self._here, callback))
 
     def on_close(self, callback: Callable[[], Any]) -> None:
         """Call ``callback()`` when the browser tab has been closed for good, or shows another file."""
@@ -118,6 +120,16 @@ class Workbench:
         if not self.closed:
             self._open_rule(key)
 
+    def share(self, **traits: Any) -> None:
+        """Give the page's own views traits beside the design's, of which they know:
+
+        ``histograms`` of measured rows, as :func:`fuzzy.designer.datapictures.histograms` makes them, or None: the tab
+        Memberships draws them below its curves.
+        """
+        self.shared |= traits
+        if not self.closed:
+            self._tell_shared()
+
     def notify(self, sentence: str, problem: bool = False) -> None:
         """Show a sentence for some seconds; a problem stays until the next one or until it is put away."""
         if not self.closed:
@@ -132,6 +144,10 @@ class Workbench:
     def lead_to_rules(self, open_rule: Callable[[int], None]) -> None:
         """Note what leads to a rule, by its key."""
         self._open_rule = open_rule
+
+    def lead_shared(self, tell: Callable[[], None]) -> None:
+        """Note what gives the page's views the values in ``shared``."""
+        self._tell_shared = tell
 
     @contextmanager
     def building(self, place: Place) -> Iterator[None]:

@@ -40,7 +40,7 @@ def formation_data() -> Sequence[Any]:
 
 
 def _formation(kind: str) -> Any:
-    from anfis.designer.task import Columns
+    from fuzzy.designer.columns import Columns
     from robotics.experiments.learning.formationdata import FILES
     from robotics.experiments.learning.formationdata import formation_data as made
     from robotics.experiments.learning.formationlearning import UNITS
@@ -71,7 +71,7 @@ def _scenario_asks(folder: Path) -> Any:
 
 def _scenario_formation(folder: Path, chosen: dict[str, str]) -> Any:
     """What one robot of a scenario knows, and what the teacher makes it do: few rows, for the page."""
-    from anfis.designer.task import Columns
+    from fuzzy.designer.columns import Columns
     from fuzzy.designer.folder import open_folder
     from robotics.designer.conditions import scenario_of
     from robotics.designer.folderfiles import read_text_file

@@ -12,7 +12,6 @@ import {
   offer,
   put,
   quantity,
-  said,
   say,
   sayUnder,
   scale,
@@ -23,10 +22,19 @@ import {
   watch,
   whenSized,
 } from "../../../fuzzy/designer/static/chart.js";
+import { dataPictures } from "../../../fuzzy/designer/static/datapictures.js";
+import {
+  columnField,
+  described,
+  field,
+  fillColumns,
+  omission,
+  uploadField,
+} from "../../../fuzzy/designer/static/datasource.js";
 import { degree, places } from "../../../fuzzy/designer/static/membership.js";
 
 const SHARED = "../../../fuzzy/designer/static";
-const SHEETS = [`${SHARED}/panel.css`, `${SHARED}/form.css`, "./training.css"].map(
+const SHEETS = [`${SHARED}/panel.css`, `${SHARED}/form.css`, `${SHARED}/datapictures.css`, "./training.css"].map(
   (sheet) => new URL(sheet, import.meta.url).href,
 );
 const NAMES = [
@@ -40,11 +48,16 @@ const NAMES = [
   "before",
   "after",
   "problem",
+  "pictures",
+  "points",
+  "residual",
+  "terms",
+  "about",
   "unit",
   "lack",
 ];
-const FILE = "File of the folder, or generated";
-const PIECE = 200_000; // characters of an upload that travel together
+const FILE = "File of the folder, or generated",
+  UPLOAD = "or upload a CSV file";
 const STARTS = { present: "the present system", subtractive: "clusters of the data", grid: "a grid of terms" };
 const ROLES = [
   ["unused", "not used"],
@@ -61,18 +74,6 @@ const STOPPED = {
   interrupted: "interrupted",
 };
 
-/** The text of a file: UTF-8, or UTF-16 with a byte order mark. Throws where it is neither. */
-async function textOf(file) {
-  const bytes = new Uint8Array(await file.arrayBuffer());
-  const [a, b] = bytes;
-  const kind = a === 0xff && b === 0xfe ? "utf-16le" : a === 0xfe && b === 0xff ? "utf-16be" : "utf-8";
-  return new TextDecoder(kind, { fatal: true }).decode(bytes);
-}
-
-/** A column as it is chosen: its name with the unit, and its range. */
-const described = (column) =>
-  `${labelled(column)}, ${column.low === null ? "no numbers" : `${said(column.low, 3)} to ${said(column.high, 3)}`}`;
-
 /** Powers of ten, where there are few of them also their double and fivefold, and within a factor of 4 round numbers. */
 function decades(low, high) {
   if (high < 4 * low) return ticks(low, high, 4);
@@ -88,7 +89,6 @@ export async function render({ model, el }) {
   const get = (name) => model.get(name) ?? null;
   let refused = null; // what this side refuses: { message, field }
   const choose = (name, value) => model.send({ do: "choose", name, value });
-  const field = (text, control) => element("label", {}, element("span", {}, text), control);
   const number = (label, name, attributes, factor = 1) => {
     const input = element("input", { type: "number", "aria-label": label, ...attributes });
     input.addEventListener("change", () => {
@@ -136,49 +136,20 @@ export async function render({ model, el }) {
       element("button", { type: "button", onclick: make }, "Make the data"),
     );
   }
-  const upload = element("input", {
-    type: "file",
-    accept: ".csv,text/csv,text/plain",
-    "aria-label": "or upload a CSV file",
-  });
-  upload.addEventListener("change", async () => {
-    const chosen = upload.files[0];
-    if (!chosen) return;
-    refused = null;
-    const { largest } = get("accepted");
-    if (chosen.size > largest) {
-      fail(`${chosen.name} is larger than ${largest / 1e6} MB; use anfis train for large tables`);
-      return;
-    }
-    let text;
-    try {
-      text = await textOf(chosen);
-    } catch {
-      fail(`${chosen.name} is not text in UTF-8; save it as UTF-8, in Excel as CSV UTF-8`);
-      return;
-    }
-    for (let at = 0, n = 0; at === 0 || at < text.length; at += PIECE, n++) {
-      model.send({
-        do: "piece",
-        name: chosen.name,
-        number: n,
-        text: text.slice(at, at + PIECE),
-        last: at + PIECE >= text.length,
-      });
-    }
-    upload.value = "";
-  });
+  const upload = uploadField(
+    UPLOAD,
+    () => ({ ...get("accepted"), larger: "use anfis train for large tables" }),
+    (piece) => model.send(piece),
+    (text) => fail(text),
+  );
   const about = element("p", { class: "pn-note" });
-  const skip = element("input", { type: "checkbox" });
-  skip.addEventListener("change", () => choose("skip_bad", skip.checked));
-  const lack = element("span"),
-    lackField = element("label", { class: "tn-lack", hidden: true }, skip, lack);
-  const mapping = element("div", { class: "tn-columns" });
+  const skip = omission((on) => choose("skip_bad", on));
+  const mapping = element("div", { class: "pn-columns" });
   const data = element(
     "fieldset",
     {},
     element("legend", {}, "Data"),
-    element("div", { class: "pn-row" }, field(FILE, file), field("or upload a CSV file", upload)),
+    element("div", { class: "pn-row" }, field(FILE, file), field(UPLOAD, upload)),
     asks,
     about,
   );
@@ -195,7 +166,7 @@ export async function render({ model, el }) {
     element("legend", {}, "Start"),
     element("div", { class: "pn-row" }, field("Start from", start), radiusField, mfsField),
     mapping,
-    lackField,
+    skip.node,
   );
   const method = choices("Method", [], "", (value) => choose("method", value));
   const epochs = number("Epochs", "epochs", { min: 0, max: 100000, step: 1 });
@@ -227,7 +198,7 @@ export async function render({ model, el }) {
   );
   const problem = element("p", { class: "pn-problem", role: "alert", hidden: true });
   const fail = (text) => {
-    refused = { message: text, field: "piece" };
+    refused = text ? { message: text, field: "piece" } : null;
     drawProblem();
   };
   const fields = {
@@ -242,7 +213,7 @@ export async function render({ model, el }) {
     goal,
     share,
     seed,
-    skip_bad: skip,
+    skip_bad: skip.input,
   };
   /** What was refused, under the field that asked for it where one did; of the button Train, above it all. */
   function drawProblem() {
@@ -261,6 +232,10 @@ export async function render({ model, el }) {
   const curve = shape("svg", { class: "pn-plot", role: "img" });
   const terms = element("div");
   const views = element("div", { class: "pn-views" }, element("div", {}, keys, curve), terms);
+  const drawn = dataPictures({
+    look: (row) => model.send({ do: "look", row }),
+    output: (value) => model.send({ do: "output", value }),
+  });
   const root = element(
     "div",
     { class: "fd fd-panel fd-form fd-training" },
@@ -272,6 +247,7 @@ export async function render({ model, el }) {
     state,
     notes,
     views,
+    drawn.node,
   );
   el.append(root);
 
@@ -314,10 +290,7 @@ export async function render({ model, el }) {
     const aim = `Error goal (RMSE${get("unit") ? ` in ${get("unit")}` : ""})`;
     say(goalField.firstElementChild, aim);
     put(goal, { "aria-label": aim });
-    lackField.hidden = !get("lack");
-    skip.checked = choice.skip_bad;
-    say(lack, `Leave out rows: ${get("lack")}`);
-    put(skip, { "aria-label": lack.textContent });
+    skip.show(get("lack"), choice.skip_bad);
     const running = ["starting", "learning", "stopping"].includes(progress.state);
     go.disabled = running || !table;
     stop.disabled = !running || progress.state === "stopping";
@@ -329,30 +302,17 @@ export async function render({ model, el }) {
   function drawMapping(table, choice, columns, system) {
     mapping.hidden = !table;
     if (!table) return;
-    // What is heard begins with what is read, so that it can be said too.
     const pick = (name, text, what, options, chosen) =>
-      field(
-        text,
-        Object.assign(
-          choices(`${text}: ${what}`, options, chosen, (value) => model.send({ do: "column", name, value })),
-          { name },
-        ),
-      );
+      columnField(name, text, what, options, chosen, (of, value) => model.send({ do: "column", name: of, value }));
     const names = table.columns.map((c) => [c.name, described(c)]);
     const key = JSON.stringify([choice.start === "present", table, columns, system]);
-    if (mapping.dataset.key === key) return;
-    const focused = [...mapping.querySelectorAll("select")].indexOf(document.activeElement);
-    mapping.dataset.key = key;
-    if (choice.start === "present") {
+    fillColumns(mapping, key, () => {
+      if (choice.start !== "present")
+        return table.columns.map((c) => pick(c.name, described(c), "its role", ROLES, columns[c.name] ?? "unused"));
       const of = (kind) => (name) =>
         pick(name, `${name} (${kind})`, "its column", [["", "choose …"], ...names], columns[name] ?? "");
-      mapping.replaceChildren(...system.inputs.map(of("input")), ...system.outputs.map(of("output")));
-    } else {
-      mapping.replaceChildren(
-        ...table.columns.map((c) => pick(c.name, described(c), "its role", ROLES, columns[c.name] ?? "unused")),
-      );
-    }
-    if (focused >= 0) mapping.querySelectorAll("select")[focused]?.focus();
+      return [...system.inputs.map(of("input")), ...system.outputs.map(of("output"))];
+    });
   }
 
   function drawProgress() {
@@ -479,6 +439,15 @@ export async function render({ model, el }) {
     drawProgress();
     drawCurve();
     drawTerms();
+    drawn.draw({
+      pictures: get("pictures"),
+      points: get("points"),
+      residual: get("residual"),
+      terms: get("terms"),
+      along: { name: "number of the sample", unit: "" },
+      outputs: (get("about")?.outputs ?? []).map((name, n) => [n, name]),
+      looks: get("about")?.looks ?? false,
+    });
   };
   const { soon, end } = framed(draw);
   const ends = [end, watch(model, NAMES, soon), whenSized(root, soon)];

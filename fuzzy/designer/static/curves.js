@@ -16,18 +16,24 @@ import {
   widthOf,
 } from "./chart.js";
 import { drag, gesture, pressing, stepped } from "./dragging.js";
+import { strip } from "./histogram.js";
 import { degree, handles, places, shifted } from "./membership.js";
 
 const ROW = 19; // px, a line of labels
+const STRIP = 44; // px, a histogram of measured rows
 
 /**
  * The chart of an input. hands: {select(term), move(term, parameters, gesture, pressed), release(), point(value,
- * pressed), releasePoint()}. Returns {node, draw(view)}, view: {functions, variable, compared, selected, point, width}.
+ * pressed), releasePoint()}. Returns {node, draw(view)}, view: {functions, variable, histogram (or null),
+ * compared, selected, point, width}.
  */
 export function membershipChart(hands) {
   const svg = shape("svg", { class: "fd-chart", role: "group" });
   const layers = Object.fromEntries(
-    ["back", "old", "curves", "names", "now", "handles"].map((name) => [name, shape("g", { class: `fd-${name}` })]),
+    ["back", "rows", "old", "curves", "names", "now", "handles"].map((name) => [
+      name,
+      shape("g", { class: `fd-${name}` }),
+    ]),
   );
   svg.append(...Object.values(layers));
   const key = pressing();
@@ -185,16 +191,20 @@ export function membershipChart(hands) {
     box.top = 26 + count * ROW;
     box.bottom = box.top + (narrow ? 170 : width > 1000 ? 290 : 230);
     y = scale(0, 1, box.bottom, box.top);
+    const foot = box.bottom + 50,
+      height = view.histogram ? foot + STRIP + 12 : foot;
     put(svg, {
       width,
-      height: box.bottom + 50,
-      viewBox: `0 0 ${width} ${box.bottom + 50}`,
+      height,
+      viewBox: `0 0 ${width} ${height}`,
       "aria-label": `Membership functions of ${variable.name}`,
     });
     layers.back.replaceChildren(
       axes(box, x, y, [labelled(variable), null], [0, 0.5, 1]),
       shape("text", { x: 8, y: 14, class: "fd-name", "aria-hidden": "true" }, "degree"),
     );
+    const below = { left: box.left, right: box.right, top: foot + 4, bottom: foot + 4 + STRIP };
+    layers.rows.replaceChildren(view.histogram ? strip(view.histogram, x, below) : "");
     const before = view.compared?.terms ?? [];
     layers.old.replaceChildren(...before.map((term) => shape("path", { d: curve(term).path, class: "fd-compared" })));
     layers.curves.replaceChildren();

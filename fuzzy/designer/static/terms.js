@@ -348,7 +348,15 @@ export function render({ model, el }) {
     outputChart.node.hidden = kind === "input";
     const inner = Math.max(220, width);
     if (kind === "input")
-      inputChart.draw({ functions, variable, compared: old, selected: term, point: point()[i], width: inner });
+      inputChart.draw({
+        functions,
+        variable,
+        histogram: (model.get("histograms") ?? []).find((h) => h.name === own.name) ?? null,
+        compared: old,
+        selected: term,
+        point: point()[i],
+        width: inner,
+      });
     else
       outputChart.draw({
         variable,
@@ -403,7 +411,7 @@ export function render({ model, el }) {
     paint();
   }
   const ends = [
-    watch(model, ["design", "point", "viewer", "compared"], settle),
+    watch(model, ["design", "point", "viewer", "compared", "histograms"], settle),
     watch(model, ["selected"], () => {
       chosen = null;
       paint();

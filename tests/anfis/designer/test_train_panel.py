@@ -5,6 +5,7 @@ import os
 import signal
 import time
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, ClassVar
@@ -14,25 +15,27 @@ import pytest
 
 import anfis
 import fuzzy
+from anfis.accuracy import accuracy
 from anfis.designer import panel as designpanel
+from anfis.designer import task as task_module
 from anfis.designer.panel import TrainSession, generators, variables
 from anfis.designer.task import (
     Ask,
-    Columns,
     Generator,
     Task,
     TaskError,
     TrainingProcess,
     guessed,
     learn,
-    read_columns,
     split,
     starting_system,
     task_of,
 )
 from anfis.methods.catalogue import METHODS
+from fuzzy.designer.columns import Columns, read_columns
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
+from fuzzy.files.table import DataError
 from fuzzy.fitting.clustering import DataWarning
 
 RNG = np.random.default_rng(5)
@@ -93,6 +96,32 @@ def test_it_stops_when_asked_and_gives_the_best_so_far() -> None:
     assert len(result.history) == 3
     assert result.best == int(np.argmin([row.check for row in asked]))
     assert result.system.out_of_range == START.out_of_range
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3])
+def test_the_best_so_far_is_told_with_each_improvement(monkeypatch: pytest.MonkeyPatch, share: float) -> None:
+    monkeypatch.setattr(task_module, "_RARELY", 0.0)
+    task = task_of(TABLE, ROLES, None, start="grid", mfs=2, method="second-order", epochs=6, share=share)
+    heard: list[tuple[str, Any]] = []
+    result = learn(task, lambda what, about: heard.append((what, about)) or True)
+    rows, held = split(60, task.checking, task.seed)
+    of, column = (held, "check") if share else (rows, "train")
+    least, told = np.inf, 0
+    for (before, system), (what, epoch) in pairwise(heard):
+        if what != "epoch":
+            continue
+        error = getattr(epoch, column)
+        assert (before == "best") == (error < least)
+        if before == "best":
+            least, told = error, told + 1
+            off = replace(system, out_of_range="ignore")(X[of]) - Y[of]
+            assert float(np.sqrt(np.mean(off**2))) == pytest.approx(error, rel=1e-9)
+    assert told >= 2
+    assert [about for what, about in heard if what == "best"][-1] == result.system
+    monkeypatch.setattr(task_module, "_RARELY", 1e9)
+    heard.clear()
+    learn(task, lambda what, about: heard.append((what, about)) or True)
+    assert [what for what, _ in heard].count("best") == 1  # the first, and then none for long
 
 
 def test_starting_systems() -> None:
@@ -157,9 +186,9 @@ def test_tables_are_read_and_guessed() -> None:
     bare = read_columns("bare.csv", TEXT.partition("\n")[2])
     assert bare.names == ("column1", "column2", "column3", "column4")
     assert guessed(bare, START) == dict(zip("abyz", bare.names, strict=True))
-    with pytest.raises(TaskError, match=r"^x\.csv, line 2: a quotation mark is not closed$"):
+    with pytest.raises(DataError, match=r"^x\.csv, line 2: a quotation mark is not closed$"):
         read_columns("x.csv", 'a,b\n"1,2\n')
-    with pytest.raises(TaskError, match=r"^x\.csv: no row of numbers follows the header$"):
+    with pytest.raises(DataError, match=r"^x\.csv: no row of numbers follows the header$"):
         read_columns("x.csv", "a,b\n")
 
 
@@ -195,10 +224,10 @@ def test_columns_that_cannot_be_learnt_from_are_not_in_the_way() -> None:
         ({"T [K]": "input"}, "two chosen columns are called 'T'"),
         ({"Note": "input"}, "'Note' holds no numbers"),
     ):
-        with pytest.raises(TaskError, match=says):
+        with pytest.raises(InputError, match=says):
             task_of(table, {**chosen, **more}, None, start="grid", skip_bad=True)
     doubtful = read_columns("d.csv", "x;y;z\n1.500;2,5;1\n1.750;3;2\n")
-    with pytest.raises(TaskError, match=r"d\.csv: 'x' holds '1\.500', of which the point may mark thousands"):
+    with pytest.raises(DataError, match=r"d\.csv: 'x' holds '1\.500', of which the point may mark thousands"):
         task_of(doubtful, {"x": "input", "z": "output"}, None, start="grid")
     assert task_of(doubtful, {"y": "input", "z": "output"}, None, start="grid", share=0).x.tolist() == [[2.5], [3]]
 
@@ -285,6 +314,7 @@ class Bench:
         )
         self.edits: list[Any] = []
         self.traits: dict[str, Any] = {}
+        self.looked: list[tuple[Any, ...]] = []
         self.closers: list[Any] = []
 
     def widget(self, module: Path, **traits: Any) -> Any:
@@ -303,6 +333,12 @@ class Bench:
 
     async def read(self, name: str, function: Any, *args: Any) -> Any:
         return await asyncio.to_thread(function, *args)
+
+    def look_at(self, point: Any) -> None:
+        self.looked.append((point,))
+
+    def show(self, title: str) -> None:
+        self.looked[-1] += (title,)
 
     @property
     def said(self) -> str:
@@ -350,6 +386,26 @@ def test_from_a_file_to_one_edit_of_the_design(tmp_path: Path) -> None:
         assert progress["check"] == [row.check for row in direct.history]
         assert progress["best"]["epoch"] == direct.best
         assert progress["outputs"] == 2
+        # The samples beside the best system, training and checking samples apart
+        assert session.pictures.task is not None
+        await session.pictures.task
+        pictures, points = bench.traits["pictures"], bench.traits["points"]
+        for kind, of in (("training", rows), ("checking", held)):
+            for name, wanted in accuracy(direct.system, X[of], Y[of]).items():
+                found = next(f for f in pictures["figures"] if (f["output"], f["kind"]) == (name, kind))
+                assert found["rows"] == len(of)
+                assert [found[k] for k in wanted._fields] == pytest.approx(list(wanted), rel=1e-9)
+        assert [row for row, checked in zip(points["row"], points["checking"], strict=True) if checked] == held.tolist()
+        assert points["line"] == [k + 2 for k in range(60)]
+        np.testing.assert_allclose(bench.traits["residual"], Y[:, 0] - direct.system(X)[:, 0], rtol=1e-5, atol=1e-9)
+        await bench.say({"do": "output", "value": 1})
+        await session.pictures.task
+        np.testing.assert_allclose(bench.traits["residual"], Y[:, 1] - direct.system(X)[:, 1], rtol=1e-5, atol=1e-9)
+        await bench.say({"do": "look", "row": 7})
+        assert bench.looked == [(X[7].tolist(), "Viewer")]
+        for message in ({"do": "look", "row": 60}, {"do": "look", "row": "7"}, {"do": "output", "value": 2}):
+            await bench.say(message)
+            assert "there is no such" in bench.said
         assert bench.traits["before"] == variables(START)
         assert bench.traits["after"] == variables(direct.system)
         await bench.say({"do": "take"})

@@ -13,9 +13,10 @@ import fuzzy
 from anfis import METHODS, Options, TrainingError
 from anfis.commands.application import main
 from anfis.designer.panel import methods
-from anfis.designer.task import Columns, TaskError, learn, task_of
+from anfis.designer.task import TaskError, learn, task_of
 from anfis.methods.catalogue import Listed
 from anfis.methods.method import Problem, make_method
+from fuzzy.designer.columns import Columns
 from fuzzy.files.fisfile import format_fis
 from tests.anfis.training_problem import FIS, TRAINED, X, Y
 

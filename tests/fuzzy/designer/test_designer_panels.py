@@ -11,6 +11,7 @@ import pytest
 
 import fuzzy
 from anfis.designer.panel import methods, variables
+from fuzzy.designer.datapictures import Rows, data_pictures
 from fuzzy.designer.views import functions_data
 from fuzzy.membership import FUNCTIONS, membership_function
 from robotics.designer.severalseeds import design_seeds, state_of, summary
@@ -278,6 +279,29 @@ def test_the_error_curve_is_logarithmic_with_its_least_checking_error(bench: Mod
     assert bench.sent()[-1] == {"do": "stop"}
     bench.give(problem={"message": "made.csv, line 3: <i>no</i>"})
     assert page.get_by_role("alert").inner_text() == "made.csv, line 3: <i>no</i>"
+
+
+def test_training_and_checking_samples_are_drawn_apart(bench: ModulePage) -> None:
+    page, rng = bench.page, np.random.default_rng(2)
+    x, checking = rng.uniform(0, 3, (40, 2)), np.arange(40) % 4 == 0
+    learnt = replace(START, rules=["if a is low then y is on and z is on"])
+    data = data_pictures(learnt, Rows(x, rng.normal(size=(40, 2)), np.arange(40) + 2, checking))
+    points, residual = data.pop("points"), data.pop("residual")
+    drawn = {"pictures": data, "points": points, "residual": residual, "terms": variables(learnt)}
+    about = {"outputs": ["y", "z"], "looks": True}
+    bench.render(TRAINING, TRAITS | DATA | {"progress": DONE, "before": variables(START), "about": about} | drawn)
+    for cloud in page.locator(".dp-cloud").all():
+        marks = [path.get_attribute("d") for path in cloud.locator("path.dp-points").all()]
+        assert [marks[0].count("h0"), marks[1].count("m0")] == [30, 10]
+    assert page.locator(".dp-pictures .pn-keys").inner_text().split() == ["training", "checking"]
+    worst = page.locator(".dp-worst tbody tr").all()
+    told = [row.locator("td").first.inner_text() for row in worst]
+    assert told == [("training", "checking")[int(checking[row["row"]])] for row in data["worst"]]
+    worst[2].locator("td").last.click()
+    page.get_by_label("Output", exact=True).select_option("1")
+    assert bench.sent() == [{"do": "look", "row": data["worst"][2]["row"]}, {"do": "output", "value": 1}]
+    bench.give(about=about | {"looks": False})  # the design has other inputs: there is nothing to look at
+    assert page.locator(".dp-worst button").count() == 0
 
 
 NAMES = """[...document.querySelectorAll("input, select")].map((c) => [

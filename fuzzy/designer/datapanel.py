@@ -1,0 +1,320 @@
+"""The designer's panel "Data": a table of measured rows beside the design, with or without training.
+
+The page sees what :class:`DataSession` hands to the module ``data.js``, and sends it messages: a file of the folder, an
+upload in pieces, which column is which, and a row to look at. What is drawn is computed in another process.
+"""
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fuzzy.designer.columns import Columns, columns_data, matching
+from fuzzy.designer.datapictures import Rows, data_pictures, histograms
+from fuzzy.designer.folder import LARGEST_FILE
+from fuzzy.designer.latest import Latest
+from fuzzy.designer.tablesource import TableSource
+from fuzzy.designer.views import variable_data
+from fuzzy.designer.workers import WorkError
+from fuzzy.errors import InputError, quoted
+from fuzzy.naming import expected
+from fuzzy.shown import typeset
+from fuzzy.system import Sugeno, Variable
+
+MODULE = Path(__file__).parent / "static" / "data.js"
+_TIMES = ("t", "time")  # names of a column that residuals are drawn over at first
+
+
+class DataPanelError(InputError):
+    """A wish of the page that cannot be done. The message says what is accepted."""
+
+
+class DataPanel:
+    """The panel "Data" as the designer finds it, by an entry point."""
+
+    title = "Data"
+    order = 40
+
+    def build(self, bench: Any) -> None:
+        """Put the panel on the page of ``bench``, a fuzzy.designer.panel.Workbench."""
+        DataSession(bench)
+
+
+panel = DataPanel()
+
+
+class DataSession:
+    """The table that one page looks at, and which of its columns is which variable of the design."""
+
+    def __init__(self, bench: Any) -> None:
+        self.bench = bench
+        self.source = TableSource(bench, LARGEST_FILE, "use fuzzy evaluate for large tables")
+        self.table: Columns | None = None
+        self.columns: dict[str, str] = {}  # by the keys of _keys()
+        self.choice: dict[str, Any] = {"output": 0, "along": "", "skip_bad": False}
+        self.rows: Rows | None = None
+        self.drawn: tuple[Any, ...] | None = None  # what the pictures are of: rows, system, output
+        self.keys = self._keys()
+        self.doing: asyncio.Task[None] | None = None  # a task that nobody holds may vanish
+        self.pictures = Latest(self._draw)
+        self.spread = Latest(self._share)
+        self.widget = bench.widget(
+            MODULE,
+            sources=self.source.files(),
+            largest=LARGEST_FILE,
+            table=None,
+            columns={},
+            choice=self.choice,
+            variables=self._variables(),
+            lack="",
+            problem=None,
+            pictures=None,
+            points=None,
+            residual=None,
+            terms=None,
+        )
+        self.widget.on_message(self.heard)
+        bench.on_change(self._changed)
+        bench.on_change(self._universes_changed, hidden=True)
+        self.universes = self._inputs()
+
+    # Messages
+
+    def heard(self, message: Any) -> "asyncio.Task[None]":
+        """Do what the page asks, in the order it asks; an error becomes a sentence on the page."""
+        self.doing = asyncio.get_running_loop().create_task(self._hear(message))
+        return self.doing
+
+    async def _hear(self, message: Any) -> None:
+        acts: dict[str, Callable[[dict[str, Any]], Any]] = {
+            "file": self._file,
+            "piece": self._piece,
+            "column": self._column,
+            "choose": self._choose,
+            "look": self._look,
+        }
+        try:
+            wish = message.get("do") if isinstance(message, dict) else None
+            if not isinstance(wish, str) or wish not in acts:
+                raise DataPanelError(expected(str(wish), acts, "wish"))
+            self.widget.update(problem=None)
+            answer = acts[wish](message)
+            if answer is not None:
+                await answer
+        except (InputError, WorkError) as error:
+            about = message if isinstance(message, dict) else {}
+            field = about.get("name") if about.get("do") == "choose" else about.get("do")
+            column = about.get("name") if about.get("do") == "column" else None
+            self.widget.update(problem={"message": str(error), "field": field, "column": column})
+
+    async def _file(self, message: dict[str, Any]) -> None:
+        """A CSV file of the folder."""
+        self._show(await self.source.file(message.get("name")))
+
+    async def _piece(self, message: dict[str, Any]) -> None:
+        """A piece of an uploaded file."""
+        table = await self.source.piece(message)
+        if table is not None:
+            self._show(table)
+
+    def _column(self, message: dict[str, Any]) -> None:
+        name, value = message.get("name"), message.get("value")
+        if not isinstance(name, str) or name not in self.keys:
+            raise DataPanelError(expected(str(name), self.keys, "variable"))
+        known = [] if self.table is None else self.table.names
+        if not isinstance(value, str) or (value and value not in known):
+            raise DataPanelError(expected(str(value), known, "column"))
+        self.columns = {**self.columns, name: value}
+        self._choose_rows()
+
+    def _choose(self, message: dict[str, Any]) -> None:
+        name, value = message.get("name"), message.get("value")
+        known: dict[Any, Any] = {
+            "output": range(len(self._system().outputs)),
+            "along": ("", *(() if self.table is None else self.table.names)),
+            "skip_bad": (False, True),
+        }
+        if not isinstance(name, str) or name not in known:
+            raise DataPanelError(expected(str(name), known, "setting"))
+        right = isinstance(value, int if name == "output" else bool if name == "skip_bad" else str)
+        if not right or value not in known[name]:
+            raise DataPanelError(expected(str(value), [str(v) for v in known[name]], name))
+        self.choice = {**self.choice, name: value}
+        self._choose_rows()
+
+    def _look(self, message: dict[str, Any]) -> None:
+        """Lead to the viewer, at a row's inputs."""
+        row = message.get("row")
+        if self.rows is None or not isinstance(row, int) or not 0 <= row < len(self.rows.x):
+            raise DataPanelError("there is no such row any more")
+        if not np.isfinite(self.rows.x[row]).all():
+            raise DataPanelError("to look at a row, choose a column for every input")
+        self.bench.look_at(self.rows.x[row].tolist())
+        self.bench.show("Viewer")
+
+    # Rows
+
+    def _show(self, table: Columns) -> None:
+        self.table = table
+        along = next((name for name in table.usable if name.casefold() in _TIMES), "")
+        self.choice = {**self.choice, "skip_bad": False, "along": along}
+        self.keys = self._keys()
+        system = self._system()
+        names = [v.name for v in (*system.inputs, *system.outputs)]
+        found = matching(table, names)
+        self.columns = {key: found.get(name, "") for key, name in zip(self.keys, names, strict=True)}
+        self._choose_rows()
+
+    def _choose_rows(self) -> None:
+        """Take the rows of the chosen columns, and have them drawn."""
+        table, lack, problem = self.table, "", ""
+        if table is not None:
+            chosen = [name for name in self.columns.values() if name]
+            self.rows = None
+            try:
+                if not any(self.columns[key] for key in self.keys if key.startswith("input ")):
+                    raise DataPanelError("no column is chosen for an input yet")
+                lack = table.lack(chosen)
+                bad = table.lacking(chosen)
+                if bad.all() or (bad.any() and not self.choice["skip_bad"]):
+                    rest = ": none is left" if bad.all() else "; leave such rows out, or choose other columns"
+                    raise DataPanelError(f"{table.name}: {lack}{rest}")
+                self.rows = rows_of(table, self.columns, self._system(), ~bad, self.choice["along"])
+            except InputError as error:
+                problem = str(error)
+        self.widget.update(
+            sources=self.source.files(),
+            table=None if table is None else columns_data(table),
+            columns=self.columns,
+            choice=self.choice,
+            variables=self._variables(),
+            lack=lack,
+            problem={"message": typeset(problem), "field": None, "column": None} if problem else None,
+        )
+        self.pictures.wish()
+        self.spread.wish()
+
+    async def _draw(self) -> None:
+        """What is drawn of the rows beside the design as it is now."""
+        rows, system, choice = self.rows, self._system(), self.choice
+        if rows is None:
+            self.drawn = None
+            self.widget.update(pictures=None, points=None, residual=None)
+            return
+        if rows.x.shape[1] != len(system.inputs) or rows.y.shape[1] != len(system.outputs):
+            return  # variables were added or removed, and the rows are being chosen anew
+        if self.drawn is not None and self.drawn[0] is rows and self.drawn[1:] == (system, choice["output"]):
+            return  # one looks at another point
+        self.drawn = (rows, system, choice["output"])
+        try:
+            data = await self.bench.background(data_pictures, system, rows, choice["output"])
+        except (InputError, WorkError) as error:
+            self.drawn = None
+            self.widget.update(problem={"message": typeset(str(error)), "field": None, "column": None})
+            return
+        points, residual = data.pop("points"), data.pop("residual")
+        data["words"] += self._units()
+        self.widget.update(
+            pictures=data, points=points, residual=residual, terms=[variable_data(v) for v in system.inputs]
+        )
+
+    async def _share(self) -> None:
+        """Histograms for the tab Memberships."""
+        rows, inputs = self.rows, self._inputs()
+        if rows is None or rows.x.shape[1] != len(inputs):
+            self.bench.share(histograms=None)
+            return
+        try:
+            found = await self.bench.background(histograms, inputs, rows)
+        except (InputError, WorkError):
+            found = None
+        self.bench.share(histograms=found)
+
+    # The design
+
+    def _changed(self) -> None:
+        variables = self._variables()
+        self.widget.update(variables=variables, sources=self.source.files())
+        if self._follow_names():
+            self._choose_rows()
+        else:
+            self.pictures.wish()
+
+    def _universes_changed(self) -> None:
+        """Also while the tab is hidden: the histograms of the tab Memberships follow the universes."""
+        now = self._inputs()
+        if [(v.name, v.universe, v.unit) for v in now] == [(v.name, v.universe, v.unit) for v in self.universes]:
+            return
+        self.universes = now
+        if self.rows is not None:
+            if self._follow_names():
+                self._choose_rows()
+            else:
+                self.spread.wish()
+
+    def _follow_names(self) -> bool:
+        """Keep the columns of variables that were renamed; say whether variables are others than before."""
+        before, self.keys = self.keys, self._keys()
+        if before == self.keys:
+            return False
+        if len(before) == len(self.keys) and [k.split(" ")[0] for k in before] == [k.split(" ")[0] for k in self.keys]:
+            # A variable that is still there keeps its column; one in the place of one that has gone takes its column.
+            gone = dict(zip(self.keys, before, strict=True))
+            self.columns = {key: self.columns.get(key, self.columns.get(gone[key], "")) for key in self.keys}
+        else:
+            self.columns = {key: self.columns.get(key, "") for key in self.keys}
+        return True
+
+    def _system(self) -> Sugeno:
+        system: Sugeno = self.bench.document.design.in_force
+        return system
+
+    def _inputs(self) -> tuple[Variable, ...]:
+        return tuple(self._system().inputs)
+
+    def _keys(self) -> list[str]:
+        """What the page calls the variables: an input and an output may share a name."""
+        system = self._system()
+        return [f"input {v.name}" for v in system.inputs] + [f"output {v.name}" for v in system.outputs]
+
+    def _variables(self) -> list[dict[str, str]]:
+        system = self._system()
+        kinds = [("input", v) for v in system.inputs] + [("output", v) for v in system.outputs]
+        return [{"key": f"{kind} {v.name}", "kind": kind, "name": v.name, "unit": v.unit} for kind, v in kinds]
+
+    def _units(self) -> list[str]:
+        """Say which columns have another unit than their variables."""
+        system, found = self._system(), []
+        for key, variable in zip(self._keys(), (*system.inputs, *system.outputs), strict=False):
+            column = self.columns.get(key, "")
+            unit = self.table.unit(column) if self.table is not None and column else ""
+            if unit and variable.unit and unit != variable.unit:
+                found.append(
+                    f"The column {quoted(column)} is in {unit}, {variable.name} in {variable.unit}: "
+                    "the numbers are taken as they are."
+                )
+        return found
+
+
+def rows_of(table: Columns, columns: dict[str, str], system: Sugeno, which: np.ndarray, along: str) -> Rows:
+    """The rows ``which`` (rows,) bool of a table, in the order of the variables of ``system``.
+
+    ``columns`` has the column of "input NAME" and "output NAME", empty where there is none; ``along`` is the column of
+    the time, empty for the row's number.
+    """
+
+    def values(kind: str, name: str) -> np.ndarray:
+        column = columns.get(f"{kind} {name}", "")
+        if not column:
+            return np.full(int(which.sum()), np.nan)
+        return table.values[which, table.names.index(column)]
+
+    lines = np.arange(1, len(table.values) + 1) if table.lines is None else table.lines
+    return Rows(
+        np.column_stack([values("input", v.name) for v in system.inputs]),
+        np.column_stack([values("output", v.name) for v in system.outputs]),
+        lines[which],
+        along=table.values[which, table.names.index(along)] if along in table.names else None,
+    )
