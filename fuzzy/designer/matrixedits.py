@@ -30,7 +30,7 @@ def fill_rules(design: Design, message: Message) -> tuple[Design, str]:
     for place, line in enumerate(design.lines):
         if is_plain(line.rule):
             there.setdefault(antecedent(line.rule), []).append(place)
-    fresh = []
+    fresh: list[RuleLine] = []
     for when, term in cells.items():
         places = there.get(when, [])
         first = min(places, key=lambda place: (*_rank(design.lines[place], name), place), default=None)

@@ -1,6 +1,10 @@
-// The rules as sentences and as a table; an error is underlined at the word, and the last good rule stays in force.
+// The rules as sentences, as a table and as a matrix; an error is underlined at the word, and the last good rule stays
+// in force.
 import { button, choices, element, offer, put, said, say, watch, whenShown } from "./chart.js";
 import { numberField, pressing, problemLine } from "./dragging.js";
+import { ruleMatrix } from "./rulematrix.js";
+import { listed, orders } from "./ruleorder.js";
+import { selectedRules } from "./selectedrules.js";
 import { windowed } from "./windowed.js";
 
 const HEDGES = [
@@ -32,24 +36,21 @@ export function render({ model, el }) {
     sought = null, // the number of the last link that led to a rule
     places = new Map(), // by the rules' keys, in the design
     ids = [], // the keys of what is shown
+    shownAt = new Map(), // their places there
     vocabulary = ""; // the names that a table offers
 
-  const views = ["sentences", "table"].map((name) =>
+  const views = ["Sentences", "Table", "Matrix"].map((name) =>
     element(
       "button",
-      {
-        type: "button",
-        class: "fd-tab",
-        "data-view": name,
-        onclick: () => {
-          form = name;
-          shownRows.forget();
-          paint();
-        },
-      },
-      name === "table" ? "Table" : "Sentences",
+      { type: "button", class: "fd-tab", "data-view": name.toLowerCase(), onclick: () => take(name.toLowerCase()) },
+      name,
     ),
   );
+  function take(name) {
+    form = name;
+    shownRows.forget();
+    paint();
+  }
   const search = element("input", {
     type: "text",
     "aria-label": "find rules with these words",
@@ -65,6 +66,12 @@ export function render({ model, el }) {
     },
   });
   const firing = element("input", { type: "checkbox", onchange: () => paint() });
+  const order = choices("sort", [["", "as written"]], "", () => paint());
+  const everyRule = element("input", {
+    type: "checkbox",
+    "aria-label": "select all rules that are shown",
+    onchange: () => (everyRule.checked ? selection.all() : selection.clear()),
+  });
   const list = element("div", { class: "fd-list", "aria-label": "Rules" });
   // Where the table has room, one line of headings for all rules; each choice has its own name all the same.
   const headings = element("div", { class: "fd-headings" });
@@ -92,23 +99,47 @@ export function render({ model, el }) {
       "Add all combinations",
     ),
   );
+  const found = [
+    search,
+    element("label", { class: "fd-check" }, firing, "fires now"),
+    element("label", { class: "fd-check" }, "sort", order),
+  ];
+  const selection = selectedRules({
+    model,
+    edit,
+    shown: () => ids,
+    movable: () => order.value === "",
+    changed: () => paint(),
+  });
+  const matrix = ruleMatrix({
+    model,
+    edit,
+    open(id) {
+      take("sentences");
+      goTo(id);
+    },
+  });
+  const counted = element("div", { class: "fd-counted" }, element("label", { class: "fd-check" }, everyRule), count);
+  const hints = element(
+    "p",
+    { class: "fd-note" },
+    "Enter accepts a sentence, Escape gives the last good one back, and Alt with an up or down arrow moves the rule. " +
+      "Ctrl+A selects all rules, Shift those between.",
+  );
   root.append(
     element(
       "div",
       { class: "fd-bar" },
       element("div", { class: "fd-tabs", role: "group", "aria-label": "Show rules as" }, ...views),
-      search,
-      element("label", { class: "fd-check" }, firing, "fires now"),
+      ...found,
     ),
-    count,
+    counted,
+    selection.node,
     frame,
+    matrix.node,
     bar,
     problem.node,
-    element(
-      "p",
-      { class: "fd-note" },
-      "Enter accepts a sentence, Escape gives the last good one back, and Alt with an up or down arrow moves the rule.",
-    ),
+    hints,
   );
   el.append(root);
 
@@ -117,8 +148,9 @@ export function render({ model, el }) {
   // To the place of the neighbour that is shown.
   function move(id, by) {
     const neighbour = ids[ids.indexOf(id) + by];
-    if (neighbour === undefined) return;
+    if (order.value !== "" || (neighbour === undefined && selection.size() < 2)) return;
     waiting = { id, label: document.activeElement?.dataset?.part ?? null };
+    if (selection.has(id) && selection.size() > 1) return void selection.move(by);
     edit("move_rule", { key: id, to: place(neighbour) });
   }
 
@@ -267,8 +299,13 @@ export function render({ model, el }) {
   }
 
   function line(id) {
+    const picked = element("input", { type: "checkbox", class: "fd-pick", "data-part": "pick" });
+    picked.addEventListener("click", (event) => selection.pick(id, picked.checked, event.shiftKey));
     const on = element("input", {
       type: "checkbox",
+      role: "switch",
+      class: "fd-inforce",
+      title: "in force",
       "data-part": "enabled",
       onchange: () => edit("rule_enabled", { key: id, enabled: on.checked }),
     });
@@ -297,7 +334,7 @@ export function render({ model, el }) {
     const node = element(
       "div",
       { class: "fd-rule" },
-      element("div", { class: "fd-switch" }, element("label", {}, on, number, share)),
+      element("div", { class: "fd-switch" }, element("label", {}, picked, number), on, share),
       text.node,
       table.node,
       // Below the row's right end, where it hides nothing of the row: under the pointer, or with the focus.
@@ -318,30 +355,31 @@ export function render({ model, el }) {
       const design = model.get("design"),
         rule = design.rules[place(id)],
         n = place(id) + 1,
-        first = ids[0] === id,
-        last = ids.at(-1) === id,
+        at = shownAt.get(id),
         asTable = form === "table";
       const state = JSON.stringify([
         rule,
         n,
         form,
-        [ids.indexOf(id), ids.length, first, last],
+        [at, ids.length, order.value, selection.has(id)],
         asTable ? vocabulary : 0,
       ]);
       if (state === drawn) return;
       drawn = state;
+      picked.checked = selection.has(id);
+      put(picked, { "aria-label": `select rule ${n}` });
       on.checked = rule.enabled;
       put(on, { "aria-label": `${n}, rule in force` });
       say(number, `${n}`);
       // A sentence states its weight itself.
       say(share, asTable && rule.weight !== 1 ? `× ${said(rule.weight, 3)}` : "");
       put(node, {
-        class: `fd-rule${rule.enabled ? "" : " fd-off"}${rule.problem ? " fd-bad" : ""}`,
+        class: `fd-rule${rule.enabled ? "" : " fd-off"}${rule.problem ? " fd-bad" : ""}${picked.checked ? " fd-picked" : ""}`,
         "data-key": rule.key,
         role: asTable ? "row" : "listitem",
         "aria-label": `rule ${n}`,
-        "aria-rowindex": asTable ? ids.indexOf(id) + 2 : null,
-        "aria-posinset": asTable ? null : ids.indexOf(id) + 1,
+        "aria-rowindex": asTable ? at + 2 : null,
+        "aria-posinset": asTable ? null : at + 1,
         "aria-setsize": asTable ? null : ids.length,
       });
       for (const part of [node.firstChild, text.node, node.lastChild]) put(part, { role: asTable ? "cell" : null });
@@ -353,8 +391,8 @@ export function render({ model, el }) {
       put(weight.input, { "aria-label": `weight of rule ${n}`, "aria-valuemin": 0, "aria-valuemax": 1 });
       for (const [part, tool] of Object.entries(tools))
         put(tool, { "aria-label": `${words[part]} rule ${n}`, title: `${words[part]} rule ${n}` });
-      tools.up.disabled = first;
-      tools.down.disabled = last;
+      tools.up.disabled = at === 0 || order.value !== "";
+      tools.down.disabled = at === ids.length - 1 || order.value !== "";
     };
     return { node, show };
   }
@@ -362,29 +400,65 @@ export function render({ model, el }) {
   const shownRows = windowed(list, line);
 
   // What is found: the rules with all the words, of these those that fire; and what one is writing in.
-  function chosen(design) {
-    const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
-    const fires = firing.checked
-      ? new Set((model.get("viewer")?.rules ?? []).filter((rule) => rule.firing > 0).map((rule) => rule.key))
-      : null;
+  function choose() {
     const held = list.contains(document.activeElement)
       ? document.activeElement.closest("[data-key]")?.dataset.key
       : undefined;
-    return design.rules
-      .filter(
-        ({ key: id, text }) =>
-          String(id) === held ||
-          ((!fires || fires.has(id)) && words.every((word) => text.toLowerCase().includes(word))),
-      )
-      .map((rule) => rule.key);
+    const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const wish = { words, fires: firing.checked, order: order.value, held };
+    reorder(listed(model.get("design"), model.get("viewer"), wish));
   }
+  function reorder(next) {
+    ids = next;
+    shownAt = new Map(ids.map((id, i) => [id, i]));
+  }
+
+  // Keys of the list: what is selected, by Ctrl+A, arrows on the boxes, Delete and Escape
+  const box = (id) => shownRows.reveal(id)?.node.querySelector("[data-part=pick]");
+  list.addEventListener("keydown", (event) => {
+    const field = event.target,
+      id = Number(field.closest("[data-key]")?.dataset.key),
+      onBox = field.dataset.part === "pick";
+    const stop = () => {
+      event.preventDefault();
+      event.stopPropagation();
+    };
+    if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "a" && !event.altKey) {
+      // In a sentence its text first
+      if (field.selectionStart !== undefined && field.selectionEnd - field.selectionStart < field.value?.length) {
+        if (field.type !== "checkbox") return;
+      }
+      stop();
+      selection.all();
+    } else if (onBox && event.key === "Delete") {
+      stop();
+      if (!selection.has(id)) return;
+      const next =
+        ids.slice(shownAt.get(id)).find((key) => !selection.has(key)) ?? ids.findLast((key) => !selection.has(key));
+      waiting = next === undefined ? null : { id: next, label: "pick" };
+      selection.drop();
+    } else if (onBox && event.key === "Escape") {
+      stop();
+      selection.clear();
+    } else if (onBox && !event.altKey && ["ArrowUp", "ArrowDown"].includes(event.key)) {
+      stop();
+      const next = ids[shownAt.get(id) + (event.key === "ArrowUp" ? -1 : 1)];
+      if (next === undefined) return;
+      if (event.shiftKey) {
+        if (!selection.has(id)) selection.pick(id, true, false);
+        selection.pick(next, true, true);
+      }
+      box(next)?.focus({ preventScroll: true });
+    }
+  });
 
   // A link, or a rule that was added, takes the focus to the rule.
   function goTo(id) {
-    if (!ids.includes(id)) {
+    if (form === "matrix") take("sentences");
+    if (!shownAt.has(id)) {
       search.value = "";
       firing.checked = false;
-      ids = rules().map((rule) => rule.key);
+      choose();
       shownRows.show(ids);
     }
     const row = shownRows.reveal(id)?.node,
@@ -420,11 +494,21 @@ export function render({ model, el }) {
     root.classList.toggle("fd-as-table", asTable);
     paintHeadings(design);
     for (const view of views) put(view, { "aria-pressed": String(view.dataset.view === form) });
-    ids = chosen(design);
+    offer(order, orders(design), order.value);
+    if (order.selectedIndex < 0) order.value = "";
+    const asMatrix = form === "matrix";
+    for (const part of [...found, counted, frame, hints]) part.hidden = asMatrix;
+    matrix.node.hidden = !asMatrix;
+    choose();
+    selection.show();
+    if (asMatrix) selection.node.hidden = true;
+    everyRule.checked = ids.length > 0 && ids.every(selection.has);
+    everyRule.indeterminate = !everyRule.checked && selection.size() > 0;
     put(frame, { role: asTable ? "table" : null, "aria-label": asTable ? "Rules" : null });
     put(frame, { "aria-rowcount": asTable ? ids.length + 1 : null });
     put(list, { role: asTable ? "rowgroup" : "list" });
-    shownRows.show(ids);
+    if (asMatrix) matrix.show();
+    else shownRows.show(ids);
     const off = design.rules.filter((rule) => !rule.enabled).length,
       wrong = design.rules.filter((rule) => rule.problem).length;
     const all = design.rules.length === 1 ? "1 rule" : `${design.rules.length} rules`;
@@ -455,9 +539,11 @@ export function render({ model, el }) {
   }
 
   const ends = [
+    watch(model, ["design", "problem"], matrix.answered), // before it is painted
     watch(model, ["design", "sought"], paint),
     watch(model, ["viewer"], () => {
-      if (firing.checked) paint();
+      if (form === "matrix") matrix.firing();
+      else if (firing.checked || order.value === "firing") paint();
     }),
     watch(model, ["problem"], () => {
       if (model.get("problem")) added = null;
@@ -465,6 +551,7 @@ export function render({ model, el }) {
     }),
     whenShown(list, paint), // a link may lead here before the tab is shown
     () => shownRows.end(),
+    () => matrix.end(),
   ];
   paint();
   return () => {

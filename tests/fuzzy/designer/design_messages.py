@@ -148,8 +148,8 @@ def messages(draw: st.DrawFn):
             asked = st.fixed_dictionaries(
                 {}, optional={name: st.sampled_from(TERMS[name]) for name in ("distance", "bearing")}
             )
-            consequent = st.none() | st.sampled_from(TERMS[message["variable"]])
-            message["cells"] = draw(st.lists(st.tuples(asked, consequent), min_size=1, max_size=5))
+            then = st.none() | st.sampled_from(TERMS[message["variable"]])
+            message["cells"] = draw(st.lists(st.tuples(asked, then), min_size=1, max_size=5))
         if op == "choice":
             message["name"] = draw(st.sampled_from(list(CHOICES)))
             message["value"] = draw(st.sampled_from(CHOICES[message["name"]]))
