@@ -97,12 +97,21 @@ export function choices(label, options, chosen, react) {
   return select;
 }
 
+const OFFERS = new Map(), // options by their key: the lists of a long table are alike, and copies are made faster
+  MOST_OFFERS = 100;
+
 /** Give a list other options, where they differ. */
 export function offer(select, options, chosen) {
   const key = JSON.stringify(options);
   if (select.dataset.options !== key) {
     select.dataset.options = key;
-    select.replaceChildren(...options.map(([value, text]) => element("option", { value }, text)));
+    if (OFFERS.size > MOST_OFFERS) OFFERS.clear();
+    if (!OFFERS.has(key)) {
+      const made = document.createDocumentFragment();
+      made.append(...options.map(([value, text]) => element("option", { value }, text)));
+      OFFERS.set(key, made);
+    }
+    select.replaceChildren(OFFERS.get(key).cloneNode(true));
   }
   if (select.value !== String(chosen)) select.value = String(chosen);
 }

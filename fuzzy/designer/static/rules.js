@@ -155,7 +155,7 @@ export function render({ model, el }) {
   }
 
   // The sentence: a text field over the same text, which carries the underline and gives the height.
-  function sentence(id) {
+  function sentence(own) {
     const under = element("div", { class: "fd-under", "aria-hidden": "true" });
     const field = element("textarea", { rows: 1, spellcheck: "false", "data-part": "text", autocomplete: "off" });
     const told = element("p", { class: "fd-wrong", role: "alert" });
@@ -179,7 +179,7 @@ export function render({ model, el }) {
     };
     const take = () => {
       const text = field.value.replace(/\s+/g, " ").trim();
-      if (text !== shown.text) edit("rule_text", { key: id, text });
+      if (text !== shown.text) edit("rule_text", { key: own(), text });
     };
     field.addEventListener("input", mark);
     field.addEventListener("change", take);
@@ -215,11 +215,11 @@ export function render({ model, el }) {
   }
 
   // The table's cells: a manner and a term for each input, the connective, a term for each output.
-  function cells(id) {
+  function cells(own) {
     const node = element("div", { class: "fd-cells" });
     let parts = [],
       form = "";
-    const mine = () => rules()[place(id)];
+    const mine = () => rules()[place(own())];
     const clause = (name) =>
       mine().when.find((each) => each.variable === name) ?? { variable: name, term: null, negated: false, power: 1 };
     const build = (design) => {
@@ -234,10 +234,10 @@ export function render({ model, el }) {
       const ins = design.inputs.map(({ name }) => {
         const how = choices(`${name}, manner`, [], "", (value) => {
           const [negated, power] = JSON.parse(value);
-          edit("rule_clause", { ...clause(name), key: id, negated, power });
+          edit("rule_clause", { ...clause(name), key: own(), negated, power });
         });
         const term = choices(`${name}, term`, [], "", (value) =>
-          edit("rule_clause", { ...clause(name), key: id, term: value || null }),
+          edit("rule_clause", { ...clause(name), key: own(), term: value || null }),
         );
         how.dataset.part = `how ${name}`;
         term.dataset.part = `term ${name}`;
@@ -251,13 +251,13 @@ export function render({ model, el }) {
           ["or", "or"],
         ],
         "and",
-        (value) => edit("rule_connective", { key: id, connective: value }),
+        (value) => edit("rule_connective", { key: own(), connective: value }),
       );
       joint.dataset.part = "connective";
       parts.joint = joint;
       const outs = design.outputs.map(({ name }) => {
         const term = choices(`${name}, consequent`, [], "", (value) =>
-          edit("rule_then", { key: id, variable: name, term: value || null }),
+          edit("rule_then", { key: own(), variable: name, term: value || null }),
         );
         term.dataset.part = `then ${name}`;
         parts.push({ name, then: term });
@@ -298,7 +298,10 @@ export function render({ model, el }) {
     return { node, show };
   }
 
-  function line(id) {
+  // A row, of one rule after another
+  function line() {
+    let id = null;
+    const own = () => id;
     const picked = element("input", { type: "checkbox", class: "fd-pick", "data-part": "pick" });
     picked.addEventListener("click", (event) => selection.pick(id, picked.checked, event.shiftKey));
     const on = element("input", {
@@ -329,8 +332,8 @@ export function render({ model, el }) {
       }),
     };
     for (const [part, tool] of Object.entries(tools)) tool.dataset.part = part;
-    const text = sentence(id),
-      table = cells(id);
+    const text = sentence(own),
+      table = cells(own);
     const node = element(
       "div",
       { class: "fd-rule" },
@@ -387,14 +390,18 @@ export function render({ model, el }) {
       table.node.hidden = !asTable;
       text.show(rule, n);
       if (asTable) table.show(rule, n, design);
-      weight.show(rule.weight);
+      weight.show(rule.weight, id);
       put(weight.input, { "aria-label": `weight of rule ${n}`, "aria-valuemin": 0, "aria-valuemax": 1 });
       for (const [part, tool] of Object.entries(tools))
         put(tool, { "aria-label": `${words[part]} rule ${n}`, title: `${words[part]} rule ${n}` });
       tools.up.disabled = at === 0 || order.value !== "";
       tools.down.disabled = at === ids.length - 1 || order.value !== "";
     };
-    return { node, show };
+    const take = (next) => {
+      id = next;
+      drawn = "";
+    };
+    return { node, take, show };
   }
 
   const shownRows = windowed(list, line);

@@ -5,14 +5,18 @@ import { framed } from "./dragging.js";
 const ALL = 80; // rows up to which every one is drawn
 const BEYOND = 500; // px above and below the window in which rows are drawn
 const GUESS = 40; // px, a row's height before any has been measured
+const BUDGET = 24; // ms in which rows are made at once; others follow in the next frames, so that the page answers
+const SPARE = 60; // rows out of view that are kept to be used again
 
 /**
- * The rows of `list`, an element. make(id) gives a row {node, show()}; show() is called when it is drawn, and for every
- * drawn row when the ids are given anew. A row with the focus or with a refused field is kept wherever it stands.
+ * The rows of `list`, an element. make() gives a row {node, take(id), show()}, which is used for one id after another;
+ * show() is called when it is drawn, and for every drawn row when the ids are given anew. A row with the focus or with
+ * a refused field is kept wherever it stands.
  */
 export function windowed(list, make) {
   const rows = new Map(),
     heights = new Map(),
+    spare = [],
     gaps = [];
   let ids = [],
     places = new Map(),
@@ -44,16 +48,42 @@ export function windowed(list, make) {
     return [Math.min(from, ids.length - 1), to];
   }
 
+  // The rows that are wanted and not there, as far as there is time; those in the window come before those around it.
+  function fill(wanted) {
+    const missing = [...wanted].filter((i) => !rows.has(ids[i]));
+    if (!missing.length) return;
+    const each = guess(),
+      first = Math.max(0, -list.getBoundingClientRect().top) / each,
+      last = first + innerHeight / each;
+    const away = (i) => (ids[i] === sought ? -1 : Math.max(0, first - i, i - last));
+    missing.sort((a, b) => away(a) - away(b) || a - b);
+    const end = performance.now() + BUDGET;
+    for (const i of missing) {
+      if (away(i) >= 0 && performance.now() > end) {
+        wanted.delete(i);
+        continue;
+      }
+      const row = spare.pop() ?? make();
+      row.take(ids[i]);
+      rows.set(ids[i], row);
+      row.show();
+    }
+    if (missing.some((i) => !wanted.has(i))) scrolled();
+  }
+
   function draw(afresh) {
     const [from, to] = inView(),
       wanted = new Set(pinned().map((id) => places.get(id)));
     for (let i = from; i < to; i++) wanted.add(i);
-    const order = [...wanted].sort((a, b) => a - b);
-    for (const [id, { node }] of rows)
+    for (const [id, row] of rows)
       if (!wanted.has(places.get(id))) {
-        node.remove();
+        row.node.remove();
         rows.delete(id);
+        if (spare.length < SPARE) spare.push(row);
       }
+    if (afresh) for (const row of rows.values()) row.show();
+    fill(wanted);
+    const order = [...wanted].sort((a, b) => a - b);
     const each = guess();
     // Without the gaps the rows stand in their order, so that none with the focus is moved.
     for (const node of gaps) node.remove();
@@ -74,17 +104,12 @@ export function windowed(list, make) {
     };
     for (const i of order) {
       gap(i);
-      const id = ids[i],
-        known = rows.get(id);
-      if (!known) rows.set(id, make(id));
-      const row = rows.get(id);
-      if (!known || afresh) row.show();
-      place(row.node);
+      place(rows.get(ids[i]).node);
       next = i + 1;
     }
     gap(ids.length);
     for (const extra of gaps.splice(used)) extra.remove();
-    if (ids.length <= ALL) return;
+    if (ids.length <= ALL && order.length === ids.length) return;
     for (const i of order) {
       const height = rows.get(ids[i]).node.getBoundingClientRect().height;
       if (height > 0) heights.set(ids[i], height);
