@@ -1,6 +1,6 @@
 // The rules as sentences, as a table and as a matrix; an error is underlined at the word, and the last good rule stays
 // in force.
-import { button, choices, element, offer, put, said, say, watch, whenShown } from "./chart.js";
+import { button, choices, clamp, element, offer, put, said, say, watch, whenShown, widthOf } from "./chart.js";
 import { numberField, pressing, problemLine } from "./dragging.js";
 import { ruleMatrix } from "./rulematrix.js";
 import { listed, orders } from "./ruleorder.js";
@@ -404,7 +404,7 @@ export function render({ model, el }) {
     return { node, take, show };
   }
 
-  const shownRows = windowed(list, line);
+  const shownRows = windowed(list, line, frame);
 
   // What is found: the rules with all the words, of these those that fire; and what one is writing in.
   function choose() {
@@ -474,15 +474,21 @@ export function render({ model, el }) {
     return Boolean(part?.checkVisibility());
   }
 
+  // A column of the table is as wide as its longest word: were it the rows' own matter, all of them would be laid out
+  // anew for each that comes into view.
+  const column = ({ name, terms }, least, more) => {
+    const words = Math.max(...terms.map((term) => widthOf(term.name, 14.4)), widthOf(name, 13) - more + 16);
+    return clamp(Math.ceil(words) + more, least, 260);
+  };
   let headed = "";
   function paintHeadings({ inputs, outputs }) {
     const names = [...inputs.map((v) => v.name), "joined by", ...outputs.map((v) => `then ${v.name}`)];
-    if (headed === JSON.stringify(names)) return;
-    headed = JSON.stringify(names);
-    const columns = names.map((_, i) =>
-      i === inputs.length ? "4.2rem" : i < inputs.length ? "minmax(8.5rem, 1.3fr)" : "minmax(6.5rem, 1fr)",
-    );
+    if (headed === vocabulary) return;
+    headed = vocabulary;
+    const wide = [...inputs.map((v) => column(v, 136, 96)), 68, ...outputs.map((v) => column(v, 104, 42))];
+    const columns = wide.map((px, i) => (i === inputs.length ? `${px}px` : `minmax(${px}px, 1fr)`));
     root.style.setProperty("--columns", columns.join(" "));
+    root.style.setProperty("--least", `${wide.reduce((a, b) => a + b, 0) + 8 * wide.length + 112}px`);
     const head = (text) => element("span", { class: "fd-head", title: text }, text);
     put(headings, { role: "row", "aria-rowindex": 1 });
     const named = (text) => put(head(text), { role: "columnheader" });

@@ -3,17 +3,17 @@ import { element, put } from "./chart.js";
 import { framed } from "./dragging.js";
 
 const ALL = 80; // rows up to which every one is drawn
-const BEYOND = 500; // px above and below the window in which rows are drawn
+const BEYOND = 240; // px above and below the window in which rows are drawn
 const GUESS = 40; // px, a row's height before any has been measured
-const BUDGET = 24; // ms in which rows are made at once; others follow in the next frames, so that the page answers
+const BUDGET = 10; // ms in which rows are made at once; others follow in the next frames, so that the page answers
 const SPARE = 60; // rows out of view that are kept to be used again
 
 /**
  * The rows of `list`, an element. make() gives a row {node, take(id), show()}, which is used for one id after another;
  * show() is called when it is drawn, and for every drawn row when the ids are given anew. A row with the focus or with
- * a refused field is kept wherever it stands.
+ * a refused field is kept wherever it stands. `frame` is the element in which the list may scroll.
  */
-export function windowed(list, make) {
+export function windowed(list, make, frame) {
   const rows = new Map(),
     heights = new Map(),
     spare = [],
@@ -35,16 +35,21 @@ export function windowed(list, make) {
     return out;
   };
 
+  // What is seen of the frame: its upper and lower end in the window
+  function seen() {
+    const { top, bottom } = frame.getBoundingClientRect();
+    return [Math.max(0, top), Math.min(innerHeight, bottom)];
+  }
   function inView() {
     if (ids.length <= ALL) return [0, ids.length];
     const each = guess(),
-      top = list.getBoundingClientRect().top;
+      [high, low] = seen();
     let from = 0,
-      y = top;
+      y = list.getBoundingClientRect().top;
     const height = (i) => heights.get(ids[i]) ?? each;
-    while (from < ids.length && y + height(from) < -BEYOND) y += height(from++);
+    while (from < ids.length && y + height(from) < high - BEYOND) y += height(from++);
     let to = from;
-    while (to < ids.length && y < innerHeight + BEYOND) y += height(to++);
+    while (to < ids.length && y < low + BEYOND) y += height(to++);
     return [Math.min(from, ids.length - 1), to];
   }
 
@@ -53,8 +58,8 @@ export function windowed(list, make) {
     const missing = [...wanted].filter((i) => !rows.has(ids[i]));
     if (!missing.length) return;
     const each = guess(),
-      first = Math.max(0, -list.getBoundingClientRect().top) / each,
-      last = first + innerHeight / each;
+      top = list.getBoundingClientRect().top,
+      [first, last] = seen().map((end) => (end - top) / each);
     const away = (i) => (ids[i] === sought ? -1 : Math.max(0, first - i, i - last));
     missing.sort((a, b) => away(a) - away(b) || a - b);
     const end = performance.now() + BUDGET;
@@ -148,8 +153,15 @@ export function windowed(list, make) {
       row.node.scrollIntoView({ block: "nearest" });
       return row;
     },
-    /** Forget the heights: the rows are drawn in another form. */
-    forget: () => heights.clear(),
+    /** The rows are drawn in another form: with other heights, and a few at a time. */
+    forget() {
+      heights.clear();
+      for (const [id, row] of rows) {
+        row.node.remove();
+        rows.delete(id);
+        spare.push(row);
+      }
+    },
     end() {
       scrolled.cancel();
       observer.disconnect();
