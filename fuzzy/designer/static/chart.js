@@ -116,6 +116,20 @@ export function offer(select, options, chosen) {
   if (select.value !== String(chosen)) select.value = String(chosen);
 }
 
+/** A list that has only its chosen option until it is used: hundreds of lists with all of theirs are slow to lay out. */
+export function shortChoices(label, react) {
+  const select = choices(label, [], "", react);
+  let all = [];
+  for (const name of ["focus", "pointerdown"]) select.addEventListener(name, () => offer(select, all, select.value));
+  /** Give it other options, as offer() does. */
+  select.offer = (options, chosen) => {
+    all = options;
+    const open = document.activeElement === select;
+    offer(select, open ? options : options.filter(([value]) => value === String(chosen)), chosen);
+  };
+  return select;
+}
+
 let notes = 0; // ids must differ; nothing else is kept
 
 /** Say in `note` why a field was refused, under the field; without one, `home` puts the note where it belongs. */

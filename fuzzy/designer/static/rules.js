@@ -1,6 +1,19 @@
 // The rules as sentences, as a table and as a matrix; an error is underlined at the word, and the last good rule stays
 // in force.
-import { button, choices, clamp, element, offer, put, said, say, watch, whenShown, widthOf } from "./chart.js";
+import {
+  button,
+  choices,
+  clamp,
+  element,
+  offer,
+  put,
+  said,
+  say,
+  shortChoices,
+  watch,
+  whenShown,
+  widthOf,
+} from "./chart.js";
 import { numberField, pressing, problemLine } from "./dragging.js";
 import { ruleMatrix } from "./rulematrix.js";
 import { listed, orders } from "./ruleorder.js";
@@ -14,6 +27,8 @@ const HEDGES = [
   ["extremely ", 3],
   ["very very ", 4],
 ];
+
+const JOINTS = ["and", "or"].map((word) => [word, word]);
 
 // "is not very" as a choice's value: [negated, power]
 function manners(clause) {
@@ -77,7 +92,10 @@ export function render({ model, el }) {
   const headings = element("div", { class: "fd-headings" });
   const frame = element("div", { class: "fd-sheet" }, headings, list);
   // A rule's tools stay in sight while its row is moved sideways.
-  frame.addEventListener("scroll", () => frame.style.setProperty("--fd-aside", `${frame.scrollLeft}px`));
+  let aside = 0;
+  frame.addEventListener("scroll", () => {
+    if (frame.scrollLeft !== aside) frame.style.setProperty("--fd-aside", `${(aside = frame.scrollLeft)}px`);
+  });
   const count = element("p", { class: "fd-note" });
   const problem = problemLine(model, root);
   const bar = element(
@@ -232,11 +250,11 @@ export function render({ model, el }) {
           ...inside,
         );
       const ins = design.inputs.map(({ name }) => {
-        const how = choices(`${name}, manner`, [], "", (value) => {
+        const how = shortChoices(`${name}, manner`, (value) => {
           const [negated, power] = JSON.parse(value);
           edit("rule_clause", { ...clause(name), key: own(), negated, power });
         });
-        const term = choices(`${name}, term`, [], "", (value) =>
+        const term = shortChoices(`${name}, term`, (value) =>
           edit("rule_clause", { ...clause(name), key: own(), term: value || null }),
         );
         how.dataset.part = `how ${name}`;
@@ -244,19 +262,11 @@ export function render({ model, el }) {
         parts.push({ name, how, term });
         return cell(name, element("div", { class: "fd-pair" }, how, term));
       });
-      const joint = choices(
-        "connective",
-        [
-          ["and", "and"],
-          ["or", "or"],
-        ],
-        "and",
-        (value) => edit("rule_connective", { key: own(), connective: value }),
-      );
+      const joint = shortChoices("connective", (value) => edit("rule_connective", { key: own(), connective: value }));
       joint.dataset.part = "connective";
       parts.joint = joint;
       const outs = design.outputs.map(({ name }) => {
-        const term = choices(`${name}, consequent`, [], "", (value) =>
+        const term = shortChoices(`${name}, consequent`, (value) =>
           edit("rule_then", { key: own(), variable: name, term: value || null }),
         );
         term.dataset.part = `then ${name}`;
@@ -275,23 +285,16 @@ export function render({ model, el }) {
         const variable = [...design.inputs, ...design.outputs].find((v) => v.name === name),
           terms = variable.terms.map((t) => [t.name, t.name]);
         if (then) {
-          offer(then, [["", "–"], ...terms], rule.then.find((each) => each.variable === name)?.term ?? "");
+          then.offer([["", "–"], ...terms], rule.then.find((each) => each.variable === name)?.term ?? "");
           continue;
         }
         const own = rule.when.find((each) => each.variable === name);
-        offer(term, [["", "any"], ...terms], own?.term ?? "");
-        offer(how, ...manners(own ?? { negated: false, power: 1 }));
+        term.offer([["", "any"], ...terms], own?.term ?? "");
+        how.offer(...manners(own ?? { negated: false, power: 1 }));
         how.disabled = !own;
         put(term, { class: own ? null : "fd-any" });
       }
-      offer(
-        parts.joint,
-        [
-          ["and", "and"],
-          ["or", "or"],
-        ],
-        rule.connective,
-      );
+      parts.joint.offer(JOINTS, rule.connective);
       parts.joint.disabled = rule.when.length < 2;
       put(node, { role: "presentation", "data-row": number });
     };
@@ -493,7 +496,7 @@ export function render({ model, el }) {
     put(headings, { role: "row", "aria-rowindex": 1 });
     const named = (text) => put(head(text), { role: "columnheader" });
     headings.replaceChildren(
-      named("in force"),
+      named("rule"),
       element("div", { class: "fd-cells", role: "presentation" }, ...names.map(named)),
     );
   }

@@ -5,7 +5,8 @@ import { framed } from "./dragging.js";
 const ALL = 80; // rows up to which every one is drawn
 const BEYOND = 240; // px above and below the window in which rows are drawn
 const GUESS = 40; // px, a row's height before any has been measured
-const BUDGET = 10; // ms in which rows are made at once; others follow in the next frames, so that the page answers
+const BUDGET = 10; // ms in which rows are made for a frame; others follow in the next ones, so that the page answers
+const AT_ONCE = 6; // rows for a frame at most: laying one out takes longer than making it
 const SPARE = 60; // rows out of view that are kept to be used again
 
 /**
@@ -63,8 +64,9 @@ export function windowed(list, make, frame) {
     const away = (i) => (ids[i] === sought ? -1 : Math.max(0, first - i, i - last));
     missing.sort((a, b) => away(a) - away(b) || a - b);
     const end = performance.now() + BUDGET;
+    let made = 0;
     for (const i of missing) {
-      if (away(i) >= 0 && performance.now() > end) {
+      if (away(i) >= 0 && ids.length > AT_ONCE && (made >= AT_ONCE || performance.now() > end)) {
         wanted.delete(i);
         continue;
       }
@@ -72,6 +74,7 @@ export function windowed(list, make, frame) {
       row.take(ids[i]);
       rows.set(ids[i], row);
       row.show();
+      made++;
     }
     if (missing.some((i) => !wanted.has(i))) scrolled();
   }
