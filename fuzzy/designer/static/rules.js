@@ -521,7 +521,8 @@ export function render({ model, el }) {
     everyRule.checked = ids.length > 0 && ids.every(selection.has);
     everyRule.indeterminate = !everyRule.checked && selection.size() > 0;
     put(frame, { role: asTable ? "table" : null, "aria-label": asTable ? "Rules" : null });
-    put(frame, { "aria-rowcount": asTable ? ids.length + 1 : null });
+    // Without a row there is nothing in it to focus, by which keys could scroll it.
+    put(frame, { "aria-rowcount": asTable ? ids.length + 1 : null, tabindex: asTable && !ids.length ? 0 : null });
     put(list, { role: asTable ? "rowgroup" : "list" });
     if (asMatrix) matrix.show();
     else shownRows.show(ids);

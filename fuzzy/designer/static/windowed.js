@@ -6,7 +6,7 @@ const ALL = 80; // rows up to which every one is drawn
 const BEYOND = 240; // px above and below the window in which rows are drawn
 const GUESS = 40; // px, a row's height before any has been measured
 const BUDGET = 10; // ms in which rows are made for a frame; others follow in the next ones, so that the page answers
-const AT_ONCE = 6; // rows for a frame at most: laying one out takes longer than making it
+const AT_ONCE = 4; // rows for a frame at most: laying one out takes longer than making it
 const SPARE = 60; // rows out of view that are kept to be used again
 
 /**
@@ -21,6 +21,7 @@ export function windowed(list, make, frame) {
     gaps = [];
   let ids = [],
     places = new Map(),
+    drawn = "", // the places that have a row
     sought = null;
 
   const guess = () => {
@@ -91,7 +92,10 @@ export function windowed(list, make, frame) {
       }
     if (afresh) for (const row of rows.values()) row.show();
     fill(wanted);
-    const order = [...wanted].sort((a, b) => a - b);
+    const order = [...wanted].sort((a, b) => a - b),
+      key = order.join();
+    if (!afresh && key === drawn) return;
+    drawn = key;
     const each = guess();
     // Without the gaps the rows stand in their order, so that none with the focus is moved.
     for (const node of gaps) node.remove();
@@ -130,6 +134,7 @@ export function windowed(list, make, frame) {
   const observer = new ResizeObserver(() => {
     if (list.clientWidth === width) return;
     width = list.clientWidth;
+    drawn = ""; // other heights
     moved();
   });
   observer.observe(list);
@@ -159,6 +164,7 @@ export function windowed(list, make, frame) {
     /** The rows are drawn in another form: with other heights, and a few at a time. */
     forget() {
       heights.clear();
+      drawn = "";
       for (const [id, row] of rows) {
         row.node.remove();
         rows.delete(id);

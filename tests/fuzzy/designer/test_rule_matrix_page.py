@@ -339,3 +339,23 @@ def test_several_rules_are_selected_and_edited_at_once(bench: Bench) -> None:
     page.get_by_label("select all rules").check()
     assert page.locator(".fd-pick:checked").count() == 3
     assert bench.leave() == (0, 0)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_every_form_is_accessible_at_every_width(bench: Bench, scheme: Any) -> None:
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-core comes with the extra test")
+    page, grave = bench.page, []
+    page.emulate_media(color_scheme=scheme)
+    for width in (390, 800, 1100, 1600):
+        for fis in (table(*RULES), table(size=15)):
+            bench.show("rules", fis, width=width)
+            for form in ("Matrix", "Table", "Sentences"):
+                page.get_by_role("button", name=form, exact=True).click()
+                page.locator(".fd-pick:visible, .fd-mcell:visible").first.click() if fis.rules else None
+                bench.settled()
+                assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), (width, form)
+                found = axe.Axe().run(page, context=".fd-rules").response["violations"]
+                grave += [(width, form, rule["id"]) for rule in found if rule["impact"] in ("serious", "critical")]
+    page.emulate_media(color_scheme="light")
+    assert grave == []
