@@ -49,6 +49,21 @@ export function byCell({ inputs, rules }) {
   return out;
 }
 
+/** The two inputs with which a matrix begins: many rules ask for both, and both have many terms; null without any. */
+export function commonPair({ inputs, rules }) {
+  const terms = new Map(inputs.map((v) => [v.name, v.terms.length])),
+    scores = new Map();
+  for (const { when } of rules.filter(plain))
+    for (let i = 0; i < when.length; i++)
+      for (let j = i + 1; j < when.length; j++) {
+        const pair = JSON.stringify([when[i].variable, when[j].variable]);
+        scores.set(pair, (scores.get(pair) ?? 0) + terms.get(when[i].variable) * terms.get(when[j].variable));
+      }
+  let best = null;
+  for (const [pair, score] of scores) if (best === null || score > scores.get(best)) best = pair;
+  return best && JSON.parse(best);
+}
+
 /** Is a rule that is not plain about a cell: does it ask for what the cell's terms are? */
 export function touches(rule, terms) {
   const fits = ({ variable, term, negated }) => {

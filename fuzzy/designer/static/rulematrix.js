@@ -1,7 +1,7 @@
 // The rules as a matrix of two inputs: a cell is the consequent of the rule that asks for exactly its terms.
 import { button, choices, clamp, element, framed, offer, put, say, said, whenSized, widthOf } from "./chart.js";
 import { drag } from "./dragging.js";
-import { between, byCell, colours, keyOf, ordered, plain, proposed, touches } from "./matrixcells.js";
+import { between, byCell, colours, commonPair, keyOf, ordered, plain, proposed, touches } from "./matrixcells.js";
 
 const HIGH = 40, // px of a cell
   NARROW = 58,
@@ -90,6 +90,7 @@ export function ruleMatrix({ model, edit, open }) {
   function settle() {
     const { inputs, outputs, rules } = design(),
       names = inputs.map((v) => v.name);
+    if (axes[0] === null) [axes[0], axes[1]] = commonPair(design()) ?? axes;
     if (!names.includes(axes[0])) axes[0] = names.find((n) => n !== axes[1]) ?? names[0];
     if (!names.includes(axes[1]) || axes[1] === axes[0]) axes[1] = names.find((n) => n !== axes[0]) ?? null;
     if (!outputs.some((v) => v.name === output)) output = outputs[0].name;

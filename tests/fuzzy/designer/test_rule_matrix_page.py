@@ -233,7 +233,26 @@ def test_fifteen_by_fifteen_is_filled_and_scrolls_inside_itself(bench: Bench) ->
     bench.settled()
     assert page.evaluate("document.querySelector('.fd-matrix').scrollLeft") < before
     assert [m for m in bench.sent() if "edit" in m] == []
+    # One that rests first fills where it goes.
+    rest_and_move(page, page.locator("[data-cell='11,11']"), -60)
+    bench.settled()
+    (sent,) = [m for m in bench.sent() if "edit" in m]
+    assert [when["e"] for when, _ in sent["cells"]] == ["t11", "t11"]
     assert bench.leave() == (0, 0)
+
+
+def rest_and_move(page: Any, node: Any, dx: float) -> None:
+    """Lay a finger on an element, let it rest, and move it."""
+    node.scroll_into_view_if_needed()
+    box = node.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    session = page.context.new_cdp_session(page)
+    for kind, places in (("touchStart", [x]), ("touchMove", [x + dx / 2]), ("touchMove", [x + dx]), ("touchEnd", [])):
+        points = [{"x": place, "y": y} for place in places]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        if kind == "touchStart":
+            page.wait_for_timeout(450)
+    session.detach()
 
 
 def test_colours_are_ordered_and_their_text_is_readable(bench: Bench) -> None:
