@@ -7,6 +7,8 @@ into a trap (55 s). One step is made when the one before has arrived. Beside the
 its workers spend computing for a step (processor time), which a busy machine does not stretch; there is none for the
 curve, which needs no server. Page load is from the address to the first picture, with an empty cache.
 
+With 500 rules the longest stalls are measured too, see ``benchmarks/designerrules.py``.
+
 Run ``python -m benchmarks.designer [--json]``.
 """
 
@@ -15,6 +17,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from benchmarks import designerrules
 from benchmarks.designersession import browser, missing, served, show, tab, workplace
 from benchmarks.reporting import heading, machine, start
 
@@ -147,6 +150,7 @@ def measure() -> dict[str, Any]:
         "page_load_ms": {"median": median(load), "most": max(load)},
         "latency_ms": {name: _summary(values) for name, values in times.items()},
         "server_processor_ms": {name: _summary(values) for name, values in costs.items()},
+        "many_rules": designerrules.measured(),
     }
 
 
@@ -170,6 +174,7 @@ def report(result: dict[str, Any]) -> str:
     load = result["page_load_ms"]
     lines += ["", "server: processor time of the server and its workers for a step, autosave and all views included"]
     lines += [f"Page load: median {load['median']:.0f} ms, most {load['most']:.0f} ms"]
+    lines += ["", *designerrules.section(result["many_rules"])]
     return "\n".join(lines)
 
 

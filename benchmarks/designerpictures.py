@@ -106,6 +106,11 @@ def _table(page: Any) -> None:
     page.locator(".fd-rules .fd-tab[data-view=table]").click()
 
 
+def _matrix(page: Any) -> None:
+    page.locator(".fd-rules .fd-tab[data-view=matrix]").click()
+    page.get_by_role("button", name="Strongest now").click()
+
+
 def _viewer(page: Any) -> None:
     page.locator(".fd-rules .fd-tab[data-view=sentences]").click()
     tab(page, "Memberships")
@@ -232,6 +237,7 @@ VIEWS: dict[str, tuple[int, Callable[[Any], None]]] = {
     "consequents": (0, _consequents),
     "rules": (0, _rules),
     "table": (0, _table),
+    "matrix": (0, _matrix),
     "viewer": (1, _viewer),
     "surface": (1, _surface),
     "relief": (1, _relief),

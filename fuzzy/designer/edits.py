@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from fuzzy.designer import ruleedits, termedits, variableedits
+from fuzzy.designer import matrixedits, ruleedits, termedits, variableedits
 from fuzzy.designer.design import CHOICES, Design
 from fuzzy.designer.message import EditError, Message
 from fuzzy.naming import expected
 
-__all__ = ["EDITS", "EditError", "Edited", "apply", "broken", "edited"]
+__all__ = ["EDITS", "EditError", "Edited", "apply", "edited"]
 
 
 class Edited(NamedTuple):
@@ -43,33 +43,6 @@ def edited(design: Design, message: Mapping[str, Any]) -> Edited:
     if op not in EDITS:
         raise EditError(expected(Message(message, "edit").text("edit", 100), EDITS, "edit"))
     return Edited(*EDITS[op](design, Message(message, op)))
-
-
-# What takes something away, and may take rules with it.
-REMOVALS = ("remove_variable", "remove_term", "remove_rule")
-
-
-def broken(before: Design, after: Design, message: Mapping[str, Any]) -> str | None:
-    """What a removal did to the rules besides, as a sentence; None for other edits.
-
-    Args:
-        before: The design before the edit.
-        after: The design after it.
-        message: The edit.
-    """
-    op = message.get("edit") if isinstance(message, Mapping) else None
-    if op not in REMOVALS:
-        return None
-    lines = {line.key: line.rule for line in after.lines}
-    gone = sum(line.key not in lines for line in before.lines)
-    changed = sum(line.key in lines and lines[line.key] != line.rule for line in before.lines)
-    parts = [
-        f"{n} {'rule' if n == 1 else 'rules'} {what}" for n, what in ((gone, "removed"), (changed, "changed")) if n
-    ]
-    if op == "remove_rule":
-        return f"Rule {before.place(Message(message, op).whole('key')) + 1} removed."
-    name = message["variable"] if op == "remove_variable" else f"{message['term']} of {message['variable']}"
-    return f"{name} removed; {' and '.join(parts) or 'no rule changed'}."
 
 
 def _look(design: Design, message: Message) -> Design:
@@ -118,4 +91,5 @@ EDITS: dict[str, Callable[[Design, Message], tuple[Design, str]]] = {
     "rule_then": ruleedits.rule_then,
     "rule_connective": ruleedits.rule_connective,
     "add_all_rules": ruleedits.add_all_rules,
+    "fill_rules": matrixedits.fill_rules,
 }

@@ -88,7 +88,20 @@ class Message:
 
     def whole(self, field: str) -> int:
         """A whole number."""
-        value = self._get(field, "a whole number")
+        return self._whole(field, self._get(field, "a whole number"))
+
+    def wholes(self, field: str) -> tuple[int, ...]:
+        """A list of whole numbers."""
+        return tuple(self._whole(field, value) for value in self.items(field, "a list of whole numbers"))
+
+    def items(self, field: str, what: str, most: int = 10_000) -> list[Any]:
+        """A list of anything, at most ``most`` long; ``what`` it holds, for the message."""
+        values = self._get(field, what)
+        if not isinstance(values, (list, tuple)) or len(values) > most:
+            raise self._wrong(field, f"{what}, at most {most}", values)
+        return list(values)
+
+    def _whole(self, field: str, value: Any) -> int:
         if (
             isinstance(value, bool)
             or not isinstance(value, (int, float))

@@ -15,7 +15,6 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from fuzzy.designer.bridge import Bridge, Shared
 from fuzzy.designer.document import Document
-from fuzzy.designer.edits import broken
 from fuzzy.designer.figures import check_figure, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.keys import KEYS
@@ -23,6 +22,7 @@ from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import MamdaniFileError, OpenDocuments
 from fuzzy.designer.panel import Place, Workbench, find_panels
 from fuzzy.designer.saving import OverwriteError, digest_of
+from fuzzy.designer.sideeffects import broken
 from fuzzy.designer.tabs import Tab, tab_group
 from fuzzy.designer.views import (
     compared_data,

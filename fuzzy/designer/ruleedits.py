@@ -1,6 +1,9 @@
-"""Edits of rules, as sentences and in a table: each takes the design and a message, gives design and edit's name."""
+"""Edits of rules, as sentences and in a table: each takes the design and a message, gives design and edit's name.
 
-from collections.abc import Iterator
+Those that can be made of several rules at once take ``keys``, a list, in the place of ``key``.
+"""
+
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import product
 from math import prod
@@ -21,11 +24,35 @@ def _line(design: Design, message: Message) -> tuple[int, RuleLine]:
     return place, design.lines[place]
 
 
+def _places(design: Design, message: Message) -> list[int]:
+    """The places of the lines that the message names by ``key`` or ``keys``, ascending."""
+    if not message.has("keys"):
+        return [design.place(message.whole("key"))]
+    keys = message.wholes("keys")
+    if not keys:
+        raise EditError("no rule is selected")
+    known = {line.key: place for place, line in enumerate(design.lines)}
+    # design.place says what is wrong with a key that is not there.
+    return sorted({known[key] if key in known else design.place(key) for key in keys})
+
+
+def _named(places: list[int]) -> str:
+    return f"rule {places[0] + 1}" if len(places) == 1 else f"{len(places)} rules"
+
+
+def _each(design: Design, places: list[int], change: Callable[[int, RuleLine], RuleLine]) -> Design:
+    """The design with the lines at some places changed."""
+    lines = list(design.lines)
+    for place in places:
+        lines[place] = change(place, lines[place])
+    return with_lines(design, lines)
+
+
 def _put(design: Design, place: int, line: RuleLine) -> Design:
     return with_lines(design, (*design.lines[:place], line, *design.lines[place + 1 :]))
 
 
-def _of_rule(line: RuleLine, rule: Rule) -> RuleLine:
+def of_rule(line: RuleLine, rule: Rule) -> RuleLine:
     """The line with a rule from the table: its sentence follows, and a misspelt one is given up."""
     return replace(line, rule=rule, text=str(rule), problem=None)
 
@@ -67,36 +94,42 @@ def copy_rule(design: Design, message: Message) -> tuple[Design, str]:
 
 
 def remove_rule(design: Design, message: Message) -> tuple[Design, str]:
-    """remove_rule {key}."""
-    place, _ = _line(design, message)
-    return with_lines(design, (*design.lines[:place], *design.lines[place + 1 :])), f"remove rule {place + 1}"
+    """remove_rule {key | keys}."""
+    places = _places(design, message)
+    gone = set(places)
+    left = [line for place, line in enumerate(design.lines) if place not in gone]
+    return with_lines(design, left), f"remove {_named(places)}"
 
 
 def move_rule(design: Design, message: Message) -> tuple[Design, str]:
-    """move_rule {key, to}: to the place ``to``, from 0."""
-    place, _ = _line(design, message)
-    to = message.whole("to")
-    if not 0 <= to < len(design.lines):
-        raise EditError(f"a rule can be moved to the places 0 to {len(design.lines) - 1}, got {to}")
-    lines = list(design.lines)
-    lines.insert(to, lines.pop(place))
-    return with_lines(design, lines), f"move rule {place + 1} to {to + 1}"
+    """move_rule {key | keys, to}: to the place ``to``, from 0; several stand together there, in their order."""
+    places = _places(design, message)
+    to, last = message.whole("to"), len(design.lines) - len(places)
+    if not 0 <= to <= last:
+        what = "a rule" if len(places) == 1 else f"{len(places)} rules"
+        raise EditError(f"{what} can be moved to the places 0 to {last}, got {to}")
+    moved = [design.lines[place] for place in places]
+    gone = set(places)
+    lines = [line for place, line in enumerate(design.lines) if place not in gone]
+    return with_lines(design, [*lines[:to], *moved, *lines[to:]]), f"move {_named(places)} to {to + 1}"
 
 
 def rule_weight(design: Design, message: Message) -> tuple[Design, str]:
-    """rule_weight {key, weight}, in [0, 1]."""
-    place, line = _line(design, message)
+    """rule_weight {key | keys, weight}, in [0, 1]."""
+    places = _places(design, message)
     weight = message.number("weight")
     if not 0 <= weight <= 1:
-        raise EditError(f"rule {place + 1}: the weight must lie in [0, 1], got {weight:g}")
-    return _put(design, place, _of_rule(line, replace(line.rule, weight=weight))), f"weight of rule {place + 1}"
+        raise EditError(f"{_named(places)}: the weight must lie in [0, 1], got {weight:g}")
+    changed = _each(design, places, lambda _, line: of_rule(line, replace(line.rule, weight=weight)))
+    return changed, f"weight of {_named(places)}"
 
 
 def rule_enabled(design: Design, message: Message) -> tuple[Design, str]:
-    """rule_enabled {key, enabled}: a rule that is off does nothing and stays in the table."""
-    place, line = _line(design, message)
+    """rule_enabled {key | keys, enabled}: a rule that is off does nothing and stays in the table."""
+    places = _places(design, message)
     enabled = message.flag("enabled")
-    return _put(design, place, replace(line, enabled=enabled)), f"rule {place + 1} {'on' if enabled else 'off'}"
+    changed = _each(design, places, lambda _, line: replace(line, enabled=enabled))
+    return changed, f"{_named(places)} {'on' if enabled else 'off'}"
 
 
 def rule_clause(design: Design, message: Message) -> tuple[Design, str]:
@@ -118,27 +151,36 @@ def rule_clause(design: Design, message: Message) -> tuple[Design, str]:
         when.pop(name, None)
         if not when:
             raise EditError(f"rule {place + 1} needs at least one clause: {name} is its only one")
-    changed = _of_rule(line, replace(line.rule, when=tuple(when.values())))
+    changed = of_rule(line, replace(line.rule, when=tuple(when.values())))
     return _put(design, place, changed), f"{name} in rule {place + 1}"
 
 
 def rule_then(design: Design, message: Message) -> tuple[Design, str]:
-    """rule_then {key, variable, term | null}: null leaves the output out."""
-    place, line = _line(design, message)
+    """rule_then {key | keys, variable, term | null}: null leaves the output out."""
+    places = _places(design, message)
     outputs = {v.name: v for v in design.system.outputs}
     name = message.one_of("variable", tuple(outputs), "output")
-    then = dict(line.rule.then)
-    if message.has("term"):
-        new = name not in then
-        then[name] = message.one_of("term", tuple(outputs[name].terms), f"term of {name!r}")
-        if new:
-            then = {n: then[n] for n in outputs if n in then}
-    else:
-        then.pop(name, None)
+    term = message.one_of("term", tuple(outputs[name].terms), f"term of {name!r}") if message.has("term") else None
+
+    def change(place: int, line: RuleLine) -> RuleLine:
+        then = proposing(design.system, line.rule, name, term)
         if not then:
             raise EditError(f"rule {place + 1} needs at least one consequent: {name} is its only one")
-    changed = _of_rule(line, replace(line.rule, then=tuple(then.items())))
-    return _put(design, place, changed), f"{name} in rule {place + 1}"
+        return of_rule(line, replace(line.rule, then=then))
+
+    return _each(design, places, change), f"{name} in {_named(places)}"
+
+
+def proposing(system: Sugeno, rule: Rule, output: str, term: str | None) -> tuple[tuple[str, str], ...]:
+    """The rule's consequents with ``term`` for an output (None: without it); a new one in the outputs' order."""
+    then = dict(rule.then)
+    if term is None:
+        then.pop(output, None)
+    elif output in then:
+        then[output] = term
+    else:
+        then = {v.name: term if v.name == output else then[v.name] for v in system.outputs if v.name in {output, *then}}
+    return tuple(then.items())
 
 
 def rule_connective(design: Design, message: Message) -> tuple[Design, str]:
@@ -146,7 +188,7 @@ def rule_connective(design: Design, message: Message) -> tuple[Design, str]:
     place, line = _line(design, message)
     connective = message.one_of("connective", ("and", "or"), "connective")
     rule = replace(line.rule, connective="or" if connective == "or" else "and")
-    return _put(design, place, _of_rule(line, rule)), f"{connective} in rule {place + 1}"
+    return _put(design, place, of_rule(line, rule)), f"{connective} in rule {place + 1}"
 
 
 def add_all_rules(design: Design, message: Message) -> tuple[Design, str]:
@@ -160,7 +202,7 @@ def add_all_rules(design: Design, message: Message) -> tuple[Design, str]:
     count = prod(len(t) for t in terms)
     if count - len(design.lines) > MOST_RULES:
         raise EditError(f"there are {count} combinations of terms, more than the limit of {MOST_RULES} rules")
-    present = {frozenset(_plain(line.rule)) for line in design.lines if _is_plain(line.rule)}
+    present = {frozenset(_plain(line.rule)) for line in design.lines if is_plain(line.rule)}
     missing = [c for c in product(*terms) if frozenset(zip(names, c, strict=True)) not in present]
     if not missing:
         raise EditError("there is a rule for every combination of terms already")
@@ -187,7 +229,7 @@ def _plain(rule: Rule) -> Iterator[tuple[str, str]]:
     return ((clause.variable, clause.term) for clause in rule.when)
 
 
-def _is_plain(rule: Rule) -> bool:
+def is_plain(rule: Rule) -> bool:
     """Does the rule ask for terms as they are, joined by "and"?"""
     joined = rule.connective == "and" or len(rule.when) == 1
     return joined and not any(clause.negated or clause.power != 1 for clause in rule.when)
@@ -202,7 +244,7 @@ def _nearest(
 ) -> list[tuple[tuple[str, str], ...]]:
     """The consequents for each combination of terms that is wanted."""
     first = _first(design.system)
-    rules = [line.rule for line in design.lines if _is_plain(line.rule)]
+    rules = [line.rule for line in design.lines if is_plain(line.rule)]
     if not rules:
         return [tuple(first.items())] * len(wanted)
     steps = [{term: place for place, term in enumerate(t)} for t in terms]
@@ -223,7 +265,7 @@ def _nearest(
 def _next_rule(design: Design) -> Rule:
     """The first combination of terms that no rule has yet, or the very first."""
     names, terms = _axes(design.system)
-    present = {frozenset(_plain(line.rule)) for line in design.lines if _is_plain(line.rule)}
+    present = {frozenset(_plain(line.rule)) for line in design.lines if is_plain(line.rule)}
     # More combinations than there are rules cannot all be taken: the search ends soon.
     for combination in product(*terms):
         if frozenset(zip(names, combination, strict=True)) not in present:

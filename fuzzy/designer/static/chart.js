@@ -97,14 +97,37 @@ export function choices(label, options, chosen, react) {
   return select;
 }
 
+const OFFERS = new Map(), // options by their key: the lists of a long table are alike, and copies are made faster
+  MOST_OFFERS = 100;
+
 /** Give a list other options, where they differ. */
 export function offer(select, options, chosen) {
   const key = JSON.stringify(options);
   if (select.dataset.options !== key) {
     select.dataset.options = key;
-    select.replaceChildren(...options.map(([value, text]) => element("option", { value }, text)));
+    if (OFFERS.size > MOST_OFFERS) OFFERS.clear();
+    if (!OFFERS.has(key)) {
+      const made = document.createDocumentFragment();
+      made.append(...options.map(([value, text]) => element("option", { value }, text)));
+      OFFERS.set(key, made);
+    }
+    select.replaceChildren(OFFERS.get(key).cloneNode(true));
   }
   if (select.value !== String(chosen)) select.value = String(chosen);
+}
+
+/** A list that has only its chosen option until it is used: hundreds of lists with all of theirs are slow to lay out. */
+export function shortChoices(label, react) {
+  const select = choices(label, [], "", react);
+  let all = [];
+  for (const name of ["focus", "pointerdown"]) select.addEventListener(name, () => offer(select, all, select.value));
+  /** Give it other options, as offer() does. */
+  select.offer = (options, chosen) => {
+    all = options;
+    const open = document.activeElement === select;
+    offer(select, open ? options : options.filter(([value]) => value === String(chosen)), chosen);
+  };
+  return select;
 }
 
 let notes = 0; // ids must differ; nothing else is kept

@@ -1,6 +1,23 @@
-// The rules as sentences and as a table; an error is underlined at the word, and the last good rule stays in force.
-import { button, choices, element, offer, put, said, say, watch, whenShown } from "./chart.js";
+// The rules as sentences, as a table and as a matrix; an error is underlined at the word, and the last good rule stays
+// in force.
+import {
+  button,
+  choices,
+  clamp,
+  element,
+  offer,
+  put,
+  said,
+  say,
+  shortChoices,
+  watch,
+  whenShown,
+  widthOf,
+} from "./chart.js";
 import { numberField, pressing, problemLine } from "./dragging.js";
+import { ruleMatrix } from "./rulematrix.js";
+import { listed, orders } from "./ruleorder.js";
+import { selectedRules } from "./selectedrules.js";
 import { windowed } from "./windowed.js";
 
 const HEDGES = [
@@ -10,6 +27,8 @@ const HEDGES = [
   ["extremely ", 3],
   ["very very ", 4],
 ];
+
+const JOINTS = ["and", "or"].map((word) => [word, word]);
 
 // "is not very" as a choice's value: [negated, power]
 function manners(clause) {
@@ -32,24 +51,21 @@ export function render({ model, el }) {
     sought = null, // the number of the last link that led to a rule
     places = new Map(), // by the rules' keys, in the design
     ids = [], // the keys of what is shown
+    shownAt = new Map(), // their places there
     vocabulary = ""; // the names that a table offers
 
-  const views = ["sentences", "table"].map((name) =>
+  const views = ["Sentences", "Table", "Matrix"].map((name) =>
     element(
       "button",
-      {
-        type: "button",
-        class: "fd-tab",
-        "data-view": name,
-        onclick: () => {
-          form = name;
-          shownRows.forget();
-          paint();
-        },
-      },
-      name === "table" ? "Table" : "Sentences",
+      { type: "button", class: "fd-tab", "data-view": name.toLowerCase(), onclick: () => take(name.toLowerCase()) },
+      name,
     ),
   );
+  function take(name) {
+    form = name;
+    shownRows.forget();
+    paint();
+  }
   const search = element("input", {
     type: "text",
     "aria-label": "find rules with these words",
@@ -65,12 +81,21 @@ export function render({ model, el }) {
     },
   });
   const firing = element("input", { type: "checkbox", onchange: () => paint() });
+  const order = choices("sort", [["", "as written"]], "", () => paint());
+  const everyRule = element("input", {
+    type: "checkbox",
+    "aria-label": "select all rules that are shown",
+    onchange: () => (everyRule.checked ? selection.all() : selection.clear()),
+  });
   const list = element("div", { class: "fd-list", "aria-label": "Rules" });
   // Where the table has room, one line of headings for all rules; each choice has its own name all the same.
   const headings = element("div", { class: "fd-headings" });
   const frame = element("div", { class: "fd-sheet" }, headings, list);
   // A rule's tools stay in sight while its row is moved sideways.
-  frame.addEventListener("scroll", () => frame.style.setProperty("--fd-aside", `${frame.scrollLeft}px`));
+  let aside = 0;
+  frame.addEventListener("scroll", () => {
+    if (frame.scrollLeft !== aside) frame.style.setProperty("--fd-aside", `${(aside = frame.scrollLeft)}px`);
+  });
   const count = element("p", { class: "fd-note" });
   const problem = problemLine(model, root);
   const bar = element(
@@ -92,23 +117,47 @@ export function render({ model, el }) {
       "Add all combinations",
     ),
   );
+  const found = [
+    search,
+    element("label", { class: "fd-check" }, firing, "fires now"),
+    element("label", { class: "fd-check" }, "sort", order),
+  ];
+  const selection = selectedRules({
+    model,
+    edit,
+    shown: () => ids,
+    movable: () => order.value === "",
+    changed: () => paint(),
+  });
+  const matrix = ruleMatrix({
+    model,
+    edit,
+    open(id) {
+      take("sentences");
+      goTo(id);
+    },
+  });
+  const counted = element("div", { class: "fd-counted" }, element("label", { class: "fd-check" }, everyRule), count);
+  const hints = element(
+    "p",
+    { class: "fd-note" },
+    "Enter accepts a sentence, Escape gives the last good one back, and Alt with an up or down arrow moves the rule. " +
+      "Ctrl+A selects all rules, Shift those between.",
+  );
   root.append(
     element(
       "div",
       { class: "fd-bar" },
       element("div", { class: "fd-tabs", role: "group", "aria-label": "Show rules as" }, ...views),
-      search,
-      element("label", { class: "fd-check" }, firing, "fires now"),
+      ...found,
     ),
-    count,
+    counted,
+    selection.node,
     frame,
+    matrix.node,
     bar,
     problem.node,
-    element(
-      "p",
-      { class: "fd-note" },
-      "Enter accepts a sentence, Escape gives the last good one back, and Alt with an up or down arrow moves the rule.",
-    ),
+    hints,
   );
   el.append(root);
 
@@ -117,13 +166,14 @@ export function render({ model, el }) {
   // To the place of the neighbour that is shown.
   function move(id, by) {
     const neighbour = ids[ids.indexOf(id) + by];
-    if (neighbour === undefined) return;
+    if (order.value !== "" || (neighbour === undefined && selection.size() < 2)) return;
     waiting = { id, label: document.activeElement?.dataset?.part ?? null };
+    if (selection.has(id) && selection.size() > 1) return void selection.move(by);
     edit("move_rule", { key: id, to: place(neighbour) });
   }
 
   // The sentence: a text field over the same text, which carries the underline and gives the height.
-  function sentence(id) {
+  function sentence(own) {
     const under = element("div", { class: "fd-under", "aria-hidden": "true" });
     const field = element("textarea", { rows: 1, spellcheck: "false", "data-part": "text", autocomplete: "off" });
     const told = element("p", { class: "fd-wrong", role: "alert" });
@@ -147,7 +197,7 @@ export function render({ model, el }) {
     };
     const take = () => {
       const text = field.value.replace(/\s+/g, " ").trim();
-      if (text !== shown.text) edit("rule_text", { key: id, text });
+      if (text !== shown.text) edit("rule_text", { key: own(), text });
     };
     field.addEventListener("input", mark);
     field.addEventListener("change", take);
@@ -183,11 +233,11 @@ export function render({ model, el }) {
   }
 
   // The table's cells: a manner and a term for each input, the connective, a term for each output.
-  function cells(id) {
+  function cells(own) {
     const node = element("div", { class: "fd-cells" });
     let parts = [],
       form = "";
-    const mine = () => rules()[place(id)];
+    const mine = () => rules()[place(own())];
     const clause = (name) =>
       mine().when.find((each) => each.variable === name) ?? { variable: name, term: null, negated: false, power: 1 };
     const build = (design) => {
@@ -200,32 +250,24 @@ export function render({ model, el }) {
           ...inside,
         );
       const ins = design.inputs.map(({ name }) => {
-        const how = choices(`${name}, manner`, [], "", (value) => {
+        const how = shortChoices(`${name}, manner`, (value) => {
           const [negated, power] = JSON.parse(value);
-          edit("rule_clause", { ...clause(name), key: id, negated, power });
+          edit("rule_clause", { ...clause(name), key: own(), negated, power });
         });
-        const term = choices(`${name}, term`, [], "", (value) =>
-          edit("rule_clause", { ...clause(name), key: id, term: value || null }),
+        const term = shortChoices(`${name}, term`, (value) =>
+          edit("rule_clause", { ...clause(name), key: own(), term: value || null }),
         );
         how.dataset.part = `how ${name}`;
         term.dataset.part = `term ${name}`;
         parts.push({ name, how, term });
         return cell(name, element("div", { class: "fd-pair" }, how, term));
       });
-      const joint = choices(
-        "connective",
-        [
-          ["and", "and"],
-          ["or", "or"],
-        ],
-        "and",
-        (value) => edit("rule_connective", { key: id, connective: value }),
-      );
+      const joint = shortChoices("connective", (value) => edit("rule_connective", { key: own(), connective: value }));
       joint.dataset.part = "connective";
       parts.joint = joint;
       const outs = design.outputs.map(({ name }) => {
-        const term = choices(`${name}, consequent`, [], "", (value) =>
-          edit("rule_then", { key: id, variable: name, term: value || null }),
+        const term = shortChoices(`${name}, consequent`, (value) =>
+          edit("rule_then", { key: own(), variable: name, term: value || null }),
         );
         term.dataset.part = `then ${name}`;
         parts.push({ name, then: term });
@@ -243,32 +285,33 @@ export function render({ model, el }) {
         const variable = [...design.inputs, ...design.outputs].find((v) => v.name === name),
           terms = variable.terms.map((t) => [t.name, t.name]);
         if (then) {
-          offer(then, [["", "–"], ...terms], rule.then.find((each) => each.variable === name)?.term ?? "");
+          then.offer([["", "–"], ...terms], rule.then.find((each) => each.variable === name)?.term ?? "");
           continue;
         }
         const own = rule.when.find((each) => each.variable === name);
-        offer(term, [["", "any"], ...terms], own?.term ?? "");
-        offer(how, ...manners(own ?? { negated: false, power: 1 }));
+        term.offer([["", "any"], ...terms], own?.term ?? "");
+        how.offer(...manners(own ?? { negated: false, power: 1 }));
         how.disabled = !own;
         put(term, { class: own ? null : "fd-any" });
       }
-      offer(
-        parts.joint,
-        [
-          ["and", "and"],
-          ["or", "or"],
-        ],
-        rule.connective,
-      );
+      parts.joint.offer(JOINTS, rule.connective);
       parts.joint.disabled = rule.when.length < 2;
       put(node, { role: "presentation", "data-row": number });
     };
     return { node, show };
   }
 
-  function line(id) {
+  // A row, of one rule after another
+  function line() {
+    let id = null;
+    const own = () => id;
+    const picked = element("input", { type: "checkbox", class: "fd-pick", "data-part": "pick" });
+    picked.addEventListener("click", (event) => selection.pick(id, picked.checked, event.shiftKey));
     const on = element("input", {
       type: "checkbox",
+      role: "switch",
+      class: "fd-inforce",
+      title: "in force",
       "data-part": "enabled",
       onchange: () => edit("rule_enabled", { key: id, enabled: on.checked }),
     });
@@ -292,12 +335,12 @@ export function render({ model, el }) {
       }),
     };
     for (const [part, tool] of Object.entries(tools)) tool.dataset.part = part;
-    const text = sentence(id),
-      table = cells(id);
+    const text = sentence(own),
+      table = cells(own);
     const node = element(
       "div",
       { class: "fd-rule" },
-      element("div", { class: "fd-switch" }, element("label", {}, on, number, share)),
+      element("div", { class: "fd-switch" }, element("label", {}, picked, number), on, share),
       text.node,
       table.node,
       // Below the row's right end, where it hides nothing of the row: under the pointer, or with the focus.
@@ -318,30 +361,31 @@ export function render({ model, el }) {
       const design = model.get("design"),
         rule = design.rules[place(id)],
         n = place(id) + 1,
-        first = ids[0] === id,
-        last = ids.at(-1) === id,
+        at = shownAt.get(id),
         asTable = form === "table";
       const state = JSON.stringify([
         rule,
         n,
         form,
-        [ids.indexOf(id), ids.length, first, last],
+        [at, ids.length, order.value, selection.has(id)],
         asTable ? vocabulary : 0,
       ]);
       if (state === drawn) return;
       drawn = state;
+      picked.checked = selection.has(id);
+      put(picked, { "aria-label": `select rule ${n}` });
       on.checked = rule.enabled;
       put(on, { "aria-label": `${n}, rule in force` });
       say(number, `${n}`);
       // A sentence states its weight itself.
       say(share, asTable && rule.weight !== 1 ? `× ${said(rule.weight, 3)}` : "");
       put(node, {
-        class: `fd-rule${rule.enabled ? "" : " fd-off"}${rule.problem ? " fd-bad" : ""}`,
+        class: `fd-rule${rule.enabled ? "" : " fd-off"}${rule.problem ? " fd-bad" : ""}${picked.checked ? " fd-picked" : ""}`,
         "data-key": rule.key,
         role: asTable ? "row" : "listitem",
         "aria-label": `rule ${n}`,
-        "aria-rowindex": asTable ? ids.indexOf(id) + 2 : null,
-        "aria-posinset": asTable ? null : ids.indexOf(id) + 1,
+        "aria-rowindex": asTable ? at + 2 : null,
+        "aria-posinset": asTable ? null : at + 1,
         "aria-setsize": asTable ? null : ids.length,
       });
       for (const part of [node.firstChild, text.node, node.lastChild]) put(part, { role: asTable ? "cell" : null });
@@ -349,42 +393,82 @@ export function render({ model, el }) {
       table.node.hidden = !asTable;
       text.show(rule, n);
       if (asTable) table.show(rule, n, design);
-      weight.show(rule.weight);
+      weight.show(rule.weight, id);
       put(weight.input, { "aria-label": `weight of rule ${n}`, "aria-valuemin": 0, "aria-valuemax": 1 });
       for (const [part, tool] of Object.entries(tools))
         put(tool, { "aria-label": `${words[part]} rule ${n}`, title: `${words[part]} rule ${n}` });
-      tools.up.disabled = first;
-      tools.down.disabled = last;
+      tools.up.disabled = at === 0 || order.value !== "";
+      tools.down.disabled = at === ids.length - 1 || order.value !== "";
     };
-    return { node, show };
+    const take = (next) => {
+      id = next;
+      drawn = "";
+    };
+    return { node, take, show };
   }
 
-  const shownRows = windowed(list, line);
+  const shownRows = windowed(list, line, frame);
 
   // What is found: the rules with all the words, of these those that fire; and what one is writing in.
-  function chosen(design) {
-    const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
-    const fires = firing.checked
-      ? new Set((model.get("viewer")?.rules ?? []).filter((rule) => rule.firing > 0).map((rule) => rule.key))
-      : null;
+  function choose() {
     const held = list.contains(document.activeElement)
       ? document.activeElement.closest("[data-key]")?.dataset.key
       : undefined;
-    return design.rules
-      .filter(
-        ({ key: id, text }) =>
-          String(id) === held ||
-          ((!fires || fires.has(id)) && words.every((word) => text.toLowerCase().includes(word))),
-      )
-      .map((rule) => rule.key);
+    const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const wish = { words, fires: firing.checked, order: order.value, held };
+    reorder(listed(model.get("design"), model.get("viewer"), wish));
   }
+  function reorder(next) {
+    ids = next;
+    shownAt = new Map(ids.map((id, i) => [id, i]));
+  }
+
+  // Keys of the list: what is selected, by Ctrl+A, arrows on the boxes, Delete and Escape
+  const box = (id) => shownRows.reveal(id)?.node.querySelector("[data-part=pick]");
+  list.addEventListener("keydown", (event) => {
+    const field = event.target,
+      id = Number(field.closest("[data-key]")?.dataset.key),
+      onBox = field.dataset.part === "pick";
+    const stop = () => {
+      event.preventDefault();
+      event.stopPropagation();
+    };
+    if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "a" && !event.altKey) {
+      // In a sentence its text first
+      if (field.selectionStart !== undefined && field.selectionEnd - field.selectionStart < field.value?.length) {
+        if (field.type !== "checkbox") return;
+      }
+      stop();
+      selection.all();
+    } else if (onBox && event.key === "Delete") {
+      stop();
+      if (!selection.has(id)) return;
+      const next =
+        ids.slice(shownAt.get(id)).find((key) => !selection.has(key)) ?? ids.findLast((key) => !selection.has(key));
+      waiting = next === undefined ? null : { id: next, label: "pick" };
+      selection.drop();
+    } else if (onBox && event.key === "Escape") {
+      stop();
+      selection.clear();
+    } else if (onBox && !event.altKey && ["ArrowUp", "ArrowDown"].includes(event.key)) {
+      stop();
+      const next = ids[shownAt.get(id) + (event.key === "ArrowUp" ? -1 : 1)];
+      if (next === undefined) return;
+      if (event.shiftKey) {
+        if (!selection.has(id)) selection.pick(id, true, false);
+        selection.pick(next, true, true);
+      }
+      box(next)?.focus({ preventScroll: true });
+    }
+  });
 
   // A link, or a rule that was added, takes the focus to the rule.
   function goTo(id) {
-    if (!ids.includes(id)) {
+    if (form === "matrix") take("sentences");
+    if (!shownAt.has(id)) {
       search.value = "";
       firing.checked = false;
-      ids = rules().map((rule) => rule.key);
+      choose();
       shownRows.show(ids);
     }
     const row = shownRows.reveal(id)?.node,
@@ -393,20 +477,26 @@ export function render({ model, el }) {
     return Boolean(part?.checkVisibility());
   }
 
+  // A column of the table is as wide as its longest word: were it the rows' own matter, all of them would be laid out
+  // anew for each that comes into view.
+  const column = ({ name, terms }, least, more) => {
+    const words = Math.max(...terms.map((term) => widthOf(term.name, 14.4)), widthOf(name, 13) - more + 16);
+    return clamp(Math.ceil(words) + more, least, 260);
+  };
   let headed = "";
   function paintHeadings({ inputs, outputs }) {
     const names = [...inputs.map((v) => v.name), "joined by", ...outputs.map((v) => `then ${v.name}`)];
-    if (headed === JSON.stringify(names)) return;
-    headed = JSON.stringify(names);
-    const columns = names.map((_, i) =>
-      i === inputs.length ? "4.2rem" : i < inputs.length ? "minmax(8.5rem, 1.3fr)" : "minmax(6.5rem, 1fr)",
-    );
+    if (headed === vocabulary) return;
+    headed = vocabulary;
+    const wide = [...inputs.map((v) => column(v, 136, 96)), 68, ...outputs.map((v) => column(v, 104, 42))];
+    const columns = wide.map((px, i) => (i === inputs.length ? `${px}px` : `minmax(${px}px, 1fr)`));
     root.style.setProperty("--columns", columns.join(" "));
+    root.style.setProperty("--least", `${wide.reduce((a, b) => a + b, 0) + 8 * wide.length + 112}px`);
     const head = (text) => element("span", { class: "fd-head", title: text }, text);
     put(headings, { role: "row", "aria-rowindex": 1 });
     const named = (text) => put(head(text), { role: "columnheader" });
     headings.replaceChildren(
-      named("in force"),
+      named("rule"),
       element("div", { class: "fd-cells", role: "presentation" }, ...names.map(named)),
     );
   }
@@ -420,11 +510,22 @@ export function render({ model, el }) {
     root.classList.toggle("fd-as-table", asTable);
     paintHeadings(design);
     for (const view of views) put(view, { "aria-pressed": String(view.dataset.view === form) });
-    ids = chosen(design);
+    offer(order, orders(design), order.value);
+    if (order.selectedIndex < 0) order.value = "";
+    const asMatrix = form === "matrix";
+    for (const part of [...found, counted, frame, hints]) part.hidden = asMatrix;
+    matrix.node.hidden = !asMatrix;
+    choose();
+    selection.show();
+    if (asMatrix) selection.node.hidden = true;
+    everyRule.checked = ids.length > 0 && ids.every(selection.has);
+    everyRule.indeterminate = !everyRule.checked && selection.size() > 0;
     put(frame, { role: asTable ? "table" : null, "aria-label": asTable ? "Rules" : null });
-    put(frame, { "aria-rowcount": asTable ? ids.length + 1 : null });
+    // Without a row there is nothing in it to focus, by which keys could scroll it.
+    put(frame, { "aria-rowcount": asTable ? ids.length + 1 : null, tabindex: asTable && !ids.length ? 0 : null });
     put(list, { role: asTable ? "rowgroup" : "list" });
-    shownRows.show(ids);
+    if (asMatrix) matrix.show();
+    else shownRows.show(ids);
     const off = design.rules.filter((rule) => !rule.enabled).length,
       wrong = design.rules.filter((rule) => rule.problem).length;
     const all = design.rules.length === 1 ? "1 rule" : `${design.rules.length} rules`;
@@ -455,9 +556,11 @@ export function render({ model, el }) {
   }
 
   const ends = [
+    watch(model, ["design", "problem"], matrix.answered), // before it is painted
     watch(model, ["design", "sought"], paint),
     watch(model, ["viewer"], () => {
-      if (firing.checked) paint();
+      if (form === "matrix") matrix.firing();
+      else if (firing.checked || order.value === "firing") paint();
     }),
     watch(model, ["problem"], () => {
       if (model.get("problem")) added = null;
@@ -465,6 +568,7 @@ export function render({ model, el }) {
     }),
     whenShown(list, paint), // a link may lead here before the tab is shown
     () => shownRows.end(),
+    () => matrix.end(),
   ];
   paint();
   return () => {

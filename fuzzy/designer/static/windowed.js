@@ -3,19 +3,25 @@ import { element, put } from "./chart.js";
 import { framed } from "./dragging.js";
 
 const ALL = 80; // rows up to which every one is drawn
-const BEYOND = 500; // px above and below the window in which rows are drawn
+const BEYOND = 240; // px above and below the window in which rows are drawn
 const GUESS = 40; // px, a row's height before any has been measured
+const BUDGET = 10; // ms in which rows are made for a frame; others follow in the next ones, so that the page answers
+const AT_ONCE = 4; // rows for a frame at most: laying one out takes longer than making it
+const SPARE = 60; // rows out of view that are kept to be used again
 
 /**
- * The rows of `list`, an element. make(id) gives a row {node, show()}; show() is called when it is drawn, and for every
- * drawn row when the ids are given anew. A row with the focus or with a refused field is kept wherever it stands.
+ * The rows of `list`, an element. make() gives a row {node, take(id), show()}, which is used for one id after another;
+ * show() is called when it is drawn, and for every drawn row when the ids are given anew. A row with the focus or with
+ * a refused field is kept wherever it stands. `frame` is the element in which the list may scroll.
  */
-export function windowed(list, make) {
+export function windowed(list, make, frame) {
   const rows = new Map(),
     heights = new Map(),
+    spare = [],
     gaps = [];
   let ids = [],
     places = new Map(),
+    drawn = "", // the places that have a row
     sought = null;
 
   const guess = () => {
@@ -31,29 +37,65 @@ export function windowed(list, make) {
     return out;
   };
 
+  // What is seen of the frame: its upper and lower end in the window
+  function seen() {
+    const { top, bottom } = frame.getBoundingClientRect();
+    return [Math.max(0, top), Math.min(innerHeight, bottom)];
+  }
   function inView() {
     if (ids.length <= ALL) return [0, ids.length];
     const each = guess(),
-      top = list.getBoundingClientRect().top;
+      [high, low] = seen();
     let from = 0,
-      y = top;
+      y = list.getBoundingClientRect().top;
     const height = (i) => heights.get(ids[i]) ?? each;
-    while (from < ids.length && y + height(from) < -BEYOND) y += height(from++);
+    while (from < ids.length && y + height(from) < high - BEYOND) y += height(from++);
     let to = from;
-    while (to < ids.length && y < innerHeight + BEYOND) y += height(to++);
+    while (to < ids.length && y < low + BEYOND) y += height(to++);
     return [Math.min(from, ids.length - 1), to];
+  }
+
+  // The rows that are wanted and not there, as far as there is time; those in the window come before those around it.
+  function fill(wanted) {
+    const missing = [...wanted].filter((i) => !rows.has(ids[i]));
+    if (!missing.length) return;
+    const each = guess(),
+      top = list.getBoundingClientRect().top,
+      [first, last] = seen().map((end) => (end - top) / each);
+    const away = (i) => (ids[i] === sought ? -1 : Math.max(0, first - i, i - last));
+    missing.sort((a, b) => away(a) - away(b) || a - b);
+    const end = performance.now() + BUDGET;
+    let made = 0;
+    for (const i of missing) {
+      if (away(i) >= 0 && ids.length > AT_ONCE && (made >= AT_ONCE || performance.now() > end)) {
+        wanted.delete(i);
+        continue;
+      }
+      const row = spare.pop() ?? make();
+      row.take(ids[i]);
+      rows.set(ids[i], row);
+      row.show();
+      made++;
+    }
+    if (missing.some((i) => !wanted.has(i))) scrolled();
   }
 
   function draw(afresh) {
     const [from, to] = inView(),
       wanted = new Set(pinned().map((id) => places.get(id)));
     for (let i = from; i < to; i++) wanted.add(i);
-    const order = [...wanted].sort((a, b) => a - b);
-    for (const [id, { node }] of rows)
+    for (const [id, row] of rows)
       if (!wanted.has(places.get(id))) {
-        node.remove();
+        row.node.remove();
         rows.delete(id);
+        if (spare.length < SPARE) spare.push(row);
       }
+    if (afresh) for (const row of rows.values()) row.show();
+    fill(wanted);
+    const order = [...wanted].sort((a, b) => a - b),
+      key = order.join();
+    if (!afresh && key === drawn) return;
+    drawn = key;
     const each = guess();
     // Without the gaps the rows stand in their order, so that none with the focus is moved.
     for (const node of gaps) node.remove();
@@ -74,17 +116,12 @@ export function windowed(list, make) {
     };
     for (const i of order) {
       gap(i);
-      const id = ids[i],
-        known = rows.get(id);
-      if (!known) rows.set(id, make(id));
-      const row = rows.get(id);
-      if (!known || afresh) row.show();
-      place(row.node);
+      place(rows.get(ids[i]).node);
       next = i + 1;
     }
     gap(ids.length);
     for (const extra of gaps.splice(used)) extra.remove();
-    if (ids.length <= ALL) return;
+    if (ids.length <= ALL && order.length === ids.length) return;
     for (const i of order) {
       const height = rows.get(ids[i]).node.getBoundingClientRect().height;
       if (height > 0) heights.set(ids[i], height);
@@ -97,6 +134,7 @@ export function windowed(list, make) {
   const observer = new ResizeObserver(() => {
     if (list.clientWidth === width) return;
     width = list.clientWidth;
+    drawn = ""; // other heights
     moved();
   });
   observer.observe(list);
@@ -123,8 +161,16 @@ export function windowed(list, make) {
       row.node.scrollIntoView({ block: "nearest" });
       return row;
     },
-    /** Forget the heights: the rows are drawn in another form. */
-    forget: () => heights.clear(),
+    /** The rows are drawn in another form: with other heights, and a few at a time. */
+    forget() {
+      heights.clear();
+      drawn = "";
+      for (const [id, row] of rows) {
+        row.node.remove();
+        rows.delete(id);
+        spare.push(row);
+      }
+    },
     end() {
       scrolled.cancel();
       observer.disconnect();

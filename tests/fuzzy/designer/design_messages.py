@@ -62,7 +62,7 @@ NAMES = st.sampled_from(
     ]
 )
 NUMBER = st.sampled_from([0, 1, -1, 0.5, 2, 0.1, 1e-300, 1e99, -1e99, 3.3])
-FIELDS = {
+FIELDS: dict[str, Any] = {
     **dict.fromkeys(("variable", "term", "name"), NAMES | st.text(max_size=3)),
     "parameters": st.lists(NUMBER, max_size=5),
     "type": st.sampled_from([*MATLAB_NAMES, "constant", "linear"]),
@@ -73,6 +73,7 @@ FIELDS = {
     "value": st.sampled_from([value for values in CHOICES.values() for value in values]),
     **dict.fromkeys(("key", "after", "to"), st.integers(0, 6)),
     "connective": st.sampled_from(["and", "or"]),
+    "cells": st.lists(st.tuples(st.dictionaries(NAMES, NAMES, max_size=2), NAMES | st.none()), max_size=4),
     "text": st.sampled_from(
         [
             "if distance is near then v is fast",
@@ -109,7 +110,11 @@ NEEDS = {
     "rule_then": "key variable term",
     "rule_connective": "key connective",
     "add_all_rules": "",
+    "fill_rules": "variable cells",
 }
+
+
+SEVERAL = ("remove_rule", "move_rule", "rule_weight", "rule_enabled", "rule_then")  # take keys for key
 
 
 TERMS = {"distance": ["near", "far"], "bearing": ["left", "right"], "v": ["slow", "fast"], "w": ["ccw", "cw"]}
@@ -121,9 +126,13 @@ def messages(draw: st.DrawFn):
     """Most messages fit the first design, and many what others make of it; some fit nothing."""
     op = draw(st.sampled_from(OPS))
     message: dict[str, Any] = {"edit": op} | {field: draw(FIELDS[field]) for field in NEEDS[op].split()}
+    if op in SEVERAL and draw(st.booleans()):
+        del message["key"]
+        message["keys"] = draw(st.lists(st.integers(0, 6), max_size=3))
     if draw(st.integers(0, 4)):
         if "variable" in message:
-            message["variable"] = draw(st.sampled_from({"rule_then": ["v", "w"]}.get(op, sorted(TERMS))))
+            outputs = {"rule_then": ["v", "w"], "fill_rules": ["v", "w"]}
+            message["variable"] = draw(st.sampled_from(outputs.get(op, sorted(TERMS))))
             if "term" in message:
                 message["term"] = draw(st.sampled_from(TERMS[message["variable"]]))
         if op == "term":
@@ -135,6 +144,12 @@ def messages(draw: st.DrawFn):
             message["type"] = draw(st.sampled_from(kinds))
         if op == "universe":
             message["low"], message["high"] = draw(st.sampled_from([(0, 1), (-2, 8), (0, 1e99), (0, 1e-300), (-1, 0)]))
+        if op == "fill_rules":
+            asked = st.fixed_dictionaries(
+                {}, optional={name: st.sampled_from(TERMS[name]) for name in ("distance", "bearing")}
+            )
+            then = st.none() | st.sampled_from(TERMS[message["variable"]])
+            message["cells"] = draw(st.lists(st.tuples(asked, then), min_size=1, max_size=5))
         if op == "choice":
             message["name"] = draw(st.sampled_from(list(CHOICES)))
             message["value"] = draw(st.sampled_from(CHOICES[message["name"]]))

@@ -291,6 +291,37 @@ def test_a_removal_is_told_and_undone_and_findings_lead_to_their_places(tab):
     page.get_by_role("tab", name="Memberships").click()
 
 
+def test_a_dragged_row_of_the_matrix_is_one_edit_and_a_new_range_tells_what_it_leaves(tab):
+    page = tab.page
+    page.get_by_role("tab", name="Rules").click()
+    page.locator(".fd-rules [data-view=matrix]").click()
+    page.get_by_role("radio", name="high", exact=True).click()
+    boxes = [page.locator(f"[data-cell='0,{column}']").bounding_box() for column in (0, 1)]
+    page.mouse.move(boxes[0]["x"] + 20, boxes[0]["y"] + 20)
+    page.mouse.down()
+    page.mouse.move(boxes[1]["x"] + 20, boxes[1]["y"] + 20, steps=4)
+    page.mouse.up()
+    page.wait_for_selector(".state.unsaved")
+    page.get_by_role("button", name="Undo: fill 2 cells of tip").wait_for()
+    assert page.locator("[data-cell='0,1']").get_attribute("data-term") == "high"
+    page.locator("[data-cell='0,1']").focus()
+    page.keyboard.press("Control+z")
+    page.wait_for_selector(".state:not(.unsaved)")  # both, and the same bytes as the file's
+    page.locator(".fd-rules [data-view=sentences]").click()
+    page.get_by_role("tab", name="Memberships").click()
+    page.locator(".fd-terms .fd-tab.fd-output").click()
+    high = page.get_by_role("spinbutton", name="to, the highest value")
+    high.fill("20")
+    high.press("Enter")
+    page.get_by_role("group", name="Terms in the new range").get_by_role("button", name="Keep").click()
+    told = page.locator(".shell-header .said").filter(has_text="high of tip lies outside its new range now, in 1 rule.")
+    told.wait_for()
+    page.get_by_role("tab", name=re.compile(r"^Check 1$")).wait_for()
+    told.get_by_role("button", name="Undo").click()
+    page.wait_for_selector(".state:not(.unsaved)")
+    page.locator(".fd-terms .fd-tab").first.click()
+
+
 def test_a_second_tab_follows_on_a_narrow_screen(tab, context, server):
     other = Watched(context, server)
     second = other.page
