@@ -18,6 +18,7 @@ from fuzzy.designer.document import Document
 from fuzzy.designer.edits import broken
 from fuzzy.designer.figures import check_figure, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE
+from fuzzy.designer.historytab import HistoryTab
 from fuzzy.designer.keys import KEYS
 from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import MamdaniFileError, OpenDocuments
@@ -37,6 +38,7 @@ from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.figures.palette import stylesheet
 from fuzzy.shown import typeset
+from fuzzy.system import Sugeno
 
 _CHANGES = 50  # of a Mamdani system that are listed
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
@@ -133,6 +135,7 @@ class _Page:
         self._sent: Shared | None = None  # the design that stands on the page
         self._name = opened.folder.name(document.path)
         self._everywhere: list[Bridge] = []
+        self.history = HistoryTab(self.bench, self._compare_with, self._give)
         self._shown: dict[str, Any] = {}  # the traits as of the last change
         self._build()
         self._unlisten = document.listen(self._changed_soon)
@@ -164,6 +167,7 @@ class _Page:
                     Tab("Memberships", lambda: self._module(_STATIC / "terms.js", editor)),
                     Tab("Rules", self._build_rules),
                     Tab("Check", self._build_check),
+                    Tab("History", self.history.build),
                 ]
                 self.surface_place = Place(shown=False)
                 right = [
@@ -428,6 +432,7 @@ class _Page:
             "save": self._save,
             "save_as": self._save,
             "download": self._download,
+            "snapshot": self._snapshot,
             "export": self._export,
             "compare": self._compare,
             "discard": self._discard,
@@ -469,7 +474,13 @@ class _Page:
         self.bench.notify(f"the design is saved in {self.document.path.name}")
 
     def _download(self, content: Mapping[str, Any]) -> None:
-        self.client.download(self.document.text().encode(), self.document.path.name, "text/plain")
+        self._give(self.document.text(), self.document.path.name)
+
+    def _give(self, text: str, name: str) -> None:
+        self.client.download(text.encode(), name, "text/plain")
+
+    def _snapshot(self, content: Mapping[str, Any]) -> None:
+        self.bench.notify(f"the snapshot “{self.history.take()}” is kept; the tab History lists all")
 
     async def _export(self, content: Mapping[str, Any]) -> None:
         kind, ending = check_figure(content.get("kind"), content.get("format"))
@@ -485,16 +496,18 @@ class _Page:
     async def _compare(self, content: Mapping[str, Any]) -> None:
         name = content.get("name")
         if name is None:
-            self.compared = None
-            self.document.compare(None)
-        else:
-            read = await self.opened.read(name if isinstance(name, str) else "")
-            if self.bench.closed:
-                return
-            self.compared = name
-            self.document.compare(read.system)
-            if read.changes:
-                self.bench.notify(f"{name} is a Mamdani system; compared is the Sugeno system that comes near it")
+            self._compare_with(None, None)
+            return
+        read = await self.opened.read(name if isinstance(name, str) else "")
+        if self.bench.closed:
+            return
+        self._compare_with(name, read.system)
+        if read.changes:
+            self.bench.notify(f"{name} is a Mamdani system; compared is the Sugeno system that comes near it")
+
+    def _compare_with(self, name: str | None, system: Sugeno | None) -> None:
+        self.compared = name
+        self.document.compare(system)
         self.header.update(shell=self._shell())
 
     async def _discard(self, content: Mapping[str, Any]) -> None:

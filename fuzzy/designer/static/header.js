@@ -244,6 +244,7 @@ function render({ model, el }) {
     ["Save as …", saveAs],
     ["Upload a .fis file …", () => chooser.click()],
     ["Download the .fis file", () => send({ do: "download" })],
+    ["Take a snapshot", () => send({ do: "snapshot" })],
     ["Compare with …", compare],
     ["Export a figure …", exportFigure],
     ["Revert to the saved file", () => send({ do: "discard" })],
