@@ -2,6 +2,7 @@
 
 import asyncio
 import itertools
+import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from importlib import resources
@@ -14,9 +15,10 @@ from nicegui import background_tasks, ui
 from nicegui.elements.mixins.text_element import TextElement
 
 from fuzzy.designer.bridge import Bridge, Shared
+from fuzzy.designer.design import Design
 from fuzzy.designer.document import Document
 from fuzzy.designer.edits import broken
-from fuzzy.designer.figures import check_figure, figure_bytes
+from fuzzy.designer.figures import all_figures, check_figure, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.historytab import HistoryTab
 from fuzzy.designer.keys import KEYS
@@ -135,6 +137,7 @@ class _Page:
         self._sent: Shared | None = None  # the design that stands on the page
         self._name = opened.folder.name(document.path)
         self._everywhere: list[Bridge] = []
+        self._exporting = False  # all pictures
         self.history = HistoryTab(self.bench, self._compare_with, self._give)
         self._shown: dict[str, Any] = {}  # the traits as of the last change
         self._build()
@@ -434,6 +437,7 @@ class _Page:
             "download": self._download,
             "snapshot": self._snapshot,
             "export": self._export,
+            "stop": self._stop,
             "compare": self._compare,
             "discard": self._discard,
         }
@@ -485,6 +489,9 @@ class _Page:
     async def _export(self, content: Mapping[str, Any]) -> None:
         kind, ending = check_figure(content.get("kind"), content.get("format"))
         design = self.document.design
+        if kind == "all":
+            await self._export_all(design, ending)
+            return
         axes, output = self._known_axes()
         axes = list(range(min(2, len(design.system.inputs)))) if axes is None else axes
         data = await self.bench.background(figure_bytes, design.in_force, kind, ending, design.point, axes, output)
@@ -492,6 +499,33 @@ class _Page:
             name = f"{self.document.path.stem}-{kind}.{ending}"
             self.client.download(data, name)
             self.bench.notify(f"{name} is drawn")
+
+    async def _export_all(self, design: Design, ending: str) -> None:
+        """All pictures as one zip; the page tells how far it is, at most once a second, and can stop it."""
+        if self._exporting:
+            raise InputError("all pictures are being drawn already; wait for them, or stop that")
+        name, last = f"{self.document.path.stem}-figures.zip", 0.0
+
+        def told(done: int, total: int) -> bool:
+            nonlocal last
+            if time.monotonic() - last > 1.0 and self._exporting:
+                last = time.monotonic()
+                self.header.send({"say": f"{done} of {total} pictures are drawn …", "stop": True})
+            return self._exporting and not self.bench.closed
+
+        self._exporting = True
+        try:
+            data = await all_figures(self.bench.background, design.in_force, ending, design.point, told)
+        finally:
+            self._exporting = False
+        if data is None:
+            self.bench.notify("no more pictures are drawn")
+        elif not self.bench.closed:
+            self.client.download(data, name)
+            self.bench.notify(f"{name} is drawn; README.txt in it says which picture shows what")
+
+    def _stop(self, content: Mapping[str, Any]) -> None:
+        self._exporting = False
 
     async def _compare(self, content: Mapping[str, Any]) -> None:
         name = content.get("name")

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from itertools import pairwise
+from typing import Any
 
 import pytest
 
@@ -74,14 +75,15 @@ def test_names_removal_and_what_is_refused(file):
     snapshots.remove(file, keys[1])
     with pytest.raises(DocumentError, match="no such snapshot"):
         snapshots.bring_back(file, keys[0])
-    for name in ("", " \n", 7, None, "x" * 81, "a\u202eb"):
+    wrong: Any
+    for wrong in ("", " \n", 7, None, "x" * 81, "a\u202eb"):
         with pytest.raises(DocumentError, match="name"):
-            snapshots.keep(file, design, name)
+            snapshots.keep(file, design, wrong)
         with pytest.raises(DocumentError, match="name"):
-            snapshots.rename(file, keys[0], name)
-    for key in ("../x", "", None, 3, "0" * 15, f"{'0' * 15}/"):
+            snapshots.rename(file, keys[0], wrong)
+    for odd in ("../x", "", None, 3, "0" * 15, f"{'0' * 15}/"):
         with pytest.raises(DocumentError, match="by its key"):
-            snapshots.read(file, key)
+            snapshots.read(file, odd)
     assert snapshots.listed(file) == ((), ())
 
 
