@@ -106,8 +106,27 @@ def _table(page: Any) -> None:
     page.locator(".fd-rules .fd-tab[data-view=table]").click()
 
 
-def _viewer(page: Any) -> None:
+def _history(page: Any) -> None:
     page.locator(".fd-rules .fd-tab[data-view=sentences]").click()
+    tab(page, "Memberships")
+    field = page.get_by_role("spinbutton", name="right foot of Far", exact=True)
+    for count, value in enumerate((1.1, 1.0), 1):
+        field.fill(str(value))
+        field.press("Enter")
+        page.wait_for_timeout(1200)  # what is typed within a second is one edit
+        tab(page, "History")
+        page.get_by_label("Name of a snapshot").fill(f"Far ends at {value} m")
+        page.keyboard.press("Enter")
+        page.wait_for_function("(n) => document.querySelectorAll('.fd-shot').length === n", arg=count)
+        tab(page, "Memberships")
+    tab(page, "History")
+    page.locator(".fd-edits button").nth(1).click()
+    page.wait_for_selector(".fd-edits li:nth-child(2) [aria-current]")
+    page.evaluate("document.activeElement.blur()")
+
+
+def _viewer(page: Any) -> None:
+    page.locator(".fd-edits button").last.click()
     tab(page, "Memberships")
     _memberships(page)
     tab(page, "Viewer")
@@ -226,6 +245,7 @@ VIEWS: dict[str, tuple[int, Callable[[Any], None]]] = {
     "consequents": (0, _consequents),
     "rules": (0, _rules),
     "table": (0, _table),
+    "history": (0, _history),
     "viewer": (1, _viewer),
     "surface": (1, _surface),
     "relief": (1, _relief),

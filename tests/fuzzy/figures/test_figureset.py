@@ -56,24 +56,19 @@ def test_the_number_of_pictures_and_what_is_left_out(inputs, outputs, rules):
     assert len(re.findall(r"^ +\d+\. if ", text, re.M)) == rules
 
 
-def test_a_zip_of_pdf_and_a_folder_of_svg(tmp_path):
-    fis, at, told = system(), {"distance to the wall": 0.25}, []
-    names = write_figures(fis, tmp_path / "a.zip", at, advance=lambda done, total: told.append((done, total)))
-    count = expected(2, 1, 2)
-    assert names == [
-        "README.txt",
-        "01-terms-distance-to-the-wall.pdf",
-        "02-terms-bearing-rad.pdf",
-        "03-consequents-v0.pdf",
-        "04-rules-at-the-point.pdf",
-        "05-structure.pdf",
-        "06-surface-v0-over-distance-to-the-wall-bearing-rad.pdf",
-    ]
+AT = {"distance to the wall": 0.25}
+
+
+def test_a_zip_of_pdf(tmp_path):
+    told = []
+    names = write_figures(system(1, 1, 0), tmp_path / "a.zip", AT, advance=lambda *done: told.append(done))
+    count = expected(1, 1, 0)
+    stems = ["01-terms-distance-to-the-wall", "02-consequents-v0", "03-surface-v0-over-distance-to-the-wall"]
+    assert names == ["README.txt", *(f"{stem}.pdf" for stem in stems)]
     assert told == [(k, count) for k in range(1, count + 1)]
     with zipfile.ZipFile(tmp_path / "a.zip") as archive:
         assert archive.testzip() is None
         assert archive.namelist() == names
-        text = archive.read("README.txt").decode()
         for name in names[1:]:
             data = archive.read(name)
             assert data.startswith(b"%PDF-1.")
@@ -81,24 +76,37 @@ def test_a_zip_of_pdf_and_a_folder_of_svg(tmp_path):
             table = int(re.search(rb"startxref\s+(\d+)\s+%%EOF", data)[1])  # where the reader of a PDF begins
             assert data[table:].startswith(b"xref")
             assert len(re.findall(rb"/Type /Page\b", data)) == 1
-    assert "The point: distance to the wall = 0.25 m, bearing/rad = 1 m." in text
-    assert "Control surface: v0 [m/s] over distance to the wall [m] and bearing/rad [m].\n" in text
-    small = system(1, 1, 1)
-    svg = write_figures(small, tmp_path / "set", at, "svg")
-    assert sorted(path.name for path in (tmp_path / "set").iterdir()) == sorted(svg)
-    for name in svg[1:]:
-        root = ElementTree.parse(tmp_path / "set" / name).getroot()
+
+
+def test_a_folder_of_svg_and_the_same_one_by_one(tmp_path):
+    fis, folder = system(), tmp_path / "set"
+    names = write_figures(fis, folder, AT, "svg")
+    assert names == [
+        "README.txt",
+        "01-terms-distance-to-the-wall.svg",
+        "02-terms-bearing-rad.svg",
+        "03-consequents-v0.svg",
+        "04-rules-at-the-point.svg",
+        "05-structure.svg",
+        "06-surface-v0-over-distance-to-the-wall-bearing-rad.svg",
+    ]
+    assert sorted(path.name for path in folder.iterdir()) == sorted(names)
+    for name in names[1:]:
+        root = ElementTree.parse(folder / name).getroot()
         assert root.tag == "{http://www.w3.org/2000/svg}svg"
         assert len(list(root.iter("{http://www.w3.org/2000/svg}path"))) > 5
+    text = (folder / "README.txt").read_text()
+    assert "The point: distance to the wall = 0.25 m, bearing/rad = 1 m." in text
+    assert "Control surface: v0 [m/s] over distance to the wall [m] and bearing/rad [m].\n" in text
     # The same system gives the same bytes, also where a worker draws them one by one.
-    pictures = pictures_of(small, (0.25,))
-    drawn = [(tmp_path / "set" / name).read_bytes() for name in svg[1:]]
+    pictures = pictures_of(fis, (0.25, 1.0))
+    drawn = [(folder / name).read_bytes() for name in names[1:]]
     for k in (0, -1):
-        assert figureset.picture_bytes(small, pictures[k], (0.25,), "svg") == drawn[k]
-    packed = figureset.packed_pictures(small, pictures, (0.25,), "svg", drawn)
+        assert figureset.picture_bytes(fis, pictures[k], (0.25, 1.0), "svg") == drawn[k]
+    packed = figureset.packed_pictures(fis, pictures, (0.25, 1.0), "svg", drawn)
     with zipfile.ZipFile(io.BytesIO(packed)) as archive:
-        assert archive.namelist() == svg
-        assert archive.read("README.txt") == (tmp_path / "set" / "README.txt").read_bytes()
+        assert archive.namelist() == names
+        assert archive.read("README.txt") == text.encode()
 
 
 def test_what_is_refused(tmp_path):
