@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import time
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -397,6 +398,55 @@ def test_a_snapshot_is_kept_compared_renamed_downloaded_removed_and_brought_back
     assert other.wrong == []
     second.close()
     page.get_by_role("tab", name="Memberships").click()
+
+
+@pytest.mark.long
+def test_the_history_fits_every_width_and_is_touched(tab, browser, server):
+    for width, scheme in itertools.product((1600, 1100, 800, 390), ("light", "dark")):
+        context = browser.new_context(
+            viewport={"width": width, "height": 900}, color_scheme=scheme, has_touch=True, accept_downloads=True
+        )
+        narrow = Watched(context, server)
+        page = narrow.open(server.address)
+        page.get_by_role("tab", name="History").tap()
+        page.get_by_label("Name of a snapshot").fill(f"{scheme} {'W' * 60} {width}")
+        page.get_by_role("button", name="Take a snapshot").tap()
+        shot = page.locator(".fd-shot").filter(has_text=f"{scheme} W")
+        shot.first.wait_for()
+        for target in page.locator(".fd-history button").all():
+            box = target.bounding_box()
+            assert min(box["width"], box["height"]) >= 24
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        shot.get_by_role("button", name="Remove").tap()
+        shot.wait_for(state="detached")
+        page.locator(".fd-edits button").last.tap()
+        page.wait_for_selector(".fd-edits li:last-child [aria-current]")
+        assert narrow.wrong == []
+        context.close()
+
+
+@pytest.mark.long
+def test_all_pictures_are_one_zip_and_drawing_can_be_stopped(tab):
+    page = tab.page
+
+    def export(ending):
+        menu(page, "Export a figure")
+        dialog = page.get_by_role("dialog")
+        dialog.get_by_label("Figure").select_option("all")
+        dialog.get_by_label("Format").select_option(ending)
+        dialog.get_by_role("button", name="Export").click()
+
+    with page.expect_download() as download:
+        export("svg")
+    assert download.value.suggested_filename == "tipper-figures.zip"
+    with zipfile.ZipFile(download.value.path()) as archive:
+        names = archive.namelist()
+        assert len(names) == 1 + (2 + 1) + 1 + 1 + 1  # README.txt, terms, the viewer, the structure, a surface
+        assert "The point: service = 5, food = 5." in archive.read("README.txt").decode()
+        assert all(b"<svg" in archive.read(name) for name in names[1:])
+    export("pdf")
+    page.locator(".said").get_by_role("button", name="Stop").click()
+    page.wait_for_selector(".said[role=status]:text('no more pictures are drawn')")
 
 
 def test_a_second_tab_follows_on_a_narrow_screen(tab, context, server):
