@@ -7,14 +7,15 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 
-FIGURES = ("memberships", "rules", "structure", "surface", "all")
+FIGURES = ("memberships", "rules", "structure", "surface")
+ALL = "all"  # of them, as a set
 FORMATS = ("svg", "pdf", "png")
 
 
 def check_figure(kind: object, ending: object) -> tuple[str, str]:
-    """The kind of figure and its format, if both are known. Raises InputError for others."""
-    if kind not in FIGURES:
-        raise InputError(expected(str(kind)[:40], FIGURES, "figure"))
+    """The kind of figure, or "all", and its format, if both are known. Raises InputError for others."""
+    if kind not in (*FIGURES, ALL):
+        raise InputError(expected(str(kind)[:40], (*FIGURES, ALL), "figure"))
     if ending not in FORMATS:
         raise InputError(expected(str(ending)[:40], FORMATS, "format"))
     return str(kind), str(ending)
@@ -27,16 +28,19 @@ def figure_bytes(
 
     Args:
         fis: The system.
-        kind: The picture, one of :data:`FIGURES` but "all".
+        kind: The picture, one of :data:`FIGURES`.
         ending: The format, one of :data:`FORMATS`.
         point: The point (inputs,) at which rules are shown and a surface holds its other inputs.
         inputs: The inputs of the surface's axes, by number.
         output: The surface's output, by number.
 
-    Raises FuzzySystemError where there is nothing to draw.
+    Raises FuzzySystemError where there is nothing to draw, InputError for another kind or format.
     """
     from fuzzy.figures.figureset import Picture, picture_bytes
 
+    kind, ending = check_figure(kind, ending)
+    if kind == ALL:
+        raise InputError(expected(kind, FIGURES, "figure"))
     return picture_bytes(fis, Picture(kind, kind, "", None, tuple(inputs), output), point, ending)
 
 

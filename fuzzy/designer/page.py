@@ -18,7 +18,7 @@ from fuzzy.designer.bridge import Bridge, Shared
 from fuzzy.designer.design import Design
 from fuzzy.designer.document import Document
 from fuzzy.designer.edits import broken
-from fuzzy.designer.figures import all_figures, check_figure, figure_bytes
+from fuzzy.designer.figures import ALL, all_figures, check_figure, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.historytab import HistoryTab
 from fuzzy.designer.keys import KEYS
@@ -489,7 +489,7 @@ class _Page:
     async def _export(self, content: Mapping[str, Any]) -> None:
         kind, ending = check_figure(content.get("kind"), content.get("format"))
         design = self.document.design
-        if kind == "all":
+        if kind == ALL:
             await self._export_all(design, ending)
             return
         axes, output = self._known_axes()

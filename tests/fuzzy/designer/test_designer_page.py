@@ -401,31 +401,6 @@ def test_a_snapshot_is_kept_compared_renamed_downloaded_removed_and_brought_back
 
 
 @pytest.mark.long
-def test_the_history_fits_every_width_and_is_touched(tab, browser, server):
-    for width, scheme in itertools.product((1600, 1100, 800, 390), ("light", "dark")):
-        context = browser.new_context(
-            viewport={"width": width, "height": 900}, color_scheme=scheme, has_touch=True, accept_downloads=True
-        )
-        narrow = Watched(context, server)
-        page = narrow.open(server.address)
-        page.get_by_role("tab", name="History").tap()
-        page.get_by_label("Name of a snapshot").fill(f"{scheme} {'W' * 60} {width}")
-        page.get_by_role("button", name="Take a snapshot").tap()
-        shot = page.locator(".fd-shot").filter(has_text=f"{scheme} W")
-        shot.first.wait_for()
-        for target in page.locator(".fd-history button").all():
-            box = target.bounding_box()
-            assert min(box["width"], box["height"]) >= 24
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        shot.get_by_role("button", name="Remove").tap()
-        shot.wait_for(state="detached")
-        page.locator(".fd-edits button").last.tap()
-        page.wait_for_selector(".fd-edits li:last-child [aria-current]")
-        assert narrow.wrong == []
-        context.close()
-
-
-@pytest.mark.long
 def test_all_pictures_are_one_zip_and_drawing_can_be_stopped(tab):
     page = tab.page
 
