@@ -109,8 +109,9 @@ def _table(page: Any) -> None:
 def _history(page: Any) -> None:
     page.locator(".fd-rules .fd-tab[data-view=sentences]").click()
     tab(page, "Memberships")
+    _memberships(page)
     field = page.get_by_role("spinbutton", name="right foot of Far", exact=True)
-    for count, value in enumerate((1.1, 1.0), 1):
+    for count, value in enumerate((1.1, 0.8), 1):
         field.fill(str(value))
         field.press("Enter")
         page.wait_for_timeout(1200)  # what is typed within a second is one edit
@@ -122,6 +123,7 @@ def _history(page: Any) -> None:
     tab(page, "History")
     page.locator(".fd-edits button").nth(1).click()
     page.wait_for_selector(".fd-edits li:nth-child(2) [aria-current]")
+    page.wait_for_function("document.querySelector('.said[role=status]').textContent === ''")
     page.evaluate("document.activeElement.blur()")
 
 
