@@ -12,10 +12,10 @@ browser = +@if command -v npm > /dev/null && node -e '$(NEW_ENOUGH)'; then $(MAK
 	else echo "JavaScript and CSS are skipped, because Node.js 20.19 or newer with npm is not installed."; fi
 
 .DEFAULT_GOAL := help
-.PHONY: help venv demo design test check-all lint lint-style lint-types lint-scripts lint-browser format format-browser bench clean
+.PHONY: help venv demo design test test-notebook check-all lint lint-style lint-types lint-scripts lint-browser format format-browser bench clean
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 $(VENV)/.runtime: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "fuzzyfleet needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
@@ -32,6 +32,11 @@ $(VENV)/.development: $(VENV)/.runtime
 $(VENV)/.peers: $(VENV)/.development
 	@echo "installing the peers of the benchmarks"
 	@$(PIP) install -c constraints.txt -e '.[bench]'
+	@touch $@
+
+$(VENV)/.notebooks: $(VENV)/.development
+	@echo "installing JupyterLab"
+	@$(PIP) install -c constraints.txt -e '.[jupyter]'
 	@touch $@
 
 $(VENV)/.designer: $(VENV)/.runtime
@@ -59,6 +64,9 @@ test: $(VENV)/.development lint-style ## lint, types and tests: the gate of ever
 	$(BIN)/robotics run trap-u --quiet > /dev/null; \
 	$(BIN)/python -m pytest; tested=$$?; \
 	wait $$lint; linted=$$?; cat $(VENV)/lint.log; exit $$((tested | linted))
+
+test-notebook: $(VENV)/.notebooks ## the widgets in a real JupyterLab, which is installed for this
+	$(BIN)/python -m pytest -n 0 -m long tests/fuzzy/designer/test_jupyterlab.py
 
 check-all: test ## make test, and the tests marked long: before a release, or when an issue is called resolved
 	$(BIN)/python -m pytest -m long

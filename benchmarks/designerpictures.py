@@ -111,8 +111,29 @@ def _matrix(page: Any) -> None:
     page.get_by_role("button", name="Strongest now").click()
 
 
-def _viewer(page: Any) -> None:
+def _history(page: Any) -> None:
     page.locator(".fd-rules .fd-tab[data-view=sentences]").click()
+    tab(page, "Memberships")
+    _memberships(page)
+    field = page.get_by_role("spinbutton", name="right foot of Far", exact=True)
+    for count, value in enumerate((1.1, 0.8), 1):
+        field.fill(str(value))
+        field.press("Enter")
+        page.wait_for_timeout(1200)  # what is typed within a second is one edit
+        tab(page, "History")
+        page.get_by_label("Name of a snapshot").fill(f"Far ends at {value} m")
+        page.keyboard.press("Enter")
+        page.wait_for_function("(n) => document.querySelectorAll('.fd-shot').length === n", arg=count)
+        tab(page, "Memberships")
+    tab(page, "History")
+    page.locator(".fd-edits button").nth(1).click()
+    page.wait_for_selector(".fd-edits li:nth-child(2) [aria-current]")
+    page.wait_for_function("document.querySelector('.said[role=status]').textContent === ''")
+    page.evaluate("document.activeElement.blur()")
+
+
+def _viewer(page: Any) -> None:
+    page.locator(".fd-edits button").last.click()
     tab(page, "Memberships")
     _memberships(page)
     tab(page, "Viewer")
@@ -238,6 +259,7 @@ VIEWS: dict[str, tuple[int, Callable[[Any], None]]] = {
     "rules": (0, _rules),
     "table": (0, _table),
     "matrix": (0, _matrix),
+    "history": (0, _history),
     "viewer": (1, _viewer),
     "surface": (1, _surface),
     "relief": (1, _relief),

@@ -17,7 +17,7 @@ Files, data and learning a start (the rest is in the package anfis):
     subtractive_clusters, fit_consequents, search_clusters, search_table; tune, a TunedSystem comes back
 Look and understand:
     explain, check, surface, Surface; plot_memberships, plot_rules, plot_surface, plot_structure, plot_rules_error,
-    save_figure; MATLAB's names plotmf, plotfis, gensurf, ruleview; editor, the designer in a notebook
+    save_figure, write_figures; MATLAB's names plotmf, plotfis, gensurf, ruleview; editor, the designer in a notebook
 
 Each name is imported from its module when it is first used. What is wrong with an input is an InputError, a ValueError.
 """
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
     from fuzzy.designer.notebook import editor
     from fuzzy.errors import InputError
+    from fuzzy.figures.figureset import write_figures
     from fuzzy.figures.plot import (
         gensurf,
         plot_memberships,
@@ -102,6 +103,7 @@ _HOMES = {
     "fuzzy.compiled.sugeno": ("CompiledSugeno", "compile_sugeno"),
     "fuzzy.designer.notebook": ("editor",),
     "fuzzy.errors": ("InputError",),
+    "fuzzy.figures.figureset": ("write_figures",),
     "fuzzy.figures.plot": (
         "gensurf",
         "plot_memberships",
@@ -256,6 +258,7 @@ __all__ = [
     "trapmf",
     "trimf",
     "tune",
+    "write_figures",
     "write_fis",
     "zmf",
 ]

@@ -1,12 +1,25 @@
-"""The command ``fuzzy plot``: memberships, the rule viewer, the structure."""
+"""The command ``fuzzy plot``: memberships, the rule viewer, the structure, or all pictures as a set."""
 
+import sys
 from enum import StrEnum
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fuzzy.commands.shared import At, FisFile, Json, Picture, picture_path, read_system, usage, values_of
+from fuzzy.commands.shared import At, FisFile, Json, Picture, picture_path, read_system, stem_of, usage, values_of
 from fuzzy.shell.terminal import print_json
+
+if TYPE_CHECKING:
+    from fuzzy.system import Sugeno
+
+
+class PictureFormat(StrEnum):
+    """The formats of the pictures of a set."""
+
+    pdf = "pdf"
+    svg = "svg"
+    png = "png"
 
 
 class PlotKind(StrEnum):
@@ -26,19 +39,35 @@ def plot(
     ] = None,
     at: At = None,
     only_fired: Annotated[bool, typer.Option("--only-fired", help="Only rules that fire (rules).")] = False,
+    everything: Annotated[
+        bool, typer.Option("--all", help="All pictures, every surface too, in a .zip or a folder (-o).")
+    ] = False,
+    picture_format: Annotated[
+        PictureFormat | None, typer.Option("--format", help="The format of --all. [default: pdf]", show_default=False)
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Draw the membership functions, the rule viewer at a point, or the structure.
+    """Draw the membership functions, the rule viewer at a point, or the structure; or all pictures for a paper.
 
-    Without -o the picture is FILE's name with the kind, a .png in this folder.
+    Without -o the picture is FILE's name with the kind, a .png in this folder. With --all there are the terms of each
+    variable, the rule viewer at the point, the structure, and each output over each pair of inputs (60 at most);
+    README.txt says which file shows what.
 
     \b
     Example:
       fuzzy example tipper
       fuzzy plot tipper.fis --kind rules --at service=3 -o a.pdf
+      fuzzy plot tipper.fis --all -o figures.zip
       fuzzy plot tracking
     """
     fis = read_system(file)
+    if everything:
+        if variable is not None or only_fired or kind is not PlotKind.memberships:
+            usage("--all draws everything; it goes with --at, --format and -o only")
+        _plot_all(fis, output_file, file, at, picture_format or PictureFormat.pdf, json)
+        return
+    if picture_format is not None:
+        usage("--format goes with --all; a single picture's format is the ending of -o")
     path = picture_path(output_file, file, kind.value)
     if variable is not None and kind is not PlotKind.memberships:
         usage(f"--variable goes with --kind memberships, not {kind.value}")
@@ -55,3 +84,22 @@ def plot(
         figure = plot_structure(fis)
     save_figure(figure, path)
     print_json({"file": str(path)}) if json else print(path)
+
+
+def _plot_all(
+    fis: "Sugeno", path: Path | None, file: Path, at: list[str] | None, ending: PictureFormat, json: bool
+) -> None:
+    from fuzzy.figures.figureset import write_figures
+    from fuzzy.shell.progress import Mover, progress_bar
+
+    path = path or Path(f"{stem_of(file)}-figures.zip")
+    with progress_bar(quiet=json or not sys.stderr.isatty()) as begin:
+        bars: list[Mover] = []
+
+        def advance(done: int, total: int) -> None:
+            if not bars:
+                bars.append(Mover(begin("pictures", total)))
+            bars[0](done)
+
+        names = write_figures(fis, path, values_of(fis, at or []), ending.value, advance)
+    print_json({"file": str(path), "files": names}) if json else print(path)

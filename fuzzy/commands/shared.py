@@ -73,10 +73,15 @@ def picture_path(path: Path | None, file: Path, kind: str) -> Path:
     By default it is called by the system, a file or a packaged one's name, and stands in the present folder.
     """
     from fuzzy.figures.drawing import check_picture
-    from fuzzy.files.packaged import find_fis
 
     if path is None:
-        stem = file.stem if find_fis(file) == file else "-".join(file.parts)  # of formation/v_l: formation-v_l
-        path = Path(f"{stem}-{kind}.png")
+        path = Path(f"{stem_of(file)}-{kind}.png")
     check_picture(path)
     return path
+
+
+def stem_of(file: Path) -> str:
+    """The beginning of the names of what is drawn of a system, a file or a packaged one's name."""
+    from fuzzy.files.packaged import find_fis
+
+    return file.stem if find_fis(file) == file else "-".join(file.parts)  # of formation/v_l: formation-v_l

@@ -18,7 +18,7 @@ from fuzzy.files.fisfile import format_fis, parse_fis
 FOLDER = ".fuzzy-design"
 PROCESS = secrets.token_hex(8)  # tells this process from one before it that had the same number
 _FORMAT = 1
-_LARGEST = 20_000_000  # bytes of unsaved work: what a page shows takes less
+LARGEST = 20_000_000  # bytes of unsaved work: what a page shows takes less
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,17 @@ def write(file: Path, design: Design, base: str | None) -> Path:
         "pid": os.getpid(),
         "process": PROCESS,
         "base": base,
+        **design_content(design),
+    }
+    text = json.dumps(content, indent=1)
+    with replacing(target) as part:
+        part.write_text(text, encoding="utf-8", newline="\n")
+    return target
+
+
+def design_content(design: Design) -> dict[str, Any]:
+    """A design in JSON's types, rules that are switched off or misspelt included."""
+    return {
         "system": format_fis(replace(design.system, rules=())),
         "rules": [
             {
@@ -73,10 +84,6 @@ def write(file: Path, design: Design, base: str | None) -> Path:
         "next_key": design.next_key,
         "point": list(design.point),
     }
-    text = json.dumps(content, indent=1)
-    with replacing(target) as part:
-        part.write_text(text, encoding="utf-8", newline="\n")
-    return target
 
 
 def find(file: Path) -> list[Unsaved]:
@@ -91,21 +98,22 @@ def find(file: Path) -> list[Unsaved]:
     return sorted(works, key=lambda work: work.when, reverse=True)
 
 
-_DAMAGED = (OSError, InputError, ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError)
+# What reading a damaged file may raise
+DAMAGED = (OSError, InputError, ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError)
 
 
 def _read(path: Path, file: Path) -> Unsaved | None:
     """The unsaved work in ``path``, or None where it is none of ``file``'s."""
     try:
-        if path.stat().st_size > _LARGEST:
+        if path.stat().st_size > LARGEST:
             return None
         content = json.loads(path.read_text(encoding="utf-8"))
         if content["format"] != _FORMAT or content["file"] != file.name:
             return None
         when = datetime.fromisoformat(content["when"]).astimezone()
         base = None if content["base"] is None else str(content["base"])
-        return Unsaved(path, _design(content), when, base, _elsewhere(content))
-    except _DAMAGED:
+        return Unsaved(path, design_from(content), when, base, _elsewhere(content))
+    except DAMAGED:
         return None  # of another version, or damaged: the file itself is still there
 
 
@@ -113,7 +121,7 @@ def _in_other_hands(path: Path) -> bool:
     """Does ``path`` hold the unsaved work of a designer in another process?"""
     try:
         return not path.is_symlink() and _elsewhere(json.loads(path.read_text(encoding="utf-8")))
-    except _DAMAGED:
+    except DAMAGED:
         return False
 
 
@@ -121,7 +129,8 @@ def _elsewhere(content: dict[str, Any]) -> bool:
     return content["process"] != PROCESS and _runs(int(content["pid"]))
 
 
-def _design(content: dict[str, Any]) -> Design:
+def design_from(content: dict[str, Any]) -> Design:
+    """The design that :func:`design_content` gave. Raises one of :data:`DAMAGED` where it is damaged."""
     system = parse_fis(content["system"])
     lines = []
     for entry in content["rules"]:

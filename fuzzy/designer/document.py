@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fuzzy.designer import autosave
-from fuzzy.designer.design import Design, design_of, file_text, point_in, with_disabled
+from fuzzy.designer.design import Design, design_of, file_text, point_in, with_disabled, with_lines
 from fuzzy.designer.edits import edited
 from fuzzy.designer.saving import DocumentError, alone_in, bytes_of, check_untouched
 from fuzzy.designer.variableedits import new_variable
@@ -26,6 +26,17 @@ _LONGEST = 200  # bytes of a file's name: file systems take 255, and unsaved wor
 class _Entry(NamedTuple):
     name: str  # of the edit
     design: Design  # before it (undo) or after it (redo)
+    number: int  # of the edit, which no other of the document has
+    when: datetime
+
+
+class HistoryEdit(NamedTuple):
+    """An edit that can be undone, or one that was taken back and can be made again."""
+
+    number: int  # no other edit of the document has it
+    name: str
+    when: datetime  # a gesture's end
+    done: bool  # not taken back
 
 
 class FileContent(NamedTuple):
@@ -111,6 +122,8 @@ class Document:
         self._keeping = threading.Lock()  # held by whoever writes or removes unsaved work, or writes the file
         self._undo: deque[_Entry] = deque(maxlen=DEPTH)
         self._redo: list[_Entry] = []
+        self._edits = 0  # that were ever made: each has the next number
+        self.forgotten = False  # were older edits made than the first of the history, which cannot be undone any more?
         self._gesture: Any = None
         self._listeners: list[Callable[[], None]] = []
         self._written: tuple[Design, str] | None = None  # the design of which the text was asked for last
@@ -146,7 +159,7 @@ class Document:
                     self.notes += (f"unsaved work of {when} is older than the file; it is kept in {older}",)
             elif self.restored is None and (file_text(work.design) != self._saved_text or _misspelt(work.design)):
                 self.restored = work.when
-                self._undo.append(_Entry(f"take up unsaved work of {when}", self.design))
+                self._note(f"take up unsaved work of {when}", self.design, work.when)
                 self.design = work.design
                 self._digest = work.base
                 self._leftover = work.path
@@ -177,13 +190,15 @@ class Document:
     # Edits and history ----------------------------------------------------------------------------------------
 
     def apply(self, message: Mapping[str, Any]) -> None:
-        """Apply one message: an edit, a look at another point, ``{"do": "undo"}`` or ``{"do": "redo"}``.
+        """Apply one message: an edit, a look at another point, or a step in the history.
+
+        Steps are ``{"do": "undo"}``, ``{"do": "redo"}`` and ``{"do": "go", "to": number}``, see :meth:`go`.
 
         An edit with the same ``gesture`` (not null) as the one before continues it: both are undone together.
         Raises InputError, with a sentence, for any other message; the design is then as it was.
         """
         if isinstance(message, Mapping) and "edit" not in message and "do" in message:
-            self._do(message["do"])
+            self._do(message)
             return
         new, name = edited(self.design, message)
         if "edit" not in message:
@@ -193,22 +208,32 @@ class Document:
         gesture = message.get("gesture")
         self._record(new, name, gesture if isinstance(gesture, (str, int)) else None)
 
-    def _do(self, what: Any) -> None:
-        if what == "undo":
+    def _do(self, message: Mapping[str, Any]) -> None:
+        if message["do"] == "undo":
             self.undo()
-        elif what == "redo":
+        elif message["do"] == "redo":
             self.redo()
+        elif message["do"] == "go":
+            self.go(message.get("to"))
         else:
-            raise DocumentError("a document accepts 'undo' and 'redo'")
+            raise DocumentError("a document accepts 'undo', 'redo' and 'go'")
+
+    def _note(self, name: str, before: Design, when: datetime | None = None) -> None:
+        self._edits += 1
+        self.forgotten |= len(self._undo) == DEPTH
+        self._undo.append(_Entry(name, before, self._edits, when or datetime.now(UTC)))
 
     def _record(self, new: Design, name: str, gesture: Any = None) -> None:
         continues = gesture is not None and gesture == self._gesture and self._undo
         before = self._undo[-1].design if continues else self.design
         if new != self.design:
-            if continues:
-                self._undo.pop()
-            if new != before:  # a gesture that came back to where it began is none
-                self._undo.append(_Entry(name, before))
+            last = self._undo.pop() if continues else None
+            if new == before:  # a gesture that came back to where it began is none
+                pass
+            elif last is not None:
+                self._undo.append(last._replace(name=name, when=datetime.now(UTC)))
+            else:
+                self._note(name, before)
             self._redo.clear()
             self._gesture = gesture if new != before else None
             self.design = new
@@ -224,26 +249,56 @@ class Document:
         """The name of the edit that :meth:`redo` makes again."""
         return self._redo[-1].name if self._redo else None
 
+    @property
+    def history(self) -> tuple[HistoryEdit, ...]:
+        """The edits that can be undone and those that can be made again, the oldest first."""
+        entries = [(entry, True) for entry in self._undo] + [(entry, False) for entry in reversed(self._redo)]
+        return tuple(HistoryEdit(entry.number, entry.name, entry.when, done) for entry, done in entries)
+
     def undo(self) -> None:
         """Take back the last edit, if there is one."""
         if self._undo:
-            name, design = self._undo.pop()
-            self._redo.append(_Entry(name, self.design))
-            self._go_to(design)
+            self._back()
+            self._tell()
 
     def redo(self) -> None:
         """Make the edit again that was taken back last, if there is one."""
         if self._redo:
-            name, design = self._redo.pop()
-            self._undo.append(_Entry(name, self.design))
-            self._go_to(design)
+            self._forth()
+            self._tell()
+
+    def go(self, number: Any) -> None:
+        """Go to the design as it was after an edit of :attr:`history`, as so many undos or redos do; None: before all.
+
+        Nothing is lost until the next edit. Raises DocumentError for an edit that the history does not have.
+        """
+        done = [entry.number for entry in self._undo]
+        undone = [entry.number for entry in self._redo]
+        if number is not None and (type(number) is not int or number not in done + undone):
+            raise DocumentError("that edit is no longer in the history, because another one was made meanwhile")
+        if number in undone:
+            for _ in undone[undone.index(number) :]:
+                self._forth()
+        else:
+            for _ in done[0 if number is None else done.index(number) + 1 :]:
+                self._back()
+        self._tell()
+
+    def _back(self) -> None:
+        entry = self._undo.pop()
+        self._redo.append(entry._replace(design=self.design))
+        self._go_to(entry.design)
+
+    def _forth(self) -> None:
+        entry = self._redo.pop()
+        self._undo.append(entry._replace(design=self.design))
+        self._go_to(entry.design)
 
     def _go_to(self, design: Design) -> None:
         # One keeps looking at the same point, and a key that was given once is not given again.
         point = point_in(design.system, self.design)
         self.design = replace(design, point=point, next_key=max(design.next_key, self.design.next_key))
         self._gesture = None
-        self._tell()
 
     def replace(self, fis: Sugeno, what: str, keep_disabled: bool = False, gesture: str | None = None) -> None:
         """Put a whole new system (uploaded, trained) in the place of the design, as one edit.
@@ -263,9 +318,25 @@ class Document:
         file_text(new)
         self._record(replace(new, point=point_in(new.system, self.design)), what, gesture)
 
+    def take(self, design: Design, what: str) -> None:
+        """Put a design that was kept (a snapshot) in the place of this one, as one edit; one looks at the same point.
+
+        Args:
+            design: The design, with its disabled and misspelt rules.
+            what: The name of the edit.
+        """
+        first = self.design.next_key
+        lines = [replace(line, key=key) for key, line in enumerate(design.lines, first)]
+        new = replace(with_lines(design, lines), point=point_in(design.system, self.design))
+        self._record(new, what)
+
     def compare(self, fis: Sugeno | None) -> None:
         """Show ``fis`` beside the design; None shows nothing."""
         self.compared = fis
+        self._tell()
+
+    def announce(self) -> None:
+        """Tell all who look that something beside the design changed: its snapshots."""
         self._tell()
 
     def listen(self, callback: Callable[[], None]) -> Callable[[], None]:

@@ -1,22 +1,21 @@
-"""The figures of a design as files, drawn in a worker process."""
+"""The figures of a design as files, drawn in a worker process, one picture a task."""
 
-from collections.abc import Sequence
-from dataclasses import replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from collections.abc import Awaitable, Callable, Sequence
+from typing import Any
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 
 FIGURES = ("memberships", "rules", "structure", "surface")
+ALL = "all"  # of them, as a set
 FORMATS = ("svg", "pdf", "png")
 
 
 def check_figure(kind: object, ending: object) -> tuple[str, str]:
-    """The kind of figure and its format, if both are known. Raises InputError for others."""
-    if kind not in FIGURES:
-        raise InputError(expected(str(kind)[:40], FIGURES, "figure"))
+    """The kind of figure, or "all", and its format, if both are known. Raises InputError for others."""
+    if kind not in (*FIGURES, ALL):
+        raise InputError(expected(str(kind)[:40], (*FIGURES, ALL), "figure"))
     if ending not in FORMATS:
         raise InputError(expected(str(ending)[:40], FORMATS, "format"))
     return str(kind), str(ending)
@@ -35,25 +34,39 @@ def figure_bytes(
         inputs: The inputs of the surface's axes, by number.
         output: The surface's output, by number.
 
-    Raises FuzzySystemError where there is nothing to draw.
+    Raises FuzzySystemError where there is nothing to draw, InputError for another kind or format.
     """
-    from fuzzy.figures.plot import plot_memberships, plot_rules, plot_structure, plot_surface, save_figure
+    from fuzzy.figures.figureset import Picture, picture_bytes
 
     kind, ending = check_figure(kind, ending)
-    if fis.out_of_range in ("warn", "error"):
-        fis = replace(fis, out_of_range="ignore")
-    if fis.no_rule_fires == "error":
-        fis = replace(fis, no_rule_fires="nan")
-    if kind == "memberships":
-        figure = plot_memberships(fis)
-    elif kind == "rules":
-        figure = plot_rules(fis, point)
-    elif kind == "structure":
-        figure = plot_structure(fis)
-    else:
-        held = {v.name: value for i, (v, value) in enumerate(zip(fis.inputs, point, strict=True)) if i not in inputs}
-        figure = plot_surface(fis, list(inputs), output, held)
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / f"figure.{ending}"
-        save_figure(figure, path)
-        return path.read_bytes()
+    if kind == ALL:
+        raise InputError(expected(kind, FIGURES, "figure"))
+    return picture_bytes(fis, Picture(kind, kind, "", None, tuple(inputs), output), point, ending)
+
+
+async def all_figures(
+    background: Callable[..., Awaitable[Any]],
+    fis: Sugeno,
+    ending: str,
+    point: Sequence[float],
+    told: Callable[[int, int], bool],
+) -> bytes | None:
+    """Draw all pictures of a system, see :func:`fuzzy.figures.figureset.write_figures`: the bytes of a zip.
+
+    Args:
+        background: Runs a function in a worker.
+        fis: The system.
+        ending: The format, one of :data:`FORMATS`.
+        point: The point (inputs,) of the rule viewer and the surfaces.
+        told: Called with the number of pictures that are drawn, and that of all; false ends it, and there is no zip.
+    """
+    from fuzzy.figures import figureset
+
+    pictures = await background(figureset.pictures_of, fis, point)
+    drawn: list[bytes] = []
+    for picture in pictures:
+        if not told(len(drawn), len(pictures)):
+            return None
+        drawn.append(await background(figureset.picture_bytes, fis, picture, point, ending))
+    data: bytes = await background(figureset.packed_pictures, fis, pictures, point, ending, drawn)
+    return data

@@ -20,5 +20,6 @@ KEYS = (
     ("← → ↑ ↓", "the 3-D surface", "turns it; with Shift faster"),
     ("↑ ↓ ← →, Home, End", "the tree", "walks, opens and closes"),
     ("Enter or Space; Delete", "the tree", "chooses a variable or term; removes it, in the rules too"),
+    ("↑ ↓, Home, End; Enter", "the list of edits", "walks; goes to that edit"),
     ("Space; ← →, with Shift; N, P", "the player", "play or pause; 1 s, 10 s; next and previous change of mode"),
 )

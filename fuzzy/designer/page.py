@@ -2,6 +2,7 @@
 
 import asyncio
 import itertools
+import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from importlib import resources
@@ -14,9 +15,11 @@ from nicegui import background_tasks, ui
 from nicegui.elements.mixins.text_element import TextElement
 
 from fuzzy.designer.bridge import Bridge, Shared
+from fuzzy.designer.design import Design
 from fuzzy.designer.document import Document
-from fuzzy.designer.figures import check_figure, figure_bytes
+from fuzzy.designer.figures import ALL, all_figures, check_figure, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE
+from fuzzy.designer.historytab import HistoryTab
 from fuzzy.designer.keys import KEYS
 from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import MamdaniFileError, OpenDocuments
@@ -37,6 +40,7 @@ from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.figures.palette import stylesheet
 from fuzzy.shown import typeset
+from fuzzy.system import Sugeno
 
 _CHANGES = 50  # of a Mamdani system that are listed
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
@@ -133,6 +137,8 @@ class _Page:
         self._sent: Shared | None = None  # the design that stands on the page
         self._name = opened.folder.name(document.path)
         self._everywhere: list[Bridge] = []
+        self._exporting = False  # all pictures
+        self.history = HistoryTab(self.bench, self._compare_with, self._give)
         self._shown: dict[str, Any] = {}  # the traits as of the last change
         self._build()
         self._unlisten = document.listen(self._changed_soon)
@@ -164,6 +170,7 @@ class _Page:
                     Tab("Memberships", lambda: self._build_terms(editor)),
                     Tab("Rules", self._build_rules),
                     Tab("Check", self._build_check),
+                    Tab("History", self.history.build),
                 ]
                 self.surface_place = Place(shown=False)
                 right = [
@@ -435,7 +442,9 @@ class _Page:
             "save": self._save,
             "save_as": self._save,
             "download": self._download,
+            "snapshot": self._snapshot,
             "export": self._export,
+            "stop": self._stop,
             "compare": self._compare,
             "discard": self._discard,
         }
@@ -476,11 +485,20 @@ class _Page:
         self.bench.notify(f"the design is saved in {self.document.path.name}")
 
     def _download(self, content: Mapping[str, Any]) -> None:
-        self.client.download(self.document.text().encode(), self.document.path.name, "text/plain")
+        self._give(self.document.text(), self.document.path.name)
+
+    def _give(self, text: str, name: str) -> None:
+        self.client.download(text.encode(), name, "text/plain")
+
+    def _snapshot(self, content: Mapping[str, Any]) -> None:
+        self.bench.notify(f"the snapshot “{self.history.take()}” is kept; the tab History lists all")
 
     async def _export(self, content: Mapping[str, Any]) -> None:
         kind, ending = check_figure(content.get("kind"), content.get("format"))
         design = self.document.design
+        if kind == ALL:
+            await self._export_all(design, ending)
+            return
         axes, output = self._known_axes()
         axes = list(range(min(2, len(design.system.inputs)))) if axes is None else axes
         data = await self.bench.background(figure_bytes, design.in_force, kind, ending, design.point, axes, output)
@@ -489,19 +507,48 @@ class _Page:
             self.client.download(data, name)
             self.bench.notify(f"{name} is drawn")
 
+    async def _export_all(self, design: Design, ending: str) -> None:
+        """All pictures as one zip; the page tells how far it is, at most once a second, and can stop it."""
+        if self._exporting:
+            raise InputError("all pictures are being drawn already; wait for them, or stop that")
+        name, last = f"{self.document.path.stem}-figures.zip", 0.0
+
+        def told(done: int, total: int) -> bool:
+            nonlocal last
+            if time.monotonic() - last > 1.0 and self._exporting:
+                last = time.monotonic()
+                self.header.send({"say": f"{done} of {total} pictures are drawn …", "stop": True})
+            return self._exporting and not self.bench.closed
+
+        self._exporting = True
+        try:
+            data = await all_figures(self.bench.background, design.in_force, ending, design.point, told)
+        finally:
+            self._exporting = False
+        if data is None:
+            self.bench.notify("no more pictures are drawn")
+        elif not self.bench.closed:
+            self.client.download(data, name)
+            self.bench.notify(f"{name} is drawn; README.txt in it says which picture shows what")
+
+    def _stop(self, content: Mapping[str, Any]) -> None:
+        self._exporting = False
+
     async def _compare(self, content: Mapping[str, Any]) -> None:
         name = content.get("name")
         if name is None:
-            self.compared = None
-            self.document.compare(None)
-        else:
-            read = await self.opened.read(name if isinstance(name, str) else "")
-            if self.bench.closed:
-                return
-            self.compared = name
-            self.document.compare(read.system)
-            if read.changes:
-                self.bench.notify(f"{name} is a Mamdani system; compared is the Sugeno system that comes near it")
+            self._compare_with(None, None)
+            return
+        read = await self.opened.read(name if isinstance(name, str) else "")
+        if self.bench.closed:
+            return
+        self._compare_with(name, read.system)
+        if read.changes:
+            self.bench.notify(f"{name} is a Mamdani system; compared is the Sugeno system that comes near it")
+
+    def _compare_with(self, name: str | None, system: Sugeno | None) -> None:
+        self.compared = name
+        self.document.compare(system)
         self.header.update(shell=self._shell())
 
     async def _discard(self, content: Mapping[str, Any]) -> None:

@@ -1,7 +1,7 @@
 // The designer's header: the file and its state, undo and redo, saving, the menu of the file with its dialogs, what is
 // said to the designer, and the keys that work everywhere. Model: "design" and "shell" ({ file, files, compared,
 // largest, restored, unkept }) and "keys"
-// ([key, where, what]); Python's messages: { say, problem }, { say, undo }, { ask, then }, { moved },
+// ([key, where, what]); Python's messages: { say, problem }, { say, undo }, { say, stop }, { ask, then }, { moved },
 // { saved }, { refused }: of "Save as".
 
 import { watchConnection } from "./connection.js";
@@ -27,6 +27,7 @@ const FIGURES = {
   rules: "Rule viewer at the point",
   structure: "Structure",
   surface: "Surface",
+  all: "All pictures, as a zip for a paper",
 };
 const FORMATS = { svg: "SVG", pdf: "PDF", png: "PNG" };
 const SHOWN = 7000, // ms that a sentence stays; a problem stays until it is put away
@@ -86,7 +87,8 @@ function render({ model, el }) {
     alertText,
     make("button", { type: "button", "aria-label": "Close this message", onclick: () => (alert.hidden = true) }, "×"),
   );
-  const undoButton = make("button", { type: "button", onclick: () => send({ do: "undo" }) }, "Undo");
+  const undoButton = make("button", { type: "button", onclick: () => send({ do: "undo" }) }, "Undo"),
+    stopButton = make("button", { type: "button", onclick: () => send({ do: "stop" }) }, "Stop");
   let saving = null; // the dialog "Save as" while it is open
   let timer = 0,
     undoable = null; // the name of the edit that the sentence shown speaks of
@@ -96,14 +98,14 @@ function render({ model, el }) {
     undoable = null;
     if (had) undo.focus();
   }
-  function say(text, problem = false, edit = null) {
+  function say(text, problem = false, edit = null, stop = false) {
     if (problem) {
       alertText.textContent = text;
       alert.hidden = false;
       return;
     }
     alert.hidden = true;
-    status.replaceChildren(text, ...(edit === null ? [] : [undoButton]));
+    status.replaceChildren(text, ...(edit === null ? [] : [undoButton]), ...(stop ? [stopButton] : []));
     undoable = edit;
     clearTimeout(timer);
     timer = setTimeout(quiet, edit === null ? SHOWN : UNDOABLE);
@@ -244,6 +246,7 @@ function render({ model, el }) {
     ["Save as …", saveAs],
     ["Upload a .fis file …", () => chooser.click()],
     ["Download the .fis file", () => send({ do: "download" })],
+    ["Take a snapshot", () => send({ do: "snapshot" })],
     ["Compare with …", compare],
     ["Export a figure …", exportFigure],
     ["Revert to the saved file", () => send({ do: "discard" })],
@@ -409,7 +412,7 @@ function render({ model, el }) {
 
   const unwatch = watchConnection();
   const onMessage = (message) => {
-    if (message.say !== undefined) say(message.say, message.problem, message.undo ?? null);
+    if (message.say !== undefined) say(message.say, message.problem, message.undo ?? null, message.stop);
     if (message.saved || message.ask !== undefined) saving?.close();
     if (message.refused !== undefined) saving ? saving.refused(message.refused) : say(message.refused, true);
     if (message.ask !== undefined) ask(message);

@@ -10,6 +10,7 @@ import pytest
 
 import fuzzy.commands.show
 from fuzzy.commands.application import main
+from fuzzy.figures import figureset
 from fuzzy.files.fisfile import read_fis, write_fis
 from fuzzy.files.table import table_text
 from fuzzy.insight.surfacegrid import surface
@@ -110,6 +111,18 @@ def test_pictures(fis, capsys, arguments: list[str]) -> None:
     assert succeeds(capsys, command, fis, "-o", "a.svg", *options) == "a.svg\n"
     assert "<svg" in Path("a.svg").read_text()
     assert folder() == ["a.svg", "drive.fis"]
+
+
+def test_all_pictures_go_into_a_zip_or_a_folder(fis, capsys, monkeypatch) -> None:
+    asked = []
+    monkeypatch.setattr(figureset, "picture_bytes", lambda *args: asked.append(args[2:]) or b"<svg/>")
+    assert succeeds(capsys, "plot", fis, "--all") == "drive-figures.zip\n"
+    assert asked == [((2.0, 0.0), "pdf")] * (2 + 2 + 1 + 1 + 2)  # terms, consequents, viewer, structure, surfaces
+    said = as_json(capsys, "plot", fis, "--all", "--format", "svg", "--at", "distance=3", "-o", "set")
+    assert asked[-1] == ((3.0, 0.0), "svg")
+    assert said["file"] == "set"
+    assert sorted(said["files"]) == sorted(path.name for path in Path("set").iterdir())
+    assert folder() == ["drive-figures.zip", "drive.fis", "set"]
 
 
 def test_a_picture_has_a_name_of_its_own(fis, capsys) -> None:
@@ -257,6 +270,9 @@ def test_convert_a_mamdani_system(tmp_path, monkeypatch, capsys) -> None:
         (["plot", "drive.fis", "-o", "a.gif"], ["'a.gif'", ".png, .pdf or .svg"]),
         (["plot", "drive.fis", "-o", "no/a.png"], ["no/a.png", "there is no folder"]),
         (["plot", "drive.fis", "--variable", "speed"], ["unknown variable 'speed'", "distance, bearing, v, w"]),
+        (["plot", "drive.fis", "--all", "-o", "a.pdf"], ["a .zip file or a folder, not into 'a.pdf'"]),
+        (["plot", "drive.fis", "--all", "--kind", "rules"], ["--all draws everything; it goes with --at, --format"]),
+        (["plot", "drive.fis", "--format", "svg"], ["--format goes with --all"]),
         (["plot", "drive.fis", "--at", "distance=1"], ["--at and --only-fired go with --kind rules"]),
         (["plot", "drive.fis", "--kind", "pie"], ["'pie'", "memberships"]),
         (["surface", "drive.fis", "--inputs", "distance,distance"], ["one or two different inputs"]),

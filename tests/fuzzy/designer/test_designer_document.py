@@ -1,5 +1,6 @@
 """A document: history, saving, unsaved work that outlives a crash, and the folder that it does not leave."""
 
+import contextlib
 import json
 import os
 import subprocess
@@ -135,6 +136,67 @@ def test_undoing_everything_gives_the_first_bytes(tmp_path_factory, sequence):
     while document.can_redo:
         document.redo()
     assert document.text() == last
+
+
+def made(path, sequence):
+    """A document at ``path`` to which messages, each with a gesture, were applied; those it refuses are left out."""
+    document = Document(path)
+    for message, gesture in sequence:
+        with contextlib.suppress(fuzzy.InputError):
+            document.apply({**message, "gesture": gesture})
+    return document
+
+
+@given(
+    st.lists(st.tuples(messages(), st.none() | st.integers(0, 1)), max_size=12),
+    st.lists(st.floats(0, 1), min_size=1, max_size=4),
+)
+@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
+def test_going_to_an_edit_is_as_many_undos_or_redos(tmp_path_factory, sequence, ways):
+    path = tmp_path_factory.getbasetemp() / "random.fis"
+    if not path.exists():
+        fuzzy.write_fis(system(), path)
+    jumps, steps = made(path, sequence), made(path, sequence)
+    count = len(jumps.history)
+    told = []
+    jumps.listen(lambda: told.append(jumps.revision))
+    for way in ways:
+        to = round(way * count)
+        jumps.apply({"do": "go", "to": jumps.history[to - 1].number if to else None})
+        now = sum(edit.done for edit in steps.history)
+        for _ in range(abs(to - now)):
+            steps.undo() if to < now else steps.redo()
+        assert jumps.design == steps.design
+        assert jumps.text() == steps.text()
+        for documents in ([edit.name for edit in d.history] for d in (jumps, steps)):
+            assert len(documents) == count  # nothing is lost
+        assert [edit.done for edit in jumps.history] == [n < to for n in range(count)]
+    assert len(told) == len(ways)
+
+
+def test_the_history_says_what_was_done_and_when(file):
+    before, document = datetime.now(UTC), Document(file)
+    assert not document.history
+    for k in range(3):
+        document.apply(near(0.1 + k / 10, gesture="one drag"))
+    document.apply({"edit": "rename", "name": "other"})
+    first, second = document.history
+    assert (first.name, second.name) == ("move near", "rename to other")
+    assert before <= first.when <= second.when <= datetime.now(UTC)
+    document.go(first.number)
+    assert [edit.done for edit in document.history] == [True, False]
+    assert document.history[1].when == second.when
+    document.apply(near(0.75))  # which loses what was taken back
+    assert [edit.name for edit in document.history] == ["move near", "move near"]
+    for gone in (second.number, 17, True, "1", 1.0):
+        with pytest.raises(DocumentError, match="no longer in the history"):
+            document.go(gone)
+    assert not document.forgotten
+    for k in range(DEPTH):
+        document.apply(near(k / 200))
+    assert document.forgotten
+    assert len(document.history) == DEPTH
+    assert len({edit.number for edit in document.history}) == DEPTH
 
 
 # Files --------------------------------------------------------------------------------------------------------

@@ -77,3 +77,42 @@ def test_the_page_is_accessible(browser, server):
 @pytest.mark.parametrize("screen", SCREENS)
 def test_every_tab_is_accessible_on_every_screen(browser, server, screen, scheme):
     assert look_through(browser, server, screen, scheme) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("screen", SCREENS)
+def test_snapshots_are_accessible_and_touched_on_every_screen(browser, server, screen, scheme):
+    width, height = screen
+    context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme, has_touch=True)
+    page = context.new_page()
+    page.set_default_timeout(PATIENCE)
+    page.goto(server.address)
+    page.wait_for_selector(".fd-terms [role=slider]")
+    page.get_by_role("tab", name="History").tap()
+    damaged = server.folder / ".fuzzy-design" / "tipper.fis.snapshots" / f"{0:016x}.json"
+    shots = page.locator(".fd-shot")
+    for count, name in enumerate((f"{scheme} {'W' * 60} {width}", "another"), 1):
+        page.get_by_label("Name of a snapshot").fill(name)
+        page.get_by_role("button", name="Take a snapshot").tap()
+        page.wait_for_function("(n) => document.querySelectorAll('.fd-shot').length === n", arg=count)
+        damaged.write_text("{")
+    shots.nth(0).get_by_role("button", name="Remove").tap()
+    page.wait_for_selector(".fd-shot-removed button")
+    page.wait_for_selector(".fd-shot-damaged li")
+    shots.get_by_role("button", name="Compare").tap()
+    page.wait_for_selector(".fd-shot [aria-pressed=true]")
+    shots.get_by_role("button", name="Rename").tap()
+    page.wait_for_selector(".fd-shot-field")
+    assert grave(page) == []
+    for target in page.locator(".fd-history button").all():
+        box = target.bounding_box()
+        assert min(box["width"], box["height"]) >= 24
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.keyboard.press("Escape")
+    shots.get_by_role("button", name="Remove").tap()
+    shots.wait_for(state="detached")
+    page.locator(".fd-edits button").last.tap()
+    page.wait_for_selector(".fd-edits li:last-child [aria-current]")
+    damaged.unlink()
+    context.close()

@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import time
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -320,6 +321,138 @@ def test_a_dragged_row_of_the_matrix_is_one_edit_and_a_new_range_tells_what_it_l
     told.get_by_role("button", name="Undo").click()
     page.wait_for_selector(".state:not(.unsaved)")
     page.locator(".fd-terms .fd-tab").first.click()
+
+
+def edits(page):
+    """The list of edits, the newest first, and the place of the present one."""
+    rows = page.locator(".fd-edits button").all()
+    names = [row.evaluate("(node) => node.lastChild.textContent") for row in rows]
+    return names, [k for k, row in enumerate(rows) if row.get_attribute("aria-current") == "step"]
+
+
+def until_present(page, place):
+    page.wait_for_selector(f".fd-edits li:nth-child({place + 1}) button[aria-current=step]")
+
+
+def test_the_history_leads_anywhere_and_follows_other_tabs(tab, context, server):
+    page = tab.page
+    page.get_by_role("tab", name="History").click()
+    page.wait_for_selector(".fd-edits button")
+    begun = len(edits(page)[0])  # the tests share a document
+    for k in range(3):
+        field = page.get_by_label("system's name", exact=True)
+        field.fill(f"name {k}")
+        field.press("Enter")
+        page.wait_for_function(f"window.fuzzyfleetShared?.design?.name === 'name {k}'")
+    page.wait_for_function(
+        "(count) => document.querySelectorAll('.fd-edits button').length === count", arg=min(begun + 3, 101)
+    )
+    names, present = edits(page)
+    assert (names[:3], present) == ([f"rename to name {k}" for k in (2, 1, 0)], [0])
+    page.locator(".fd-edits button").nth(3).click()  # three undos at once
+    until_present(page, 3)
+    page.wait_for_selector(".state:not(.unsaved)")
+    assert edits(page)[0] == names  # nothing is lost
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("Enter")
+    until_present(page, 1)
+    page.wait_for_function("window.fuzzyfleetShared.design.name === 'name 1'")
+    # Another tab with the design shows the same, and is followed.
+    other = Watched(context, server)
+    second = other.open(server.url)
+    second.get_by_role("tab", name="History").click()
+    until_present(second, 1)
+    assert edits(second)[0] == names
+    second.locator(".fd-edits button").nth(0).click()
+    until_present(page, 0)
+    page.get_by_role("button", name="Undo").click()
+    until_present(second, 1)
+    assert other.wrong == []
+    second.close()
+    page.get_by_role("tab", name="Memberships").click()
+
+
+def test_a_snapshot_is_kept_compared_renamed_downloaded_removed_and_brought_back(tab, folder, server, context):
+    page, before = tab.page, (folder / "tipper.fis").read_bytes()
+    drag(page, foot(page), (60, 0), release=True)
+    page.wait_for_selector(".state.unsaved")
+    menu(page, "Take a snapshot")
+    page.wait_for_selector(".said[role=status]:text('move poor” is kept; the tab History lists all')")
+    page.get_by_role("tab", name="History").click()
+    page.wait_for_selector(".fd-shot")
+    assert re.fullmatch(r"\d\d:\d\d:\d\d, move poor", page.locator(".fd-shot-name").inner_text())
+    assert page.get_by_role("img", name="tip over service and food").locator("path").count() > 3
+    page.locator(".fd-shot [data-action=rename]").click()
+    page.keyboard.type("wider")
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".fd-shot-name:text-is('wider')")
+    page.get_by_role("button", name="Undo", exact=False).first.click()
+    page.wait_for_selector(".state:not(.unsaved)")
+    page.get_by_label("Name of a snapshot").fill("as saved")
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".fd-shot:nth-child(2)")
+    page.get_by_role("button", name="Compare wider").click()
+    page.wait_for_selector("[aria-pressed=true][aria-label='Compare wider']")
+    page.wait_for_selector(".fd-viewer")
+    page.get_by_role("tab", name="Memberships").click()
+    page.wait_for_selector(".fd-terms .fd-compared")
+    page.get_by_role("tab", name="History").click()
+    page.get_by_role("button", name="Compare wider").click()
+    page.wait_for_selector("[aria-pressed=false][aria-label='Compare wider']")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download wider").click()
+    assert download.value.suggested_filename == "tipper-wider.fis"
+    wider = read_fis(download.value.path())
+    assert wider["service"].terms["poor"].c > 5.2
+    page.get_by_role("button", name="Open wider").click()
+    page.wait_for_selector(".fd-edits button[aria-current]:has-text('open the snapshot wider')")
+    page.keyboard.press("Control+s")
+    page.wait_for_selector(".state:not(.unsaved)")
+    assert read_fis(folder / "tipper.fis") == wider
+    page.keyboard.press("Control+z")
+    page.wait_for_selector(".state.unsaved")
+    page.keyboard.press("Control+s")
+    page.wait_for_selector(".state:not(.unsaved)")
+    assert (folder / "tipper.fis").read_bytes() == before
+    page.get_by_role("button", name="Remove wider").click()
+    page.locator(".fd-shot").filter(has_text="wider").wait_for(state="detached")
+    page.locator(".fd-shot-removed").get_by_role("button", name="Undo").click()
+    page.wait_for_selector(".fd-shot:nth-child(2)")
+    # One that is damaged costs nothing else; the others stand there for whoever comes later.
+    (folder / ".fuzzy-design" / "tipper.fis.snapshots" / f"{0:016x}.json").write_text('{"format": 1')
+    other = Watched(context, server)
+    second = other.open(server.url)
+    second.get_by_role("tab", name="History").click()
+    second.wait_for_selector(".fd-shot-damaged:has-text('0000000000000000.json is damaged and is no snapshot')")
+    assert {name.inner_text() for name in second.locator(".fd-shot-name").all()} == {"wider", "as saved"}
+    assert other.wrong == []
+    second.close()
+    page.get_by_role("tab", name="Memberships").click()
+
+
+@pytest.mark.long
+def test_all_pictures_are_one_zip_and_drawing_can_be_stopped(tab):
+    page = tab.page
+
+    def export(ending):
+        menu(page, "Export a figure")
+        dialog = page.get_by_role("dialog")
+        dialog.get_by_label("Figure").select_option("all")
+        dialog.get_by_label("Format").select_option(ending)
+        dialog.get_by_role("button", name="Export").click()
+
+    with page.expect_download() as download:
+        export("svg")
+    assert download.value.suggested_filename == "tipper-figures.zip"
+    with zipfile.ZipFile(download.value.path()) as archive:
+        names = archive.namelist()
+        assert len(names) == 1 + (2 + 1) + 1 + 1 + 1  # README.txt, terms, the viewer, the structure, a surface
+        assert "The point: service = 5, food = 5." in archive.read("README.txt").decode()
+        assert all(b"<svg" in archive.read(name) for name in names[1:])
+    export("pdf")
+    page.locator(".said").get_by_role("button", name="Stop").click()
+    page.wait_for_selector(".said[role=status]:text('no more pictures are drawn')")
 
 
 def test_a_second_tab_follows_on_a_narrow_screen(tab, context, server):

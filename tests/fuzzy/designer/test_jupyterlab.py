@@ -1,11 +1,13 @@
-"""The widgets in a real JupyterLab (extra ``jupyter``): keys are theirs, and a saved notebook shows stills."""
+"""The widgets in a real JupyterLab (``make test-notebook``): keys are theirs, and a saved notebook shows stills."""
 
 import json
 import os
 import re
 import signal
+import struct
 import subprocess
 import sys
+from base64 import b64decode
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -96,6 +98,17 @@ def test_keys_on_a_widget_stay_there_and_a_saved_notebook_has_stills(browser: An
     page.get_by_text("the peak is [0.0, 0.5, 1.2]").wait_for()
     assert page.locator(".fuzzy-editor").bounding_box()["height"] < 800
 
+    # At the width of a notebook the editors stand beside the views, and the tree of the system is closed.
+    edit, look = (page.get_by_role("region", name=name).bounding_box() for name in ("Edit the design", "Look at it"))
+    assert edit["y"] == pytest.approx(look["y"], abs=2)
+    assert edit["x"] + edit["width"] <= look["x"]
+    assert min(edit["width"], look["width"]) > 300
+    tree = page.locator(".fuzzy-editor").get_by_role("tree", name="System")
+    assert not tree.is_visible()
+    page.locator(".fuzzy-editor summary").click()
+    tree.wait_for()
+    page.locator(".fuzzy-editor summary").click()
+
     # In its command mode they are the notebook's: cut, delete, undo, insert, restart, interrupt.
     press(page, handle, "x", "d", "d", "z", "a", "b", "0", "0", "i", "i")
     assert cells(page) == len(CELLS)
@@ -119,6 +132,11 @@ def test_keys_on_a_widget_stay_there_and_a_saved_notebook_has_stills(browser: An
     saved = (folder / "widgets.ipynb").read_text(encoding="utf-8")
     bundles = [cell["outputs"][0]["data"] for cell in json.loads(saved)["cells"][:2]]
     assert ["".join(bundle["text/plain"]) for bundle in bundles] == STILL
+    for bundle in bundles:
+        picture = b64decode(bundle["image/png"])
+        assert picture.startswith(b"\x89PNG")
+        wide, high = struct.unpack(">II", picture[16:24])
+        assert min(wide, high) > 100
     # One that was sent to somebody else: not trusted, as the server knows no signature of it.
     (folder / "saved.ipynb").write_text(saved.replace("the peak", "The peak"), encoding="utf-8")
     page.goto(f"{url}saved.ipynb?reset")

@@ -1,0 +1,268 @@
+"""All pictures of a system for a paper: a zip or a folder with a file for each, and a README.txt with captions.
+
+The designer draws the same pictures one by one in a worker: :func:`pictures_of`, :func:`picture_bytes`,
+:func:`packed_pictures`.
+"""
+
+import io
+import re
+import zipfile
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fuzzy.figures.drawing import FORMATS, save_figure
+from fuzzy.figures.memberships import plot_memberships
+from fuzzy.figures.plot import plot_surface
+from fuzzy.figures.ruleviewer import plot_rules
+from fuzzy.figures.structure import plot_structure
+from fuzzy.files.atomic import check_folder, check_target, replacing
+from fuzzy.insight.universe import point_of
+from fuzzy.naming import expected
+from fuzzy.shown import shown
+from fuzzy.system import FuzzySystemError, Sugeno, Variable
+
+MOST_SURFACES = 60  # that are drawn: three outputs over each pair of seven inputs would be 63
+MOST_ROWS = 60  # rules that the structure shows, and the rule viewer unless it leaves out those that do not fire
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # the time of all files in a zip: the same system gives the same bytes
+_UNSAFE = re.compile(r"[^\w.-]+")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture of the set, before it is drawn."""
+
+    kind: str  # "memberships", "rules", "structure", "surface"
+    stem: str  # of its file, without the ending
+    caption: str
+    variable: int | None = None  # of memberships: among the inputs followed by the outputs; None: all
+    inputs: tuple[int, ...] = ()  # of a surface's axes
+    output: int = 0  # of a surface
+
+
+def write_figures(
+    fis: Sugeno,
+    path: str | Path,
+    at: Mapping[Any, float] | None = None,
+    ending: str = "pdf",
+    advance: Callable[[int, int], None] = lambda done, total: None,
+) -> list[str]:
+    """Draw all pictures of a system: memberships, consequents, structure, rules at a point, every surface.
+
+    Each input and each output has its terms, each output a surface over every pair of inputs (a curve over a single
+    input), of which at most :data:`MOST_SURFACES` are drawn. README.txt lists which file shows what, and what is left
+    out. The same system gives the same bytes.
+
+    Args:
+        fis: The system.
+        path: A file that ends in .zip, or a folder, which is made; other files in it stay.
+        at: The point of the rule viewer, at which surfaces hold their other inputs, by name or place; the middle of
+            the universe where no value is given.
+        ending: The format, "pdf", "svg" or "png".
+        advance: Called with the number of pictures that are drawn, and that of all.
+
+    Returns the names of the files, README.txt first. Raises FuzzySystemError for another format, an input that does
+    not exist, or the name of a single picture, TargetError or OSError where nothing can be written.
+    """
+    path = Path(path)
+    point = tuple(float(value) for value in point_of(fis, at))
+    pictures = pictures_of(fis, point)
+    check_format(ending)
+    if path.suffix[1:].lower() in FORMATS:
+        raise FuzzySystemError(f"all pictures go into a .zip file or a folder, not into {str(path)!r}")
+    zipped = path.suffix.lower() == ".zip"
+    check_target(path) if zipped else check_folder(path)
+    files = _files(fis, pictures, point, ending, advance)
+    if zipped:
+        data = packed(files)
+        with replacing(path) as part:
+            part.write_bytes(data)
+    else:
+        path.mkdir(parents=True, exist_ok=True)
+        for name, content in files:
+            with replacing(path / name) as part:
+                part.write_bytes(content)
+    return ["README.txt", *(f"{picture.stem}.{ending}" for picture in pictures)]
+
+
+def _files(
+    fis: Sugeno,
+    pictures: Sequence[Picture],
+    point: Sequence[float],
+    ending: str,
+    advance: Callable[[int, int], None],
+) -> Iterator[tuple[str, bytes]]:
+    yield "README.txt", readme(fis, pictures, point, ending).encode()
+    for done, picture in enumerate(pictures, 1):
+        yield f"{picture.stem}.{ending}", picture_bytes(fis, picture, point, ending)
+        advance(done, len(pictures))
+
+
+def check_format(ending: str) -> None:
+    """Raise FuzzySystemError for a format that pictures do not have."""
+    if ending not in FORMATS:
+        raise FuzzySystemError(expected(str(ending)[:40], FORMATS, "format"))
+
+
+def pictures_of(fis: Sugeno, point: Sequence[float]) -> list[Picture]:
+    """The pictures of a system, in the order of their files.
+
+    Args:
+        fis: The system.
+        point: The point (inputs,), each in the unit of its variable.
+    """
+    found = [
+        Picture(
+            "memberships", f"{'terms' if k < len(fis.inputs) else 'consequents'}-{_slug(v.name)}", _terms(fis, k), k
+        )
+        for k, v in enumerate((*fis.inputs, *fis.outputs))
+    ]
+    if fis.rules:
+        found.append(Picture("rules", "rules-at-the-point", _viewer(fis, point)))
+    if 0 < len(fis.rules) <= MOST_ROWS:
+        found.append(Picture("structure", "structure", f"Structure of {fis.name} as a network of six layers."))
+    found += [
+        Picture("surface", _surface_stem(fis, axes, j), _surface(fis, point, axes, j), inputs=axes, output=j)
+        for axes, j in _surfaces(fis)[:MOST_SURFACES]
+    ]
+    digits = max(2, len(str(len(found))))
+    return [replace(picture, stem=f"{k:0{digits}d}-{picture.stem}") for k, picture in enumerate(found, 1)]
+
+
+def picture_bytes(fis: Sugeno, picture: Picture, point: Sequence[float], ending: str) -> bytes:
+    """Draw a picture as the bytes of a file.
+
+    Args:
+        fis: The system.
+        picture: One of :func:`pictures_of`, or another one of these kinds.
+        point: The point (inputs,) at which rules are shown and a surface holds its other inputs.
+        ending: The format, one of png, pdf, svg.
+
+    Raises FuzzySystemError where there is nothing to draw.
+    """
+    figure = _drawn(_quiet(fis), picture, point)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / f"figure.{ending}"
+        save_figure(figure, path)
+        return path.read_bytes()
+
+
+def packed_pictures(
+    fis: Sugeno, pictures: Sequence[Picture], point: Sequence[float], ending: str, drawn: Sequence[bytes]
+) -> bytes:
+    """The zip of pictures that are drawn already, in their order, with its README.txt."""
+    names = [f"{picture.stem}.{ending}" for picture in pictures]
+    text = readme(fis, pictures, point, ending).encode()
+    return packed([("README.txt", text), *zip(names, drawn, strict=True)])
+
+
+def packed(files: Iterable[tuple[str, bytes]]) -> bytes:
+    """A zip with these files, names and contents; the same files give the same bytes."""
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files:
+            about = zipfile.ZipInfo(name, _EPOCH)
+            about.compress_type = zipfile.ZIP_DEFLATED
+            about.external_attr = 0o644 << 16
+            archive.writestr(about, content)
+    return data.getvalue()
+
+
+def readme(fis: Sugeno, pictures: Sequence[Picture], point: Sequence[float], ending: str) -> str:
+    """The text of README.txt: the point, each file with its caption, what is left out, and the rules."""
+    where = ", ".join(_values(fis.inputs, point)) or "no inputs"
+    lines = [f"Pictures of {fis.name}", "", f"The point: {where}.", ""]
+    for picture in pictures:
+        lines += [f"{picture.stem}.{ending}", f"    {picture.caption}"]
+    lines += _left_out(fis)
+    if fis.rules:
+        lines += ["", "Rules", *(f"{number:4d}. {rule}" for number, rule in enumerate(fis.rules, 1))]
+    return "\n".join([*lines, ""])
+
+
+def _left_out(fis: Sugeno) -> list[str]:
+    said = []
+    surfaces = len(_surfaces(fis))
+    if surfaces > MOST_SURFACES:
+        said.append(
+            f"Left out: {surfaces - MOST_SURFACES} of {surfaces} surfaces, because at most {MOST_SURFACES} are drawn; "
+            "fuzzy surface draws any of them."
+        )
+    if len(fis.rules) > MOST_ROWS:
+        said.append(
+            f"Left out: the structure, because at most {MOST_ROWS} rules can be read in it; fuzzy plot draws it."
+        )
+    return ["", *said] if said else []
+
+
+def _surfaces(fis: Sugeno) -> list[tuple[tuple[int, ...], int]]:
+    """The axes and outputs of all surfaces: each pair of inputs, or the only input, for each output."""
+    count = len(fis.inputs)
+    axes: list[tuple[int, ...]] = [(0,)] if count == 1 else list(combinations(range(count), 2))
+    return [(pair, j) for j in range(len(fis.outputs)) for pair in axes]
+
+
+def _drawn(fis: Sugeno, picture: Picture, point: Sequence[float]) -> Figure:
+    if picture.kind == "memberships":
+        return plot_memberships(fis, picture.variable)
+    if picture.kind == "rules":
+        return plot_rules(fis, np.asarray(point), only_fired=len(fis.rules) > MOST_ROWS)
+    if picture.kind == "structure":
+        return plot_structure(fis)
+    held = {i: value for i, value in enumerate(point) if i not in picture.inputs}
+    return plot_surface(fis, list(picture.inputs), picture.output, held)
+
+
+def _quiet(fis: Sugeno) -> Sugeno:
+    """The system without errors where no rule fires or an input lies outside: a picture shows both."""
+    if fis.out_of_range in ("warn", "error"):
+        fis = replace(fis, out_of_range="ignore")
+    return replace(fis, no_rule_fires="nan") if fis.no_rule_fires == "error" else fis
+
+
+# Words ------------------------------------------------------------------------------------------------------------
+
+
+def _terms(fis: Sugeno, k: int) -> str:
+    variable = (*fis.inputs, *fis.outputs)[k]
+    names = ", ".join(variable.terms)
+    low, high = (_quantity(end, variable) for end in variable.universe)
+    if k < len(fis.inputs):
+        return f"Membership functions of the input {variable.label} from {low} to {high}: {names}."
+    return f"Consequents of the output {variable.label}, whose range is {low} to {high}: {names}."
+
+
+def _viewer(fis: Sugeno, point: Sequence[float]) -> str:
+    which = "The rules that fire" if len(fis.rules) > MOST_ROWS else "Every rule"
+    outputs = " and ".join(v.label for v in fis.outputs)
+    return f"{which} at {', '.join(_values(fis.inputs, point))}: degrees, firing strengths, and {outputs}."
+
+
+def _surface(fis: Sugeno, point: Sequence[float], axes: Sequence[int], j: int) -> str:
+    over = " and ".join(fis.inputs[i].label for i in axes)
+    rest = [i for i in range(len(fis.inputs)) if i not in axes]
+    held = ", ".join(_values([fis.inputs[i] for i in rest], [point[i] for i in rest]))
+    return f"Control surface: {fis.outputs[j].label} over {over}{f', at {held}' if held else ''}."
+
+
+def _surface_stem(fis: Sugeno, axes: Sequence[int], j: int) -> str:
+    over = "-".join(_slug(fis.inputs[i].name) for i in axes)
+    return f"surface-{_slug(fis.outputs[j].name)}-over-{over}"
+
+
+def _values(variables: Sequence[Variable], values: Sequence[float]) -> list[str]:
+    return [f"{v.name} = {_quantity(value, v)}" for v, value in zip(variables, values, strict=True)]
+
+
+def _quantity(value: float, variable: Variable) -> str:
+    return f"{shown(value)} {variable.unit}".rstrip()
+
+
+def _slug(name: str) -> str:
+    return _UNSAFE.sub("-", name).strip("-.")[:40] or "variable"
