@@ -58,7 +58,7 @@ def broken(before: Design, after: Design, message: Mapping[str, Any]) -> str | N
         message: The edit.
     """
     op = message.get("edit") if isinstance(message, Mapping) else None
-    if op not in REMOVALS:
+    if op not in REMOVALS and not (op == "spread_terms" and _terms_went(before, after)):
         return None
     lines = {line.key: line.rule for line in after.lines}
     gone = sum(line.key not in lines for line in before.lines)
@@ -68,8 +68,18 @@ def broken(before: Design, after: Design, message: Mapping[str, Any]) -> str | N
     ]
     if op == "remove_rule":
         return f"Rule {before.place(Message(message, op).whole('key')) + 1} removed."
+    if op == "spread_terms":
+        return f"Terms of {message['variable']} removed; {' and '.join(parts) or 'no rule changed'}."
     name = message["variable"] if op == "remove_variable" else f"{message['term']} of {message['variable']}"
     return f"{name} removed; {' and '.join(parts) or 'no rule changed'}."
+
+
+def _terms_went(before: Design, after: Design) -> bool:
+    """Whether a variable has fewer terms than it had."""
+    pairs = zip(
+        (*before.system.inputs, *before.system.outputs), (*after.system.inputs, *after.system.outputs), strict=True
+    )
+    return any(len(one.terms) > len(other.terms) for one, other in pairs)
 
 
 def _look(design: Design, message: Message) -> Design:
@@ -97,6 +107,8 @@ def _rename(design: Design, message: Message) -> tuple[Design, str]:
 EDITS: dict[str, Callable[[Design, Message], tuple[Design, str]]] = {
     "term": termedits.move_term,
     "term_type": termedits.change_type,
+    "term_types": termedits.change_types,
+    "spread_terms": termedits.spread_terms,
     "add_term": termedits.add_term,
     "remove_term": termedits.remove_term,
     "rename_term": termedits.rename_term,
