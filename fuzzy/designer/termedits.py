@@ -114,9 +114,7 @@ def spread_terms(design: Design, message: Message) -> tuple[Design, str]:
     if not low < high:
         raise EditError(f"{variable.name} has no range over which terms could be spread")
     if place.kind == "output" and any(isinstance(term, Linear) for term in variable.terms.values()):
-        raise EditError(
-            f"{variable.name} has linear consequents; only constants can be spread: make all constant first"
-        )
+        raise EditError(f"{variable.name} has linear consequents; make all constant before they are spread")
     order = sorted(variable.terms, key=lambda label: _middle(variable, label))
     kept = _kept_places(len(order), count)
     labels = {kept[k]: label for k, label in enumerate(order) if k in kept}
