@@ -2,10 +2,10 @@
 
 A vertex of a membership function is dragged by the mouse in steps; each time counts from the pointer's event until the
 page holds the new picture, which the frame then under way shows: the curve itself, the firing bars of the viewer, the
-surface, and the path of a robot that drives for 22 s. One step is made when the one before has arrived. Beside the
-times stand those that the server and its workers spend computing for a step (processor time), which a busy machine does
-not stretch; there is none for the curve, which needs no server. Page load is from the address to the first picture,
-with an empty cache.
+surface, the path of a robot that drives for 22 s, and the figures and paths of a team of three, one of which drives
+into a trap (55 s). One step is made when the one before has arrived. Beside the times stand those that the server and
+its workers spend computing for a step (processor time), which a busy machine does not stretch; there is none for the
+curve, which needs no server. Page load is from the address to the first picture, with an empty cache.
 
 Run ``python -m benchmarks.designer [--json]``.
 """
@@ -28,13 +28,25 @@ WATCHED = {
     "firing bars": (".fd-viewer .fd-firing", "width"),
     "surface": (".fd-surface path.fd-section", "d"),
     "robot's path": (".fd-tryout path[data-run=tried]", "d"),
+    "team's paths": (
+        ".fd-tryout .tr-metrics td",
+        "",
+    ),  # the table's text: the player's canvas is drawn in the same frame
 }
-VIEWS = {"curve": "Viewer", "firing bars": "Viewer", "surface": "Surface", "robot's path": "Try it"}
+VIEWS = {
+    "curve": "Viewer",
+    "firing bars": "Viewer",
+    "surface": "Surface",
+    "robot's path": "Try it",
+    "team's paths": "Try it",
+}
+TEAM = "trap-u"  # 55 s; the term under the hand matters there
 
 # From a pointer's move until the watched part of the page is another; for the bars, those that Python computed.
 _WATCH = """([selector, attribute]) => {
   window.arrived = null;
-  const look = () => Array.from(document.querySelectorAll(selector), (node) => node.getAttribute(attribute)).join();
+  const read = (node) => (attribute ? node.getAttribute(attribute) : node.textContent);
+  const look = () => Array.from(document.querySelectorAll(selector), read).join();
   window.measure = () => {
     const before = look();
     window.arrived = new Promise((done) => {
@@ -49,7 +61,8 @@ _WATCH = """([selector, attribute]) => {
           done(performance.now() - began);
         });
         const late = setTimeout(() => { watch.disconnect(); done(null); }, 20000);
-        watch.observe(document.body, { subtree: true, childList: true, attributeFilter: [attribute] });
+        const what = attribute ? { attributeFilter: [attribute] } : { characterData: true };
+        watch.observe(document.body, { subtree: true, childList: true, ...what });
       }, { once: true, capture: true });
     });
   };
@@ -119,7 +132,10 @@ def measure() -> dict[str, Any]:
             for name, watched in WATCHED.items():
                 tab(page, VIEWS[name])
                 page.wait_for_selector(watched[0], state="attached")
-                if name == "robot's path":  # until all of its runs are there
+                if name == "team's paths":
+                    page.get_by_label("Scenario", exact=True).select_option(TEAM)
+                    page.wait_for_selector(".fd-tryout .fp-root")
+                if VIEWS[name] == "Try it":  # until all of its runs are there
                     page.wait_for_function("document.querySelectorAll('.fd-tryout thead th').length >= 4")
                 page.wait_for_timeout(500)
                 times[name], costs[name] = drag(page, watched, [psutil.Process(number)])

@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -107,6 +108,7 @@ class Document:
         self.restored: datetime | None = None
         self.notes: tuple[str, ...] = ()
         self.unkept: str | None = None
+        self._keeping = threading.Lock()  # held by whoever writes or removes unsaved work, or writes the file
         self._undo: deque[_Entry] = deque(maxlen=DEPTH)
         self._redo: list[_Entry] = []
         self._gesture: Any = None
@@ -172,9 +174,10 @@ class Document:
 
     def text(self) -> str:
         """The design as the text of a .fis file."""
-        if self._written is None or self._written[0] is not self.design:
-            self._written = self.design, file_text(self.design)
-        return self._written[1]
+        design, written = self.design, self._written
+        if written is None or written[0] is not design:
+            written = self._written = design, file_text(design)
+        return written[1]
 
     # Edits and history ----------------------------------------------------------------------------------------
 
@@ -303,26 +306,28 @@ class Document:
         text = self.text()
         if not target.parent.is_dir():
             raise DocumentError(f"{target}: there is no folder {target.parent}")
-        with alone_in(target.parent):
-            if not overwrite:
-                check_untouched(target, self._digest if target == self.path else None, target == self.path)
-            write_fis(self.design.written, target)
-        self.path, self._saved_text = target, text
-        self._digest = hashlib.sha256(text.encode()).hexdigest()
-        self._forget()
+        with self._keeping:
+            with alone_in(target.parent):
+                if not overwrite:
+                    check_untouched(target, self._digest if target == self.path else None, target == self.path)
+                write_fis(self.design.written, target)
+            self.path, self._saved_text = target, text
+            self._digest = hashlib.sha256(text.encode()).hexdigest()
+            self._forget()
         self._tell()
 
     def autosave(self) -> None:
-        """Write the design beside the file now, or remove what stands there once the file holds it.
+        """Write the design beside the file now, or remove what stands there once the file holds it; in any thread.
 
         Raises DocumentError where it cannot be written; ``unkept`` then says so until it can.
         """
-        try:
-            self._keep()
-        except DocumentError as error:
-            self.unkept = str(error)
-            raise
-        self.unkept = None
+        with self._keeping:
+            try:
+                self._keep()
+            except DocumentError as error:
+                self.unkept = str(error)
+                raise
+            self.unkept = None
 
     def _keep(self) -> None:
         if self.text() == self._saved_text and not _misspelt(self.design):  # nothing that the file does not tell
@@ -348,7 +353,8 @@ class Document:
         if self._digest is not None and not self.path.exists():
             raise DocumentError(f"{self.path.name} no longer exists; saving writes it again")
         design = self._from_file(content or read_content(self.path), self.design.next_key)
-        self._forget()
+        with self._keeping:
+            self._forget()
         self.restored = None
         self._record(replace(design, point=point_in(design.system, self.design)), "discard unsaved changes")
 

@@ -2,7 +2,7 @@
 
 import asyncio
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -57,6 +57,7 @@ class OpenDocuments:
         self._tabs: dict[int, list[Callable[[], None]]] = {}  # who looks at a document, by its id
         self._waiting: set[int] = set()  # documents that were autosaved just now
         self._failing: set[int] = set()  # documents that are tried again
+        self._tasks: set[asyncio.Task[None]] = set()  # that write aside
 
     def document(self, name: str, begin: Sugeno | None = None) -> Document:
         """The document of the file ``name``, read here and now; for the page there is :meth:`opened`.
@@ -181,31 +182,53 @@ class OpenDocuments:
         """Write now, and during a drag four times a second: whatever happens, at most that much is lost."""
         if id(document) not in self._waiting:
             self._waiting.add(id(document))
-            self._autosave(document)
-            asyncio.get_running_loop().call_later(AUTOSAVE, self._autosave_again, document)
+            self._aside(self._autosave_twice(document))
 
-    def _autosave_again(self, document: Document) -> None:
+    def _aside(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _autosave_twice(self, document: Document) -> None:
+        """Write, and once more a little later; in threads, because nobody who drags waits for a disk."""
+        await self._autosave_aside(document)
+        await asyncio.sleep(AUTOSAVE)
         self._waiting.discard(id(document))
-        self._autosave(document)
+        await self._autosave_aside(document)
         if document.unkept is not None and id(document) not in self._failing:
             self._failing.add(id(document))
-            self._try_again(document)
+            await self._try_again(document)
 
-    def _try_again(self, document: Document) -> None:
+    async def _try_again(self, document: Document) -> None:
         """Try to keep what could not be kept, until it works."""
-        self._autosave(document)
-        if document.unkept is None or document not in self._documents:
-            self._failing.discard(id(document))
-        else:
-            asyncio.get_running_loop().call_later(AGAIN, self._try_again, document)
+        while document.unkept is not None and document in self._documents:
+            await asyncio.sleep(AGAIN)
+            await self._autosave_aside(document)
+        self._failing.discard(id(document))
+
+    async def _autosave_aside(self, document: Document) -> None:
+        before = document.unkept
+        said = await asyncio.to_thread(_kept, document)
+        self._tell(document, before, said)
 
     def _autosave(self, document: Document) -> None:
         before = document.unkept
-        try:
-            document.autosave()
-        except DocumentError as error:
-            if before != document.unkept:
-                print(f"fuzzy design: {error}", file=sys.stderr)
-        if before != document.unkept:
-            for told in self._tabs.get(id(document), []):
-                told()
+        self._tell(document, before, _kept(document))
+
+    def _tell(self, document: Document, before: str | None, said: str | None) -> None:
+        """Tell the tabs whether unsaved work can be kept, and the terminal why not, where that is new."""
+        if before == document.unkept:
+            return
+        if said is not None:
+            print(f"fuzzy design: {said}", file=sys.stderr)
+        for told in self._tabs.get(id(document), []):
+            told()
+
+
+def _kept(document: Document) -> str | None:
+    """Keep the unsaved work of a document; why that cannot be, in a sentence, or None."""
+    try:
+        document.autosave()
+    except DocumentError as error:
+        return str(error)
+    return None

@@ -1,14 +1,36 @@
 """The starts that fuzzy itself offers."""
 
+from functools import partial
+
+from fuzzy.starts.control import KINDS, TERMS, rule_table
 from fuzzy.starts.grid import SHAPES, grid
 from fuzzy.starts.samples import TABLE_OPTIONS, clusters_example, from_clusters, from_grid, grid_example
 from fuzzy.starts.start import Choice, Number, Start
+from fuzzy.system import Sugeno
 
-EMPTY, DATA = "Empty", "From data"
+EMPTY, CONTROL, DATA = "Empty", "Control tables", "From data"
+_OUTPUTS = {"pd": "the control u", "pi": "the change du of the control", "pid": "the control u and its change du"}
+
+
+def control_table(kind: str, terms: str) -> Sugeno:
+    """The rule table of that kind with so many terms a variable, see :func:`fuzzy.starts.control.rule_table`."""
+    return rule_table(kind, int(terms))
 
 
 def starts() -> list[Start]:
-    """An empty grid, clusters of a table, a grid over a table."""
+    """An empty grid, control tables, clusters of a table, a grid over a table."""
+    sizes = {str(n): f"{n} x {n} rules" for n in TERMS}
+    tables = [
+        Start(
+            f"fuzzy-{kind}",
+            CONTROL,
+            f"Fuzzy {kind.upper()}",
+            f"The usual table of an error and its rate, from -1 to 1, for {_OUTPUTS[kind]}.",
+            partial(control_table, kind),
+            (Choice("terms", "Rules", sizes, "7"),),
+        )
+        for kind in KINDS
+    ]
     return [
         Start(
             "grid",
@@ -25,6 +47,7 @@ def starts() -> list[Start]:
                 Number("high", "Highest value", -1e9, 1e9, 1, whole=False),
             ),
         ),
+        *tables,
         Start(
             "clusters",
             DATA,

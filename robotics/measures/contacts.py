@@ -11,7 +11,7 @@ import numpy as np
 
 from robotics.environment.swept import END, RUN, START, Watch, pose_between
 from robotics.environment.world import FIRST, NUMBER, OWNER, Geometry
-from robotics.measures.once import once_a_run
+from robotics.measures.once import OnceARun
 from robotics.measures.tracking import KINDS, Metric
 from robotics.simulation.run import Run
 
@@ -52,7 +52,7 @@ def can_touch(run: Run) -> bool:
     return len(run.about.robots) > 1 or run.obstacles is not None
 
 
-@once_a_run
+@OnceARun
 def judge(run: Run) -> Judgement:
     """Find all contacts and clearances of a run's seeds, in one compiled pass."""
     *_, (watch, episodes) = _watched(run, len(run.time))
@@ -85,8 +85,8 @@ def contacts(run: Run, place: int = 0, most: int | None = None) -> tuple[Contact
     if not can_touch(run):
         return ()
     one = run.only(run.seeds[place])
-    if most is None:
-        return contacts_of(run, place, judge(one).episodes)
+    if most is None or judge.known(one):
+        return contacts_of(run, place, judge(one).episodes[:most])
     for watch, found in _watched(one):  # a crowd touches all the time: until the first ones are known to have ended
         episodes = found
         if len(episodes) >= most and (episodes[:most, END] < watch.time).all():

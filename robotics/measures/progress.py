@@ -3,7 +3,7 @@
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.measures.once import once_a_run
+from robotics.measures.once import OnceARun
 from robotics.paths.nearest import boxed, nearest_node
 from robotics.simulation.run import Run
 
@@ -11,7 +11,7 @@ SEARCH_REACH = 0.5  # m: how far from the last place on the path the next is loo
 START = 0.25  # of the path: where the first place is looked for
 
 
-@once_a_run
+@OnceARun
 def true_progress(run: Run) -> np.ndarray:
     """The share of its path that each robot truly has behind it, 0 to 1, (runs, robots, samples).
 

@@ -8,7 +8,7 @@ import numpy as np
 from robotics.measures.arrival import arrival_time, spread
 from robotics.measures.avoidance import left_behind_times, off_path_times, standing_times
 from robotics.measures.contacts import Judgement, can_touch, judge, until_contact
-from robotics.measures.once import once_a_run
+from robotics.measures.once import OnceARun
 from robotics.measures.progress import true_progress
 from robotics.measures.registry import ALL_METRICS
 from robotics.measures.tracking import Metric, cross_track_error, same_for_all, settling_time
@@ -61,7 +61,7 @@ def _short_of_goal(run: Run) -> np.ndarray:
     return np.asarray((1 - np.nanmax(true_progress(run), axis=-1)) * lengths)
 
 
-@once_a_run
+@OnceARun
 def _judged(run: Run) -> tuple[Judgement, Run]:
     """The contacts of a run, and what counts of it."""
     found = judge(run)

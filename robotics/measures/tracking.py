@@ -12,7 +12,7 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from fuzzy.compiled.trigonometry import sincos
-from robotics.measures.once import once_a_run
+from robotics.measures.once import OnceARun
 from robotics.paths.nearest import signed_distances
 from robotics.paths.posture import PostureError, posture_error, wrapped_compiled
 from robotics.paths.trajectory import Reference
@@ -55,7 +55,7 @@ def tracking_error(run: Run) -> PostureError:
     return posture_error(run["x"], run["y"], run["heading"], target)
 
 
-@once_a_run
+@OnceARun
 def cross_track_error(run: Run) -> np.ndarray:
     """The signed distance [m] to the nearest point of the path, > 0 on its left side (runs, robots, samples)."""
     x, y = run["x"], run["y"]
@@ -73,7 +73,7 @@ class TrackingErrors(NamedTuple):
     final: np.ndarray  # m: the last distance
 
 
-@once_a_run
+@OnceARun
 def tracking_errors(run: Run) -> TrackingErrors:
     """Sum up :func:`tracking_error` over the samples of each robot."""
     if run.team is not None:

@@ -724,18 +724,15 @@ export async function render({ model, el }) {
     }
     // Another run of the same player: it stays at the time and the speed that one looks with, and plays on. Until a
     // hand is laid on it, it plays what matters most of every new run.
-    const playing = button()?.textContent === "Pause";
+    const playing = button()?.textContent === "Pause",
+      led = !state.touched && !window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     Object.assign(state.given, {
       run: data,
       speed: Number(stage.querySelector(".controls select, select")?.value) || 5,
+      time: led ? Math.max(0, get("tried").moment - BEFORE) : null,
     });
     state.given.tell();
-    if (!state.touched && !window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
-      const time = stage.querySelector("input[aria-label=Time]");
-      time.value = Math.max(0, get("tried").moment - BEFORE);
-      time.dispatchEvent(new Event("input"));
-      button().click();
-    } else if (playing) button().click();
+    if (led || playing) button().click();
   }
   const button = () => stage.querySelector("button.play");
   for (const kind of ["pointerdown", "keydown"])

@@ -31,7 +31,7 @@ With D = 0, as printed, there is nothing of that, and α is 0 nearer to the targ
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
@@ -350,11 +350,23 @@ def load_rule_base(name: str | Sugeno) -> Sugeno:
     """
     if isinstance(name, Sugeno):
         return name
-    own = fis_files(RULE_BASES)
+    if name in _own_rule_bases():
+        return _own_rule_base(name)
     try:
-        return read_fis(own[name] if name in own else find_fis(name, rule_base_files()))
+        return read_fis(find_fis(name, rule_base_files()))
     except FisNameError as error:
         raise ControllerError(str(error)) from None
+
+
+@cache
+def _own_rule_bases() -> dict[str, Path]:
+    return fis_files(RULE_BASES)
+
+
+@cache
+def _own_rule_base(name: str) -> Sugeno:
+    """A rule base of this package, which is read once: laws are made anew at every step of a drag or of a search."""
+    return read_fis(_own_rule_bases()[name])
 
 
 def compiled_curve(name: str | Sugeno, symbol: str, argument: str) -> CompiledSugeno:

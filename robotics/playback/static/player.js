@@ -32,11 +32,11 @@ function make(tag, attributes = {}, ...children) {
   return node;
 }
 
-// A model that says so when its run changes is shown anew, from the same time on if the run has it.
+// A model that says so when its run changes is shown anew: from its time on, by default from the one that was shown.
 function render({ model, el }) {
   let shown = mount(model, el, null);
   const again = () => {
-    const time = shown.time();
+    const time = model.get("time") ?? shown.time();
     shown.remove();
     shown = mount(model, el, time);
   };

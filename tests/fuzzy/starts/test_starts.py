@@ -30,7 +30,18 @@ def test_every_start_makes_a_system_without_errors_by_its_usual_options(monkeypa
     assert found.unusable == ()
     names = [start.name for start in found.starts]
     assert len(set(names)) == len(names)
-    assert {"grid", "clusters", "data-grid", "tracking", "wall-follower", "crash", "formation/v_l"} <= {*names}
+    assert {
+        "grid",
+        "fuzzy-pd",
+        "fuzzy-pi",
+        "fuzzy-pid",
+        "clusters",
+        "data-grid",
+        "tracking",
+        "wall-follower",
+        "crash",
+        "formation/v_l",
+    } <= {*names}
     groups = [start.group for start in found.starts]
     assert groups == sorted(groups, key=groups.index)  # those of a group stand together
     for start in found.starts:
@@ -141,6 +152,16 @@ def test_the_command_lists_makes_and_never_overwrites(tmp_path, capsys, monkeypa
         assert main(["new", *arguments]) == 2
         assert said in " ".join(capsys.readouterr().err.replace("│", " ").split())
     assert (tmp_path / "mine.fis").read_bytes() == before
+
+
+def test_control_tables_are_found_in_three_sizes():
+    for kind, outputs in (("pd", ["u"]), ("pi", ["du"]), ("pid", ["u", "du"])):
+        for terms in "357":
+            fis = OWN[f"fuzzy-{kind}"].made({"terms": terms}, "mine")
+            assert ([v.name for v in fis.outputs], len(fis.rules)) == (outputs, int(terms) ** 2)
+            assert not [f for f in check(fis) if f.severity == "error"]
+    with pytest.raises(StartError):
+        OWN["fuzzy-pd"].made({"terms": 4}, "mine")
 
 
 def test_a_start_that_reports_tells_how_far_it_is():
