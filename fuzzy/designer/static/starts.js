@@ -61,8 +61,8 @@ export function startsDialog({ host, make, dialog, select, send, files, go }) {
     );
     for (const each of known.list) paint(each.name);
     const first = known.list.find((start) => start.name === chosen?.name) ?? known.list[0];
-    if (first)
-      choose(first, list.contains(document.activeElement) || document.activeElement?.closest("dialog") === box);
+    const active = document.activeElement;
+    if (first) choose(first, active !== name && !options.contains(active));
   }
 
   function card(start) {
