@@ -9,7 +9,7 @@ const WIDE = 124,
 /** The small surfaces: a part with a `draw(several, design, large, point)`; `choose({inputs, output})` is told a click. */
 export function smallMultiples(choose) {
   const list = element("div", { class: "fd-multiples-list" }),
-    note = element("p", { class: "fd-note" }),
+    note = element("p", { class: "fd-left-out" }),
     node = element("div", { class: "fd-multiples", role: "group", "aria-label": "Small surfaces" }, list, note);
   const cards = [];
 
