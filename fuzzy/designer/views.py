@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 POINTS = 41  # of a surface along each axis
 SMALL_POINTS = 25  # of a small one
+MANY_SMALL = 15  # small surfaces, from which on they are coarser: those of 6 inputs are not
 MOST_SMALL = 36  # small surfaces: the pairs of 9 inputs
 
 
@@ -294,7 +295,7 @@ def several_data(
         mode: "one": none; "outputs": every output over ``inputs``; "pairs": ``output`` over each pair of inputs.
         inputs: The inputs of the large one's axes; the first two by default.
         output: The output of the large one.
-        points: The number of points along each axis.
+        points: The number of points along each axis; two thirds of it where there are many pictures.
     """
     system = _quiet(design.in_force)
     axes = list(range(min(2, len(system.inputs)))) if inputs is None else list(inputs)
@@ -308,6 +309,8 @@ def several_data(
         several = [([i, j], [output]) for i, j in pairs]
         left_out = math.comb(len(system.inputs), 2) - len(pairs)
     pictures = []
+    if len(several) > MANY_SMALL:
+        points = 2 * points // 3
     if several:
         with np.errstate(all="ignore"):
             grids = surfaces(system, [axes for axes, _ in several], design.point, points)

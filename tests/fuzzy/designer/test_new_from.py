@@ -220,3 +220,28 @@ def test_anfis_learns_with_progress_and_is_stopped(tab):
     page.get_by_role("button", name="Create").click()
     page.wait_for_url("**/?file=anfis.fis")
     page.wait_for_selector(".state.unsaved")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_dialog_and_small_surfaces_are_accessible_on_every_screen(tab, server, scheme):
+    pytest.importorskip("axe_playwright_python", reason="axe-core comes with the extra test")
+    from tests.fuzzy.designer.test_designer_everywhere import SCREENS, grave
+
+    page = tab.page
+    write_fis(packaged("tracking"), server.folder / "shipped.fis")
+    tab.open(f"{server.url}?file=shipped.fis")
+    page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+    page.get_by_role("tab", name="Surface").click()
+    page.get_by_role("button", name="All pairs").click()
+    page.wait_for_selector(".fd-multiple")
+    for width, height in SCREENS:
+        page.set_viewport_size({"width": width, "height": height})
+        page.wait_for_timeout(500)
+        assert grave(page) == []
+        menu(page, "New from …")
+        card(page, "clusters").click()
+        page.wait_for_selector(".start-columns .row")
+        assert grave(page) == []
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
