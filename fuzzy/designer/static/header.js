@@ -6,7 +6,6 @@
 
 import { watchConnection } from "./connection.js";
 import { historyKeys } from "./keys.js";
-import { startsDialog } from "./starts.js";
 
 function make(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
@@ -130,7 +129,7 @@ function render({ model, el }) {
       make("p", {}, files.length ? "Files of this folder:" : "This folder has no .fis files yet."),
       list,
       make("label", { class: "row" }, make("span", {}, "New file"), name),
-      make("button", { type: "button", onclick: () => (box.close(), starts.open()) }, "New from …"),
+      make("button", { type: "button", onclick: () => (box.close(), newFrom()) }, "New from …"),
     ];
     const box = dialog(el, "Open", rows, "Create", () => location.assign(address(withEnding(name.value.trim()))));
     list.querySelector("a")?.focus();
@@ -236,15 +235,23 @@ function render({ model, el }) {
     }
   }
 
-  const starts = startsDialog({
-    host: el,
-    make,
-    dialog,
-    select,
-    send,
-    files: () => shell().files,
-    go: (name) => location.assign(address(name)),
-  });
+  let starts = null; // the dialog "New from", loaded when it is first asked for
+  async function newFrom() {
+    try {
+      starts ??= (await import("./starts.js")).startsDialog({
+        host: el,
+        make,
+        dialog,
+        select,
+        send,
+        files: () => shell().files,
+        go: (name) => location.assign(address(name)),
+      });
+    } catch {
+      return say("What there is to begin with cannot be shown: the server does not answer.", true);
+    }
+    starts.open();
+  }
 
   function ask({ ask: question, accept, then }) {
     dialog(el, "Are you sure?", [make("p", {}, question)], accept, () => send(then));
@@ -253,7 +260,7 @@ function render({ model, el }) {
   // The menu -------------------------------------------------------------------------------------------------
   const entries = [
     ["Open or new …", openFile],
-    ["New from …", starts.open],
+    ["New from …", newFrom],
     ["Save as …", saveAs],
     ["Upload a .fis file …", () => chooser.click()],
     ["Download the .fis file", () => send({ do: "download" })],
@@ -409,7 +416,7 @@ function render({ model, el }) {
   function offerStarts() {
     restored.append(
       make("span", {}, "This folder has no .fis files yet: a small new system stands here."),
-      make("button", { type: "button", "aria-haspopup": "dialog", onclick: starts.open }, "New from …"),
+      make("button", { type: "button", "aria-haspopup": "dialog", onclick: newFrom }, "New from …"),
       make("button", { type: "button", onclick: () => restored.replaceChildren() }, "Keep this one"),
     );
   }
@@ -432,7 +439,7 @@ function render({ model, el }) {
 
   const unwatch = watchConnection();
   const onMessage = (message) => {
-    starts.hear(message);
+    starts?.hear(message);
     if (message.say !== undefined) say(message.say, message.problem, message.undo ?? null);
     if (message.saved || message.ask !== undefined) saving?.close();
     if (message.refused !== undefined) saving ? saving.refused(message.refused) : say(message.refused, true);
