@@ -18,6 +18,7 @@ WIDTHS = (390, 800, 1600)
 HEIGHT = 1000  # px of a narrow window
 TALLEST = 1250  # px of a picture, and of a window with two panes, of which one scrolls by itself
 PLAYED = ".fd-tryout .fleet-player canvas"  # the small picture under what is edited, which may be hidden, has one too
+DIALOG = -1  # in the place of a group of views
 EXACT = 160  # of the 256 colours of a picture: the most frequent, which are flat areas and curves
 
 
@@ -47,8 +48,11 @@ def _window(width: int) -> Any:
 
 
 def _picture(page: Any, group: int, width: int) -> bytes:
-    """The whole window where both groups of views stand in it, else the group of the view."""
+    """The whole window where both groups of views stand in it, or a dialog does, else the group of the view."""
     page.evaluate("scrollTo(0, 0)")
+    if group == DIALOG:
+        shown: bytes = page.screenshot()
+        return shown
     if width >= 1600:
         data: bytes = page.screenshot(full_page=True, clip={"x": 0, "y": 0, "width": width, "height": TALLEST})
         return data
@@ -154,9 +158,29 @@ def _relief(page: Any) -> None:
     page.locator(".fd-surface .fd-tab[data-view='3d']").click()
 
 
-def _compared(page: Any) -> None:
+def _pairs(page: Any) -> None:
     page.locator(".fd-surface .fd-tab[data-view=contour]").click()
+    page.get_by_role("button", name="All pairs").click()
+    page.wait_for_selector(".fd-multiple")
+
+
+def _new_from(page: Any) -> None:
+    menu(page, "New from …")
+    page.locator(".start-card:has(input[value=clusters])").click()
+    page.wait_for_selector(".start-columns .row")
+    # The pictures come a few at a time.
+    page.wait_for_function("document.querySelector('canvas[data-start=wall-follower]').style.width !== ''")
+    page.evaluate("document.querySelector('.starts').scrollTop = 0")
+
+
+def _compared(page: Any) -> None:
+    _closed(page)
+    page.locator(".fd-surface .fd-tab[data-mode=one]").click()
     _compare(page, "sharper.fis")
+
+
+def _closed(page: Any) -> None:
+    page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
 
 
 def _compare(page: Any, name: str) -> None:
@@ -263,6 +287,8 @@ VIEWS: dict[str, tuple[int, Callable[[Any], None]]] = {
     "viewer": (1, _viewer),
     "surface": (1, _surface),
     "relief": (1, _relief),
+    "pairs": (1, _pairs),
+    "new-from": (DIALOG, _new_from),
     "compared": (1, _compared),
     "data": (1, _data),
     "try-it": (1, _try_it),

@@ -13,9 +13,10 @@ from anfis.commands.shared import CommandError, Data, Json, reaching
 from anfis.commands.validation import crossed, folds_object, say_folds
 from anfis.methods.catalogue import METHODS
 from fuzzy.commands.completion import completed, rule_bases
-from fuzzy.commands.datafile import Folds, FoldsOrder, SkipBad, chosen_columns, columns_of, numbers, opened
+from fuzzy.commands.datafile import Folds, FoldsOrder, SkipBad, columns_of, numbers, opened
 from fuzzy.commands.samples import Inputs, Outputs
 from fuzzy.files.atomic import check_target
+from fuzzy.files.columnchoice import chosen_columns
 from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown

@@ -16,6 +16,7 @@ from fuzzy.commands.evaluate import evaluate
 from fuzzy.commands.example import example
 from fuzzy.commands.explain import explain
 from fuzzy.commands.identify import identify
+from fuzzy.commands.new import new
 from fuzzy.commands.plot import plot
 from fuzzy.commands.rules import rules
 from fuzzy.commands.search import search
@@ -31,7 +32,22 @@ app = application(
     "fuzzy show tipper.fis",
 )
 
-for command in (show, rules, plot, surface, explain, check, evaluate, convert, identify, search, tune, design, example):
+for command in (
+    show,
+    rules,
+    plot,
+    surface,
+    explain,
+    check,
+    evaluate,
+    convert,
+    identify,
+    search,
+    tune,
+    design,
+    new,
+    example,
+):
     app.command()(command)
 
 

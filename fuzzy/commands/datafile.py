@@ -1,4 +1,4 @@
-"""What the commands of all packages that read tables share: their options, and how columns are chosen.
+"""What the commands of all packages that read tables share: their options, and how tables are read.
 
 The reader is :mod:`fuzzy.files.table`, imported when a command runs, so that ``--help`` is quick.
 """
@@ -6,11 +6,11 @@ The reader is :mod:`fuzzy.files.table`, imported when a command runs, so that ``
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fuzzy.errors import InputError, quoted
+from fuzzy.errors import quoted
 
 if TYPE_CHECKING:
     from fuzzy.files.table import Table, TableText
@@ -29,35 +29,6 @@ FoldsOrder = Annotated[
     str,
     typer.Option(metavar="ORDER", help="Folds of shuffled rows, or for time series of blocks: shuffled, blocks."),
 ]
-
-
-class Choice(NamedTuple):
-    """Which columns are inputs and which are outputs: their places."""
-
-    inputs: list[int]
-    outputs: list[int]
-
-
-def chosen_columns(text: "TableText", inputs: str | None, outputs: str | None) -> Choice:
-    """The columns that options --inputs and --outputs name, by titles, names or numbers with commas between them.
-
-    By default the last column is the output, and all that are no outputs are the inputs.
-    """
-    count = len(text.columns)
-    if count < 2:
-        raise InputError(f"{text.file}: one column; inputs and outputs need at least two")
-    of = None if inputs is None else _places(text, inputs)
-    to = [count - 1] if outputs is None else _places(text, outputs)
-    both = [place for place in of or () if place in to]
-    if both and outputs is None:
-        raise InputError(f"{text.file}: the last column is among the inputs: say which are the --outputs")
-    if both:
-        name = text.columns[both[0]].name
-        raise InputError(f"{text.file}: column {quoted(name)} is both an input and an output")
-    of = [place for place in range(count) if place not in to] if of is None else of
-    if not of:
-        raise InputError(f"{text.file}: every column is an output: no inputs are left")
-    return Choice(of, to)
 
 
 def columns_of(text: "TableText", variables: "Sequence[Variable]") -> list[int]:
@@ -92,21 +63,3 @@ def opened(path: Path) -> "TableText":
     from fuzzy.files.table import open_table
 
     return open_table(path)
-
-
-def _places(text: "TableText", names: str) -> list[int]:
-    from fuzzy.files.table import DataError
-
-    try:  # a title that holds a comma is taken whole
-        return [text.place(names)]
-    except DataError:
-        parts = [part.strip() for part in names.split(",")]
-    places: list[int] = []
-    for part in filter(None, parts):
-        place = text.place(part)
-        if place in places:
-            raise InputError(f"{text.file}: column {quoted(part)} is named twice")
-        places.append(place)
-    if not places:
-        raise InputError("at least one column's name is needed")
-    return places

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from fuzzy.commands.datafile import chosen_columns, numbers, opened
+from fuzzy.commands.datafile import numbers, opened
 from fuzzy.commands.shared import usage
+from fuzzy.files.columnchoice import chosen_columns
 
 if TYPE_CHECKING:
     import numpy as np

@@ -175,6 +175,11 @@ class Document:
         """Whether there is anything here that opening the file again would not show."""
         return bool(self._undo or self._redo or self._leftover is not None or self.compared is not None)
 
+    def keep(self) -> None:
+        """Keep the design as unsaved work from now on, though nothing was edited: for one that no file holds."""
+        self._saved_text = ""
+        self.autosave()
+
     @property
     def saved(self) -> bool:
         """Whether the file holds the design, as far as this document knows."""

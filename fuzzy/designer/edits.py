@@ -70,6 +70,8 @@ def _rename(design: Design, message: Message) -> tuple[Design, str]:
 EDITS: dict[str, Callable[[Design, Message], tuple[Design, str]]] = {
     "term": termedits.move_term,
     "term_type": termedits.change_type,
+    "term_types": termedits.change_types,
+    "spread_terms": termedits.spread_terms,
     "add_term": termedits.add_term,
     "remove_term": termedits.remove_term,
     "rename_term": termedits.rename_term,

@@ -3,9 +3,11 @@
 import asyncio
 import sys
 from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from fuzzy.designer.autosave import find
 from fuzzy.designer.document import Document, FileContent, read_content
 from fuzzy.designer.folder import Folder, FolderError, check_shown, check_size, read_bytes
 from fuzzy.designer.saving import DocumentError
@@ -93,6 +95,22 @@ class OpenDocuments:
         if begin is not None and begin.changes:
             document.notes += (f"{mamdani} was a Mamdani system; this Sugeno system comes near it",)
         return self._added(name, document)
+
+    def begun(self, name: str, fis: Sugeno) -> Document:
+        """A new document of the file ``name``, which must not exist, with the system ``fis`` as unsaved work.
+
+        Raises FolderError where there is such a file, or one that is not saved yet; DocumentError.
+        """
+        path = self.folder.inside(name)
+        if path.exists() or self._found(path) is not None or find(path):
+            which = "exists already" if path.exists() else "is open, or has unsaved work,"
+            raise FolderError(
+                f"{name} {which}; choose another name, such as {self.folder.free_name(name[: -len('.fis')])}"
+            )
+        document = self._added(name, Document(path, self.folder.path, fis))
+        with suppress(DocumentError):  # the page says that it cannot be kept
+            document.keep()
+        return document
 
     async def content(self, path: Path, name: str) -> FileContent:
         """What the file called ``name`` holds, a Mamdani system as a Sugeno system. Raises InputError, WorkError."""

@@ -26,13 +26,16 @@ from fuzzy.designer.open_documents import MamdaniFileError, OpenDocuments
 from fuzzy.designer.panel import Place, Workbench, find_panels
 from fuzzy.designer.saving import OverwriteError, digest_of
 from fuzzy.designer.sideeffects import broken
+from fuzzy.designer.starting import Starting
 from fuzzy.designer.tabs import Tab, tab_group
 from fuzzy.designer.views import (
+    SMALL_POINTS,
     compared_data,
     document_data,
     findings_data,
     functions_data,
     refusal_data,
+    several_data,
     surface_data,
     viewer_data,
 )
@@ -44,6 +47,7 @@ from fuzzy.system import Sugeno
 
 _CHANGES = 50  # of a Mamdani system that are listed
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
+COARSE, FINE = 13, 0.2  # points of a small surface along each axis while one drags, and s until they are fine again
 REST = 0.4  # s after the last edit before the rules are checked
 AT_ONCE = 50  # rules up to which that is done here and not in a worker
 DRAWN_WITHIN = 2.0  # s that drawing may take before the next state is sent all the same
@@ -122,6 +126,8 @@ class _Page:
         }
         self.axes: list[int] | None = None
         self.output = 0
+        self.several = "one"  # which small surfaces stand beside the large one
+        self._fine: asyncio.TimerHandle | None = None  # until they are fine again
         self.compared: str | None = None
         self.sought: dict[str, Any] | None = None  # the rule that a link leads to
         self.findings: list[dict[str, Any]] | None = None
@@ -162,6 +168,8 @@ class _Page:
                     _STATIC / "header.js", design=traits["design"], shell=self._shell(), keys=KEYS
                 )
                 self.header.on_message(self._asked)
+                self.starting = Starting(self.opened, self._tell_header)
+                self.bench.on_close(self.starting.stop)
             with ui.element("aside").classes("shell-tree").props('aria-label="System" id="shell-tree"'):
                 self._module(_STATIC / "tree.js", shown)
             with ui.element("main"):
@@ -209,8 +217,8 @@ class _Page:
         self._check = self._module(_STATIC / "check.js", {"findings": self.findings})
 
     def _build_surface(self, path: Path) -> None:
-        traits = self._now() | {"surface": self._surface()}
-        self.surface = self._module(path, traits, lambda: {"surface": self._surface()})
+        traits = self._now() | {"surface": self._surface(), "several": self._several()}
+        self.surface = self._module(path, traits, self._surfaces)
 
     def _build_panel(self, panel: Any) -> None:
         try:
@@ -259,6 +267,25 @@ class _Page:
             return surface_data(self.document.design, *self._known_axes())
         except InputError:
             return None
+
+    def _surfaces(self) -> dict[str, Any]:
+        """The surface and, coarse until the edits rest, the small ones."""
+        if self.several == "one":
+            return {"surface": self._surface(), "several": self._several()}
+        if self._fine is not None:
+            self._fine.cancel()
+        self._fine = asyncio.get_running_loop().call_later(FINE, self._show_several)
+        return {"surface": self._surface(), "several": self._several(COARSE)}
+
+    def _several(self, points: int = SMALL_POINTS) -> dict[str, Any]:
+        try:
+            return several_data(self.document.design, self.several, *self._known_axes(), points)
+        except InputError:
+            return {"mode": self.several, "pictures": [], "left_out": 0}
+
+    def _show_several(self) -> None:
+        if self.surface is not None and not self.bench.closed:
+            self.surface.update(several=self._several())
 
     def _compared(self) -> dict[str, Any] | None:
         if self.document.compared is None:
@@ -365,7 +392,7 @@ class _Page:
 
     def _show_surface(self) -> None:
         if self.surface is not None:
-            self.surface.update(surface=self._surface())
+            self.surface.update(surface=self._surface(), several=self._several())
 
     def _connected(self) -> None:
         if self._rested:
@@ -380,13 +407,19 @@ class _Page:
     def _say(self, sentence: str, problem: bool) -> None:
         self.header.send({"say": sentence, "problem": problem})
 
+    def _tell_header(self, content: dict[str, Any]) -> None:
+        if not self.bench.closed:
+            self.header.send(content)
+
     # What the modules send ------------------------------------------------------------------------------------
 
     def _heard(self, bridge: Bridge, content: Any) -> None:
         """An edit or a look; what is wrong with it becomes a sentence beside the module that sent it."""
         try:
             look = content.get("look") if isinstance(content, Mapping) else None
-            if look == "surface":
+            if look == "several":
+                self._look_at_several(content)
+            elif look == "surface":
                 self._look_at_surface(content)
             elif look == "select":
                 self._select(content)
@@ -421,6 +454,13 @@ class _Page:
         if self.document.compared is not None:
             self._changed_soon()
 
+    def _look_at_several(self, content: Mapping[str, Any]) -> None:
+        mode = content.get("mode")
+        if mode not in ("one", "outputs", "pairs"):
+            raise InputError("the surfaces shown are 'one', of all 'outputs', or of all 'pairs' of inputs")
+        self.several = mode
+        self._show_several()
+
     def _select(self, content: Mapping[str, Any]) -> None:
         kind, variable, term = (content.get(name) for name in ("kind", "variable", "term"))
         if kind not in ("input", "output") or not isinstance(variable, str) or not isinstance(term, (str, type(None))):
@@ -447,6 +487,10 @@ class _Page:
             "stop": self._stop,
             "compare": self._compare,
             "discard": self._discard,
+            "starts": lambda content: self.starting.show(),
+            "start_columns": self.starting.columns,
+            "start_make": self.starting.make,
+            "start_stop": lambda content: self.starting.stop(),
         }
         what = content.get("do") if isinstance(content, Mapping) else None
         if not isinstance(what, str) or what not in tasks:

@@ -38,10 +38,12 @@ def _told(before: Design, after: Design, message: Mapping[str, Any], op: str) ->
     if op in ("remove_rule", "fill_rules"):
         if gone:
             yield f"Rule {gone[0] + 1} removed." if len(gone) == 1 else f"{len(gone)} rules removed."
-    elif op in ("remove_variable", "remove_term"):
+    elif op in ("remove_variable", "remove_term") or (op == "spread_terms" and _fewer_terms(before, after)):
         changed = sum(line.key in lines and lines[line.key] != line.rule for line in before.lines)
         parts = [f"{_rules(n)} {what}" for n, what in ((len(gone), "removed"), (changed, "changed")) if n]
-        name = message["variable"] if op == "remove_variable" else f"{message['term']} of {message['variable']}"
+        variable = message["variable"]
+        of = {"remove_variable": variable, "spread_terms": f"Terms of {variable}"}
+        name = of[op] if op in of else f"{message['term']} of {variable}"
         yield f"{name} removed; {' and '.join(parts) or 'no rule changed'}."
         yield from _alike_now(before, after)
         yield from _slopes(before, after)
@@ -49,6 +51,13 @@ def _told(before: Design, after: Design, message: Mapping[str, Any], op: str) ->
         yield from _out_of_range(before, after)
     elif op == "add_all_rules":
         yield f"{_rules(len(after.lines) - len(before.lines))} added."
+
+
+def _fewer_terms(before: Design, after: Design) -> bool:
+    """Whether a variable has fewer terms than it had."""
+    systems = before.system, after.system
+    counts = [[len(v.terms) for v in (*system.inputs, *system.outputs)] for system in systems]
+    return any(old > new for old, new in zip(*counts, strict=True))
 
 
 def _rules(count: int) -> str:

@@ -10,6 +10,7 @@ from fuzzy.designer.design import Design
 from fuzzy.designer.message import EditError, Message
 from fuzzy.designer.places import (
     CONSEQUENTS,
+    Place,
     consequent,
     found,
     new_name,
@@ -22,6 +23,7 @@ from fuzzy.designer.places import (
     with_terms,
     without,
 )
+from fuzzy.fitting.identification import grid_terms
 from fuzzy.membership import Triangle, membership_function
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction
 from fuzzy.system import Constant, Linear, Variable
@@ -64,20 +66,111 @@ def change_type(design: Design, message: Message) -> tuple[Design, str]:
     """
     place = found(design, message)
     label = term_of(message, place.variable)
-    old = place.variable.terms[label]
-    new: Any
-    if place.kind == "input":
-        kind = message.one_of("type", tuple(MATLAB_NAMES), "membership function")
-        new = converted(old, kind, place.variable.universe)
-    else:
-        kind = message.one_of("type", CONSEQUENTS, "consequent")
-        new = old
-        if kind == "linear" and isinstance(old, Constant):
-            new = consequent(kind, (*[0.0] * len(design.system.inputs), old.value), len(design.system.inputs), label)
-        elif kind == "constant" and isinstance(old, Linear):
-            middle = sum(p * v.midrange for p, v in zip(old.slopes, design.system.inputs, strict=True))
-            new = consequent(kind, (float(middle + old.constant),), len(design.system.inputs), label)
+    kind = _wanted_type(place, message)
+    new = _as_type(design, place, label, kind)
     return put(design, place, with_term(place.variable, label, new)), f"make {label} a {kind}"
+
+
+def change_types(design: Design, message: Message) -> tuple[Design, str]:
+    """term_types {variable, type}: all terms of a variable; each keeps its place and width as for term_type."""
+    place = found(design, message)
+    kind = _wanted_type(place, message)
+    terms = [(label, _as_type(design, place, label, kind)) for label in place.variable.terms]
+    return put(design, place, with_terms(place.variable, terms)), f"make all of {place.variable.name} {kind}"
+
+
+def _wanted_type(place: Place, message: Message) -> str:
+    if place.kind == "input":
+        return message.one_of("type", tuple(MATLAB_NAMES), "membership function")
+    return message.one_of("type", CONSEQUENTS, "consequent")
+
+
+def _as_type(design: Design, place: Place, label: str, kind: str) -> Any:
+    """The term ``label`` as a function or consequent of another type."""
+    old = place.variable.terms[label]
+    if place.kind == "input":
+        return converted(old, kind, place.variable.universe)
+    inputs = design.system.inputs
+    if kind == "linear" and isinstance(old, Constant):
+        return consequent(kind, (*[0.0] * len(inputs), old.value), len(inputs), label)
+    if kind == "constant" and isinstance(old, Linear):
+        middle = sum(p * v.midrange for p, v in zip(old.slopes, inputs, strict=True))
+        return consequent(kind, (float(middle + old.constant),), len(inputs), label)
+    return old
+
+
+def spread_terms(design: Design, message: Message) -> tuple[Design, str]:
+    """spread_terms {variable, count}: ``count`` terms whose middles are spread evenly over the universe.
+
+    Neighbours cross at 0.5. The terms that there are keep their order, names and functions; more are put between them,
+    and where fewer are wanted those between are removed, with their clauses and the rules that keep nothing. An
+    output's constants are spread likewise.
+    """
+    place = found(design, message)
+    variable, count = place.variable, message.whole("count")
+    if not 2 <= count <= MOST_TERMS:
+        raise EditError(f"the number of terms must be >= 2 and <= {MOST_TERMS}, got {count}")
+    low, high = variable.universe
+    if not low < high:
+        raise EditError(f"{variable.name} has no range over which terms could be spread")
+    if place.kind == "output" and any(isinstance(term, Linear) for term in variable.terms.values()):
+        raise EditError(f"{variable.name} has linear consequents; make all constant before they are spread")
+    order = sorted(variable.terms, key=lambda label: _middle(variable, label))
+    kept = _kept_places(len(order), count)
+    labels = {kept[k]: label for k, label in enumerate(order) if k in kept}
+    at = {label: k for k, label in labels.items()}
+    names = [label for label in variable.terms if label in at]
+    for k in range(count):
+        if k not in labels:
+            labels[k] = numbered("mf", len(variable.terms) + 1, [*variable.terms, *names])
+            at[labels[k]] = k
+            names.insert(names.index(labels[k - 1]) + 1 if k else 0, labels[k])
+    made = _even_functions(variable, [labels[k] for k in range(count)], place.kind)
+    changed = with_terms(variable, [(label, made[at[label]]) for label in names])
+    rules, told = without(design, place, lambda term: term not in at)
+    return put(design, place, changed, rules), f"spread {count} terms of {variable.name}{told}"
+
+
+def _middle(variable: Variable, label: str) -> float:
+    """Where a term stands: the middle of its core, or its constant."""
+    term, (low, high) = variable.terms[label], variable.universe
+    if isinstance(term, Constant):
+        return float(term.value)
+    return float(term.profile(high - low).closed(low, high).center)
+
+
+def _kept_places(present: int, count: int) -> dict[int, int]:
+    """The place among ``count`` of each of the ``present`` terms that stay; the first and the last stay at the ends."""
+    few, many = sorted((present, count))
+    if few < 2:
+        return {0: (count - 1) // 2} if present else {}
+    places = {k: (k * (many - 1) + (few - 1) // 2) // (few - 1) for k in range(few)}
+    return places if present <= count else {old: k for k, old in places.items()}
+
+
+def _even_functions(variable: Variable, labels: list[str], kind: str) -> list[Any]:
+    """A term for each of ``labels`` from the lowest to the highest; new ones as most of the others are."""
+    (low, high), count = variable.universe, len(labels)
+    if kind == "output":
+        step = (high - low) / (count - 1)
+        return [Constant(low + k * step) for k in range(count - 1)] + [Constant(high)]
+    types = [type(term) for term in variable.terms.values() if type(term).grid is not None]
+    usual = max(types, key=types.count).matlab if types else "trimf"
+    spread = grid_terms("trimf", low, high, count)
+    made: list[Any] = []
+    for k, label in enumerate(labels):
+        old = variable.terms.get(label)
+        wanted = usual if old is None else type(old).matlab
+        new = MATLAB_NAMES[wanted]
+        if new.grid is not None:
+            made.append(grid_terms(wanted, low, high, count)[k])
+            continue
+        # A ramp belongs to an end of the universe.
+        ramp = converted(spread[k], wanted, variable.universe)
+        ends = [round(float(ramp(np.array([x]))[0])) for x in (low, high)]
+        fits = (k == 0 and ends == [1, 0]) or (k == count - 1 and ends == [0, 1])
+        made.append(ramp if fits else grid_terms(usual, low, high, count)[k])
+    return made
 
 
 def add_term(design: Design, message: Message) -> tuple[Design, str]:

@@ -1,5 +1,6 @@
 """What is shown of a design, in JSON's types: numbers, texts, lists and mappings; None is a number that is missing."""
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -10,7 +11,7 @@ import numpy as np
 from fuzzy.designer.design import CHOICES, Design, RuleLine
 from fuzzy.insight.diagnosis import Finding, check
 from fuzzy.insight.explanation import explain
-from fuzzy.insight.surfacegrid import surface
+from fuzzy.insight.surfacegrid import surface, surfaces
 from fuzzy.membershipfunction import MATLAB_NAMES, as_number
 from fuzzy.shown import typeset
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from fuzzy.designer.document import Document
 
 POINTS = 41  # of a surface along each axis
+SMALL_POINTS = 25  # of a small one
+MANY_SMALL = 15  # small surfaces, from which on they are coarser: those of 6 inputs are not
+MOST_SMALL = 36  # small surfaces: the pairs of 9 inputs
 
 
 def functions_data() -> dict[str, Any]:
@@ -264,12 +268,61 @@ def surface_data(
         "output": output,
         "x": _numbers(grid.x[0] if grid.y is not None else grid.x),
         "y": None if grid.y is None else _numbers(grid.y[:, 0]),
-        "z": _array(z),
+        "z": numbers(z),
         "fired": fired.tolist(),
         "fixed": _numbers(point),
         "low": low,
         "high": high,
     }
+
+
+def rounded_for(z: np.ndarray, span: float) -> np.ndarray:
+    """``z`` with a thousandth of ``span`` as its last digit or so: all that a small picture shows."""
+    digits = 3 - math.floor(math.log10(span)) if span > 0 and math.isfinite(span) else 6
+    return np.round(z, min(300, max(-300, digits)))
+
+
+def several_data(
+    design: Design, mode: str, inputs: Sequence[int] | None = None, output: int = 0, points: int = SMALL_POINTS
+) -> dict[str, Any]:
+    """The trait ``several``: small surfaces beside the large one, the other inputs held at the design's point.
+
+    Each of its ``pictures`` has ``inputs`` (one or two) and ``output`` by number, ``z`` (points, points) or (points,)
+    and ``fired``, which is None where rules fire everywhere. ``left_out`` counts those for which there is no room.
+
+    Args:
+        design: The design.
+        mode: "one": none; "outputs": every output over ``inputs``; "pairs": ``output`` over each pair of inputs.
+        inputs: The inputs of the large one's axes; the first two by default.
+        output: The output of the large one.
+        points: The number of points along each axis; two thirds of it where there are many pictures.
+    """
+    system = _quiet(design.in_force)
+    axes = list(range(min(2, len(system.inputs)))) if inputs is None else list(inputs)
+    several: list[tuple[list[int], list[int]]] = []  # axes, outputs
+    left_out = 0
+    if mode == "outputs":
+        several = [(axes, list(range(len(system.outputs)))[:MOST_SMALL])]
+        left_out = len(system.outputs) - len(several[0][1])
+    elif mode == "pairs":
+        pairs = list(itertools.islice(itertools.combinations(range(len(system.inputs)), 2), MOST_SMALL))
+        several = [([i, j], [output]) for i, j in pairs]
+        left_out = math.comb(len(system.inputs), 2) - len(pairs)
+    pictures = []
+    if len(several) > MANY_SMALL:
+        points = 2 * points // 3
+    if several:
+        with np.errstate(all="ignore"):
+            grids = surfaces(system, [axes for axes, _ in several], design.point, points)
+        for (axes, outputs), (z, fired) in zip(several, grids, strict=True):
+            for j in outputs:
+                known = z[..., j][fired[..., j] & np.isfinite(z[..., j])]
+                span = float(np.ptp(known)) if known.size else 1.0
+                gaps = None if fired[..., j].all() else fired[..., j].tolist()
+                pictures.append(
+                    {"inputs": axes, "output": j, "z": numbers(rounded_for(z[..., j], span)), "fired": gaps}
+                )
+    return {"mode": mode, "pictures": pictures, "left_out": left_out}
 
 
 def compared_data(
@@ -304,7 +357,8 @@ def _numbers(values: Any) -> list[float | None]:
     return [_number(value) for value in values]
 
 
-def _array(values: np.ndarray) -> list[Any]:
+def numbers(values: np.ndarray) -> list[Any]:
+    """An array of one or two dimensions as lists, None where there is no finite number."""
     if np.isfinite(values).all():
         return values.tolist()
     return [_numbers(row) for row in values] if values.ndim > 1 else _numbers(values)

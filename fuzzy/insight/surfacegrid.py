@@ -67,6 +67,35 @@ def surface(
     return Surface(grids[0], grids[1] if len(grids) > 1 else None, result.output[..., j], result.fired[..., j])
 
 
+def surfaces(
+    fis: Sugeno, axes: Sequence[Sequence[int]], point: Sequence[float], points: int
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Evaluate all outputs over several grids by one inference: for each, the values and whether a rule fires.
+
+    Both are (points, points, outputs), the second input along the first axis, or (points, outputs) over one input.
+
+    Args:
+        fis: The system, which does not raise an error where no rule fires.
+        axes: The one or two inputs of each grid, by number.
+        point: The values (inputs,) of the inputs that are no axes.
+        points: The number of points along each input.
+    """
+    fis = detached(fis)
+    places = []
+    for own in axes:
+        grids = np.meshgrid(*(np.linspace(*fis.inputs[i].universe, points) for i in own))
+        x = np.broadcast_to(np.asarray(point, dtype=float), (*grids[0].shape, len(fis.inputs))).copy()
+        for i, grid in zip(own, grids, strict=True):
+            x[..., i] = grid
+        places.append(x)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", ".*no rule fires", InferenceWarning)
+        result = infer(fis, np.concatenate([x.reshape(-1, len(fis.inputs)) for x in places]))
+    ends = np.cumsum([x[..., 0].size for x in places])[:-1]
+    found = zip(places, np.split(result.output, ends), np.split(result.fired, ends), strict=True)
+    return [(z.reshape(*x.shape[:-1], -1), fired.reshape(*x.shape[:-1], -1)) for x, z, fired in found]
+
+
 def surface_axes(fis: Sugeno, inputs: Sequence[str | int] | str | int | None) -> list[int]:
     """Find the places of the one or two inputs that are the axes of a surface."""
     if inputs is None:

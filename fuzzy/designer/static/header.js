@@ -2,7 +2,7 @@
 // said to the designer, and the keys that work everywhere. Model: "design" and "shell" ({ file, files, compared,
 // largest, restored, unkept }) and "keys"
 // ([key, where, what]); Python's messages: { say, problem }, { say, undo }, { say, stop }, { ask, then }, { moved },
-// { saved }, { refused }: of "Save as".
+// { saved }, { refused }: of "Save as"; those of the dialog "New from" stand in starts.js.
 
 import { watchConnection } from "./connection.js";
 import { historyKeys } from "./keys.js";
@@ -131,8 +131,9 @@ function render({ model, el }) {
       make("p", {}, files.length ? "Files of this folder:" : "This folder has no .fis files yet."),
       list,
       make("label", { class: "row" }, make("span", {}, "New file"), name),
+      make("button", { type: "button", onclick: () => (box.close(), newFrom()) }, "New from …"),
     ];
-    dialog(el, "Open", rows, "Create", () => location.assign(address(withEnding(name.value.trim()))));
+    const box = dialog(el, "Open", rows, "Create", () => location.assign(address(withEnding(name.value.trim()))));
     list.querySelector("a")?.focus();
   }
 
@@ -236,6 +237,24 @@ function render({ model, el }) {
     }
   }
 
+  let starts = null; // the dialog "New from", loaded when it is first asked for
+  async function newFrom() {
+    try {
+      starts ??= (await import("./starts.js")).startsDialog({
+        host: el,
+        make,
+        dialog,
+        select,
+        send,
+        files: () => shell().files,
+        go: (name) => location.assign(address(name)),
+      });
+    } catch {
+      return say("What there is to begin with cannot be shown: the server does not answer.", true);
+    }
+    starts.open();
+  }
+
   function ask({ ask: question, accept, then }) {
     dialog(el, "Are you sure?", [make("p", {}, question)], accept, () => send(then));
   }
@@ -243,6 +262,7 @@ function render({ model, el }) {
   // The menu -------------------------------------------------------------------------------------------------
   const entries = [
     ["Open or new …", openFile],
+    ["New from …", newFrom],
     ["Save as …", saveAs],
     ["Upload a .fis file …", () => chooser.click()],
     ["Download the .fis file", () => send({ do: "download" })],
@@ -386,11 +406,21 @@ function render({ model, el }) {
   function showRestored() {
     const when = shell().restored;
     restored.replaceChildren();
+    if (!when && !shell().files.length && !model.get("design").undo) offerStarts();
     if (!when) return;
     restored.append(
       make("span", {}, `Unsaved work of ${when} has been restored.`),
       make("button", { type: "button", onclick: () => send({ do: "discard" }) }, "Revert to the saved file"),
       make("button", { type: "button", onclick: () => restored.replaceChildren() }, "Keep it"),
+    );
+  }
+
+  // An empty folder: a small new system stands there, and there are better things to begin with.
+  function offerStarts() {
+    restored.append(
+      make("span", {}, "This folder has no .fis files yet: a small new system stands here."),
+      make("button", { type: "button", "aria-haspopup": "dialog", onclick: newFrom }, "New from …"),
+      make("button", { type: "button", onclick: () => restored.replaceChildren() }, "Keep this one"),
     );
   }
 
@@ -412,16 +442,18 @@ function render({ model, el }) {
 
   const unwatch = watchConnection();
   const onMessage = (message) => {
+    starts?.hear(message);
     if (message.say !== undefined) say(message.say, message.problem, message.undo ?? null, message.stop);
     if (message.saved || message.ask !== undefined) saving?.close();
     if (message.refused !== undefined) saving ? saving.refused(message.refused) : say(message.refused, true);
     if (message.ask !== undefined) ask(message);
     if (message.moved !== undefined) history.replaceState(null, "", address(message.moved));
   };
-  let shown = null;
+  let shown; // the time of the unsaved work that was told last
   const onShell = () => {
     show();
     if (shell().restored !== shown) showRestored();
+    else if (shell().files.length && !shown) restored.replaceChildren(); // no empty folder any more
     shown = shell().restored;
     const problem = shell().unkept;
     const loss = "Until that works again, what is not saved in the file is lost when the designer ends.";

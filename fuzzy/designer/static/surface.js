@@ -7,7 +7,6 @@ import {
   labelled,
   offer,
   put,
-  quantity,
   rounded,
   said,
   say,
@@ -19,6 +18,7 @@ import { drag, hold, stepped } from "./dragging.js";
 import { difference, fieldOf, levelsOf } from "./field.js";
 import { paintRelief } from "./relief.js";
 import { contourPicture } from "./contour.js";
+import { heldInputs, smallMultiples } from "./multiples.js";
 import { sectionChart } from "./section.js";
 
 export function render({ model, el }) {
@@ -83,6 +83,28 @@ export function render({ model, el }) {
       text,
     ),
   );
+  const modes = [
+    ["one", "One"],
+    ["outputs", "All outputs"],
+    ["pairs", "All pairs"],
+  ].map(([mode, text]) =>
+    element(
+      "button",
+      {
+        type: "button",
+        class: "fd-tab",
+        "data-mode": mode,
+        onclick: () => model.send({ look: "several", mode }),
+      },
+      text,
+    ),
+  );
+  const several = element("div", { class: "fd-tabs", role: "group", "aria-label": "Surfaces" }, ...modes);
+  const multiples = smallMultiples((chosen) => ask(chosen)),
+    held = heldInputs(
+      (i, value, pressed) => move([[i, value]], pressed),
+      () => place.release(),
+    );
   const field = (text, select) =>
     element("label", { class: "fd-choice" }, element("span", { "aria-hidden": "true" }, text), select);
   const compareField = field("other design", compare),
@@ -153,7 +175,10 @@ export function render({ model, el }) {
       tabs,
       compareField,
       reset,
+      several,
     ),
+    held.node,
+    multiples.node,
     area,
   );
   el.append(root);
@@ -246,6 +271,15 @@ export function render({ model, el }) {
       surface.output,
     );
     secondField.hidden = inputs.length < 2;
+    const mode = model.get("several")?.mode ?? null; // a notebook has the large one only
+    several.hidden = mode === null || (outputs.length < 2 && inputs.length < 3);
+    for (const each of modes) {
+      put(each, { "aria-pressed": String(each.dataset.mode === mode) });
+      each.hidden = { outputs: outputs.length < 2, pairs: inputs.length < 3 }[each.dataset.mode] ?? false;
+    }
+    const all = inputs.map((_, i) => i);
+    held.draw(design(), mode === "pairs" ? all : all.filter((i) => i !== a && i !== b), point());
+    multiples.draw(model.get("several"), design(), surface, point());
     const compared = model.get("compared"),
       other = compared?.surface && state.compare !== "off" ? fieldOnce(compared.surface) : null,
       now = fieldOnce(surface),
@@ -294,13 +328,8 @@ export function render({ model, el }) {
         "aria-label": `Surface of ${title.name} over ${scene.a.name} and ${scene.b.name}, from ${said(levels[0])} to ${said(levels.at(-1))}; drag or arrow keys turn it`,
       });
     }
-    const held = inputs
-      .map((v, i) => [v, i])
-      .filter(([, i]) => i !== a && i !== b)
-      .map(([v, i]) => `${v.name} = ${quantity(point()[i], v)}`);
     const gap = drawn.fired.some((v) => !v),
       words = [
-        held.length ? `at ${held.join(", ")}` : "",
         gap ? `hatched: no rule fires` : "",
         old ? `${flat.hidden ? "grey" : "dashed"}: ${compared.name}` : "",
         compared && state.compare !== "off" && !apart ? "the other design has different axes here" : "",
@@ -313,7 +342,7 @@ export function render({ model, el }) {
   }
 
   const ends = [
-    watch(model, ["design", "surface", "compared", "point"], () => {
+    watch(model, ["design", "surface", "several", "compared", "point"], () => {
       place.settle("point", model.get("point"));
       paint();
     }),

@@ -188,6 +188,38 @@ export function render({ model, el }) {
     },
     "Add term",
   );
+  // Of all the variable's terms at once
+  const count = element("input", {
+    type: "number",
+    class: "fd-count",
+    min: 2,
+    max: 200,
+    step: 1,
+    "aria-label": "number of terms to spread",
+  });
+  const spread = () => {
+    const number = Number(count.value);
+    edit("spread_terms", { variable: selected().variable.name, count: count.value === "" ? null : number });
+  };
+  count.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") (event.preventDefault(), spread());
+  });
+  const evenly = element(
+    "span",
+    { class: "fd-together", role: "group", "aria-label": "Spread evenly" },
+    button(
+      null,
+      "spread the terms evenly over the range; names stay, more are added between, or some are taken away",
+      spread,
+      "Spread evenly",
+    ),
+    element("label", { class: "fd-choice" }, count, element("span", { "aria-hidden": "true" }, "terms")),
+  );
+  const allAs = choices("all terms as", [], "", (value) => {
+    if (value) edit("term_types", { variable: selected().variable.name, type: value });
+    allAs.value = "";
+  });
+  let counted = ""; // of which the number of terms is shown, until another is typed
   const legend = element("p", { class: "fd-note" });
   const problem = problemLine(model, root);
   root.append(
@@ -198,7 +230,7 @@ export function render({ model, el }) {
     outputChart.node,
     legend,
     list,
-    element("div", { class: "fd-actions" }, add),
+    element("div", { class: "fd-actions" }, add, evenly, allAs),
     problem.node,
   );
   el.append(root);
@@ -375,6 +407,12 @@ export function render({ model, el }) {
           ? "Drag a handle or a whole curve; the arrow keys move a handle, and with Alt the curve."
           : "Drag a marker; a bar shows the range of a linear consequent, its dot the value at the current point.",
     );
+    offer(allAs, [["", "All terms as …"], ...(kind === "input" ? kinds : CONSEQUENTS)], "");
+    evenly.hidden = kind === "output" && own.terms.some(({ type }) => type === "linear");
+    if (counted !== `${owner} ${own.terms.length}`) {
+      counted = `${owner} ${own.terms.length}`;
+      count.value = String(Math.max(2, own.terms.length));
+    }
     while (rows.length < variable.terms.length) {
       rows.push(row(rows.length));
       list.append(rows.at(-1).node);

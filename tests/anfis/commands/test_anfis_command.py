@@ -103,7 +103,7 @@ def test_pruning_keeps_fewer_rules(data, capsys):
         (["--grid", "2", "--mf", "gausmf"], "gaussmf"),
         (["--start", "none.fis"], "none.fis"),
         (["--grid", "2", "--resume", "none.pt"], "none.pt"),
-        (["--grid", "2", "--inputs", "a,y"], "the last column is among the inputs: say which are the --outputs"),
+        (["--grid", "2", "--inputs", "a,y"], "the last column is among the inputs: say which are the outputs"),
         (["--grid", "2", "--inputs", "a,y", "--outputs", "y"], "column 'y' is both an input and an output"),
         (["--grid", "2", "--inputs", "a,a"], "column 'a' is named twice"),
         (["--rules", "3", "--mf", "trimf"], "--mf says what --grid is made of"),

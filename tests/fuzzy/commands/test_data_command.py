@@ -138,7 +138,7 @@ def test_a_constant_column_is_one_line_on_stderr(capsys) -> None:
         ("bare.csv --inputs 7", "unknown column '7'. Known: column1, column2, column3"),
         ("data.csv --inputs x,x", "column 'x' is named twice"),
         ("data.csv --inputs x,v --outputs v", "column 'v' is both an input and an output"),
-        ("data.csv --inputs x,w", "say which are the --outputs"),
+        ("data.csv --inputs x,w", "say which are the outputs"),
         ("bare.csv --outputs 1,2,3", "no inputs are left"),
         ("data.csv --method grid --radius 0.5", "--radius goes with --method subtractive, not grid"),
         ("data.csv --mfs 3", "--mfs goes with --method grid, not subtractive"),

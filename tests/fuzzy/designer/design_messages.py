@@ -64,6 +64,7 @@ NAMES = st.sampled_from(
 NUMBER = st.sampled_from([0, 1, -1, 0.5, 2, 0.1, 1e-300, 1e99, -1e99, 3.3])
 FIELDS: dict[str, Any] = {
     **dict.fromkeys(("variable", "term", "name"), NAMES | st.text(max_size=3)),
+    "count": st.integers(1, 12),
     "parameters": st.lists(NUMBER, max_size=5),
     "type": st.sampled_from([*MATLAB_NAMES, "constant", "linear"]),
     "kind": st.sampled_from(["input", "output"]),
@@ -89,6 +90,8 @@ FIELDS: dict[str, Any] = {
 NEEDS = {
     "term": "variable term parameters",
     "term_type": "variable term type",
+    "term_types": "variable type",
+    "spread_terms": "variable count",
     "add_term": "variable",
     "remove_term": "variable term",
     "rename_term": "variable term name",
@@ -138,7 +141,7 @@ def messages(draw: st.DrawFn):
         if op == "term":
             count = {"near": 3, "far": 4, "left": 2, "right": 2, "fast": 3}.get(message["term"], 1)
             message["parameters"] = sorted(draw(st.lists(NUMBER, min_size=count, max_size=count)))
-        if op == "term_type":
+        if op in ("term_type", "term_types"):
             consequent = ["constant", "linear"]
             kinds = consequent if message["variable"] in ("v", "w") else list(MATLAB_NAMES)
             message["type"] = draw(st.sampled_from(kinds))

@@ -56,6 +56,71 @@ def reads_back_equal(design: Design) -> None:
 # Terms --------------------------------------------------------------------------------------------------------
 
 
+def spread_system(types=("trimf", "trimf", "trimf")):
+    far = {"small": (-1, 0, 1), "medium": (1, 2, 2.5), "large": (3, 8, 9)}
+    terms = {n: converted(fuzzy.Triangle(*far[n]), t, (0, 8)) for n, t in zip(far, types, strict=True)}
+    out = {"slow": 0.3, "fast": 0.9, "middle": 0.8}
+    rules = [f"if d is {a} then v is {b}" for a, b in (("small", "slow"), ("medium", "middle"), ("large", "fast"))]
+    return Sugeno([Variable("d", (0, 8), terms)], [Variable("v", (0.0, 1.0), out)], rules)
+
+
+def test_terms_are_spread_evenly_with_their_names_and_types():
+    d = design_of(spread_system(("trimf", "gaussmf", "trimf")))
+    three = edit(d, "spread_terms", variable="d", count=3).system["d"].terms
+    assert list(three) == ["small", "medium", "large"]
+    assert three["small"] == fuzzy.Triangle(-4, 0, 4)
+    x = np.linspace(0, 8, 101)
+    assert np.allclose(three["medium"](x), 0.5 ** ((x - 4) / 2) ** 2)  # 1 in the middle, 0.5 where it meets the others
+    assert edit(d, "spread_terms", variable="d", count=3).lines == d.lines
+    more = edit(d, "spread_terms", variable="d", count=5)
+    assert list(more.system["d"].terms) == ["small", "mf4", "medium", "mf5", "large"]
+    assert [float(t(np.array([2.0 * k]))[0]) for k, t in enumerate(more.system["d"].terms.values())] == [1] * 5
+    triangles = edit(more, "term_types", variable="d", type="trimf").system["d"].terms.values()
+    assert np.allclose(sum(t(x) for t in triangles), 1)
+    assert more.lines == d.lines
+    reads_back_equal(more)
+
+
+def test_ramps_stay_at_the_ends_and_fewer_terms_take_their_clauses_along():
+    d = design_of(spread_system(("linzmf", "trimf", "linsmf")))
+    five = edit(d, "spread_terms", variable="d", count=5).system["d"].terms
+    assert (five["small"], five["large"]) == (fuzzy.LinearZ(0, 2), fuzzy.LinearS(6, 8))
+    x = np.linspace(0, 8, 101)
+    assert np.allclose(sum(term(x) for term in five.values()), 1)
+    message = {"edit": "spread_terms", "variable": "d", "count": 2}
+    two = apply(d, message)
+    assert list(two.system["d"].terms) == ["small", "large"]
+    assert [str(line.rule) for line in two.lines] == ["if d is small then v is slow", "if d is large then v is fast"]
+    assert broken(d, two, message) == "Terms of d removed; 1 rule removed."
+    assert broken(d, apply(d, {**message, "count": 4}), {**message, "count": 4}) is None
+    assert name_of(d, "spread_terms", variable="d", count=2) == "spread 2 terms of d, with 1 rule that had nothing else"
+    inside = design_of(spread_system(("trimf", "linsmf", "trimf")))  # a ramp stands at an end only
+    assert edit(inside, "spread_terms", variable="d", count=3).system["d"].terms["medium"] == fuzzy.Triangle(0, 4, 8)
+
+
+def test_constants_are_spread_in_their_order_and_linear_consequents_are_not():
+    d = edit(design_of(spread_system()), "spread_terms", variable="v", count=3)
+    assert {name: float(t.value) for name, t in d.system["v"].terms.items()} == {"slow": 0, "fast": 1, "middle": 0.5}
+    linear = edit(d, "term_types", variable="v", type="linear")
+    assert all(isinstance(term, Linear) for term in linear.system["v"].terms.values())
+    assert linear.system([[2.0]]) == pytest.approx(d.system([[2.0]]))
+    refused(linear, "spread_terms", "linear consequents", variable="v", count=3)
+    assert edit(linear, "term_types", variable="v", type="constant").system == d.system
+    for count, match in ((1, "must be >= 2"), (201, "<= 200"), (2.5, "whole number"), (None, "whole number")):
+        refused(d, "spread_terms", match, variable="d", count=count)
+    refused(d, "term_types", "did you mean 'gaussmf'", variable="d", type="gausmf")
+    refused(d, "term_types", "unknown consequent", variable="v", type="gaussmf")
+
+
+def test_all_terms_change_their_type_as_one_by_one():
+    d = design_of(spread_system())
+    one_by_one = d
+    for term in ("small", "medium", "large"):
+        one_by_one = edit(one_by_one, "term_type", variable="d", term=term, type="gaussmf")
+    assert edit(d, "term_types", variable="d", type="gaussmf") == one_by_one
+    assert name_of(d, "term_types", variable="d", type="gaussmf") == "make all of d gaussmf"
+
+
 def test_moved_vertices_stay_in_order():
     d = design_of(system())
     moved = edit(d, "term", variable="distance", term="near", parameters=[0, 0.25, 1])

@@ -502,6 +502,7 @@ def test_uploads(tab, tmp_path):
     page.wait_for_selector(".state.unsaved")
     assert page.get_by_role("button", name="Undo: upload odd.fis").count() == 1
     page.reload()  # the odd name is in the page itself then
+    page.wait_for_selector(".shell-header[data-ready]")
     page.wait_for_selector(".fd-terms [role=slider]")
     assert name in [field.input_value() for field in page.locator(".fd-tree input").all()]
 

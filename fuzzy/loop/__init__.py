@@ -1,0 +1,1 @@
+"""The closed loop of a Sugeno system with one's own plant."""
