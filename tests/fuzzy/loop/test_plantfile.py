@@ -1,5 +1,7 @@
 """Plants in files and texts."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -26,7 +28,7 @@ def test_the_template_is_a_pendulum(tmp_path):
 @pytest.mark.parametrize(("name", "kind"), [(n, "pid") for n in EXAMPLES] + [("motor", "pd"), ("integrating", "pd")])
 def test_each_example_is_controlled_by_a_template(name, kind):
     example = EXAMPLES[name]
-    about = {"duration": example.duration, "scale": Scale(*example.scale), "limits": example.limits}
+    about: dict[str, Any] = {"duration": example.duration, "scale": Scale(*example.scale), "limits": example.limits}
     done = step_response(rule_table(kind, 7), example.plant, disturbance=example.disturbance, **about)
     assert not done.stopped
     assert done.figures.overshoot < 30
