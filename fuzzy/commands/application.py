@@ -20,6 +20,7 @@ from fuzzy.commands.plot import plot
 from fuzzy.commands.rules import rules
 from fuzzy.commands.search import search
 from fuzzy.commands.show import show
+from fuzzy.commands.step import step
 from fuzzy.commands.surface import surface
 from fuzzy.commands.tune import tune
 from fuzzy.errors import InputError
@@ -31,7 +32,22 @@ app = application(
     "fuzzy show tipper.fis",
 )
 
-for command in (show, rules, plot, surface, explain, check, evaluate, convert, identify, search, tune, design, example):
+for command in (
+    show,
+    rules,
+    plot,
+    surface,
+    explain,
+    check,
+    evaluate,
+    convert,
+    identify,
+    search,
+    tune,
+    step,
+    design,
+    example,
+):
     app.command()(command)
 
 

@@ -88,9 +88,11 @@ def roles_of(fis: Sugeno, chosen: Mapping[str, str] | None = None) -> Roles:
     """
     chosen = chosen or {}
     names = [v.name for v in (*fis.inputs, *fis.outputs)]
-    for name in chosen:
+    for name, role in chosen.items():
         if name not in names:
             raise LoopError(expected(name, names, "variable"))
+        if role not in (*INPUT_ROLES, *OUTPUT_ROLES):
+            raise LoopError(expected(role, (*INPUT_ROLES, *OUTPUT_ROLES), "role"))
     found: list[tuple[str, ...]] = []
     for what, variables, known in (("input", fis.inputs, INPUT_ROLES), ("output", fis.outputs, OUTPUT_ROLES)):
         roles = [chosen.get(v.name) or role_of(v.name) for v in variables]

@@ -103,7 +103,8 @@ class Figures:
     recovery_time: float | None  # s, from the disturbance until it stays in the band again
 
 
-# What people call the figures, their units, in this order; {unit} is that of the plant's output.
+AFTER = ("peak_deviation", "recovery_time")  # of a disturbance alone
+# What people call the figures, and their units where they are not those of the plant, in this order.
 TITLES = {
     "overshoot": ("Overshoot", "%"),
     "rise_time": ("Rise time, 10 to 90 %", "s"),

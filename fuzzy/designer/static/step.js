@@ -46,6 +46,7 @@ const LOOP = [
 const FACTORS = ["Ke", "Kde", "Kie", "Ku", "Kdu"].map((name) => [name, name]);
 const GAINS = ["Kp", "Ki", "Kd"].map((name) => [name, name, "", "by rule"]);
 const BAND = 0.02;
+const AFTER = ["peak_deviation", "recovery_time"]; // of a disturbance alone
 
 export async function render({ model, el }) {
   await styled(...SHEETS);
@@ -369,11 +370,11 @@ export async function render({ model, el }) {
     );
     const body = get("titles")
       .map(([name, title, unit]) => [name, unit ? `${title} [${unit}]` : title, rows.map((r) => r.figures[name])])
-      .filter(([, , values]) => values.some((v) => v !== null))
+      .filter(([name]) => response.disturbed !== null || !AFTER.includes(name))
       .map(([, title, values]) => {
         // The least in size is best, as it is shown; not by colour alone
         const shown = values.map((v) => (v === null ? "–" : said(v)));
-        const best = said(Math.min(...values.filter((v) => v !== null).map(Math.abs)));
+        const best = said(Math.min(Infinity, ...values.filter((v) => v !== null).map(Math.abs)));
         const cells = values.map((v, k) => {
           const wins = values.length > 1 && v !== null && said(Math.abs(v)) === best;
           return element("td", wins ? { class: "st-best" } : {}, shown[k]);
