@@ -29,6 +29,7 @@ from robotics.designer.folderfiles import (
     law_path,
     read_text_file,
 )
+from robotics.designer.moments import RunMoments, rule_times
 from robotics.designer.seedrounds import COUNTS, SeedRounds, Work
 from robotics.designer.severalseeds import (
     RANKED_BY,
@@ -43,8 +44,17 @@ from robotics.designer.textdesk import KINDS, TextDesk
 from robotics.designer.tryout import TryoutTrial
 from robotics.designer.uses import TryoutError
 
-_ORDER = ("check", "course", "tried", "choices", "before", "rival")  # the first things to look at are made first
+_ORDER = (
+    "check",
+    "course",
+    "tried",
+    "choices",
+    "before",
+    "rival",
+    "rules",
+)  # the first things to look at are made first
 _RUNS = {"tried", "before", "rival"}
+_REST = 0.3  # s after a run in which nothing else was wanted, until it is found which rule ruled when
 _LOOK = 1.0  # s between two looks at the files
 _KEPT = 32  # runs of rivals
 _CHOICES = ("scenario", "law", "look_ahead", "seed", "robot", "robot_of", "noise", "count", "shown", "rival")
@@ -88,11 +98,14 @@ class TryoutSession:
         self.reading: dict[str, asyncio.Task[None]] = {}
         self.watched: dict[str, tuple[str, Any]] = {}  # files of the folder by what they are, and their state when read
         self.watch: asyncio.TimerHandle | None = None
-        self.wanted = set(_ORDER) - {"check"}
+        self.wanted = set(_ORDER) - {"check", "rules"}
         self.seen = False  # nothing is run for a panel that nobody looks at
         self.task: asyncio.Task[None] | None = None
+        self.moments = RunMoments(bench)
+        self.ruling: asyncio.TimerHandle | None = None  # waits until the design rests
         self.rounds = SeedRounds(self._background, self._work, self._progress, self._publish)
-        nothing = ("choices", "course", "tried", "before", "rival", "busy", "problem", "editor", "seeds", "round")
+        nothing = ["choices", "course", "tried", "before", "rival", "busy", "problem", "editor", "seeds", "round"]
+        nothing += ["rules", "moment"]
         files: dict[str, list[str]] = {"scenarios": [], "robots": [], "laws": []}
         self.widget = bench.widget(MODULE, files=files, trial=self._trial(), **dict.fromkeys(nothing))
         self.widget.on_message(self.heard)
@@ -105,7 +118,13 @@ class TryoutSession:
         """Do what the page asks; an error becomes a sentence on the page."""
         content = message if isinstance(message, dict) else {}
         tasks = {"see": self._see, "list": self._list, "choose": self._choose, "file": self._take, "pin": self._pin}
-        tasks |= {"edit": self._edit, "text": self._write, "save": self._save, "revert": self._revert}
+        tasks |= {
+            "time": self._look_at_time,
+            "edit": self._edit,
+            "text": self._write,
+            "save": self._save,
+            "revert": self._revert,
+        }
         try:
             wish = content.get("do")
             if not isinstance(wish, str) or wish not in tasks:
@@ -123,6 +142,10 @@ class TryoutSession:
                 self.opening = self._begin("before", self._open_before)
             self._list(content)
             self._look()
+
+    def _look_at_time(self, content: dict[str, Any]) -> None:
+        self.widget.update(moment={"count": content.get("count")})  # whatever becomes of it, the page asks again
+        self.widget.update(moment=self.moments.look(content))
 
     def _list(self, _: dict[str, Any]) -> None:
         if "list" not in self.reads:
@@ -409,6 +432,8 @@ class TryoutSession:
         self.wanted |= {"course", "tried"}
 
     def _changed(self) -> None:
+        if self.trial is not None and self.last and self._present() == self.last[1] and "tried" not in self.wanted:
+            return  # one looks at another point, or edits what drives nobody
         if self.trial is None or _variables(self._present()) != self.variables:
             self.wanted |= {"course"}
         self.wanted |= {"tried"}
@@ -455,6 +480,8 @@ class TryoutSession:
         self.rounds.rest()
         for task in self.reading.values():
             task.cancel()
+        if self.ruling is not None:
+            self.ruling.cancel()
         if self.watch is not None:
             self.watch.cancel()
 
@@ -472,7 +499,7 @@ class TryoutSession:
             while self.seen and self.wanted:
                 what = next(name for name in _ORDER if name in self.wanted)
                 self.wanted -= {what}
-                if what != "check":
+                if what not in ("check", "rules"):
                     self.widget.update(busy={"what": what, "took": self.took.get(what)})
                 asked, began = (self.wish, self._driven()), monotonic()
                 try:
@@ -501,8 +528,23 @@ class TryoutSession:
             names = {"tried": self._present().name, "before": self.label, "rival": self._rival()}
             why = {"label": names[what], "why": said["message"], "failed": said["failed"]} if said else data
             self.widget.update(**{what: why} | ({"problem": None} if what == "tried" else {}))
+            if what == "tried":
+                self._rules_soon()
+        elif what == "rules" and said is None:
+            self.widget.update(rules=data)
         elif what == "choices" and said is None:
             self.widget.update(choices=data)
+
+    def _rules_soon(self) -> None:
+        """Find which rule ruled when, once the design rests: a drag waits for what is drawn of its runs alone."""
+
+        def want() -> None:
+            self.wanted |= {"rules"}
+            self._go()
+
+        if self.ruling is not None:
+            self.ruling.cancel()
+        self.ruling = asyncio.get_running_loop().call_later(_REST, want)
 
     def _settle(self, place: dict[str, Any] | None, said: dict[str, Any] | None) -> None:
         """Go on with the place that the system has found, or say why there is none."""
@@ -533,7 +575,7 @@ class TryoutSession:
         self._want(replace(self.wish, law="", task=""))
 
     async def _made(self, what: str) -> dict[str, Any] | None:
-        fis, trial = self._present(), self._driven()
+        fis, trial, keys = self._present(), self._driven(), self._keys()
         if what == "check":
             await self._check()
             return None
@@ -545,10 +587,12 @@ class TryoutSession:
             return await self._background(tryout.place_data, fis, self.wish, self.bench.document.path.stem)
         if trial is None:
             return None
+        if what == "rules":
+            return await self._rule_times()
         if what == "tried":
             made = await self._background(tryout.design_data, fis, trial)
             self.last = trial, fis, made
-            return made
+            return self.moments.take(fis, keys, made)
         if what == "before":
             if self.opening is not None:
                 await self.opening
@@ -557,6 +601,12 @@ class TryoutSession:
                 return _beside(self.last[2]) | label
             return _beside(await self._background(tryout.design_data, self.before, trial)) | label
         return await self._beside_rival(trial)
+
+    async def _rule_times(self) -> dict[str, Any] | None:
+        moments, number = self.moments, self.moments.number
+        if moments.asked is None or moments.system is None or self._course()["played"]:
+            return None  # of robots that are played the player's data say it
+        return await self._background(rule_times, moments.system, moments.asked) | {"number": number}
 
     async def _check(self) -> None:
         desk = self.desks.get(self.open)
@@ -646,6 +696,9 @@ class TryoutSession:
         fis: Sugeno = self.bench.document.design.in_force
         return fis
 
+    def _keys(self) -> tuple[int, ...]:
+        return tuple(line.key for line in self.bench.document.design.lines if line.enabled)
+
     def _course(self) -> dict[str, Any]:
         course: dict[str, Any] = self.place.get("course", {})
         return course
@@ -685,7 +738,7 @@ def _system_in(path: Path) -> Sugeno:
 
 def _beside(made: dict[str, Any]) -> dict[str, Any]:
     """What is shown of a run beside that of the design, which alone is played; the player's data may be a megabyte."""
-    return {name: value for name, value in made.items() if name != "player"}
+    return {name: value for name, value in made.items() if name not in ("player", "asked", "reference")}
 
 
 def _variables(fis: Sugeno) -> tuple[Any, ...]:

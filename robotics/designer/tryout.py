@@ -18,6 +18,7 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 from robotics.designer.conditions import conditioned, file_name, robot_from, scenario_of
+from robotics.designer.moments import asked_of, motion_curves, reference_curves
 from robotics.designer.uses import TryoutError, Use, law_of, uses_of
 from robotics.environment.world import outlines
 from robotics.experiments.forewarnings import forewarnings, shortcomings
@@ -175,9 +176,12 @@ def run_design(fis: Sugeno, trial: TryoutTrial) -> Attempt:
 
     Raises TryoutError for a system that does not fit, and an InputError for one that refuses an input on the way.
     """
-    if not (trial.scenario and trial.law and trial.task):
-        trial = settled(fis, trial)
+    trial = _complete(fis, trial)
     return _run(driven_law(fis, trial), trial, fis.name)
+
+
+def _complete(fis: Sugeno, trial: TryoutTrial) -> TryoutTrial:
+    return trial if trial.scenario and trial.law and trial.task else settled(fis, trial)
 
 
 def run_rival(specification: str, trial: TryoutTrial) -> Attempt:
@@ -198,7 +202,9 @@ def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
     scenario = trial.conditioned()
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
-        run = simulate(scenario, law, (trial.seed,), name=name, links=scenario.kind == "team")
+        # The wheels' torques are drawn of a robot that is alone.
+        links, torques = scenario.kind == "team", not _played(scenario)
+        run = simulate(scenario, law, (trial.seed,), name=name, links=links, torques=torques)
     notes = dict.fromkeys(str(warning.message) for warning in told)  # the same is told every period
     left = outside(run)
     beyond = [outside_sentence(left)] if left else []
@@ -311,8 +317,15 @@ def _of_robots(metric: Metric) -> str:
 
 
 def design_data(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
-    """The run of ``fis`` (:func:`run_design`), as the panel's module takes it."""
-    return shown(run_design(fis, trial), fis.name)
+    """The run of ``fis`` (:func:`run_design`), as the panel's module takes it, and what its rule base was "asked".
+
+    That is a :class:`robotics.designer.moments.Asked`, or None, for :class:`robotics.designer.moments.RunMoments`.
+    """
+    trial = _complete(fis, trial)
+    attempt = run_design(fis, trial)
+    asked = asked_of(attempt.run, trial.task)
+    found = shown(attempt, fis.name) | {"asked": asked}
+    return found if "player" in found else found | {"reference": reference_curves(attempt.run)}
 
 
 def rival_data(specification: str, trial: TryoutTrial) -> dict[str, Any]:
@@ -357,9 +370,10 @@ def shown(attempt: Attempt, label: str) -> dict[str, Any]:
     """What the panel shows of a run, in JSON's types; not-a-number is null, infinite is "never".
 
     For a robot that is alone these are label, seed, warned, notes, outcomes (what ended it early, and a sentence),
-    metrics, contacts (time [s], x, y [m], words), and x, y [m] and cross_track [m] over time [s]; otherwise a verdict,
-    the moment [s] that matters most and the player's data take the place of the curves. A metric is the mean over the
-    robots, or the least or the largest, as its ``of_run`` says (the least, if larger is better).
+    metrics, contacts (time [s], x, y [m], words), and x, y [m] and cross_track [m] over time [s], and its motion
+    (:func:`robotics.designer.moments.motion_curves`); otherwise a verdict, the moment [s] that matters most and the
+    player's data take the place of the curves. A metric is the mean over the robots, or the least or the largest, as
+    its ``of_run`` says (the least, if larger is better).
 
     Args:
         attempt: The run.
@@ -383,6 +397,7 @@ def shown(attempt: Attempt, label: str) -> dict[str, Any]:
         "x": [rounded_list(row) for row in run["x"][0]],
         "y": [rounded_list(row) for row in run["y"][0]],
         "cross_track": [rounded_list(row) for row in cross_track_error(run)[0]],
+        "motion": motion_curves(run),
     }
 
 

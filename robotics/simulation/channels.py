@@ -10,7 +10,7 @@ from typing import Any
 
 from robotics.laws.modes import STOPPED
 
-Axes = tuple[str, ...]  # of "sample", "channel", "run", "robot", "sender", "sensor", "input"
+Axes = tuple[str, ...]  # of "sample", "channel", "run", "robot", "sender", "sensor", "input", "wheel"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,6 +64,9 @@ RECORDS: dict[str, Record] = {
     "guarded": Record(axes=("sample", "run", "robot"), dtype="bool", stopped=False),
     # m: readings of the range sensors, those of robotics.sensing.carried.sensor_names
     "ranges": Record(axes=("sample", "run", "robot", "sensor"), dtype="float32"),
+    # N m: the motors' torques at the right and the left wheel, at the start of the plant's last step, if a run keeps
+    # them; 0 on the kinematic plant, which has no motors
+    "torques": Record(axes=("sample", "wheel", "run", "robot"), dtype="float32", stopped=float("nan")),
     # the inputs of the law's rule bases, those of Run.about.rule_bases in their order, each in its own unit
     "inputs": Record(axes=("sample", "input", "run", "robot"), dtype="float32", stopped=float("nan")),
 }

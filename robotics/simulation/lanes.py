@@ -44,6 +44,7 @@ class Kept(NamedTuple):
     guarded: np.ndarray  # (samples, runs, robots) bool
     inputs: np.ndarray  # (samples, inputs, runs, robots) float32
     ranges: np.ndarray  # (samples, runs, robots, sensors) float32
+    torques: np.ndarray  # (samples, wheels, runs, robots) float32
     limits: np.ndarray  # (4, lanes): of the velocities, as of robotics.vehicle.plant.velocity_limits
 
 
@@ -108,7 +109,7 @@ _AIR = types.NamedTuple(
 )  # fmt: skip
 _KEPT = types.NamedTuple(
     (
-        *(_any(_F, 4),) * 2, _any(types.float32, 4), _any(types.int8, 3), _any(_B, 3), *(_any(types.float32, 4),) * 2,
+        *(_any(_F, 4),) * 2, _any(types.float32, 4), _any(types.int8, 3), _any(_B, 3), *(_any(types.float32, 4),) * 3,
         _c(_F, 2),
     ),
     Kept,

@@ -306,6 +306,7 @@ def simulate(
     *,
     name: str = "",
     links: bool = False,
+    torques: bool = False,
     faults: Faults | None = None,
     progress: Callable[[], None] | None = None,
     threads: int | None = None,
@@ -321,6 +322,7 @@ def simulate(
         seeds: Whole numbers >= 0, one for each run.
         name: What the run calls the controller; by default its specification, or else its class.
         links: Whether the run keeps how old each robot's knowledge of each other was, as ``Run.links``.
+        torques: Whether the run keeps the torques of the wheels, as ``Run.torques``.
         faults: The faults of every run, which may differ; by default those of the scenario.
         progress: Called after every period.
         threads: How many threads share out the runs; by default as many as there are cores. The result is the same.
@@ -330,7 +332,8 @@ def simulate(
     law = as_law(controller)
     name = name or (controller if isinstance(controller, str) else "")
     setting = scenario.setting
-    return record_run(setting, law, seeds, name=name, links=links, faults=faults, progress=progress, threads=threads)
+    kept = {"links": links, "torques": torques}
+    return record_run(setting, law, seeds, name=name, **kept, faults=faults, progress=progress, threads=threads)
 
 
 def record_run(
@@ -340,13 +343,14 @@ def record_run(
     *,
     name: str = "",
     links: bool = False,
+    torques: bool = False,
     faults: Faults | None = None,
     progress: Callable[[], None] | None = None,
     threads: int | None = None,
 ) -> Run:
     """:func:`simulate` for a setting: a compiled scenario, or an ensemble of one run."""
     seeds, name = checked_seeds(seeds), name or type(law).__name__
-    recorder = Recorder(setting, law, len(seeds), links=links)
+    recorder = Recorder(setting, law, len(seeds), links=links, torques=torques)
     if has_equation(law):
         opening = Opening.of([Driver(setting, law)], seeds, faults)
         gone = np.concatenate(driven(opening, recorder.kept, Periods(setting.ticks + 1, len(seeds), progress), threads))

@@ -23,11 +23,19 @@ class Recorder:
     """The samples of some runs of a simulation as it goes on, and the runs made of them."""
 
     def __init__(
-        self, setting: Setting, law: Law[Any], runs: int, *, links: bool = False, nothing: bool = False
+        self,
+        setting: Setting,
+        law: Law[Any],
+        runs: int,
+        *,
+        links: bool = False,
+        torques: bool = False,
+        nothing: bool = False,
     ) -> None:
-        """Room for all samples of ``runs`` runs of ``setting``; ``links`` keeps the ages of messages too.
+        """Room for all samples of ``runs`` runs of ``setting``.
 
-        Where ``nothing`` is kept there is no room.
+        ``links`` keeps the ages of messages too, ``torques`` those of the wheels. Where ``nothing`` is kept there is
+        no room.
         """
         self.setting, self.law, self.runs = setting, law, runs
         self.rule_bases: Mapping[str, Sugeno] = dict(law.fuzzy_systems)
@@ -40,6 +48,8 @@ class Recorder:
             self._room("team", len(TEAM_CHANNELS))
         if links:
             self._room("links")
+        if torques:
+            self._room("torques", 2)
         if self.rule_bases:
             self._room("inputs", law.rule_inputs)
         if isinstance(law, EquationLaw) and law.has_equation and law.has_modes:
@@ -48,7 +58,7 @@ class Recorder:
             self._room("ranges", len(sensor_names(setting.sensors)))
 
     def _room(self, name: str, channels: int = 0) -> None:
-        """Room for one of RECORDS; ``channels`` is the length of its axis of channels, inputs or sensors."""
+        """Room for one of RECORDS; ``channels`` is the length of its axis of channels, inputs, sensors or wheels."""
         record, robots = RECORDS[name], len(self.setting.robots)
         lengths = {"sample": self.setting.ticks + 1, "run": self.runs, "robot": robots, "sender": robots}
         shape = tuple(lengths.get(axis, channels) for axis in record.axes)

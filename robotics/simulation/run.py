@@ -159,6 +159,14 @@ class Run:
         return self._values("ranges")
 
     @property
+    def torques(self) -> np.ndarray | None:
+        """The motors' torques [N m] (samples, right and left wheel, runs, robots), or None if a run keeps none.
+
+        Each is that at the start of the last 10 ms of its period; those of the kinematic plant are 0.
+        """
+        return self._values("torques")
+
+    @property
     def inputs(self) -> np.ndarray | None:
         """The inputs of the rule bases (samples, inputs, runs, robots) float32, or None if the law has none.
 

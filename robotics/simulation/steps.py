@@ -141,6 +141,9 @@ def record(k, kept, truth, seen, command, order, code, air, readings, stopped): 
         if len(kept.ranges) > 0:
             for n in range(kept.ranges.shape[3]):
                 kept.ranges[k, run, robot, n] = readings[i, n]
+        if len(kept.torques) > 0:
+            kept.torques[k, 0, run, robot] = np.nan if gone else truth[plant.TORQUE_R, i]
+            kept.torques[k, 1, run, robot] = np.nan if gone else truth[plant.TORQUE_L, i]
 
 
 @inner

@@ -18,11 +18,13 @@ import {
   shape,
   styled,
   takes,
-  ticks,
   watch,
   whenSized,
 } from "../../../fuzzy/designer/static/chart.js";
+import { asker, clockwork } from "./moments.js";
+import { draggedTime, overTime } from "./overtime.js";
 import player from "../../playback/static/player.js";
+import { ruleStrip } from "../../playback/static/rulestrip.js";
 import { band, bundle, seedStrip, sign } from "./seeds.js";
 import { forgetText, textEditor, unsavedTexts } from "./texteditor.js";
 
@@ -38,7 +40,8 @@ const SHEETS = [
   "./texteditor.css",
   "../../playback/static/player.css",
 ].map((sheet) => new URL(sheet, import.meta.url).href);
-const NAMES = ["choices", "files", "trial", "course", "tried", "before", "rival", "problem", "seeds"];
+const NAMES = ["choices", "files", "trial", "course", "tried", "before", "rival", "problem", "seeds", "rules"];
+const SPEEDS = [0.5, 1, 2, 5, 10, 20];
 const COUNTS = [1, 5, 20]; // of seeds that are run at once
 const ENDS = { contact: "Contact", stopped: "Stopped", refused: "Refused", failed: "Failed" }; // what became of a run that ended early
 const COUNTED = {
@@ -184,12 +187,42 @@ export async function render({ model, el }) {
     error = shape("svg", { class: "pn-plot", role: "img" });
   const clock = element("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": "Time" });
   const reading = element("output");
-  const time = element("div", { class: "tr-time" }, clock, reading);
+  const start = element("button", { type: "button", class: "tr-button", onclick: () => pass() }, "Play");
+  const pace = choices(
+    "Speed",
+    SPEEDS.map((n) => [n, `${n}×`]),
+    5,
+    () => {},
+  );
+  const time = element("div", { class: "tr-time" }, start, pace, clock, reading);
+  const speed = shape("svg", { class: "pn-plot", role: "img" }),
+    turning = shape("svg", { class: "pn-plot", role: "img" }),
+    torques = shape("svg", { class: "pn-plot", role: "img" });
+  const sample = (kind) =>
+    shape("svg", { width: 34, height: 10, "aria-hidden": "true" }, shape("path", { d: "M1 5H33", class: kind }));
+  const wheelsFigure = element(
+    "div",
+    { hidden: true },
+    torques,
+    element(
+      "div",
+      { class: "pn-keys" },
+      element("span", {}, sample("tr-tried"), "right wheel, this design"),
+      element("span", {}, sample("tr-left"), "left wheel"),
+    ),
+  );
+  const rules = ruleStrip({
+    seek: (at) => seek(at),
+    open: (rule) => seek(state.share * get("course").duration, rule),
+  });
   const single = element(
     "div",
     {},
     keys,
-    element("div", { class: "pn-views" }, above, element("div", {}, error, time)),
+    element("div", { class: "pn-views" }, above, error),
+    time,
+    rules.node,
+    element("div", { class: "pn-views" }, speed, turning, wheelsFigure),
   );
   const stage = element("div", { class: "fleet-player" });
   const all = shape("svg", { class: "pn-plot", role: "img" });
@@ -425,8 +458,6 @@ export async function render({ model, el }) {
   }
 
   function drawKeys() {
-    const sample = (kind) =>
-      shape("svg", { width: 34, height: 10, "aria-hidden": "true" }, shape("path", { d: "M1 5H33", class: kind }));
     keys.replaceChildren(
       element("span", {}, sample("tr-reference"), "reference"),
       ...shown()
@@ -540,7 +571,23 @@ export async function render({ model, el }) {
         .reverse()
         .join(", ")}`,
     });
-    state.above = { x, y, drawn };
+    state.above = { x, y, drawn, timeAt: (...at) => timeNear(...at) };
+  }
+
+  /** When the design's robot was nearest to a place on the screen. */
+  function timeNear(clientX, clientY) {
+    const data = get("tried"),
+      box = above.getBoundingClientRect(),
+      unit = above.viewBox.baseVal.width / box.width;
+    const [px, py] = [(clientX - box.left) * unit, (clientY - box.top) * unit];
+    let best = 0,
+      least = Infinity;
+    data?.x?.[0].forEach((value, k) => {
+      if (value === null) return;
+      const gap = Math.hypot(state.above.x(value) - px, state.above.y(data.y[0][k]) - py);
+      if (gap < least) [best, least] = [k, gap];
+    });
+    return data?.time?.[best] ?? 0;
   }
 
   /** All seeds of a run that is played: a colour for each robot, the seed that is played strong, contacts marked. */
@@ -562,46 +609,61 @@ export async function render({ model, el }) {
     put(all, { "aria-label": `Top view of the paths of ${names} in ${seeds.count} seeds; contacts are marked` });
   }
 
-  function drawError() {
+  /** The curves of what changes with time: the error, the speeds beside their references, the wheels' torques. */
+  function drawCurves() {
     const course = get("course"),
-      runs = shown();
-    const width = Math.max(240, error.clientWidth || root.clientWidth),
-      box = { left: 58, right: width - 10, top: 26, bottom: state.height - 44 };
-    const rows = [...runs.map(([, , data]) => data), ...(get("seeds")?.rows ?? [])];
-    const values = finite(rows.flatMap((data) => (data.cross_track ?? []).flat()));
-    let low = Math.min(-0.005, ...values),
-      high = Math.max(0.005, ...values);
-    const margin = 0.06 * (high - low);
-    [low, high] = [low - margin, high + margin];
-    const x = scale(0, course.duration, box.left, box.right),
-      y = scale(low, high, box.bottom, box.top);
-    put(error, { viewBox: `0 0 ${width} ${state.height}`, height: state.height });
-    const drawn = shape("g", {}, shape("line", { x1: box.left, x2: box.right, y1: y(0), y2: y(0), class: "tr-zero" }));
-    drawn.append(band(get("seeds"), x, y));
-    for (const [name, kind, data] of runs) {
-      for (const row of data.cross_track ?? [])
-        drawn.append(
-          shape("path", {
-            d: line(
-              data.time.map(x),
-              row.map((v) => (v === null ? NaN : y(v))),
-            ),
-            class: kind,
-            "data-run": name,
-          }),
-        );
-    }
-    error.replaceChildren(
-      axes(box, x, y, ["time [s]", "cross-track error [m], left of the path > 0"], ticks(low, high, 5)),
-      drawn,
+      runs = shown(),
+      reference = get("tried")?.reference ?? null;
+    state.pictures = [];
+    const draw = (svg, given, words) => {
+      const width = Math.max(240, svg.clientWidth || root.clientWidth);
+      const picture = overTime(svg, { duration: course.duration, ...given, size: { width, height: given.height } });
+      const who = runs.map(([n, , d]) => label(n, d)).reverse();
+      put(svg, { "aria-label": `${words} over time of ${who.join(", ")}` });
+      state.pictures.push(picture);
+      return picture;
+    };
+    const seeds = get("seeds");
+    state.error = draw(
+      error,
+      {
+        title: "cross-track error [m], left of the path > 0",
+        height: state.height,
+        least: [-0.005, 0.005],
+        curves: runs.flatMap(([run, kind, data]) =>
+          (data.cross_track ?? []).map((values) => ({ kind, run, time: data.time, values })),
+        ),
+        bounds: (seeds?.rows ?? []).flatMap((row) => (row.cross_track ?? []).flat()),
+        under: (x, y) => band(seeds, x, y),
+      },
+      "Cross-track error",
     );
-    put(error, {
-      "aria-label": `Cross-track error over time of ${runs
-        .map(([n, , d]) => label(n, d))
-        .reverse()
-        .join(", ")}`,
-    });
-    state.error = { x, y, drawn };
+    const moving = (name, among = runs) =>
+      among.flatMap(([run, kind, data]) =>
+        (data.motion?.[name] ?? []).map((values) => ({ kind, run, time: data.motion.time, values })),
+      );
+    const due = (name) =>
+      (reference?.[name] ?? []).map((values) => ({ kind: "tr-reference", time: get("tried").motion.time, values }));
+    const [height, least] = [220, [-1e-3, 1e-3]];
+    state.speed = draw(
+      speed,
+      { title: "speed v [m/s]", height, least, curves: [...due("v"), ...moving("v")] },
+      "Speed beside that of the reference",
+    );
+    state.turning = draw(
+      turning,
+      { title: "turn rate ω [rad/s]", height, least, curves: [...due("w"), ...moving("w")] },
+      "Turn rate beside that of the reference",
+    );
+    // Of the design alone: six curves of torques tell nothing apart.
+    const mine = runs.filter(([name]) => name === "tried");
+    const wheels = ["torque_right", "torque_left"].flatMap((name) =>
+      moving(name, mine).map((curve) => ({ ...curve, kind: name === "torque_left" ? "tr-left" : "tr-tried" })),
+    );
+    wheelsFigure.hidden = wheels.length === 0;
+    state.wheels = wheels.length
+      ? draw(torques, { title: "wheel torque [N m]", height, least, curves: wheels }, "Torques of both wheels")
+      : null;
   }
 
   function drawMoment() {
@@ -610,24 +672,57 @@ export async function render({ model, el }) {
       words = [];
     put(clock, { max: course.duration });
     clock.value = at;
-    for (const { drawn } of [state.above, state.error]) drawn.querySelectorAll("circle").forEach((dot) => dot.remove());
+    state.above.drawn.querySelectorAll("circle").forEach((dot) => dot.remove());
     for (const [name, kind, data] of shown()) {
       if (!data.time) continue;
-      const k = Math.min(data.time.length - 1, Math.round((at / course.duration) * (data.time.length - 1)));
+      const k = sampleAt(data, at);
       data.x.forEach((xs, i) => {
-        const error_ = data.cross_track[i][k];
         if (xs[k] === null) return;
         state.above.drawn.append(
           shape("circle", { cx: state.above.x(xs[k]), cy: state.above.y(data.y[i][k]), r: 5, class: kind }),
         );
-        state.error.drawn.append(
-          shape("circle", { cx: state.error.x(data.time[k]), cy: state.error.y(error_), r: 4, class: kind }),
-        );
-        if (name === "tried") words.push(`${said(error_, 3)} m`);
+        if (name === "tried") words.push(`${said(data.cross_track[i][k], 3)} m`);
       });
     }
+    for (const picture of state.pictures) picture.at(at);
+    rules.at(at);
     say(reading, `${at.toFixed(1)} s${words.length ? `: ${words.join(", ")}` : ""}`);
     put(clock, { "aria-valuetext": reading.textContent });
+  }
+  const sampleAt = (data, at) =>
+    Math.min(data.time.length - 1, Math.round((at / get("course").duration) * (data.time.length - 1)));
+
+  // The time that one looks at
+
+  /** Look at a time [s]: all pictures here, and what the robot knew then in the viewer; `rule` leads to a rule. */
+  function seek(time, rule = null) {
+    const { duration } = get("course");
+    state.share = Math.min(1, Math.max(0, time / (duration || 1)));
+    drawMoment();
+    ask({ time: state.share * duration, robot: 0, rule });
+  }
+  const moments = asker((moment) => model.send({ do: "time", ...moment }));
+  const ask = moments.ask;
+  const passing = clockwork(
+    (seconds) => {
+      const { duration } = get("course"),
+        to = state.share * duration + seconds * Number(pace.value);
+      seek(Math.min(duration, to));
+      return to < duration;
+    },
+    (on) => say(start, on ? "Pause" : "Play"),
+  );
+  function pass() {
+    if (!passing.on && state.share >= 1) seek(0);
+    passing.toggle();
+  }
+
+  /** Which rule ruled when, of the run that is drawn; it is found once the design rests. */
+  function drawRules() {
+    const found = get("rules"),
+      run = get("tried")?.number;
+    if (run !== undefined && found?.number !== run) return; // the last one stays until then
+    rules.update(found);
   }
 
   function drawTable() {
@@ -763,13 +858,27 @@ export async function render({ model, el }) {
     stage.replaceChildren();
     drawKeys();
     drawAbove();
-    drawError();
+    drawCurves();
+    drawRules();
     drawMoment();
   }
 
-  clock.addEventListener("input", () => {
-    state.share = Number(clock.value) / (get("course")?.duration || 1);
-    drawMoment();
+  clock.addEventListener("input", () => seek(Number(clock.value)));
+  const reach = (at, still) => seek(at, still ? "strongest" : null);
+  draggedTime(above, () => state.above, reach);
+  for (const [svg, name] of [
+    [error, "error"],
+    [speed, "speed"],
+    [turning, "turning"],
+    [torques, "wheels"],
+  ])
+    draggedTime(svg, () => state[name] ?? null, reach);
+  single.addEventListener("keydown", (event) => {
+    const on = event.target.tagName;
+    if (event.key !== " " || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (on === "BUTTON" || on === "SELECT") return; // Space presses those by itself
+    event.preventDefault();
+    pass();
   });
   // Several values may come together: one picture for all of them.
   const { soon, end } = framed(draw);
@@ -805,6 +914,7 @@ export async function render({ model, el }) {
     watch(model, ["busy"], sayBusy),
     watch(model, ["seeds", "round", "trial", "course"], drawSeeds),
     watch(model, ["editor"], drawEditor),
+    watch(model, ["moment"], moments.answered),
     whenSized(root, soon),
   ];
   // Nothing is run for a panel that is hidden; one further down is seen in the small picture under what is edited.
@@ -815,6 +925,8 @@ export async function render({ model, el }) {
   draw();
   return () => {
     end();
+    passing.toggle(false);
+    rules.end();
     for (const end of watches) end();
     editor.end();
     watching.disconnect();

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fuzzy.compiled.kernel import evaluate_batch
+from fuzzy.designer.design import design_of
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import write_fis
 from fuzzy.membership import Gaussian
@@ -191,7 +192,7 @@ def test_what_happens_on_the_way_is_noted(tracking: Sugeno) -> None:
     assert "distance" in notes[0]
     # Where no rule fires the command is no number: the robot is stopped, and the curves end.
     few = replace(tracking, rules=tracking.rules[:1], no_rule_fires="nan")
-    data = design_data(few, TryoutTrial())
+    data = on_page(few, TryoutTrial())
     assert [(kind, text.partition(" at ")[0]) for kind, text in data["outcomes"]] == [
         ("stopped", "robot 1 was stopped")
     ]
@@ -281,6 +282,16 @@ def test_formation_data_for_training(monkeypatch: pytest.MonkeyPatch) -> None:
 # The session ----------------------------------------------------------------------------------------------------
 
 
+def on_page(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
+    """The run of a design as the page gets it."""
+    return {name: value for name, value in design_data(fis, trial).items() if name != "asked"}
+
+
+def beside(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
+    """The run of another design as the page gets it."""
+    return {name: value for name, value in on_page(fis, trial).items() if name not in ("player", "reference")}
+
+
 class Bench:
     """What the designer's page offers to a panel, without a page."""
 
@@ -290,7 +301,8 @@ class Bench:
 
     def __init__(self, fis: Sugeno, path: Path) -> None:
         folder = path.parent if path.parent.is_dir() else Path()
-        self.document: Any = SimpleNamespace(design=SimpleNamespace(in_force=fis), path=path, folder=folder)
+        design = SimpleNamespace(in_force=fis, lines=design_of(fis).lines, system=fis)
+        self.document: Any = SimpleNamespace(design=design, path=path, folder=folder)
         self.traits: dict[str, Any] = {}
         self.calls: list[tuple[str, tuple[Any, ...]]] = []
         self.gate = asyncio.Event()
@@ -339,10 +351,10 @@ async def settle(session: TryoutSession) -> None:
 def test_the_latest_design_wins_and_the_rival_is_run_once(tracking: Sugeno, slower: Sugeno) -> None:
     async def scene() -> None:
         bench, session = await opened(tracking)
-        assert bench.traits["tried"] == design_data(tracking, TryoutTrial())
+        assert bench.traits["tried"] == on_page(tracking, TryoutTrial()) | {"number": 1}
         assert bench.traits["rival"] == rival_data("lyapunov", TryoutTrial(scenario="fuzzy-off-path"))
         assert [name for name, _ in bench.calls].count("design_data") == 1  # of two equal designs one is run
-        assert bench.traits["before"] == bench.traits["tried"] | {"label": "as opened"}
+        assert bench.traits["before"] == beside(tracking, TryoutTrial()) | {"label": "as opened"}
         bench.calls.clear()
         bench.gate.clear()
         others = [replace(tracking, rules=tracking.rules[: 15 - k]) for k in range(12)]
@@ -354,11 +366,11 @@ def test_the_latest_design_wins_and_the_rival_is_run_once(tracking: Sugeno, slow
         await settle(session)
         assert [args[0] for name, args in bench.calls if name == "design_data"] == [others[0], slower]
         assert [name for name, _ in bench.calls if name == "rival_data"] == []
-        assert bench.traits["tried"] == design_data(slower, TryoutTrial())
+        assert bench.traits["tried"] == on_page(slower, TryoutTrial()) | {"number": 3}
         assert bench.traits["busy"] is None
         bench.say({"do": "pin"})
         await settle(session)
-        assert bench.traits["before"] == bench.traits["tried"] | {"label": "pinned"}
+        assert bench.traits["before"] == beside(slower, TryoutTrial()) | {"label": "pinned"}
         bench.say({"do": "choose", "name": "rival", "value": "esm"})
         await settle(session)
         bench.say({"do": "choose", "name": "rival", "value": "lyapunov"})
@@ -372,7 +384,7 @@ def test_the_latest_design_wins_and_the_rival_is_run_once(tracking: Sugeno, slow
 def test_the_design_before_is_that_of_the_file(tracking: Sugeno, slower: Sugeno, tmp_path: Path) -> None:
     write_fis(slower, tmp_path / "slower.fis")
     bench, _ = asyncio.run(opened(tracking, tmp_path / "slower.fis"))
-    assert bench.traits["before"] == design_data(slower, TryoutTrial()) | {"label": "in the file"}
+    assert bench.traits["before"] == beside(slower, TryoutTrial()) | {"label": "in the file"}
     assert bench.traits["tried"]["label"] == "tracking"
 
 
