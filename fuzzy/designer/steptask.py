@@ -1,6 +1,7 @@
 """What the panel "Step response" asks a worker: a plant, a loop and some controllers; the answer is JSON's types."""
 
 from dataclasses import asdict, dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +50,8 @@ def simulated(task: StepTask) -> dict[str, Any]:
     try:
         rival = _rival(task, plant)
         if rival is not None:
-            rows.append(("pid", respond(rival, plant, task.loop)))
+            same = isinstance(plant, TransferFunction)  # a drag changes neither: a function may be another one
+            rows.append(("pid", (_pid_response if same else respond)(rival, plant, task.loop)))
     except LoopError as error:
         words = typeset(f"No PID is drawn: {error}.")
     every = -(-len(now.time) // _DRAWN)
@@ -64,12 +66,20 @@ def simulated(task: StepTask) -> dict[str, Any]:
     }
 
 
+_tuned = lru_cache(maxsize=4)(tuned_pid)
+
+
+@lru_cache(maxsize=4)
+def _pid_response(rival: PID, plant: TransferFunction, loop: Loop) -> StepResponse:
+    return respond(rival, plant, loop)
+
+
 def _rival(task: StepTask, plant: TransferFunction | FunctionPlant) -> PID | None:
     if task.rival is not True:
         return task.rival or None
     if not isinstance(plant, TransferFunction):
         raise LoopError("the rules for a PID need a transfer function: give its gains")
-    return tuned_pid(plant, task.loop.period)
+    return _tuned(plant, task.loop.period)
 
 
 def _row(name: str, done: StepResponse, every: int) -> dict[str, Any]:
