@@ -190,8 +190,21 @@ def _compare(page: Any, name: str) -> None:
     dialog.get_by_role("button", name="Compare").click()
 
 
-def _try_it(page: Any) -> None:
+def _step(page: Any) -> None:
     _compare(page, "")
+    show(page, _address(page, "pd.fis"))
+    tab(page, "Step response")
+    page.wait_for_selector(".fd-step tbody tr")
+    _set(page.get_by_label("Time", exact=True), 40)
+
+
+def _address(page: Any, name: str) -> str:
+    origin: str = page.evaluate("location.origin")
+    return f"{origin}/?file={name}"
+
+
+def _try_it(page: Any) -> None:
+    show(page, _address(page, "tracking.fis"))
     tab(page, "Try it")
     _until_run(page, columns=4)
 
@@ -291,6 +304,7 @@ VIEWS: dict[str, tuple[int, Callable[[Any], None]]] = {
     "new-from": (DIALOG, _new_from),
     "compared": (1, _compared),
     "data": (1, _data),
+    "step": (1, _step),
     "try-it": (1, _try_it),
     "seeds": (1, _seeds),
     "editing": (1, _editing),

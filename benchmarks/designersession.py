@@ -17,6 +17,7 @@ import numpy as np
 
 from fuzzy.files.fisfile import read_fis, write_fis
 from fuzzy.files.table import write_table
+from fuzzy.starts.control import rule_table
 from fuzzy.system import Terms
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -51,7 +52,7 @@ def missing() -> str | None:
 
 
 def workplace(folder: Path) -> Path:
-    """A folder with the tracking rule base, one to compare it with, a scenario, and two tables, one of a drive."""
+    """A folder with the tracking rule base, another one, a fuzzy PD, a scenario, and two tables, one of a drive."""
     folder.mkdir(parents=True, exist_ok=True)
     text = (files("robotics") / "rulebases" / "tracking.fis").read_text(encoding="utf-8")
     (folder / "tracking.fis").write_text(text, encoding="utf-8")
@@ -65,6 +66,7 @@ def workplace(folder: Path) -> Path:
     near = [(name, replace(t, b=0.3, c=0.8) if name == "Far" else t) for name, t in first.terms.items()]
     inputs = (replace(first, terms=Terms(near)), *fis.inputs[1:])
     write_fis(replace(fis, inputs=inputs, outputs=tuple(outputs), name="sharper"), folder / "sharper.fis")
+    write_fis(rule_table("pd", 5), folder / "pd.fis")
     (folder / "past-a-post.toml").write_text(_PAST_A_POST, encoding="utf-8")
     rng = np.random.default_rng(0)
     x = rng.uniform(-3.0, 3.0, (400, 2))

@@ -15,6 +15,8 @@ Make a system and ask it:
 Files, data and learning a start (the rest is in the package anfis):
     read_fis, read_mamdani, write_fis, parse_fis, format_fis, find_fis, packaged_fis_files; identify,
     subtractive_clusters, fit_consequents, search_clusters, search_table; tune, a TunedSystem comes back
+Close the loop with one's own plant:
+    step_response, TransferFunction, FunctionPlant, PID, Scale
 Look and understand:
     explain, check, surface, Surface; plot_memberships, plot_rules, plot_surface, plot_structure, plot_rules_error,
     save_figure, write_figures; MATLAB's names plotmf, plotfis, gensurf, ruleview; editor, the designer in a notebook
@@ -65,6 +67,9 @@ if TYPE_CHECKING:
     from fuzzy.insight.explanation import Explanation, explain
     from fuzzy.insight.surfacegrid import Surface, surface
     from fuzzy.language import RuleError, parse_rule
+    from fuzzy.loop.controller import PID, LoopError, Scale
+    from fuzzy.loop.plant import FunctionPlant, PlantError, TransferFunction
+    from fuzzy.loop.response import StepResponse, step_response
     from fuzzy.membership import (
         Bell,
         Gaussian,
@@ -138,6 +143,9 @@ _HOMES = {
     "fuzzy.insight.explanation": ("Explanation", "explain"),
     "fuzzy.insight.surfacegrid": ("Surface", "surface"),
     "fuzzy.language": ("RuleError", "parse_rule"),
+    "fuzzy.loop.controller": ("LoopError", "PID", "Scale"),
+    "fuzzy.loop.plant": ("FunctionPlant", "PlantError", "TransferFunction"),
+    "fuzzy.loop.response": ("StepResponse", "step_response"),
     "fuzzy.membership": (
         "Bell",
         "Gaussian",
@@ -176,6 +184,7 @@ if not TYPE_CHECKING:  # a type checker has the names above, and sees which ther
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
+    "PID",
     "Bell",
     "Clause",
     "ClusteringError",
@@ -187,6 +196,7 @@ __all__ = [
     "Finding",
     "FisFileError",
     "FisFileWarning",
+    "FunctionPlant",
     "FuzzySystemError",
     "Gaussian",
     "IdentificationError",
@@ -196,20 +206,25 @@ __all__ = [
     "Linear",
     "LinearS",
     "LinearZ",
+    "LoopError",
     "MamdaniError",
     "MamdaniSystem",
     "MembershipError",
     "MembershipFunction",
     "PiShape",
+    "PlantError",
     "Rule",
     "RuleError",
     "SShape",
+    "Scale",
     "SearchResult",
     "Sigmoid",
     "SigmoidDifference",
     "SigmoidProduct",
+    "StepResponse",
     "Sugeno",
     "Surface",
+    "TransferFunction",
     "Trapezoid",
     "Triangle",
     "TunedSystem",
@@ -253,6 +268,7 @@ __all__ = [
     "search_table",
     "sigmf",
     "smf",
+    "step_response",
     "subtractive_clusters",
     "surface",
     "trapmf",

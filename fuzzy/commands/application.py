@@ -21,6 +21,7 @@ from fuzzy.commands.plot import plot
 from fuzzy.commands.rules import rules
 from fuzzy.commands.search import search
 from fuzzy.commands.show import show
+from fuzzy.commands.step import step
 from fuzzy.commands.surface import surface
 from fuzzy.commands.tune import tune
 from fuzzy.errors import InputError
@@ -44,6 +45,7 @@ for command in (
     identify,
     search,
     tune,
+    step,
     design,
     new,
     example,

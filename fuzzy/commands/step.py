@@ -1,0 +1,193 @@
+"""The command ``fuzzy step``: the step response of a system as controller of one's own plant."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fuzzy.commands.shared import FisFile, Json, read_system, usage
+from fuzzy.shell.terminal import print_json
+from fuzzy.shown import shown
+
+if TYPE_CHECKING:
+    from fuzzy.loop.controller import PID
+    from fuzzy.loop.plant import FunctionPlant, TransferFunction
+    from fuzzy.loop.response import StepResponse
+
+
+def step(
+    file: FisFile,
+    plant: Annotated[
+        str,
+        typer.Option(
+            metavar="PLANT",
+            help="'numerator; denominator; dead time' highest power first, a .toml or .py file, or an example: "
+            "lag, oscillating, integrating, unstable, motor.",
+            show_default=False,
+        ),
+    ],
+    reference: Annotated[float, typer.Option(help="Where the output is to go, from 0.")] = 1.0,
+    duration: Annotated[float, typer.Option(help="How long, in s.")] = 10.0,
+    sample_time: Annotated[
+        float | None, typer.Option(help="In s; a 500th of the duration by default.", show_default=False)
+    ] = None,
+    disturbance: Annotated[
+        str | None, typer.Option(metavar="TIME,SIZE", help="A step at the plant's input, from a time in s on.")
+    ] = None,
+    limits: Annotated[
+        str | None, typer.Option(metavar="LOW,HIGH", help="The actuator's limits; LOW alone: no upper one.")
+    ] = None,
+    scale: Annotated[
+        list[str] | None,
+        typer.Option(metavar="FACTOR=VALUE", help="A scale factor: Ke, Kde, Kie, Ku, Kdu; repeat it. 1 by default."),
+    ] = None,
+    role: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="VARIABLE=ROLE",
+            help="What a variable is whose name does not say it: error, error_rate, error_sum, u, du; repeat it.",
+        ),
+    ] = None,
+    pid: Annotated[
+        str, typer.Option(metavar="KP,KI,KD", help="The gains of the PID beside it; rule: by SIMC or Ziegler; none.")
+    ] = "rule",
+    noise: Annotated[float, typer.Option(help="Standard deviation of the measurement.")] = 0.0,
+    seed: Annotated[int, typer.Option(min=0, help="The seed of the noise.")] = 0,
+    rate_filter: Annotated[float, typer.Option(help="Time constant of a filter of the error's rate, in s.")] = 0.0,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="PICTURE", help="Draw output and control: .png, .pdf or .svg.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Close the loop of a system with your own plant, and print the figures of its step response.
+
+    Inputs are called error (e), error_rate (de), error_sum (ie); outputs u, which acts directly, or du, which is
+    integrated. With --json also the samples are printed. A PID by a published rule stands beside it.
+
+    \b
+    Example:
+      fuzzy step pd.fis --plant '1; 1 1 0' --scale Kde=0.8 --scale Ku=4 --limits -4,4
+      fuzzy step pid.fis --plant plant.py --disturbance 8,0.5 --plot step.png
+    """
+    from fuzzy.loop.controller import Scale
+    from fuzzy.loop.response import step_response
+
+    if plot is not None:
+        from fuzzy.figures.drawing import check_picture
+
+        check_picture(plot)
+    fis, chosen = read_system(file), _plant(plant)
+    settings: dict[str, Any] = {
+        "reference": reference, "duration": duration, "sample_time": sample_time or 0.0, "noise": noise, "seed": seed,
+        "rate_filter": rate_filter,
+    }  # fmt: skip
+    if disturbance is not None:
+        settings["disturbance"] = tuple(_numbers(disturbance, "--disturbance", (2,)))
+    if limits is not None:
+        settings["limits"] = (*_numbers(limits, "--limits", (1, 2)), float("inf"))[:2]
+    factors = {name: _number(value, name) for name, value in _named(scale or []).items()}
+    known = list(asdict(Scale()))
+    for name in factors:
+        _known(name, known, "scale factor")
+    about: dict[str, Any] = {"scale": Scale(**factors), "roles": _named(role or [])}
+    responses = {fis.name: step_response(fis, chosen, **about, **settings)}
+    rival = _rival(pid, chosen, sample_time or duration / 500)
+    if rival is not None:
+        responses["PID" if fis.name != "PID" else "PID, rival"] = step_response(rival, chosen, **settings)
+    if plot is not None:
+        from fuzzy.figures.plot import save_figure
+        from fuzzy.figures.step import plot_step_response
+
+        save_figure(plot_step_response(responses), plot)
+    if json:
+        pid_gains = {} if rival is None else {"pid": asdict(rival)}
+        print_json({"plant": str(chosen), **pid_gains, "responses": {n: _data(r) for n, r in responses.items()}})
+        return
+    _print(responses)
+    if rival is not None:
+        by = f" ({rival.rule})" if rival.rule else ""
+        print(f"PID: Kp {shown(rival.Kp)}, Ki {shown(rival.Ki)}, Kd {shown(rival.Kd)}{by}")
+    for name, done in responses.items():
+        if done.stopped:
+            print(f"{name}: {done.stopped}")
+
+
+def _plant(text: str) -> "TransferFunction | FunctionPlant":
+    from fuzzy.loop.plantfile import EXAMPLES, plant_of_text, read_plant
+
+    if text in EXAMPLES:
+        return EXAMPLES[text].plant
+    return read_plant(Path(text)) if text.casefold().endswith((".py", ".toml")) else plant_of_text(text)
+
+
+def _rival(text: str, plant: Any, sample_time: float) -> "PID | None":
+    from fuzzy.loop.controller import PID, LoopError
+    from fuzzy.loop.plant import TransferFunction
+    from fuzzy.loop.rival import tuned_pid
+
+    if text == "none":
+        return None
+    if text != "rule":
+        return PID(*_numbers(text, "--pid", (1, 2, 3)))
+    try:
+        return tuned_pid(plant, sample_time) if isinstance(plant, TransferFunction) else None
+    except LoopError as error:
+        typer.echo(f"No PID: {error}.", err=True)
+        return None
+
+
+def _numbers(text: str, option: str, counts: Sequence[int]) -> list[float]:
+    parts = text.split(",")
+    if len(parts) not in counts:
+        usage(f"{option} takes {' or '.join(map(str, counts))} numbers with commas between, got {text!r}")
+    return [_number(part, option) for part in parts]
+
+
+def _number(text: str, name: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        usage(f"{name} takes numbers, got {text!r}")
+
+
+def _named(texts: Sequence[str]) -> dict[str, str]:
+    """NAME=VALUE texts; a name may hold an equals sign."""
+    found = {}
+    for text in texts:
+        name, sign, value = text.rpartition("=")
+        if not sign:
+            usage(f"expected NAME=VALUE, got {text!r}")
+        found[name] = value
+    return found
+
+
+def _known(name: str, known: Sequence[str], what: str) -> None:
+    from fuzzy.naming import expected
+
+    if name not in known:
+        usage(expected(name, known, what))
+
+
+def _data(done: "StepResponse") -> dict[str, Any]:
+    arrays = {name: getattr(done, name) for name in ("time", "output", "control", "error", "error_rate", "error_sum")}
+    return {"figures": asdict(done.figures), "stopped": done.stopped, **arrays}
+
+
+def _print(responses: "dict[str, StepResponse]") -> None:
+    from fuzzy.loop.response import AFTER, TITLES
+
+    first = next(iter(responses.values()))
+    rows = [
+        (title, unit, [getattr(done.figures, name) for done in responses.values()])
+        for name, (title, unit) in TITLES.items()
+        if name not in AFTER or first.loop.disturbed <= first.loop.steps
+    ]
+    wide = max(len(f"{title} [{unit}]") for title, unit, _ in rows)
+    widths = [max(12, len(name)) for name in responses]
+    print(" " * wide, *(name.rjust(width) for name, width in zip(responses, widths, strict=True)), sep="  ")
+    for title, unit, values in rows:
+        said = ["-" if value is None else shown(value) for value in values]
+        cells = (text.rjust(width) for text, width in zip(said, widths, strict=True))
+        print((f"{title} [{unit}]" if unit else title).ljust(wide), *cells, sep="  ")
