@@ -207,6 +207,9 @@ def _try_it(page: Any) -> None:
     show(page, _address(page, "tracking.fis"))
     tab(page, "Try it")
     _until_run(page, columns=4)
+    page.wait_for_selector(".fd-tryout .rs-plot")
+    _set(page.locator(".fd-tryout .tr-time input[type=range]").first, 3.2)
+    page.wait_for_timeout(500)
 
 
 def _seeds(page: Any) -> None:

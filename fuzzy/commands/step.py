@@ -68,8 +68,9 @@ def step(
 
     \b
     Example:
+      fuzzy new fuzzy-pd -o pd.fis
       fuzzy step pd.fis --plant '1; 1 1 0' --scale Kde=0.8 --scale Ku=4 --limits -4,4
-      fuzzy step pid.fis --plant plant.py --disturbance 8,0.5 --plot step.png
+      fuzzy step pd.fis --plant motor --disturbance 8,0.5 --plot step.png
     """
     from fuzzy.loop.controller import Scale
     from fuzzy.loop.response import step_response

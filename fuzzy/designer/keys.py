@@ -21,5 +21,6 @@ KEYS = (
     ("↑ ↓ ← →, Home, End", "the tree", "walks, opens and closes"),
     ("Enter or Space; Delete", "the tree", "chooses a variable or term; removes it, in the rules too"),
     ("↑ ↓, Home, End; Enter", "the list of edits", "walks; goes to that edit"),
+    ("Space; ← →, Home, End", "the time of a run, the strip of rules", "play or pause; earlier and later, the ends"),
     ("Space; ← →, with Shift; N, P", "the player", "play or pause; 1 s, 10 s; next and previous change of mode"),
 )

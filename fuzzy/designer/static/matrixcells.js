@@ -88,7 +88,7 @@ export function colours(output, inputs) {
   return new Map(
     output.terms.map((term, k) => {
       const rgb = tint("viridis", span > 0 ? (means[k] - low) / span : 0.5);
-      return [term.name, { back: `rgb(${rgb})`, ink: luminance(rgb) > 0.179 ? "#000" : "#fff", mean: means[k] }];
+      return [term.name, { back: `rgb(${rgb})`, ink: luminance(rgb) > 0.179 ? "black" : "white", mean: means[k] }];
     }),
   );
 }

@@ -4,12 +4,12 @@ import { fieldOf, levelsOf, paintBands } from "./field.js";
 /** The colours that a small picture takes from the style of `node`. */
 export function inks(node) {
   const style = getComputedStyle(node),
-    read = (name, otherwise) => style.getPropertyValue(name).trim() || otherwise;
+    read = (name) => style.getPropertyValue(name).trim();
   return {
-    paper: read("--ff-paper", "#ffffff"),
-    hatch: read("--ff-hatch", "#bbbbbb"),
-    line: read("--ff-mark", "#aa3377"),
-    quiet: read("--ff-quiet", "#666666"),
+    paper: read("--ff-paper"),
+    hatch: read("--ff-hatch"),
+    line: read("--ff-mark"),
+    quiet: read("--ff-quiet"),
   };
 }
 
@@ -27,7 +27,7 @@ export function paintSmall(canvas, surface, width, height, colours, { levels = n
     const paper = tone(colours.paper),
       hatch = tone(colours.hatch);
     paintBands(canvas, field, levels ?? levelsOf([field]), "viridis", { width, height, ratio: RATIO, paper, hatch });
-    cross(canvas, at, 0);
+    cross(canvas, at, 0, colours.line);
     return;
   }
   const pen = begun(canvas, width, height, colours),
@@ -42,10 +42,10 @@ export function paintSmall(canvas, surface, width, height, colours, { levels = n
     const shares = [...field.z].map((z, k) => (field.fired[k] === fired ? (z - low) / span : NaN));
     trace(pen, shares, width, height, ink);
   }
-  cross(canvas, at, EDGE);
+  cross(canvas, at, EDGE, colours.line);
 }
 
-function cross(canvas, [x, y], edge) {
+function cross(canvas, [x, y], edge, mark) {
   const pen = canvas.getContext("2d");
   pen.setTransform(1, 0, 0, 1, 0, 0);
   pen.scale(RATIO, RATIO);
@@ -53,7 +53,7 @@ function cross(canvas, [x, y], edge) {
     high = canvas.height / RATIO;
   for (const [width, ink] of [
     [3, "rgb(255 255 255 / 0.7)"],
-    [1.2, "#c8102e"],
+    [1.2, mark],
   ]) {
     pen.lineWidth = width;
     pen.strokeStyle = ink;

@@ -267,7 +267,7 @@ def test_colours_are_ordered_and_their_text_is_readable(bench: Bench) -> None:
           const terms = Array.from({ length: 41 }, (_, k) => ({ name: `t${k}`, type: "constant", parameters: [k] }));
           terms.push({ name: "plane", type: "linear", parameters: [10, 10.5] });  // in the middle 20.5
           return [...colours({ terms }, inputs)].map(([name, { back, ink, mean }]) => {
-            const [a, b] = [lum(back), ink === "#fff" ? 1 : 0];
+            const [a, b] = [lum(back), ink === "white" ? 1 : 0];
             return [name, mean, a, (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05)];
           });
         }"""
