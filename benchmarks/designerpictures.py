@@ -18,6 +18,7 @@ WIDTHS = (390, 800, 1600)
 HEIGHT = 1000  # px of a narrow window
 TALLEST = 1250  # px of a picture, and of a window with two panes, of which one scrolls by itself
 PLAYED = ".fd-tryout .fleet-player canvas"  # the small picture under what is edited, which may be hidden, has one too
+SCROLLED = ("moments",)  # views further down in a pane that scrolls by itself: on wide screens
 DIALOG = -1  # in the place of a group of views
 EXACT = 160  # of the 256 colours of a picture: the most frequent, which are flat areas and curves
 
@@ -32,7 +33,7 @@ def take(folder: Path, widths: tuple[int, ...] = WIDTHS) -> list[Path]:
             show(page, url)
             for name, (group, view) in VIEWS.items():
                 view(page)
-                for width in widths:
+                for width in widths if name not in SCROLLED else [w for w in widths if w >= 1600]:
                     page.set_viewport_size(_window(width))
                     _rest(page)
                     taken.append(_written(folder / f"{name}-{width}.png", _picture(page, group, width)))
@@ -116,7 +117,8 @@ def _matrix(page: Any) -> None:
 
 
 def _history(page: Any) -> None:
-    page.locator(".fd-rules .fd-tab[data-view=sentences]").click()
+    page.keyboard.press("Control+z")
+    page.wait_for_selector(".state:not(.unsaved)")
     tab(page, "Memberships")
     _memberships(page)
     field = page.get_by_role("spinbutton", name="right foot of Far", exact=True)
@@ -151,7 +153,7 @@ def _viewer(page: Any) -> None:
 def _surface(page: Any) -> None:
     tab(page, "Surface")
     page.wait_for_selector(".fd-surface")
-    page.get_by_label("output", exact=True).select_option("1")
+    page.get_by_role("tabpanel", name="Surface").get_by_label("output", exact=True).select_option("1")
 
 
 def _relief(page: Any) -> None:
@@ -210,6 +212,20 @@ def _try_it(page: Any) -> None:
     page.wait_for_selector(".fd-tryout .rs-plot")
     _set(page.locator(".fd-tryout .tr-time input[type=range]").first, 3.2)
     page.wait_for_timeout(500)
+
+
+def _moments(page: Any) -> None:
+    page.locator(".shell-view .fd-tryout .pn-keys").first.evaluate("(keys) => keys.scrollIntoView({ block: 'start' })")
+
+
+def _check(page: Any) -> None:
+    page.locator(".fd-rules .fd-tab[data-view=sentences]").click()
+    tab(page, "Memberships")
+    page.get_by_role("spinbutton", name="to, the highest value", exact=True).fill("0.6")
+    page.keyboard.press("Enter")
+    page.get_by_role("group", name="Terms in the new range").get_by_role("button", name="Keep").click()
+    page.get_by_role("tab", name="Check").click()
+    page.wait_for_timeout(1500)
 
 
 def _seeds(page: Any) -> None:
@@ -299,6 +315,7 @@ VIEWS: dict[str, tuple[int, Callable[[Any], None]]] = {
     "rules": (0, _rules),
     "table": (0, _table),
     "matrix": (0, _matrix),
+    "check": (0, _check),
     "history": (0, _history),
     "viewer": (1, _viewer),
     "surface": (1, _surface),
@@ -309,6 +326,7 @@ VIEWS: dict[str, tuple[int, Callable[[Any], None]]] = {
     "data": (1, _data),
     "step": (1, _step),
     "try-it": (1, _try_it),
+    "moments": (1, _moments),
     "seeds": (1, _seeds),
     "editing": (1, _editing),
     "team": (1, _team),
