@@ -88,7 +88,7 @@ export async function render({ model, el }) {
   await styled(...SHEETS);
   const get = (name) => model.get(name) ?? null;
   const choose = (name, value) => model.send({ do: "choose", name, value });
-  const state = { share: 1, height: 280, pictures: [], touched: false, ticks: false, offered: new Map() };
+  const state = { share: 1, height: 280, touched: false, ticks: false, offered: new Map() };
 
   // Controls
   const field = (text, control, kind = "") => element("label", { class: kind }, element("span", {}, text), control);
@@ -626,28 +626,24 @@ export async function render({ model, el }) {
     put(all, { "aria-label": `Top view of the paths of ${names} in ${seeds.count} seeds; contacts are marked` });
   }
 
-  /** The curves of what changes with time: the error, the speeds beside their references, the wheels' torques. */
-  function drawCurves() {
-    const course = get("course"),
-      runs = shown(),
-      reference = get("tried")?.reference ?? null;
-    state.pictures = [];
-    const draw = (svg, given, words) => {
-      const width = Math.max(240, svg.clientWidth || root.clientWidth);
-      const picture = overTime(svg, { duration: course.duration, ...given, size: { width, height: given.height } });
-      const who = runs.map(([n, , d]) => label(n, d)).reverse();
-      put(svg, { "aria-label": `${words} over time of ${who.join(", ")}` });
-      state.pictures.push(picture);
-      return picture;
-    };
+  /** Draw curves over time, as overTime does, of all runs; `words` say what they are of. */
+  function drawOver(svg, given, words) {
+    const width = Math.max(240, svg.clientWidth || root.clientWidth),
+      size = { width, height: given.height };
+    const who = shown().map(([n, , d]) => label(n, d));
+    put(svg, { "aria-label": `${words} over time of ${who.reverse().join(", ")}` });
+    return overTime(svg, { duration: get("course").duration, ...given, size });
+  }
+
+  function drawError() {
     const seeds = get("seeds");
-    state.error = draw(
+    state.error = drawOver(
       error,
       {
         title: "cross-track error [m], left of the path > 0",
         height: state.height,
         least: [-0.005, 0.005],
-        curves: runs.flatMap(([run, kind, data]) =>
+        curves: shown().flatMap(([run, kind, data]) =>
           (data.cross_track ?? []).map((values) => ({ kind, run, time: data.time, values })),
         ),
         bounds: (seeds?.rows ?? []).flatMap((row) => (row.cross_track ?? []).flat()),
@@ -655,21 +651,28 @@ export async function render({ model, el }) {
       },
       "Cross-track error",
     );
+  }
+
+  /** The speeds beside their references, and the wheels' torques: a frame later, so that a drag's path is not late. */
+  function drawMotion() {
+    const runs = shown(),
+      tried = get("tried");
+    if (get("course") === null || get("course").played) return;
     const moving = (name, among = runs) =>
       among.flatMap(([run, kind, data]) =>
         (data.motion?.[name] ?? []).map((values) => ({ kind, run, time: data.motion.time, values })),
       );
     const due = (name) =>
-      (reference?.[name] ?? []).map((values) => ({ kind: "tr-reference", time: get("tried").motion.time, values }));
-    const [height, least] = [220, [-1e-3, 1e-3]];
-    state.speed = draw(
+      (tried?.reference?.[name] ?? []).map((values) => ({ kind: "tr-reference", time: tried.motion.time, values }));
+    const look = { height: 220, least: [-1e-3, 1e-3] };
+    state.speed = drawOver(
       speed,
-      { title: "speed v [m/s]", height, least, curves: [...due("v"), ...moving("v")] },
+      { ...look, title: "speed v [m/s]", curves: [...due("v"), ...moving("v")] },
       "Speed beside that of the reference",
     );
-    state.turning = draw(
+    state.turning = drawOver(
       turning,
-      { title: "turn rate ω [rad/s]", height, least, curves: [...due("w"), ...moving("w")] },
+      { ...look, title: "turn rate ω [rad/s]", curves: [...due("w"), ...moving("w")] },
       "Turn rate beside that of the reference",
     );
     // Of the design alone: six curves of torques tell nothing apart.
@@ -679,8 +682,15 @@ export async function render({ model, el }) {
     );
     wheelsFigure.hidden = wheels.length === 0;
     state.wheels = wheels.length
-      ? draw(torques, { title: "wheel torque [N m]", height, least, curves: wheels }, "Torques of both wheels")
+      ? drawOver(torques, { ...look, title: "wheel torque [N m]", curves: wheels }, "Torques of both wheels")
       : null;
+    pointOut();
+  }
+  const motion = framed(drawMotion);
+  /** Move the dots of all pictures over time. */
+  function pointOut() {
+    const at = state.share * get("course").duration;
+    for (const picture of [state.error, state.speed, state.turning, state.wheels]) picture?.at(at);
   }
 
   function drawMoment() {
@@ -701,7 +711,7 @@ export async function render({ model, el }) {
         if (name === "tried") words.push(`${said(data.cross_track[i][k], 3)} m`);
       });
     }
-    for (const picture of state.pictures) picture.at(at);
+    pointOut();
     rules.at(at);
     say(reading, `${at.toFixed(1)} s${words.length ? `: ${words.join(", ")}` : ""}`);
     put(clock, { "aria-valuetext": reading.textContent });
@@ -916,7 +926,8 @@ export async function render({ model, el }) {
     other.end();
     drawKeys();
     drawAbove();
-    drawCurves();
+    drawError();
+    motion.soon();
     drawRules();
     drawMoment();
   }
@@ -983,6 +994,7 @@ export async function render({ model, el }) {
   draw();
   return () => {
     end();
+    motion.end();
     passing.toggle(false);
     rules.end();
     for (const end of watches) end();

@@ -106,7 +106,9 @@ export function rulesPanel(data, { make, choice, pick, draw, seek, open }) {
   });
   const based = () => Math.max(0, Number(color.value)),
     strip = ruleStrip({ seek, open: open && ((rule) => open(rule, bases[based()].task)) });
-  let drawn = null; // what the strip shows: rule base and robot
+  let drawn = null, // what the strip shows: rule base and robot
+    request = 0,
+    now = 0;
   const root = make(
     "details",
     { class: "fp-rules", open: true },
@@ -129,9 +131,14 @@ export function rulesPanel(data, { make, choice, pick, draw, seek, open }) {
     put(title, `Rules that decide now: robot ${i + 1}${over ? " (under the cursor)" : ""}`);
     if (!over) robot.value = String(i);
     if (!root.open) return;
+    now = time;
     if (!over && drawn !== `${based()} ${i}`) {
       drawn = `${based()} ${i}`;
-      strip.update(ruling(data, based(), i));
+      cancelAnimationFrame(request); // a frame later: a new run's picture does not wait for it
+      request = requestAnimationFrame(() => {
+        strip.update(ruling(data, based(), i));
+        strip.at(now);
+      });
     }
     strip.at(time);
     parts.forEach(({ part, rows, asked, inputs }, b) => {
@@ -202,5 +209,9 @@ export function rulesPanel(data, { make, choice, pick, draw, seek, open }) {
   }
 
   for (const node of [root, ...parts.map(({ part }) => part)]) node.addEventListener("toggle", draw);
-  return { root, show, drawPath, end: strip.end };
+  const end = () => {
+    cancelAnimationFrame(request);
+    strip.end();
+  };
+  return { root, show, drawPath, end };
 }
