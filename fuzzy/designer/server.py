@@ -18,7 +18,7 @@ from fuzzy.designer.folder import LARGEST_FILE, Folder, FolderError
 from fuzzy.designer.guard import Guard
 from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import PATIENCE, OpenDocuments
-from fuzzy.designer.workers import WorkError
+from fuzzy.designer.workers import WorkError, set_imports_aside
 from fuzzy.errors import InputError, shortened
 from fuzzy.files.fisfile import MamdaniError
 from fuzzy.system import Sugeno
@@ -105,6 +105,7 @@ def serve(
         server = _server(opened, name, number, token)
 
         def started() -> None:
+            set_imports_aside()
             said(f"The designer of {folder.name(folder.inside(name))} is at {url} (Ctrl-C ends it).")
             sys.stdout.flush()
             if browser:

@@ -37,6 +37,7 @@ export function render({ el }) {
   el.append(root);
   const look = [...document.querySelectorAll(".shell-group")].at(-1); // the views stand behind the editors
   const view = () => look?.querySelector(".shell-view.shell-shown");
+  let shown = true;
   const marked = () =>
     [...(view()?.querySelectorAll("[data-glance]") ?? [])].find((node) => node.getClientRects().length);
 
@@ -47,7 +48,7 @@ export function render({ el }) {
     paint();
   }
   function paint() {
-    if (el.getClientRects().length === 0) return; // the screen is wide
+    if (!shown) return; // the screen is wide
     const source = marked(),
       name = look?.querySelector("[role=tab][aria-selected=true]")?.textContent ?? "";
     say(title, name);
@@ -74,7 +75,10 @@ export function render({ el }) {
 
   const { soon, end } = framed(paint);
   const changes = new MutationObserver(soon),
-    sizes = new ResizeObserver(soon);
+    sizes = new ResizeObserver(([{ contentRect }]) => {
+      shown = contentRect.width > 0;
+      soon();
+    });
   if (look) changes.observe(look, { subtree: true, childList: true, attributes: true, characterData: true });
   sizes.observe(el);
   // A canvas changes without an event; while something is played or turned it is looked at ten times a second.

@@ -88,7 +88,7 @@ export async function render({ model, el }) {
   await styled(...SHEETS);
   const get = (name) => model.get(name) ?? null;
   const choose = (name, value) => model.send({ do: "choose", name, value });
-  const state = { share: 1, height: 280, touched: false, ticks: false, offered: new Map() };
+  const state = { share: 1, height: 280, touched: false, ticks: false, offered: new Map(), widths: new Map() };
 
   // Controls
   const field = (text, control, kind = "") => element("label", { class: kind }, element("span", {}, text), control);
@@ -502,10 +502,16 @@ export async function render({ model, el }) {
     return spans;
   }
 
+  /** The width of a picture [px], measured once a width of the panel: each measuring lays the whole page out anew. */
+  function measured(svg) {
+    if (!state.widths.has(svg) && svg.clientWidth) state.widths.set(svg, svg.clientWidth);
+    return Math.max(240, state.widths.get(svg) ?? root.clientWidth);
+  }
+
   /** The picture of the plane: paths to follow and starts, and between them what `fill` draws. */
   function plane(svg, tallest, fill) {
     const course = get("course");
-    const width = Math.max(240, svg.clientWidth || root.clientWidth),
+    const width = measured(svg),
       box = { left: 52, right: width - 10, top: 26, bottom: 0 };
     const [[x0, x1], [y0, y1]] = bounds(course);
     const pad = 0.06 * Math.max(x1 - x0, y1 - y0, 0.2),
@@ -581,7 +587,7 @@ export async function render({ model, el }) {
           );
       }
     });
-    state.height = root.clientWidth > 1.5 * width ? Math.max(280, height - 50) : 280; // beside the other picture as high
+    state.height = measured(root) > 1.5 * width ? Math.max(280, height - 50) : 280; // beside the other picture as high
     put(above, {
       "aria-label": `Top view of ${course.title}: the reference, the start and the path of ${shown()
         .map(([n, , d]) => label(n, d))
@@ -628,7 +634,7 @@ export async function render({ model, el }) {
 
   /** Draw curves over time, as overTime does, of all runs; `words` say what they are of. */
   function drawOver(svg, given, words) {
-    const width = Math.max(240, svg.clientWidth || root.clientWidth),
+    const width = measured(svg),
       size = { width, height: given.height };
     const who = shown().map(([n, , d]) => label(n, d));
     put(svg, { "aria-label": `${words} over time of ${who.reverse().join(", ")}` });
@@ -984,7 +990,10 @@ export async function render({ model, el }) {
     watch(model, ["seeds", "round", "trial", "course"], drawSeeds),
     watch(model, ["editor"], drawEditor),
     watch(model, ["moment"], moments.answered),
-    whenSized(root, soon),
+    whenSized(root, () => {
+      state.widths.clear();
+      soon();
+    }),
   ];
   // Nothing is run for a panel that is hidden; one further down is seen in the small picture under what is edited.
   const watching = new IntersectionObserver((entries) => model.send({ do: "see", on: entries.at(-1).isIntersecting }), {
