@@ -4,6 +4,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from fuzzy.designer.autosave import FOLDER
 from fuzzy.errors import InputError, quoted
 from fuzzy.files.fisfile import FisText, MamdaniError, parse_bytes
 from fuzzy.system import Sugeno
@@ -76,6 +77,16 @@ class Folder:
             if len(found) > _MOST_FILES:
                 break
         return sorted(found[:_MOST_FILES], key=str.casefold)
+
+    def unsaved(self) -> list[str]:
+        """The names of designs whose unsaved work is kept and that no file has yet, down to the third level."""
+        folders = {Path(), *(Path(name).parent for name in self.files())}
+        kept = {
+            self.name(self.path / here / work.name.removesuffix(".json"))
+            for here in folders
+            for work in self.path.joinpath(here, FOLDER).glob("*.fis.json")
+        }
+        return sorted((name for name in kept if not self.path.joinpath(name).exists()), key=str.casefold)
 
     def free_name(self, stem: str = "untitled") -> str:
         """A name that no file has: untitled.fis, untitled-2.fis, ..."""

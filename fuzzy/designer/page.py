@@ -302,6 +302,7 @@ class _Page:
         return {
             "file": self.opened.folder.name(self.document.path),
             "files": self.opened.folder.files(),
+            "unsaved": self.opened.folder.unsaved(),
             "compared": self.compared if self.document.compared is not None else None,
             "largest": LARGEST_FILE,
             "unkept": self.document.unkept,

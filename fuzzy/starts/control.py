@@ -10,7 +10,7 @@ parameters adaptive method", Fuzzy Sets and Systems 78, 1996, pp. 23-35).
 from itertools import product
 
 from fuzzy.errors import InputError
-from fuzzy.fitting.identification import grid_terms
+from fuzzy.membership import Triangle
 from fuzzy.naming import expected
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Sugeno, Variable
@@ -44,7 +44,9 @@ def rule_table(kind: str = "pd", terms: int = 7) -> Sugeno:
     if isinstance(terms, bool) or terms not in TERMS:
         raise RuleTableError(f"a rule table has 3, 5 or 7 terms a variable, got {terms!r}")
     names, middle = TERMS[terms], terms // 2
-    curves = dict(zip(names, grid_terms("trimf", -1.0, 1.0, terms), strict=True))
+    # Thirds are made of whole numbers, so that neighbours end exactly where a peak is.
+    peaks = [(place - middle) / middle for place in range(-1, terms + 1)]
+    curves = {name: Triangle(*peaks[place : place + 3]) for place, name in enumerate(names)}
     values = {name: (place - middle) / middle for place, name in enumerate(names)}
     rules = []
     for i, j in product(range(terms), repeat=2):

@@ -113,11 +113,12 @@ function render({ model, el }) {
 
   // Dialogs --------------------------------------------------------------------------------------------------
   function openFile() {
-    const { file, files } = shell();
+    const { file, files, unsaved = [] } = shell();
     const list = make("ul", { class: "files" });
-    for (const name of files) {
+    for (const name of [...files, ...unsaved]) {
+      const text = unsaved.includes(name) ? `${name} (not saved yet)` : name;
       list.append(
-        make("li", {}, make("a", { href: address(name), "aria-current": name === file ? "page" : null }, name)),
+        make("li", {}, make("a", { href: address(name), "aria-current": name === file ? "page" : null }, text)),
       );
     }
     const name = make("input", {
@@ -406,7 +407,8 @@ function render({ model, el }) {
   function showRestored() {
     const when = shell().restored;
     restored.replaceChildren();
-    if (!when && !shell().files.length && !model.get("design").undo) offerStarts();
+    const empty = !shell().files.length && !(shell().unsaved ?? []).length;
+    if (!when && empty && !model.get("design").undo) offerStarts();
     if (!when) return;
     restored.append(
       make("span", {}, `Unsaved work of ${when} has been restored.`),

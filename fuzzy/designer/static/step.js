@@ -374,9 +374,11 @@ export async function render({ model, el }) {
       .map(([, title, values]) => {
         // The least in size is best, as it is shown; not by colour alone
         const shown = values.map((v) => (v === null ? "–" : said(v)));
-        const best = said(Math.min(Infinity, ...values.filter((v) => v !== null).map(Math.abs)));
+        // What does not settle is never the best.
+        const counts = (v, k) => v !== null && rows[k].figures.settling_time !== null;
+        const best = said(Math.min(Infinity, ...values.filter(counts).map(Math.abs)));
         const cells = values.map((v, k) => {
-          const wins = values.length > 1 && v !== null && said(Math.abs(v)) === best;
+          const wins = values.length > 1 && counts(v, k) && said(Math.abs(v)) === best;
           return element("td", wins ? { class: "st-best" } : {}, shown[k]);
         });
         return element("tr", {}, element("th", { scope: "row" }, title), ...cells);

@@ -887,7 +887,7 @@ export async function render({ model, el }) {
     // with, and plays on.
     const led = !began && !state.touched && !window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     const time = led ? Math.max(0, get("tried").moment - BEFORE) : null;
-    const shows = main.show(get("tried")?.player ?? null, time, { told, ticked: ticked(main, other) });
+    const shows = main.show(get("tried")?.player ?? null, time, { told, task: task(), ticked: ticked(main, other) });
     if (shows && !began && (led || playing)) main.button().click();
     playBeside();
   }

@@ -198,6 +198,7 @@ function mount(model, el, time) {
     draw: () => draw(),
     seek: (t) => reach(t),
     open: told && tell,
+    task: model.get("task") ?? null,
   });
   const root = make(
     "div",

@@ -77,9 +77,10 @@ const colorOf = (theme, look) => (look < theme.colors ? theme.color(look) : them
  *   pick(robot)   a robot was chosen in the panel
  *   draw()        something else shall be drawn
  *   seek(time)    a time was chosen in the strip
+ *   task          of the rule base that is shown first, if it is there; null: the last one
  *   open          open(rule, task): a rule was chosen in the strip; null: rules lead nowhere
  */
-export function rulesPanel(data, { make, choice, pick, draw, seek, open }) {
+export function rulesPanel(data, { make, choice, pick, draw, seek, open, task = null }) {
   if (!data.rules) return null;
   const { bases, top, values } = data.rules,
     shown = bases.length > 2 ? Math.min(2, top) : top;
@@ -87,7 +88,9 @@ export function rulesPanel(data, { make, choice, pick, draw, seek, open }) {
   const [robotLabel, robot] = choice("Rules of robot", numbered, "0", () => pick(Number(robot.value)));
   // Where a rule base supervises others it stands last.
   const tasks = [["-1", "no rule base"], ...bases.map(({ task }, b) => [String(b), task])];
-  const [colorLabel, color] = choice("Its path shows", tasks, String(bases.length - 1), () => draw());
+  const mine = bases.findIndex((base) => base.task === task),
+    shownFirst = mine < 0 ? bases.length - 1 : mine;
+  const [colorLabel, color] = choice("Its path shows", tasks, String(shownFirst), () => draw());
   const title = make("summary", {});
   const parts = bases.map(({ task, inputs, rules }) => {
     const asked = make("p", { class: "fp-asked" });

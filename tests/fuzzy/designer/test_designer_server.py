@@ -428,6 +428,16 @@ def test_work_that_cannot_be_kept_is_told_until_it_can(tmp_path, monkeypatch, ca
     assert "twice" in (tmp_path / ".fuzzy-design" / "a.fis.json").read_text()
 
 
+def test_designs_that_no_file_has_yet_are_listed(tmp_path):
+    write_fis(small(), tmp_path / "a.fis")
+    folder = open_folder(tmp_path)
+    kept = tmp_path / ".fuzzy-design"
+    kept.mkdir()
+    for name in ("a.fis.json", "new.fis.json", "new.fis.0123456789abcdef.json", "other.txt"):
+        (kept / name).write_text("{}")
+    assert folder.unsaved() == ["new.fis"]
+
+
 def test_a_hidden_panel_rests(tmp_path):
     write_fis(small(), tmp_path / "a.fis")
     calls, said = [], []
