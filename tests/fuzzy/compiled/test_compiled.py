@@ -109,6 +109,13 @@ def test_compiled_equals_infer_where_strengths_are_logarithms(drawn):
 EXTREMES = [0.3, 1e10, -1e10, 1e153, 1e154, -1e155, 1e200, -1e300, np.inf, -np.inf, np.nan]
 
 
+def largest_products(variable, x):
+    """The largest sum of |slope x| (points,) of an output's linear consequents; 0 without one."""
+    slopes = [np.abs(term.slopes) for term in variable.terms.values() if isinstance(term, Linear)]
+    sums = [np.where(slope > 0, slope * np.abs(x), 0).sum(axis=-1) for slope in slopes]
+    return np.max([np.zeros(len(x)), *sums], axis=0)
+
+
 @quiet
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @pytest.mark.parametrize("kinds", [FUNCTIONS, POSITIVE])
@@ -122,6 +129,9 @@ def test_extreme_numbers_give_the_same_with_numpy_torch_and_compiled(kinds, data
     expected = infer(fis, x)
     sure = np.isfinite(conditioning(fis, expected.firing) + 0 * expected.output) | ~np.isfinite(expected.output)
     sure |= (expected.firing == 0).all(axis=-1)[:, None]
+    # Where the products of slopes cancel, what is left is their rounding, which depends on the order of the sums.
+    size = np.stack([largest_products(variable, x) for variable in fis.outputs], axis=-1)
+    sure &= ~(np.isfinite(size) & (np.abs(expected.output) < 1e-9 * size))
     others = {"compiled": compile_sugeno(fis)(x), "torch": infer(fis, torch.tensor(x)).output.numpy()}
     for name, got in others.items():
         np.testing.assert_allclose(got[sure], expected.output[sure], rtol=1e-6, atol=1e-6, err_msg=name)
