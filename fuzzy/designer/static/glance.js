@@ -37,7 +37,7 @@ export function render({ el }) {
   el.append(root);
   const look = [...document.querySelectorAll(".shell-group")].at(-1); // the views stand behind the editors
   const view = () => look?.querySelector(".shell-view.shell-shown");
-  let shown = true;
+  let shown = el.getClientRects().length > 0; // asked anew when its size changes: asking lays the whole page out
   const marked = () =>
     [...(view()?.querySelectorAll("[data-glance]") ?? [])].find((node) => node.getClientRects().length);
 
