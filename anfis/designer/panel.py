@@ -6,7 +6,7 @@ folder, an upload in pieces, which column is which, settings, start, stop, take.
 
 import asyncio
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import entry_points
@@ -34,6 +34,7 @@ from fuzzy.designer.datapictures import Rows, data_pictures
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.latest import Latest
 from fuzzy.designer.tablesource import TableSource
+from fuzzy.designer.wishes import Wishes, refusal_of_choice
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
@@ -80,7 +81,6 @@ class TrainSession:
         self.process: TrainingProcess | None = None
         self.begun = False  # from the wish to train until its process has ended
         self.closed = False
-        self.doing: asyncio.Task[None] | None = None  # a task that nobody holds may vanish
         self.watching: asyncio.Task[None] | None = None
         self.history: list[tuple[Any, ...]] = []
         self.start: Sugeno | None = None
@@ -113,44 +113,32 @@ class TrainSession:
             about=None,
             **self._of_columns(),
         )
-        self.widget.on_message(self.heard)
+        self.wishes = Wishes(
+            {
+                "file": self._file,
+                "piece": self._piece,
+                "generate": self._generate,
+                "column": self._column,
+                "choose": self._choose,
+                "train": self._train,
+                "stop": self._stop,
+                "take": self._take,
+                "look": self._look,
+                "output": self._choose_output,
+            },
+            self._refuse,
+            TaskError,
+            lambda: self.widget.update(problem=None),
+        )
+        self.widget.on_message(self.wishes.heard)
         bench.on_change(self._changed)
         bench.on_close(self.close)
         self.asking = asyncio.get_running_loop().create_task(self._ask())
 
     # Messages
 
-    def heard(self, message: Any) -> "asyncio.Task[None]":
-        """Do what the page asks, in the order it asks; an error becomes a sentence on the page."""
-        self.doing = asyncio.get_running_loop().create_task(self._hear(message))
-        return self.doing
-
-    async def _hear(self, message: Any) -> None:
-        acts: dict[str, Callable[[dict[str, Any]], Any]] = {
-            "file": self._file,
-            "piece": self._piece,
-            "generate": self._generate,
-            "column": self._column,
-            "choose": self._choose,
-            "train": self._train,
-            "stop": self._stop,
-            "take": self._take,
-            "look": self._look,
-            "output": self._choose_output,
-        }
-        try:
-            wish = message.get("do") if isinstance(message, dict) else None
-            if not isinstance(wish, str) or wish not in acts:
-                raise TaskError(expected(str(wish), acts, "wish"))
-            self.widget.update(problem=None)
-            answer = acts[wish](message)
-            if answer is not None:
-                await answer
-        except (InputError, WorkError) as error:
-            about = message if isinstance(message, dict) else {}
-            field = about.get("name") if about.get("do") == "choose" else about.get("do")
-            column = about.get("name") if about.get("do") == "column" else None
-            self.widget.update(problem={"message": str(error), "field": field, "column": column})
+    def _refuse(self, error: Exception, message: dict[str, Any]) -> None:
+        self.widget.update(problem=refusal_of_choice(error, message))
 
     async def _file(self, message: dict[str, Any]) -> None:
         """A CSV file of the folder."""

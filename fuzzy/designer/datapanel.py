@@ -4,8 +4,6 @@ The page sees what :class:`DataSession` hands to the module ``data.js``, and sen
 upload in pieces, which column is which, and a row to look at. What is drawn is computed in another process.
 """
 
-import asyncio
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +15,7 @@ from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.latest import Latest
 from fuzzy.designer.tablesource import TableSource
 from fuzzy.designer.views import variable_data
+from fuzzy.designer.wishes import Wishes, refusal_of_choice
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError, quoted
 from fuzzy.naming import expected
@@ -57,7 +56,6 @@ class DataSession:
         self.rows: Rows | None = None
         self.drawn: tuple[Any, ...] | None = None  # what the pictures are of: rows, system, output
         self.keys = self._keys()
-        self.doing: asyncio.Task[None] | None = None  # a task that nobody holds may vanish
         self.pictures = Latest(self._draw)
         self.spread = Latest(self._share)
         self.widget = bench.widget(
@@ -75,39 +73,27 @@ class DataSession:
             residual=None,
             terms=None,
         )
-        self.widget.on_message(self.heard)
+        self.wishes = Wishes(
+            {
+                "file": self._file,
+                "piece": self._piece,
+                "column": self._column,
+                "choose": self._choose,
+                "look": self._look,
+            },
+            self._refuse,
+            DataPanelError,
+            lambda: self.widget.update(problem=None),
+        )
+        self.widget.on_message(self.wishes.heard)
         bench.on_change(self._changed)
         bench.on_change(self._universes_changed, hidden=True)
         self.universes = self._inputs()
 
     # Messages
 
-    def heard(self, message: Any) -> "asyncio.Task[None]":
-        """Do what the page asks, in the order it asks; an error becomes a sentence on the page."""
-        self.doing = asyncio.get_running_loop().create_task(self._hear(message))
-        return self.doing
-
-    async def _hear(self, message: Any) -> None:
-        acts: dict[str, Callable[[dict[str, Any]], Any]] = {
-            "file": self._file,
-            "piece": self._piece,
-            "column": self._column,
-            "choose": self._choose,
-            "look": self._look,
-        }
-        try:
-            wish = message.get("do") if isinstance(message, dict) else None
-            if not isinstance(wish, str) or wish not in acts:
-                raise DataPanelError(expected(str(wish), acts, "wish"))
-            self.widget.update(problem=None)
-            answer = acts[wish](message)
-            if answer is not None:
-                await answer
-        except (InputError, WorkError) as error:
-            about = message if isinstance(message, dict) else {}
-            field = about.get("name") if about.get("do") == "choose" else about.get("do")
-            column = about.get("name") if about.get("do") == "column" else None
-            self.widget.update(problem={"message": str(error), "field": field, "column": column})
+    def _refuse(self, error: Exception, message: dict[str, Any]) -> None:
+        self.widget.update(problem=refusal_of_choice(error, message))
 
     async def _file(self, message: dict[str, Any]) -> None:
         """A CSV file of the folder."""

@@ -6,14 +6,15 @@ chosen, within a time limit.
 
 import asyncio
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from fuzzy.designer.folder import check_size, open_folder
+from fuzzy.designer.latest import Latest
 from fuzzy.designer.saving import save_text
 from fuzzy.designer.steptask import StepTask, read_saved, simulated
 from fuzzy.designer.views import variable_data
+from fuzzy.designer.wishes import Wishes, refusal_at
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.loop.controller import INPUT_ROLES, OUTPUT_ROLES, PID, LoopError, Roles, Scale, role_of, roles_of
@@ -80,10 +81,8 @@ class StepSession:
             "reference": 1.0, "noise": 0.0, "rate_filter": 0.0, "rival": True, "before": True, "roles": {},
         }  # fmt: skip
         self.answer: dict[str, Any] | None = None
-        self.running: asyncio.Task[None] | None = None
-        self.again = False
+        self.loops = Latest(self._simulate)
         self.shown = self._present()  # the system that is simulated
-        self.doing: asyncio.Task[None] | None = None  # a task that nobody holds may vanish
         self.widget = bench.widget(
             MODULE,
             choice=self.choice,
@@ -96,33 +95,24 @@ class StepSession:
             response=None,
             problem=None,
         )
-        self.widget.on_message(self.heard)
+        self.wishes = Wishes(
+            {
+                "choose": self._choose,
+                "example": self._example,
+                "role": self._role,
+                "template": self._template,
+                "look": self._look,
+            },
+            lambda error, message: self._refuse(error, message.get("name")),
+            LoopError,
+            also=(OSError,),
+        )
+        self.widget.on_message(self.wishes.heard)
         bench.on_change(self._changed)
         bench.on_close(self.close)
         self.opening = asyncio.get_running_loop().create_task(self._open())
 
     # Messages
-
-    def heard(self, message: Any) -> "asyncio.Task[None]":
-        """Do what the page asks; an error becomes a sentence on the page."""
-        self.doing = asyncio.get_running_loop().create_task(self._hear(message))
-        return self.doing
-
-    async def _hear(self, message: Any) -> None:
-        acts: dict[str, Callable[[dict[str, Any]], Any]] = {
-            "choose": self._choose,
-            "example": self._example,
-            "role": self._role,
-            "template": self._template,
-            "look": self._look,
-        }
-        try:
-            wish = message.get("do") if isinstance(message, dict) else None
-            if not isinstance(wish, str) or wish not in acts:
-                raise LoopError(expected(str(wish), acts, "wish"))
-            acts[wish](message)
-        except (InputError, OSError) as error:
-            self._refuse(error, message.get("name") if isinstance(message, dict) else None)
 
     def _choose(self, message: dict[str, Any]) -> None:
         name, value = message.get("name"), message.get("value")
@@ -185,28 +175,26 @@ class StepSession:
         """Simulate what is chosen; what is asked for meanwhile comes after it, once."""
         self.shown = self._present()
         self.widget.update(choice=self.choice, system=self._system())
-        self.again = True
-        if self.running is None or self.running.done():
-            self.running = asyncio.get_running_loop().create_task(self._simulate())
+        self.loops.wish()
 
     async def _simulate(self) -> None:
-        while self.again and not self.bench.closed:
-            self.again = False
-            try:
-                task = self._task()
-                if isinstance(task.plant, Path):
-                    self.answer = await self.bench.read(task.name, simulated, task)
-                else:
-                    self.answer = await self.bench.background(simulated, task)
-                self.widget.update(response=self.answer, problem=None)
-            except (InputError, WorkError) as error:
-                self.answer = None
-                self._refuse(error)
-                self.widget.update(response=None)
+        if self.bench.closed:
+            return
+        try:
+            task = self._task()
+            if isinstance(task.plant, Path):
+                self.answer = await self.bench.read(task.name, simulated, task)
+            else:
+                self.answer = await self.bench.background(simulated, task)
+            self.widget.update(response=self.answer, problem=None)
+        except (InputError, WorkError) as error:
+            self.answer = None
+            self._refuse(error)
+            self.widget.update(response=None)
 
     def _refuse(self, error: Exception, name: Any = None) -> None:
-        keys = [key for key in getattr(error, "at", ()) if isinstance(key, str)]
-        self.widget.update(problem={"message": typeset(str(error)), "field": keys[0] if keys else name})
+        refusal = refusal_at(error, name)
+        self.widget.update(problem=refusal | {"message": typeset(refusal["message"])})
 
     def _task(self) -> StepTask:
         chosen, fis = self.choice, self._present()
@@ -263,8 +251,7 @@ class StepSession:
 
     def close(self) -> None:
         """Simulate no more."""
-        self.again = False
-        for task in (self.running, self.opening):
+        for task in (self.loops.task, self.opening):
             if task is not None:
                 task.cancel()
 

@@ -6,7 +6,6 @@ leads back. Whoever edits by hand meanwhile ends the search.
 
 import asyncio
 import time
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 from anfis.designer.task import TrainingProcess
 from fuzzy.designer.autosave import PROCESS
 from fuzzy.designer.folder import open_folder
+from fuzzy.designer.wishes import Wishes, refusal_at
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import format_fis, parse_fis
@@ -85,7 +85,6 @@ class TuneSession:
         self.begun = 0.0
         self.told: dict[str, Any] = {}
         self.words = ""
-        self.doing: asyncio.Task[None] | None = None  # a task that nobody holds may vanish
         self.watching: asyncio.Task[None] | None = None
         self.widget = bench.widget(
             MODULE,
@@ -101,7 +100,23 @@ class TuneSession:
             left=self._left(),
             problem=None,
         )
-        self.widget.on_message(self.heard)
+        self.wishes = Wishes(
+            {
+                "choose": self._choose,
+                "start": self._start,
+                "go on": self._go_on,
+                "stop": self._stop,
+                "keep": self._keep,
+                "discard": self._discard,
+                "compare": self._compare,
+                "take": self._take,
+                "forget": self._forget,
+            },
+            lambda error, _: self.widget.update(problem=refusal_at(error)),
+            TuningError,
+            lambda: self.widget.update(problem=None),
+        )
+        self.widget.on_message(self.wishes.heard)
         bench.on_change(self._look)
         bench.on_close(self.close)
         self.unlisten = bench.document.listen(self._edited)
@@ -148,35 +163,6 @@ class TuneSession:
         self.widget.update(offer=self.offer, choice=self.choice, scenarios=offered_now, left=self._left())
 
     # Messages
-
-    def heard(self, message: Any) -> "asyncio.Task[None]":
-        """Do what the page asks, in the order it asks; an error becomes a sentence on the page."""
-        self.doing = asyncio.get_running_loop().create_task(self._hear(message))
-        return self.doing
-
-    async def _hear(self, message: Any) -> None:
-        acts: dict[str, Callable[[dict[str, Any]], Any]] = {
-            "choose": self._choose,
-            "start": self._start,
-            "go on": self._go_on,
-            "stop": self._stop,
-            "keep": self._keep,
-            "discard": self._discard,
-            "compare": self._compare,
-            "take": self._take,
-            "forget": self._forget,
-        }
-        try:
-            wish = message.get("do") if isinstance(message, dict) else None
-            if not isinstance(wish, str) or wish not in acts:
-                raise TuningError(expected(str(wish), acts, "wish"))
-            self.widget.update(problem=None)
-            answer = acts[wish](message)
-            if answer is not None:
-                await answer
-        except (InputError, WorkError) as error:
-            keys = [key for key in getattr(error, "at", ()) if isinstance(key, str)]
-            self.widget.update(problem={"message": str(error), "field": keys[0] if keys else None})
 
     def _choose(self, message: dict[str, Any]) -> None:
         name = message.get("name")
