@@ -8,7 +8,7 @@ import typer
 
 from fuzzy.commands.datafile import numbers, opened
 from fuzzy.commands.shared import usage
-from fuzzy.files.columnchoice import chosen_columns
+from fuzzy.files.columnchoice import chosen_columns, names_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -52,13 +52,7 @@ def sample_table(file: Path, inputs: str | None, outputs: str | None, skip_bad: 
     of, to = chosen_columns(text, inputs, outputs)
     table = numbers(text, [*of, *to], skip_bad)
     n = len(of)
-    named = {
-        "input_names": list(table.names[:n]),
-        "output_names": list(table.names[n:]),
-        "input_units": list(table.units[:n]),
-        "output_units": list(table.units[n:]),
-    }
-    return SampleTable(table.values[:, :n], table.values[:, n:], named, len(table.skipped))
+    return SampleTable(table.values[:, :n], table.values[:, n:], names_of(table, n), len(table.skipped))
 
 
 def searched(samples: SampleTable, rules: int, order: int, ridge: float, radii: str | None = None) -> "SearchResult":

@@ -6,7 +6,7 @@ from fuzzy.errors import InputError, quoted
 from fuzzy.files.header import DataError
 
 if TYPE_CHECKING:
-    from fuzzy.files.table import TableText
+    from fuzzy.files.table import Table, TableText
 
 
 class ColumnChoice(NamedTuple):
@@ -14,6 +14,17 @@ class ColumnChoice(NamedTuple):
 
     inputs: list[int]
     outputs: list[int]
+
+
+def names_of(table: "Table", inputs: int) -> dict[str, list[str]]:
+    """Names and units of a table's columns, the first ``inputs`` of which are inputs, as identification takes them."""
+    of, to = slice(None, inputs), slice(inputs, None)
+    return {
+        "input_names": list(table.names[of]),
+        "output_names": list(table.names[to]),
+        "input_units": list(table.units[of]),
+        "output_units": list(table.units[to]),
+    }
 
 
 def chosen_columns(text: "TableText", inputs: str | None, outputs: str | None) -> ColumnChoice:

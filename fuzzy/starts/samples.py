@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.files.columnchoice import chosen_columns
+from fuzzy.files.columnchoice import chosen_columns, names_of
 from fuzzy.files.table import open_table
 from fuzzy.fitting.identification import identify
 from fuzzy.fitting.termnames import with_telling_names
@@ -39,13 +39,7 @@ def read_samples(file: Path, inputs: str = "", outputs: str = "", bad: str = "re
     of, to = chosen_columns(text, inputs or None, outputs or None)
     table = text.numbers([*of, *to], skip_bad=bad == "skip")
     n = len(of)
-    names = {
-        "input_names": list(table.names[:n]),
-        "output_names": list(table.names[n:]),
-        "input_units": list(table.units[:n]),
-        "output_units": list(table.units[n:]),
-    }
-    return Samples(table.values[:, :n], table.values[:, n:], names)
+    return Samples(table.values[:, :n], table.values[:, n:], names_of(table, n))
 
 
 def from_clusters(file: Path, inputs: str, outputs: str, bad: str, radius: float) -> Sugeno:

@@ -6,7 +6,7 @@ import {
   choices,
   color,
   element,
-  framed,
+  keepDrawn,
   labelled,
   line,
   offer,
@@ -19,8 +19,6 @@ import {
   styled,
   takes,
   ticks,
-  watch,
-  whenSized,
 } from "../../../fuzzy/designer/static/chart.js";
 import { dataPictures } from "../../../fuzzy/designer/static/datapictures.js";
 import {
@@ -449,13 +447,7 @@ export async function render({ model, el }) {
       looks: get("about")?.looks ?? false,
     });
   };
-  const { soon, end } = framed(draw);
-  const ends = [end, watch(model, NAMES, soon), whenSized(root, soon)];
-  draw();
-  return () => {
-    for (const end of ends) end();
-    root.remove();
-  };
+  return keepDrawn(model, NAMES, root, draw);
 }
 
 export default { render };

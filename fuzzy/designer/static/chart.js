@@ -337,3 +337,17 @@ export function whenShown(node, f) {
   observer.observe(node);
   return () => observer.disconnect();
 }
+
+/**
+ * Draw a module now, and again before the next picture whenever one of these values or its width changes; returns what
+ * ends it: further `ends`, and the root goes.
+ */
+export function keepDrawn(model, names, root, draw, ...ends) {
+  const { soon, end } = framed(draw);
+  ends.push(end, watch(model, names, soon), whenSized(root, soon));
+  draw();
+  return () => {
+    for (const each of ends) each();
+    root.remove();
+  };
+}

@@ -1,5 +1,5 @@
 // Data: a table of measured rows beside the design. From what fuzzy/designer/datapanel.py hands over.
-import { choices, element, framed, offer, say, sayUnder, styled, watch, whenSized } from "./chart.js";
+import { choices, element, keepDrawn, offer, say, sayUnder, styled } from "./chart.js";
 import { dataPictures } from "./datapictures.js";
 import { columnField, described, field, fillColumns, omission, uploadField } from "./datasource.js";
 
@@ -112,13 +112,7 @@ export async function render({ model, el }) {
     });
   }
 
-  const { soon, end } = framed(draw);
-  const ends = [end, watch(model, NAMES, soon), whenSized(root, soon)];
-  draw();
-  return () => {
-    for (const end of ends) end();
-    root.remove();
-  };
+  return keepDrawn(model, NAMES, root, draw);
 }
 
 export default { render };

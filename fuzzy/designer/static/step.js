@@ -6,6 +6,7 @@ import {
   choices,
   element,
   framed,
+  keepDrawn,
   labelled,
   line,
   offer,
@@ -16,8 +17,6 @@ import {
   scale,
   shape,
   styled,
-  watch,
-  whenSized,
 } from "./chart.js";
 
 const SHEETS = ["./panel.css", "./form.css", "./step.css"].map((sheet) => new URL(sheet, import.meta.url).href);
@@ -390,13 +389,7 @@ export async function render({ model, el }) {
     drawForm();
     drawResponse();
   };
-  const { soon, end } = framed(draw);
-  const ends = [end, looked.end, watch(model, NAMES, soon), whenSized(root, soon)];
-  draw();
-  return () => {
-    for (const end of ends) end();
-    root.remove();
-  };
+  return keepDrawn(model, NAMES, root, draw, looked.end);
 }
 
 export default { render };

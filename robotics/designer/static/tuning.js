@@ -5,7 +5,7 @@ import {
   axes,
   choices,
   element,
-  framed,
+  keepDrawn,
   line,
   offer,
   put,
@@ -16,8 +16,6 @@ import {
   shape,
   styled,
   takes,
-  watch,
-  whenSized,
 } from "../../../fuzzy/designer/static/chart.js";
 
 const SHARED = "../../../fuzzy/designer/static";
@@ -449,13 +447,7 @@ export async function render({ model, el }) {
     drawCurve();
     drawPath();
   };
-  const { soon, end } = framed(draw);
-  const ends = [end, watch(model, NAMES, soon), whenSized(root, soon)];
-  draw();
-  return () => {
-    for (const end of ends) end();
-    root.remove();
-  };
+  return keepDrawn(model, NAMES, root, draw);
 }
 
 export default { render };
