@@ -1,6 +1,7 @@
 """The folder that was opened: nothing outside it is read or written."""
 
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -78,9 +79,9 @@ class Folder:
                 break
         return sorted(found[:_MOST_FILES], key=str.casefold)
 
-    def unsaved(self) -> list[str]:
-        """The names of designs whose unsaved work is kept and that no file has yet, down to the third level."""
-        folders = {Path(), *(Path(name).parent for name in self.files())}
+    def unsaved(self, files: Iterable[str]) -> list[str]:
+        """The names of designs whose unsaved work is kept, in the folder or beside one of its ``files``, and no file."""
+        folders = {Path(), *(Path(name).parent for name in files)}
         kept = {
             self.name(self.path / here / work.name.removesuffix(".json"))
             for here in folders

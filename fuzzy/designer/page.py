@@ -298,11 +298,11 @@ class _Page:
         )
 
     def _shell(self) -> dict[str, Any]:
-        restored = self.document.restored
+        restored, files = self.document.restored, self.opened.folder.files()
         return {
             "file": self.opened.folder.name(self.document.path),
-            "files": self.opened.folder.files(),
-            "unsaved": self.opened.folder.unsaved(),
+            "files": files,
+            "unsaved": self.opened.folder.unsaved(files),
             "compared": self.compared if self.document.compared is not None else None,
             "largest": LARGEST_FILE,
             "unkept": self.document.unkept,

@@ -435,7 +435,7 @@ def test_designs_that_no_file_has_yet_are_listed(tmp_path):
     kept.mkdir()
     for name in ("a.fis.json", "new.fis.json", "new.fis.0123456789abcdef.json", "other.txt"):
         (kept / name).write_text("{}")
-    assert folder.unsaved() == ["new.fis"]
+    assert folder.unsaved(folder.files()) == ["new.fis"]
 
 
 def test_a_hidden_panel_rests(tmp_path):
