@@ -80,7 +80,7 @@ class Folder:
         return sorted(found[:_MOST_FILES], key=str.casefold)
 
     def unsaved(self, files: Iterable[str]) -> list[str]:
-        """The names of designs whose unsaved work is kept, in the folder or beside one of its ``files``, and no file."""
+        """The names of designs without a file whose unsaved work is kept, in the folder or beside its ``files``."""
         folders = {Path(), *(Path(name).parent for name in files)}
         kept = {
             self.name(self.path / here / work.name.removesuffix(".json"))
