@@ -4,6 +4,7 @@ Two workers share two cores: threads of their own in every linear algebra call w
 """
 
 import os
+import signal
 import tomllib
 from pathlib import Path
 
@@ -11,6 +12,10 @@ import pytest
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # before anything imports numpy or torch; commands that are started inherit it
+
+# A shell ignores Ctrl-C for what it starts in the background; the tests of interruptions send it.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Files that take long although they hold few tests; the option --no-loadscope-reorder keeps this order.
 LONG = (
