@@ -11,7 +11,7 @@ import numpy as np
 from fuzzy.insight.explanation import firing_strengths
 from fuzzy.system import Sugeno
 from robotics.designer.uses import TryoutError
-from robotics.measures.decisions import decisions
+from robotics.measures.decisions import decisions, shares
 from robotics.simulation.run import Run
 
 COLUMNS = 300  # spans of time that a strip of rules is made of, at most
@@ -45,16 +45,6 @@ def asked_of(run: Run, task: str) -> Asked | None:
         if each.task == task:
             return Asked(run.time, np.array(each.inputs))
     return None
-
-
-def shares(fis: Sugeno, inputs: np.ndarray) -> np.ndarray:
-    """Each rule's share (..., rules) in the output at the points (..., inputs): firing strength over the sum of all.
-
-    All are 0 where no rule fires, and not-a-number where an input is.
-    """
-    firing = firing_strengths(fis, inputs)
-    whole = firing.sum(axis=-1, keepdims=True)
-    return firing / np.where(whole > 0, whole, 1.0)
 
 
 def rule_times(fis: Sugeno, asked: Asked, robot: int = 0) -> dict[str, Any]:
