@@ -53,7 +53,7 @@ def rule_times(fis: Sugeno, asked: Asked, robot: int = 0) -> dict[str, Any]:
     A row has the rule's number from 1, its sentence, and its mean share in each of up to COLUMNS equally long spans of
     time, null where it is not known; the rule with the largest mean share comes first.
     """
-    found = shares(fis, asked.inputs[:, robot])
+    found = shares(firing_strengths(fis, asked.inputs[:, robot]))
     edges = np.unique(np.linspace(0, len(asked.time), min(len(asked.time), COLUMNS) + 1).round().astype(int))
     known = ~np.isnan(found).any(axis=1)
     counts = np.add.reduceat(known.astype(float), edges[:-1])

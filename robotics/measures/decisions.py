@@ -81,12 +81,11 @@ def strongest(firing: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
     return np.pad(number, missing), np.pad(strength, missing)
 
 
-def shares(fis: Sugeno, inputs: np.ndarray) -> np.ndarray:
-    """Each rule's share (..., rules) in the output at the points (..., inputs): firing strength over the sum of all.
+def shares(firing: np.ndarray) -> np.ndarray:
+    """Each rule's share (..., rules) in the output, by the firing strengths (..., rules): strength over sum of all.
 
-    All are 0 where no rule fires, and not-a-number where an input is.
+    All are 0 where no rule fires, and not-a-number where a strength is.
     """
-    firing = firing_strengths(fis, inputs)
     whole = firing.sum(axis=-1, keepdims=True)
     return firing / np.where(whole > 0, whole, 1.0)
 

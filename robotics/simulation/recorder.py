@@ -64,7 +64,7 @@ class Recorder:
             self._room("ranges", len(sensor_names(setting.sensors)))
 
     def _room(self, name: str, channels: int = 0) -> None:
-        """Room for one of RECORDS; ``channels`` is the length of its axis of channels, inputs, sensors, wheels or values."""
+        """Room for one of RECORDS; ``channels`` is the length of its axis that is not of lanes."""
         record, robots = RECORDS[name], len(self.setting.robots)
         lengths = {"sample": self.setting.ticks + 1, "run": self.runs, "robot": robots, "sender": robots}
         shape = tuple(lengths.get(axis, channels) for axis in record.axes)
