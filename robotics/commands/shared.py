@@ -49,6 +49,26 @@ Metric = Annotated[
         autocompletion=metrics,
     ),
 ]
+Mcap = Annotated[
+    Path | None,
+    typer.Option(
+        "--mcap",
+        metavar="FILE.mcap",
+        help="Log the run for Foxglove and ROS 2; of several seeds one file each, FILE-seed-N.mcap.",
+    ),
+]
+Rosbag = Annotated[
+    Path | None,
+    typer.Option("--rosbag", metavar="FOLDER", help="Log the run as a rosbag2 folder; of several seeds one each."),
+]
+Layout = Annotated[
+    Path | None, typer.Option("--layout", metavar="FILE.json", help="Write a Foxglove layout for the log.")
+]
+Storage = Annotated[str, typer.Option("--storage", help="Of --rosbag: mcap, or sqlite3 for ROS 2 before Iron.")]
+Distribution = Annotated[
+    str,
+    typer.Option("--ros", help="ROS 2 distribution whose messages a log has: humble, iron, jazzy or kilted."),
+]
 Player = Annotated[
     bool, typer.Option("--animate", help="Write a page that plays the first seed: SCENARIO-seed-N.html.")
 ]

@@ -43,6 +43,12 @@ def check_rosbag(folder: Path) -> None:
     check_folder(folder)
 
 
+def check_storage(storage: str) -> None:
+    """Raise LogError for a storage of rosbag2 folders that there is not."""
+    if storage not in get_args(Storage):
+        raise LogError(expected(storage, get_args(Storage), "storage of a rosbag2 folder"))
+
+
 def write_mcap(
     run: Run,
     path: str | Path,
@@ -95,8 +101,7 @@ def write_rosbag(
     """
     folder = Path(folder)
     check_rosbag(folder)
-    if storage not in get_args(Storage):
-        raise LogError(expected(str(storage), get_args(Storage), "storage of a rosbag2 folder"))
+    check_storage(storage)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with _beside(folder) as room:
         made = room / folder.name

@@ -14,6 +14,7 @@ from robotics.designer.tryout import TryoutTrial, run_design, settled
 from robotics.designer.uses import TryoutError
 from robotics.laws.catalogue import make_controller
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.measures.decisions import shares
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
