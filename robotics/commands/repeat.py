@@ -1,7 +1,7 @@
 """The command ``robotics repeat``: one run of a stress test, made again."""
 
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -91,7 +91,7 @@ def repeat(
 
     name = chosen_controller(controller, law) or STRESSES[stress]
     driver, own = make_controller(ALIASES[stress].get(name, name)), own_metrics(metric or (), "team")
-    logs = {"mcap": mcap, "rosbag": rosbag, "layout": layout, "storage": storage, "distribution": ros}
+    logs: dict[str, Any] = {"mcap": mcap, "rosbag": rosbag, "layout": layout, "storage": storage, "distribution": ros}
     files = RunFiles(save=save, table=table, events=events, plot=plot, player=player, **logs)
     files.check_logs([seed])
     disturbance = {"loss": loss, "latency": latency, "freeze": freeze}

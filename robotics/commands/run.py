@@ -1,6 +1,6 @@
 """The command ``robotics run``: one scenario under one controller."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -79,14 +79,14 @@ def run_(
     setting = load_scenario(scenario)
     controller = chosen_controller(controller, law) or setting.controller or "fuzzy"
     driver, own = make_controller(controller), own_metrics(metric or (), setting.kind)
-    logs = {"mcap": mcap, "rosbag": rosbag, "layout": layout, "storage": storage, "distribution": ros}
+    logs: dict[str, Any] = {"mcap": mcap, "rosbag": rosbag, "layout": layout, "storage": storage, "distribution": ros}
     files = RunFiles(save=save, table=table, events=events, plot=plot, player=player, **logs)
     files.check_logs(range(seed, seed + seeds))
     ages = setting.kind == "team" and files.need_ages(seeds, len(setting.robots), setting.ticks)
     print_forewarnings(forewarnings(setting.setting, driver, controller))
     with progress_bar(quiet) as begin:
         advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
-        kept = {"links": ages, "encoders": files.logged, "messages": files.logged}
+        kept: dict[str, Any] = {"links": ages, "encoders": files.logged, "messages": files.logged}
         run = simulate(setting, driver, range(seed, seed + seeds), name=controller, **kept, progress=advance)
         page = files.write(run, begin)
     print_run(run, page, json, metrics=own, noise=noises(setting))

@@ -21,7 +21,7 @@ class Topic(NamedTuple):
 
     name: str
     kind: str  # the type of its messages, such as nav_msgs/Odometry
-    count: int  # of its messages
+    messages: int  # their number
 
 
 class Column(NamedTuple):
@@ -51,14 +51,15 @@ class Bag:
         more = len(self.topics) - len(shown)
         return f"it has {', '.join(shown)}{f' and {more} more' if more else ''}"
 
-    def read(self, topic: str, row: Callable[[Any], Any]) -> Column:
+    def read(self, topic: Topic, row: Callable[[Any], Any]) -> Column:
         """All messages of ``topic`` in the order in which they were written, each as ``row`` makes it.
 
         Raises LogError where they cannot be read.
         """
-        wanted = [one for one in self._reader.connections if one.topic == topic]
+        kind = topic.kind.replace("/", "/msg/")
+        wanted = [one for one in self._reader.connections if (one.topic, one.msgtype) == (topic.name, kind)]
         store, times, rows = self._store(wanted), [], []
-        with _readable(self.path, f"the messages of {topic} cannot be read"):
+        with _readable(self.path, f"the messages of {topic.name} cannot be read"):
             for one, time, data in self._reader.messages(wanted):
                 decode = store.deserialize_ros1 if self._ros1 else store.deserialize_cdr
                 rows.append(row(decode(data, one.msgtype)))

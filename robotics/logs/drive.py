@@ -100,17 +100,17 @@ def read_drive(
             raise LogError(f"{bag.path}: {command.name} has no messages")
         topics, clocks = {"odometry": odom.name, "commands": command.name}, {"odometry": clock}
         clocks["commands"] = command_clock
-        target, plans = None, ()
+        target: Track | None = None
+        plans: tuple[Plan, ...] = ()
         aim = of.topic(reference, "reference", (ODOMETRY,), ("reference",), needed=False, only=False)
         way = of.topic(path, "path", (PATH,), ("path", "plan"), needed=False)
-        if aim is not None and aim.count:
+        if aim is not None and aim.messages:
             target, aim_frame, _, clocks["reference"] = _track(bag, aim)
             topics["reference"] = aim.name
             _same_frame(bag, aim.name, aim_frame, odom.name, frame)
-        elif way is not None and way.count:
-            timed, plans, clocks["path"] = _plans(bag, way, frame, shift)
+        elif way is not None and way.messages:
+            target, plans, clocks["path"] = _plans(bag, way, frame, shift)
             topics["path"] = way.name
-            target = timed
     return Drive(Path(log).name, space, seen, given, target, plans, topics, clocks)
 
 
@@ -183,7 +183,7 @@ class _Of(NamedTuple):
         for name in usual:
             called = [t for t in mine if t.name == f"{begin}{name}"]
             if called:
-                return max(called, key=lambda topic: topic.count)
+                return max(called, key=lambda topic: topic.messages)
         inside = [t for t in mine if only and (self.space or "/" not in t.name[1:])] or (mine if only else [])
         if len(inside) == 1:
             return inside[0]
@@ -215,7 +215,7 @@ def _odometry(message: Any) -> tuple[Any, ...]:
 
 def _track(bag: Bag, topic: Topic) -> tuple[Track, str, float, str]:
     """A topic of odometry, its frame, by how much its clock is ahead of the log's [s], and whose clock that is."""
-    read = bag.read(topic.name, _odometry)
+    read = bag.read(topic, _odometry)
     table = np.array([row[:6] for row in read.rows], dtype=float).reshape(-1, 6)
     time, shift, clock = _times(read, table[:, 0])
     kept = _in_order(time, np.isfinite(table[:, 1:4]).all(axis=1))
@@ -252,7 +252,7 @@ def _commands(bag: Bag, topic: Topic, shift: float) -> tuple[Commands, str]:
         twist = message.twist if stamped else message
         return _stamp(message.header) if stamped else 0.0, twist.linear.x, twist.angular.z
 
-    read = bag.read(topic.name, row)
+    read = bag.read(topic, row)
     table = np.array(read.rows, dtype=float).reshape(-1, 3)
     time, _, clock = _times(read, table[:, 0])
     time = time + shift if clock == "arrival" else time
@@ -270,7 +270,7 @@ def _plans(bag: Bag, topic: Topic, frame: str, shift: float) -> tuple[Track | No
         ]
         return _stamp(message.header), message.header.frame_id, np.array(poses, dtype=float).reshape(-1, 4)
 
-    read = bag.read(topic.name, row)
+    read = bag.read(topic, row)
     paths = [(time, of, poses) for time, (_, of, poses) in zip(read.arrival, read.rows, strict=True) if len(poses) > 1]
     if not paths:
         return None, (), "arrival"
@@ -314,7 +314,7 @@ def _mover(bag: Bag, name: str, frame: str, wanted: str) -> Callable[[np.ndarray
     rows: list[tuple[float, ...]] = []
     for topic in bag.topics:
         if topic.kind == TRANSFORMS:
-            for arrival, transforms in zip(*bag.read(topic.name, lambda m: m.transforms), strict=True):
+            for arrival, transforms in zip(*bag.read(topic, lambda m: m.transforms), strict=True):
                 for one in transforms:
                     pair = one.header.frame_id.strip("/"), one.child_frame_id.strip("/")
                     at, turn = one.transform.translation, _heading(one.transform.rotation)

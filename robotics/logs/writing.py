@@ -138,7 +138,8 @@ def _write(
     store = typestore(distribution)
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
-    writer: Any = Writer(folder, version=DISTRIBUTIONS[distribution], storage_plugin=StoragePlugin[storage.upper()])
+    make: Any = Writer
+    writer = make(folder, version=DISTRIBUTIONS[distribution], storage_plugin=StoragePlugin[storage.upper()])
     if storage == "mcap":
         writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
     for name, value in facts(run, seed).items():

@@ -93,5 +93,5 @@ def single_run(
         ensemble = replace(ensemble, ticks=min(ensemble.ticks, end))
     advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1) if begin else None
     links = links and robots > 1
-    kept = {"links": links, "encoders": logged, "messages": logged}
+    kept: dict[str, bool] = {"links": links, "encoders": logged, "messages": logged}
     return record_run(ensemble, controller, [seed], name=name, **kept, faults=faults, progress=advance), outcome
