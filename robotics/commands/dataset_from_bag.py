@@ -27,7 +27,8 @@ def from_bag(
         typer.Option(
             metavar="A,B,...",
             help="Quantities that the rule base shall know (docs/quantities.md). Default: "
-            "x_err,y_err,heading_err,target_v,target_w; of a path without times cross_track,path_bearing,curvature.",
+            "x_err,y_err,heading_err,target_v,target_w; of a path without times cross_track,path_bearing,curvature; "
+            "of the way driven x_err,y_err.",
         ),
     ] = None,
     check: Annotated[

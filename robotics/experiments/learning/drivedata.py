@@ -36,6 +36,7 @@ from robotics.sensing.posture import Sensing
 OUTPUTS = ("v", "w")
 TIMED = ("x_err", "y_err", "heading_err", "target_v", "target_w")
 UNTIMED = ("cross_track", "path_bearing", "curvature")
+DRIVEN = ("x_err", "y_err")  # more would be learnt by heart: of a way that was driven the rest follows from these
 APART, DRIVEN_APART = 0.02, 0.1  # m: between the points of a path that is made of a reference, of a way that was driven
 BLOCK = 5.0  # s: rows of the same block go to the same table
 CHECKED = 4  # of so many blocks one is for checking
@@ -82,14 +83,14 @@ class DriveTable(NamedTuple):
 
 
 def drive_data(drives: Sequence[Drive], recipe: DriveRecipe, advance: Callable[[], None] | None = None) -> DriveTable:
-    """The table of all moments of ``drives``; ``advance`` is called after each drive.
+    """The table of all moments of ``drives``, made as the ``recipe`` says; ``advance`` is called after each drive.
 
     Raises DriveDataError or LogError.
     """
     if not drives:
         raise DriveDataError("at least one drive is needed")
     ways = [_followed(drive, recipe) for drive in drives]
-    names = recipe.inputs or (UNTIMED if "path" in ways else TIMED)
+    names = recipe.inputs or (UNTIMED if "path" in ways else DRIVEN if "driven" in ways else TIMED)
     known = _quantities(names)
     parts, blocks, first = [], [], 0
     for drive, way in zip(drives, ways, strict=True):
