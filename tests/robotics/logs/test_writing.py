@@ -23,6 +23,8 @@ from robotics.laws.catalogue import make_controller
 from robotics.logs.layout import layout_of, write_layout
 from robotics.logs.typestore import DISTRIBUTIONS, LogError
 from robotics.logs.writing import write_mcap, write_rosbag
+from robotics.paths.path import Line
+from robotics.paths.trajectory import Timing
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import simulate
 
@@ -38,7 +40,7 @@ def tracking():
 @pytest.fixture(scope="module")
 def team():
     """Three robots that talk, look and change their modes among obstacles."""
-    return simulate(short("obstacles-on-two-paths", 4.0), make_controller("obstacles"), (7,), name="obstacles", **KEPT)
+    return simulate(short("obstacles-on-two-paths", 10.5), make_controller("obstacles"), (7,), name="obstacles", **KEPT)
 
 
 def short(name, duration):
@@ -163,7 +165,7 @@ def test_ranges_are_in_single_precision_as_the_run_keeps_them(team, logged):
         sensor = team.about.sensors[1][name.replace("_", "-")]
         assert told[0].max_range == pytest.approx(sensor.range, rel=1e-6)
         assert told[0].header.frame_id == f"robot2/range_{name}"
-    assert np.isfinite(team.ranges).any()
+    assert np.isfinite(team.ranges[:, 0, 1]).any()
 
 
 def test_frames_make_one_tree_and_obstacles_stand_in_the_scene(team, logged):
@@ -206,8 +208,9 @@ def test_a_log_says_what_ran_and_names_no_machine(team, tracking, tmp_path):
         assert name.encode() not in content
 
 
-@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
-@pytest.mark.parametrize("distribution", DISTRIBUTIONS)
+@pytest.mark.parametrize(
+    ("distribution", "storage"), [("humble", "sqlite3"), ("iron", "sqlite3"), ("jazzy", "mcap"), ("kilted", "mcap")]
+)
 def test_a_rosbag_holds_the_same_messages_in_every_storage_and_distribution(
     tracking, logged, tmp_path, storage, distribution
 ):
@@ -244,10 +247,10 @@ def test_what_a_run_does_not_keep_is_not_logged(tmp_path):
 
 def test_a_stopped_robot_says_no_more_but_that(tmp_path):
     text = (
-        "duration = 4.0\ndivergence = 0.5\n[[robots]]\nstart = [0.0, 0.0, 3.0]\n"
-        'path = { shape = "line", start = [0.0, 0.0], end = [9.0, 0.0] }\ntiming = { speed = 1.0 }\n'
+        "duration = 4.0\ndivergence = 0.25\n[[robots]]\nstart = [0.0, 0.0, 3.0]\n"
+        'path = { shape = "line", start = [0.0, 0.0], end = [9.0, 0.0] }\ntiming = { speed = 0.6 }\n'
     )
-    run = simulate(parse_scenario(text, "away"), "pid:k_x=0")
+    run = simulate(parse_scenario(text, "away"), "pid")
     assert run.diverged.all()
     write_mcap(run, tmp_path / "run.mcap")
     found = read(tmp_path / "run.mcap")
@@ -259,7 +262,9 @@ def test_a_stopped_robot_says_no_more_but_that(tmp_path):
 
 def test_moving_obstacles_move(tmp_path):
     scenario = short("obstacles-on-two-paths", 1.0)
-    scenario = replace(scenario, obstacles=(Disc(center=(2.0, 0.0), radius=0.2, velocity=(0.1, 0.0)),))
+    scenario = replace(
+        scenario, obstacles=(Disc(radius=0.2, path=Line(start=(2.0, 5.0), end=(4.0, 5.0)), timing=Timing(speed=0.1)),)
+    )
     run = simulate(scenario, "obstacles")
     write_mcap(run, tmp_path / "run.mcap")
     scenes = read(tmp_path / "run.mcap")["/scene"]
