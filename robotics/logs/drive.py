@@ -57,7 +57,7 @@ class Drive:
     odometry: Track
     commands: Commands
     reference: Track | None  # where it was to be, and when
-    plans: tuple[Plan, ...]  # the paths that it was to follow, without times
+    plans: tuple[Plan, ...]  # the paths that it was to follow
     topics: dict[str, str]  # the topics that were read, by what they are: "odometry", "commands", ...
     clocks: dict[str, str]  # of each of them, "headers" or "arrival"
 
@@ -108,9 +108,9 @@ def read_drive(
             target, aim_frame, _, clocks["reference"] = _track(bag, aim)
             topics["reference"] = aim.name
             _same_frame(bag, aim.name, aim_frame, odom.name, frame)
-        elif way is not None and way.messages:
-            target, plans, clocks["path"] = _plans(bag, way, frame, shift)
-            topics["path"] = way.name
+        if way is not None and way.messages:
+            timed, plans, clocks["path"] = _plans(bag, way, frame, shift)
+            target, topics["path"] = target or timed, way.name
     return Drive(Path(log).name, space, seen, given, target, plans, topics, clocks)
 
 
@@ -230,7 +230,7 @@ def _track(bag: Bag, topic: Topic) -> tuple[Track, str, float, str]:
 
 def _times(read: Column, stamps: np.ndarray) -> tuple[np.ndarray, float, str]:
     """The times of messages, by how much their clock is ahead of the log's [s], and whose clock that is."""
-    if not len(stamps) or not (stamps > 0).any():
+    if not len(stamps) or not ((stamps > 0).any() or np.array_equal(stamps, read.arrival)):
         return read.arrival, 0.0, "arrival"
     apart = float(np.median(stamps - read.arrival))
     return stamps, apart if abs(apart) > CLOCKS_APART else 0.0, "headers"
@@ -284,7 +284,8 @@ def _plans(bag: Bag, topic: Topic, frame: str, shift: float) -> tuple[Track | No
         x, y, heading = moved(poses[:, 1:], begin[id(poses)]).T
         heading = np.unwrap(heading)
         v = np.hypot(np.gradient(x, poses[:, 0]), np.gradient(y, poses[:, 0]))
-        return Track(poses[:, 0], x, y, heading, v, np.gradient(heading, poses[:, 0])), (), "headers"
+        track = Track(poses[:, 0], x, y, heading, v, np.gradient(heading, poses[:, 0]))
+        return track, (Plan(begin[id(poses)], np.stack([x, y], axis=-1)),), "headers"
     found: list[Plan] = []
     for _, _, each in paths:
         points = moved(each[:, 1:], begin[id(each)])[:, :2]

@@ -38,6 +38,7 @@ TIMED = ("x_err", "y_err", "heading_err", "target_v", "target_w")
 UNTIMED = ("cross_track", "path_bearing", "curvature")
 DRIVEN = ("x_err", "y_err")  # more would be learnt by heart: of a way that was driven the rest follows from these
 APART, DRIVEN_APART = 0.02, 0.1  # m: between the points of a path that is made of a reference, of a way that was driven
+NEAR_PLAN = 0.1  # m: a target that stays so near to the path of the log moves along that path
 BLOCK = 5.0  # s: rows of the same block go to the same table
 CHECKED = 4  # of so many blocks one is for checking
 _BY_TIME = frozenset({*GROUPS["The target"], "lag", "late", "stuck"})
@@ -218,20 +219,24 @@ class TrackReferences:
 
 def _references(drive: Drive, piece: Piece, way: str, by_path: bool) -> TrackReferences:
     """What the robot followed in a piece; ``by_path``: whether its path matters, and not only its moving target."""
-    if way == "path" and piece.plan is not None:
-        nodes, track = piece.plan.points, Track(piece.time, *(np.zeros_like(piece.time),) * 5)
-        table = _path(drive, nodes, APART, True)
-        return TrackReferences(table, track, np.zeros(len(piece.time)))
+    plan = None if piece.plan is None or way == "driven" else piece.plan.points
+    if way == "path" and plan is not None:
+        track = Track(piece.time, *(np.zeros_like(piece.time),) * 5)
+        return TrackReferences(_path(drive, plan, APART, True), track, np.zeros(len(piece.time)))
+    track, apart = Track(piece.time, piece.x, piece.y, piece.heading, piece.v, piece.w), DRIVEN_APART
     if way == "reference" and drive.reference is not None:
-        track = drive.reference._replace(time=drive.reference.time - piece.start)
-        apart = APART
-    else:
-        track = Track(piece.time, piece.x, piece.y, piece.heading, piece.v, piece.w)
-        apart = DRIVEN_APART
+        track, apart = drive.reference._replace(time=drive.reference.time - piece.start), APART
+    driven = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(track.x), np.diff(track.y)))])
+    if plan is not None and by_path:
+        table = _path(drive, plan, APART, False)
+        first = np.argmin(np.hypot(table.table[0] - track.x[0], table.table[1] - track.y[0]))
+        around = float(table.lengths[0]) * first / (table.table.shape[1] - 1) + driven
+        s = table.nearest(track.x[:, None], track.y[:, None], around[:, None], np.full((len(around), 1), NEAR_PLAN))
+        point = table.at(s)
+        if np.hypot(point.x[:, 0] - track.x, point.y[:, 0] - track.y).max() < NEAR_PLAN:
+            return TrackReferences(table, track, s[:, 0])
     table = _path(drive, np.stack([track.x, track.y], axis=-1), apart, by_path)
-    way_so_far = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(track.x), np.diff(track.y)))])
-    length = float(table.lengths[0])
-    return TrackReferences(table, track, way_so_far * (length / max(way_so_far[-1], 1e-9)))
+    return TrackReferences(table, track, driven * (float(table.lengths[0]) / max(driven[-1], 1e-9)))
 
 
 def _path(drive: Drive, points: np.ndarray, apart: float, needed: bool) -> PathTable:
