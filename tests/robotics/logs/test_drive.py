@@ -3,6 +3,7 @@
 import shutil
 from contextlib import suppress
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from tests.robotics.logs import bags
 
-KEPT = {"links": True, "encoders": True, "messages": True}
+KEPT: dict[str, Any] = {"links": True, "encoders": True, "messages": True}
 
 
 @pytest.fixture(scope="module")
@@ -248,7 +249,7 @@ def test_a_type_that_nobody_knows_matters_only_where_it_is_read(tmp_path):
             "/odd", "their_msgs/msg/Odd", msgdef="float64 x\nunknown/Thing y", rihs01="RIHS01_0"
         )
         writer.write(odd, 1, b"\0" * 8)
-        known = {}
+        known: dict[str, Any] = {}
         for time, topic, message in straight():
             kind = message.__msgtype__
             known.setdefault(topic, None)

@@ -7,6 +7,7 @@ import sys
 from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ from robotics.paths.trajectory import Timing
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import simulate
 
-KEPT = {"links": True, "encoders": True, "messages": True}
+KEPT: dict[str, Any] = {"links": True, "encoders": True, "messages": True}
 
 
 @pytest.fixture(scope="module")
@@ -217,7 +218,7 @@ def test_a_rosbag_holds_the_same_messages_in_every_storage_and_distribution(
     write_rosbag(tracking, tmp_path / "bag", seed=5, storage=storage, distribution=distribution)
     files = {"mcap": "bag.mcap", "sqlite3": "bag.db3"}
     assert sorted(file.name for file in (tmp_path / "bag").iterdir()) == [files[storage], "metadata.yaml"]
-    found = defaultdict(list)
+    found: dict[str, list[Any]] = defaultdict(list)
     with AnyReader([tmp_path / "bag"]) as reader:
         for connection, time, data in reader.messages():
             found[connection.topic].append((time / 1e9, reader.deserialize(data, connection.msgtype)))
