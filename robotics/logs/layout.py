@@ -92,12 +92,11 @@ def _scene(robots: list[Names]) -> dict[str, Any]:
             "near": 0.1,
             "far": 1000,
         },
-        "scene": {"transforms": {"showLabel": False, "axisScale": 0.2}},
+        "scene": {"transforms": {"showLabel": False}},
         "transforms": {},
         "topics": topics,
         "layers": {"grid": {"layerId": "foxglove.Grid", "visible": True, "frameId": MAP, "size": 20, "divisions": 20}},
         "publish": {},
-        "imageMode": {},
     }
 
 
@@ -138,7 +137,7 @@ def _tracks(robots: list[Names]) -> list[tuple[str, str]]:
 
 
 def _x(robots: list[Names]) -> dict[str, Any]:
-    return {"value": f"{robots[0].topic('state')}.x", "enabled": True, "timestampMethod": "receiveTime"}
+    return {"value": f"{robots[0].topic('state')}.x", "enabled": True}
 
 
 def _path(value: str, label: str) -> dict[str, str]:
