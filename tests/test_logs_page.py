@@ -21,7 +21,7 @@ def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
             run_python(text, "logs.md")
         said += capsys.readouterr().out
     assert kinds == ["sh", "python", "sh"]
-    assert "501 postures, 501 commands" in said
+    assert "441 postures, 441 commands" in said
     settled = [float(v) for v in re.findall(r"rms_distance_late_m +([\d.]+)", said)]
     assert settled[-1] < 0.02  # m: what was learnt drives
     with (tmp_path / "run.mcap").open("rb") as file:

@@ -12,7 +12,7 @@ from fuzzy.errors import InputError
 from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.terminal import USAGE, print_json
 from fuzzy.shown import shown
-from robotics.commands.completion import metrics
+from robotics.commands.completion import distributions, metrics, storages
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
@@ -64,10 +64,17 @@ Rosbag = Annotated[
 Layout = Annotated[
     Path | None, typer.Option("--layout", metavar="FILE.json", help="Write a Foxglove layout for the log.")
 ]
-Storage = Annotated[str, typer.Option("--storage", help="Of --rosbag: mcap, or sqlite3 for ROS 2 before Iron.")]
+Storage = Annotated[
+    str,
+    typer.Option("--storage", help="Of --rosbag: mcap, or sqlite3 for ROS 2 before Iron.", autocompletion=storages),
+]
 Distribution = Annotated[
     str,
-    typer.Option("--ros", help="ROS 2 distribution whose messages a log has: humble, iron, jazzy or kilted."),
+    typer.Option(
+        "--ros",
+        help="ROS 2 distribution whose messages a log has: humble, iron, jazzy or kilted.",
+        autocompletion=distributions,
+    ),
 ]
 Player = Annotated[
     bool, typer.Option("--animate", help="Write a page that plays the first seed: SCENARIO-seed-N.html.")

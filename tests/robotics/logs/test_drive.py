@@ -21,7 +21,7 @@ KEPT: dict[str, Any] = {"links": True, "encoders": True, "messages": True}
 
 @pytest.fixture(scope="module")
 def run():
-    return simulate(replace(load_scenario("three-cross"), duration=3.0), "right-of-way", [2], **KEPT)
+    return simulate(replace(load_scenario("three-cross"), duration=1.5), "right-of-way", [2], **KEPT)
 
 
 @pytest.fixture(scope="module")
