@@ -15,7 +15,7 @@ from robotics.commands.shared import Distribution, Json, Quiet
 def from_bag(
     logs: Annotated[
         list[Path],
-        typer.Argument(metavar="LOG...", help="rosbag2 folders, .mcap, .db3 or .bag files.", show_default=False),
+        typer.Argument(metavar="LOG...", help="Logs: rosbag2 folders, .mcap, .db3 or .bag files.", show_default=False),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.csv", help="File into which the table goes.")],
     robot: Annotated[

@@ -66,7 +66,9 @@ Layout = Annotated[
 ]
 Storage = Annotated[
     str,
-    typer.Option("--storage", help="Of --rosbag: mcap, or sqlite3 for ROS 2 before Iron.", autocompletion=storages),
+    typer.Option(
+        "--storage", help="Storage of --rosbag: mcap, or sqlite3 for ROS 2 before Iron.", autocompletion=storages
+    ),
 ]
 Distribution = Annotated[
     str,
