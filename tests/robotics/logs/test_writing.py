@@ -28,6 +28,7 @@ from robotics.paths.path import Line
 from robotics.paths.trajectory import Timing
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import simulate
+from robotics.simulation.run import load_run
 
 KEPT: dict[str, Any] = {"links": True, "encoders": True, "messages": True}
 
@@ -234,6 +235,21 @@ def test_the_same_run_makes_the_same_bytes_and_replaces_a_file(tracking, tmp_pat
     write_mcap(tracking, tmp_path / "a.mcap", seed=5)
     assert (tmp_path / "a.mcap").read_bytes() == first
     assert [file.name for file in tmp_path.iterdir()] == ["a.mcap"]
+
+
+def test_a_saved_run_is_logged_as_it_would_have_been_at_once(team, logged, tmp_path):
+    team.save(tmp_path / "run.npz")
+    write_mcap(load_run(tmp_path / "run.npz"), tmp_path / "team.mcap")
+    assert (tmp_path / "team.mcap").read_bytes() == (logged["folder"] / "team.mcap").read_bytes()
+
+
+def test_a_law_of_torques_logs_the_velocities_that_it_demands(tmp_path):
+    run = simulate(short("lyapunov-sine", 1.0), "esm", torques=True, encoders=True)
+    assert run.level == "torque"
+    write_mcap(run, tmp_path / "esm.mcap")
+    found = read(tmp_path / "esm.mcap")
+    np.testing.assert_array_equal([m.twist.linear.x for _, m in found["/cmd_vel"]], run["v_demand"][0, 0])
+    np.testing.assert_array_equal([m.command_1 for _, m in found["/state"]], run["command_1"][0, 0])
 
 
 def test_what_a_run_does_not_keep_is_not_logged(tmp_path):

@@ -9,7 +9,8 @@ from rosbags.rosbag2 import Reader
 
 import anfis
 import fuzzy
-from fuzzy.files.fisfile import write_fis
+from anfis.commands.application import main as train
+from fuzzy.files.fisfile import read_fis, write_fis
 from fuzzy.files.table import read_table
 from robotics.commands.application import main
 from robotics.experiments.learning.drivedata import (
@@ -20,6 +21,7 @@ from robotics.experiments.learning.drivedata import (
     DriveRecipe,
     drive_data,
 )
+from robotics.experiments.learning.formationdata import write_data
 from robotics.laws.law import ControllerError
 from robotics.logs.drive import read_drive
 from robotics.logs.typestore import LogError
@@ -194,3 +196,29 @@ def test_the_command_makes_a_table_a_card_and_a_table_for_checking(tmp_path, mon
     assert "several robots drive there; choose one with --robot: robot1, robot2, robot3" in capsys.readouterr().err
     assert main([*command, "--check", "check.txt"]) == 2
     assert "check.txt: the file's name must end in .csv" in capsys.readouterr().err
+
+
+@pytest.mark.long
+def test_the_numbers_of_the_page(tmp_path, monkeypatch, capsys):
+    """docs/logs.md: nine drives as a robot logs them, three rules by `anfis train`, twenty seeds not seen before."""
+    monkeypatch.chdir(tmp_path)
+    names = ("lyapunov-sine", "lyapunov-circle", "fuzzy-off-path")
+    logs = []
+    for name in names:
+        for seed in range(3):
+            run = simulate(load_scenario(name), "lyapunov", [seed])
+            logs.append(str(bags.as_a_robot_writes_it(run, tmp_path / f"{name}-{seed}", seed, (0.003, 0.003))))
+    assert main(["dataset", "from-bag", *logs, "-o", "real.csv", "-q"]) == 0
+    table = read_table("real.csv")
+    mixed = np.array(table.values)
+    mixed[:, -2:] = np.random.default_rng(0).permutation(mixed[:, -2:])
+    write_data("mixed.csv", table.names, mixed)
+    reached = {}
+    for data, rules in (("real", "3"), ("mixed", "2")):
+        options = ["--outputs", "v,w", "--rules", rules, "--epochs", "20", "-q"]
+        assert train(["train", f"{data}.csv", *options, "-o", f"{data}.fis"]) == 0
+        system = read_fis(f"{data}.fis")
+        reached[data] = [flown(system, tmp_path, name, range(100, 120)).mean() for name in names]
+    capsys.readouterr()
+    assert max(reached["real"]) < 8.0  # mm
+    assert min(reached["mixed"]) > 1000.0
