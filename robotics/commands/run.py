@@ -63,7 +63,7 @@ def run_(
     \b
     Example:
       robotics run lyapunov-sine --controller lyapunov:ky=10,kpsi=5 --seed 3 --plot out.png
-      robotics run three-cross --mcap run.mcap --layout run-layout.json
+      robotics run lyapunov-sine --mcap run.mcap --layout panels.json
     """
     from robotics.commands.run_files import RunFiles
     from robotics.experiments.forewarnings import forewarnings

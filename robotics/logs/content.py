@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.figures.palette import COLORS, ROLES
 from fuzzy.files.fisfile import FisFileError, format_fis
 from robotics.laws.modes import MODES
 from robotics.logs.messages import Composer
@@ -25,8 +24,8 @@ from robotics.logs.names import (
     Names,
     firing,
     rule_base,
-    token,
 )
+from robotics.logs.scene import bodies, mount, mounts
 from robotics.measures.decisions import decisions, shares
 from robotics.radio.faults import FAULTS
 from robotics.sensing.carried import sensor_names
@@ -34,8 +33,6 @@ from robotics.simulation.channels import CHANNELS, TEAM_CHANNELS
 from robotics.simulation.run import REFERENCE, Run
 
 MOST_POINTS = 1001  # of a path: as many as that are drawn, and read back
-HEIGHT, LINE = 0.12, 0.02  # m: of bodies, of lines
-_CUBE, _CYLINDER, _LINES = 1, 3, 5
 _TO = ("progress", "x_target", "y_target", "heading_target")
 
 
@@ -100,7 +97,9 @@ class _Log:
         for k, time in enumerate(self.run.time.tolist()):
             yield self._transforms(k, time)
             if k and self.run.obstacles is not None and len(self.run.obstacles.circles) > 1:
-                yield Record(time, SCENE, "visualization_msgs/MarkerArray", self._scene(k, time))
+                yield Record(
+                    time, SCENE, "visualization_msgs/MarkerArray", bodies(self.run, self.robots, self.make, k, time)
+                )
             for robot in range(len(self.robots)):
                 yield from self._of(robot, k, time)
 
@@ -130,45 +129,13 @@ class _Log:
                 fis=_as_fis(system),
             )
             yield Record(0.0, rule_base(each.task), "fuzzyfleet_msgs/RuleBase", base, once=True)
-        yield Record(0.0, STATIC_TRANSFORMS, "tf2_msgs/TFMessage", make.transforms([*self._mounts()]), once=True)
-        yield Record(0.0, SCENE, "visualization_msgs/MarkerArray", self._scene(0, 0.0), once=True)
+        yield Record(
+            0.0, STATIC_TRANSFORMS, "tf2_msgs/TFMessage", make.transforms([*mounts(run, self.robots, make)]), once=True
+        )
+        yield Record(0.0, SCENE, "visualization_msgs/MarkerArray", bodies(run, self.robots, make, 0, 0.0), once=True)
         for names, nodes in zip(self.robots, run.paths, strict=True):
             header = make.header(0.0, names.frame("odom"))
             yield Record(0.0, names.topic("path"), "nav_msgs/Path", make.path(header, _points(nodes)), once=True)
-
-    def _mounts(self) -> Iterator[Any]:
-        """Where the frames stand that do not move: all robots count from the same place, and carry their sensors."""
-        make = self.make
-        for names, carried in zip(self.robots, self.run.about.sensors, strict=True):
-            yield make.transform(make.header(0.0, MAP), names.frame("odom"), 0.0, 0.0, 0.0)
-            for name, sensor in carried.items():
-                header = make.header(0.0, names.frame("base_link"))
-                yield make.transform(header, _mount(names, name), sensor.x, sensor.y, sensor.axis)
-
-    def _scene(self, k: int, time: float) -> Any:
-        """The bodies of robots, at the first sample, and of obstacles as they stand at sample ``k``."""
-        make, markers = self.make, []
-        for i, (names, robot) in enumerate(zip(self.robots, self.run.about.robots, strict=True)):
-            header = make.header(time, names.frame("base_link_true"))
-            size = (robot.length, robot.width, HEIGHT)
-            colour = COLORS[i % len(COLORS)]
-            place = (0.0, 0.0, HEIGHT / 2, 0.0)
-            markers.append(make.marker(header, "robots", i, _CUBE, place, size, colour, carried=True))
-        world = self.run.obstacles
-        if world is None:
-            return make.make("visualization_msgs/MarkerArray", markers=markers)
-        at, header, grey = min(k, len(world.circles) - 1), make.header(time, MAP), ROLES["quiet"].light
-        for body in range(int(world.counts[min(at, len(world.counts) - 1)])):
-            x, y, radius = world.circles[at, body].tolist()
-            first, count = world.bodies[min(at, len(world.bodies) - 1), body, :2].tolist()
-            if count == 0:
-                place, size = (x, y, HEIGHT / 2, 0.0), (2 * radius, 2 * radius, HEIGHT)
-                markers.append(make.marker(header, "obstacles", body, _CYLINDER, place, size, grey))
-                continue
-            edges = world.segments[at, first : first + count].reshape(-1, 2).tolist()
-            place, size = (0.0, 0.0, HEIGHT / 2, 0.0), (LINE, LINE, LINE)
-            markers.append(make.marker(header, "obstacles", body, _LINES, place, size, grey, edges))
-        return make.make("visualization_msgs/MarkerArray", markers=markers)
 
     # What is said in every period -------------------------------------------------------------------------------
 
@@ -256,7 +223,7 @@ class _Log:
             if name in carried:
                 sensor = carried[name]
                 message = self.make.range(
-                    self.make.header(time, _mount(names, name)),
+                    self.make.header(time, mount(names, name)),
                     cone=2 * sensor.half_cone,
                     least=sensor.minimum,
                     most=sensor.range,
@@ -322,11 +289,6 @@ def _as_fis(system: Any) -> str:
         return format_fis(system)
     except FisFileError:
         return ""
-
-
-def _mount(names: Names, sensor: str) -> str:
-    """The frame of a range sensor."""
-    return names.frame(f"range_{token(sensor)}")
 
 
 def _points(nodes: np.ndarray) -> np.ndarray:

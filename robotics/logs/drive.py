@@ -5,18 +5,18 @@ two clocks differ by more than half a second (a simulator's time beside the comp
 to the clock of the odometry's headers by the median of the difference.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.naming import expected
 from robotics.logs.bag import Bag, Column, Topic, opened
+from robotics.logs.topics import ODOMETRY, TopicsOf, namespace_of
 from robotics.logs.typestore import DEFAULT, LogError
 
-ODOMETRY, PATH, TRANSFORMS = "nav_msgs/Odometry", "nav_msgs/Path", "tf2_msgs/TFMessage"
+PATH, TRANSFORMS = "nav_msgs/Path", "tf2_msgs/TFMessage"
 TWISTS = ("geometry_msgs/TwistStamped", "geometry_msgs/Twist")
 CLOCKS_APART = 0.5  # s: a header's time farther from when the message was written is another clock's
 _OWN_ODOMETRY = ("ground_truth", "reference")  # topics of our own logs that are no odometry
@@ -86,8 +86,8 @@ def read_drive(
     Raises LogError, which names the topics that there are, where one that is needed is missing.
     """
     with opened(log, distribution) as bag:
-        space = _namespace(bag, robot.strip("/"))
-        of = _Of(bag, space)
+        space = namespace_of(bag, robot.strip("/"))
+        of = TopicsOf(bag, space)
         odom = of.topic(odometry, "odometry", (ODOMETRY,), ("odom",), without=_OWN_ODOMETRY)
         command = of.topic(commands, "commanded velocity", TWISTS, ("cmd_vel",))
         assert odom is not None
@@ -112,87 +112,6 @@ def read_drive(
             timed, plans, clocks["path"] = _plans(bag, way, frame, shift)
             target, topics["path"] = target or timed, way.name
     return Drive(Path(log).name, space, seen, given, target, plans, topics, clocks)
-
-
-# Which topic is which ---------------------------------------------------------------------------------------------
-
-
-def namespaces(bag: Bag) -> list[str]:
-    """The namespaces in which there is odometry; "" is none."""
-    found = {t.name.rpartition("/")[0].strip("/") for t in bag.topics if t.kind == ODOMETRY}
-    return sorted(found)
-
-
-def _namespace(bag: Bag, robot: str) -> str:
-    """The namespace that is meant. Raises LogError."""
-    found = namespaces(bag)
-    if robot:
-        if not any(topic.name.startswith(f"/{robot}/") for topic in bag.topics):
-            known = [name for name in found if name] or ["none: leave it out"]
-            raise LogError(f"{bag.path}: " + expected(robot, known, "robot"))
-        return robot
-    if "" in found or not found:
-        return ""
-    if len(found) > 1:
-        raise LogError(f"{bag.path}: several robots drive there; choose one with --robot: {', '.join(found)}")
-    return found[0]
-
-
-class _Of(NamedTuple):
-    """The topics of one robot."""
-
-    bag: Bag
-    space: str
-
-    def topic(
-        self,
-        named: str,
-        what: str,
-        kinds: Sequence[str],
-        usual: Sequence[str],
-        *,
-        needed: bool = True,
-        only: bool = True,
-        without: Sequence[str] = (),
-    ) -> Topic | None:
-        """The topic that is meant; None where there is none and none is needed. Raises LogError.
-
-        Args:
-            named: As the user names it; "": not at all.
-            what: What it is, for messages.
-            kinds: The types that it may have.
-            usual: The names that it has by custom.
-            needed: Whether there must be one.
-            only: Whether the only one of its kind is taken whatever its name.
-            without: Names that are something else.
-        """
-        bag, begin = self.bag, f"/{self.space}/" if self.space else "/"
-        if named:
-            wanted = [t for t in bag.topics if t.name in (named, f"/{named}", f"{begin}{named}")]
-            if not wanted:
-                raise LogError(f"{bag.path}: there is no topic {named}; {bag.said()}")
-            fit = [t for t in wanted if t.kind in kinds]
-            if not fit:
-                raise LogError(
-                    f"{bag.path}: {named} is of {wanted[0].kind}, and {what} must be of {' or '.join(kinds)}; "
-                    f"{bag.said()}"
-                )
-            return fit[0]
-        mine = [t for t in bag.topics if t.kind in kinds and t.name.startswith(begin)]
-        mine = [t for t in mine if t.name.removeprefix(begin) not in without]
-        for name in usual:
-            called = [t for t in mine if t.name == f"{begin}{name}"]
-            if called:
-                return max(called, key=lambda topic: topic.messages)
-        inside = [t for t in mine if only and (self.space or "/" not in t.name[1:])] or (mine if only else [])
-        if len(inside) == 1:
-            return inside[0]
-        if not needed:
-            return None
-        if inside:
-            several = ", ".join(t.name for t in inside)
-            raise LogError(f"{bag.path}: which topic is the {what}: {several}? Name it")
-        raise LogError(f"{bag.path}: there is no {what}, a topic of {' or '.join(kinds)}; {bag.said()}")
 
 
 # What the messages hold -------------------------------------------------------------------------------------------
