@@ -18,6 +18,8 @@ Tune:
     tune, what may move (LawSpace, Bound), what a run costs (Cost, Term), what was found (Tuned); load_tuning, a file
 Hold laws against each other at their best:
     load_arena, run_arena, Arena
+Log, and learn from logs: docs/logs.md:
+    write_mcap, write_rosbag, write_layout; read_drive, Drive; drive_data, DriveRecipe; LogError
 Draw, each a matplotlib figure:
     of a run plot_run, plot_team, plot_formation, plot_avoidance, plot_trajectories, plot_distances, plot_progress,
     plot_modes, plot_sonar, plot_rules_at, plot_meetings; of several plot_comparison, plot_leads, plot_paths,
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
     from robotics.arena.description import Arena, load_arena
     from robotics.arena.families import ArenaError
     from robotics.experiments.comparison import Comparison, compare, summarise
+    from robotics.experiments.learning.drivedata import DriveRecipe, drive_data
     from robotics.experiments.population import Population, PopulationError, simulate_many
     from robotics.experiments.recovery import Recovery, recovery_curve
     from robotics.figures.avoidance import plot_avoidance, plot_trajectories
@@ -60,6 +63,10 @@ if TYPE_CHECKING:
     from robotics.laws.law import Command, Controller, ControllerError, Law, Observation
     from robotics.laws.preset import Preset
     from robotics.laws.setting import Setting
+    from robotics.logs.drive import Drive, read_drive
+    from robotics.logs.layout import write_layout
+    from robotics.logs.typestore import LogError
+    from robotics.logs.writing import write_mcap, write_rosbag
     from robotics.measures.arrival import arrival_time
     from robotics.measures.explained import explain_decision, explain_spans
     from robotics.measures.formations import FORMATION_METRICS, measure_formation
@@ -97,6 +104,7 @@ _HOMES = {
     "robotics.arena.description": ("Arena", "load_arena"),
     "robotics.arena.families": ("ArenaError",),
     "robotics.experiments.comparison": ("Comparison", "compare", "summarise"),
+    "robotics.experiments.learning.drivedata": ("DriveRecipe", "drive_data"),
     "robotics.experiments.population": ("Population", "PopulationError", "simulate_many"),
     "robotics.experiments.recovery": ("Recovery", "recovery_curve"),
     "robotics.figures.avoidance": ("plot_avoidance", "plot_trajectories"),
@@ -120,6 +128,10 @@ _HOMES = {
     "robotics.laws.law": ("Command", "Controller", "ControllerError", "Law", "Observation"),
     "robotics.laws.preset": ("Preset",),
     "robotics.laws.setting": ("Setting",),
+    "robotics.logs.drive": ("Drive", "read_drive"),
+    "robotics.logs.layout": ("write_layout",),
+    "robotics.logs.typestore": ("LogError",),
+    "robotics.logs.writing": ("write_mcap", "write_rosbag"),
     "robotics.measures.arrival": ("arrival_time",),
     "robotics.measures.explained": ("explain_decision", "explain_spans"),
     "robotics.measures.formations": ("FORMATION_METRICS", "measure_formation"),
@@ -170,11 +182,14 @@ __all__ = [
     "Controller",
     "ControllerError",
     "Cost",
+    "Drive",
+    "DriveRecipe",
     "Fault",
     "Heard",
     "Law",
     "LawSpace",
     "Line",
+    "LogError",
     "Member",
     "Metric",
     "MetricError",
@@ -216,6 +231,7 @@ __all__ = [
     "compare",
     "compile_path",
     "cross_track_error",
+    "drive_data",
     "explain_decision",
     "explain_spans",
     "formation_scenario",
@@ -258,6 +274,7 @@ __all__ = [
     "plot_velocities",
     "progress_gap",
     "random_team",
+    "read_drive",
     "recovery_curve",
     "robot_names",
     "run_arena",
@@ -271,4 +288,7 @@ __all__ = [
     "tracking_error",
     "true_progress",
     "tune",
+    "write_layout",
+    "write_mcap",
+    "write_rosbag",
 ]

@@ -61,6 +61,18 @@ def copies(incomplete: str) -> list[str]:
     return completed(incomplete, [*packaged_fis_files(), *names_in("scenarios"), *names_in("robots")])
 
 
+def distributions(incomplete: str) -> list[str]:
+    """The ROS 2 distributions for which logs can be written."""
+    from robotics.logs.typestore import DISTRIBUTIONS
+
+    return [name for name in DISTRIBUTIONS if name.startswith(incomplete)]
+
+
+def storages(incomplete: str) -> list[str]:
+    """The storages of a rosbag2 folder."""
+    return [name for name in ("mcap", "sqlite3") if name.startswith(incomplete)]
+
+
 def _controller_names() -> list[str]:
     text = (resources.files("robotics") / "laws" / "catalogue.py").read_text(encoding="utf-8")
     for node in ast.parse(text).body:

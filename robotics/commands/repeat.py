@@ -1,21 +1,26 @@
 """The command ``robotics repeat``: one run of a stress test, made again."""
 
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from fuzzy.shell.progress import progress_bar
 from robotics.commands.completion import controllers
 from robotics.commands.shared import (
+    Distribution,
     Events,
     Json,
     Law,
+    Layout,
+    Mcap,
     Metric,
     Player,
     Plot,
     Quiet,
+    Rosbag,
     Save,
+    Storage,
     Table,
     chosen_controller,
     print_run,
@@ -65,6 +70,11 @@ def repeat(
     table: Table = None,
     events: Events = None,
     player: Player = False,
+    mcap: Mcap = None,
+    rosbag: Rosbag = None,
+    layout: Layout = None,
+    storage: Storage = "mcap",
+    ros: Distribution = "jazzy",
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -81,11 +91,25 @@ def repeat(
 
     name = chosen_controller(controller, law) or STRESSES[stress]
     driver, own = make_controller(ALIASES[stress].get(name, name)), own_metrics(metric or (), "team")
-    files = RunFiles(save=save, table=table, events=events, plot=plot, player=player)
+    logs: dict[str, Any] = {"mcap": mcap, "rosbag": rosbag, "layout": layout, "storage": storage, "distribution": ros}
+    files = RunFiles(save=save, table=table, events=events, plot=plot, player=player, **logs)
+    files.check_logs([seed])
     disturbance = {"loss": loss, "latency": latency, "freeze": freeze}
-    ages = save is not None or player
+    ages = save is not None or player or files.logged
     with progress_bar(quiet) as begin:
         run, outcome = single_run(
-            stress.value, driver, seed, robots, kind, disturbance, name, ages, begin, moving=moving, lanes=lanes.value
+            stress.value,
+            driver,
+            seed,
+            robots,
+            kind,
+            disturbance,
+            name,
+            ages,
+            begin,
+            moving=moving,
+            lanes=lanes.value,
+            logged=files.logged,
         )
-    print_run(run, files.write(run), json, outcome.summary(), own)
+        page = files.write(run, begin)
+    print_run(run, page, json, outcome.summary(), own)

@@ -1,6 +1,6 @@
 """The command ``robotics run``: one scenario under one controller."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -8,14 +8,19 @@ from fuzzy.errors import InputError
 from fuzzy.shell.progress import progress_bar
 from robotics.commands.completion import controllers, scenarios
 from robotics.commands.shared import (
+    Distribution,
     Events,
     Json,
     Law,
+    Layout,
+    Mcap,
     Metric,
     Player,
     Plot,
     Quiet,
+    Rosbag,
     Save,
+    Storage,
     Table,
     chosen_controller,
     print_forewarnings,
@@ -45,6 +50,11 @@ def run_(
     table: Table = None,
     events: Events = None,
     player: Player = False,
+    mcap: Mcap = None,
+    rosbag: Rosbag = None,
+    layout: Layout = None,
+    storage: Storage = "mcap",
+    ros: Distribution = "jazzy",
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -53,6 +63,7 @@ def run_(
     \b
     Example:
       robotics run lyapunov-sine --controller lyapunov:ky=10,kpsi=5 --seed 3 --plot out.png
+      robotics run lyapunov-sine --mcap run.mcap --layout panels.json
     """
     from robotics.commands.run_files import RunFiles
     from robotics.experiments.forewarnings import forewarnings
@@ -68,10 +79,14 @@ def run_(
     setting = load_scenario(scenario)
     controller = chosen_controller(controller, law) or setting.controller or "fuzzy"
     driver, own = make_controller(controller), own_metrics(metric or (), setting.kind)
-    files = RunFiles(save=save, table=table, events=events, plot=plot, player=player)
+    logs: dict[str, Any] = {"mcap": mcap, "rosbag": rosbag, "layout": layout, "storage": storage, "distribution": ros}
+    files = RunFiles(save=save, table=table, events=events, plot=plot, player=player, **logs)
+    files.check_logs(range(seed, seed + seeds))
     ages = setting.kind == "team" and files.need_ages(seeds, len(setting.robots), setting.ticks)
     print_forewarnings(forewarnings(setting.setting, driver, controller))
     with progress_bar(quiet) as begin:
         advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
-        run = simulate(setting, driver, range(seed, seed + seeds), name=controller, links=ages, progress=advance)
-    print_run(run, files.write(run), json, metrics=own, noise=noises(setting))
+        kept: dict[str, Any] = {"links": ages} | dict.fromkeys(("torques", "encoders", "messages"), files.logged)
+        run = simulate(setting, driver, range(seed, seed + seeds), name=controller, **kept, progress=advance)
+        page = files.write(run, begin)
+    print_run(run, page, json, metrics=own, noise=noises(setting))

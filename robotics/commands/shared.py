@@ -12,7 +12,7 @@ from fuzzy.errors import InputError
 from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.terminal import USAGE, print_json
 from fuzzy.shown import shown
-from robotics.commands.completion import metrics
+from robotics.commands.completion import distributions, metrics, storages
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
@@ -47,6 +47,35 @@ Metric = Annotated[
         metavar="FILE.py:NAME",
         help="A metric of your own besides: mymetric.py:comfort.",
         autocompletion=metrics,
+    ),
+]
+Mcap = Annotated[
+    Path | None,
+    typer.Option(
+        "--mcap",
+        metavar="FILE.mcap",
+        help="Log the run for Foxglove and ROS 2; of several seeds one file each, FILE-seed-N.mcap.",
+    ),
+]
+Rosbag = Annotated[
+    Path | None,
+    typer.Option("--rosbag", metavar="FOLDER", help="Log the run as a rosbag2 folder; of several seeds one each."),
+]
+Layout = Annotated[
+    Path | None, typer.Option("--layout", metavar="FILE.json", help="Write a Foxglove layout for the log.")
+]
+Storage = Annotated[
+    str,
+    typer.Option(
+        "--storage", help="Storage of --rosbag: mcap, or sqlite3 for ROS 2 before Iron.", autocompletion=storages
+    ),
+]
+Distribution = Annotated[
+    str,
+    typer.Option(
+        "--ros",
+        help="ROS 2 distribution whose messages a log has: humble, iron, jazzy or kilted.",
+        autocompletion=distributions,
     ),
 ]
 Player = Annotated[

@@ -11,7 +11,7 @@ import numpy as np
 from fuzzy.insight.explanation import firing_strengths
 from fuzzy.system import Sugeno
 from robotics.designer.uses import TryoutError
-from robotics.measures.decisions import decisions
+from robotics.measures.decisions import decisions, shares
 from robotics.simulation.run import Run
 
 COLUMNS = 300  # spans of time that a strip of rules is made of, at most
@@ -47,23 +47,13 @@ def asked_of(run: Run, task: str) -> Asked | None:
     return None
 
 
-def shares(fis: Sugeno, inputs: np.ndarray) -> np.ndarray:
-    """Each rule's share (..., rules) in the output at the points (..., inputs): firing strength over the sum of all.
-
-    All are 0 where no rule fires, and not-a-number where an input is.
-    """
-    firing = firing_strengths(fis, inputs)
-    whole = firing.sum(axis=-1, keepdims=True)
-    return firing / np.where(whole > 0, whole, 1.0)
-
-
 def rule_times(fis: Sugeno, asked: Asked, robot: int = 0) -> dict[str, Any]:
     """Which rule ruled when, in JSON's types: the "edges" [s] of spans, and the "rows" of all rules that ever fire.
 
     A row has the rule's number from 1, its sentence, and its mean share in each of up to COLUMNS equally long spans of
     time, null where it is not known; the rule with the largest mean share comes first.
     """
-    found = shares(fis, asked.inputs[:, robot])
+    found = shares(firing_strengths(fis, asked.inputs[:, robot]))
     edges = np.unique(np.linspace(0, len(asked.time), min(len(asked.time), COLUMNS) + 1).round().astype(int))
     known = ~np.isnan(found).any(axis=1)
     counts = np.add.reduceat(known.astype(float), edges[:-1])

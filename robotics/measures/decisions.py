@@ -81,6 +81,15 @@ def strongest(firing: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
     return np.pad(number, missing), np.pad(strength, missing)
 
 
+def shares(firing: np.ndarray) -> np.ndarray:
+    """Each rule's share (..., rules) in the output, by the firing strengths (..., rules): strength over sum of all.
+
+    All are 0 where no rule fires, and not-a-number where a strength is.
+    """
+    whole = firing.sum(axis=-1, keepdims=True)
+    return firing / np.where(whole > 0, whole, 1.0)
+
+
 def rule_spans(
     run: Run, place: int, robot: int, start: float | None = None, end: float | None = None
 ) -> list[RuleSpan]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from robotics.laws.modes import STOPPED
 
-Axes = tuple[str, ...]  # of "sample", "channel", "run", "robot", "sender", "sensor", "input", "wheel"
+Axes = tuple[str, ...]  # of "sample", "channel", "run", "robot", "sender", "sensor", "input", "wheel", "value"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +51,13 @@ TEAM_CHANNELS = {
     "heading_target": "rad",  # the target that the law has chosen
     "fault": "1",  # 0 none, 1 failure, 2 delay, 3 silence, 4 stall
 }
+# What the encoders tell, in the order of ``Run.encoders``
+ENCODER_CHANNELS = {
+    "angle_right": "rad",
+    "angle_left": "rad",  # the wheels' angles, before they are counted
+    "v_measured": "m/s",
+    "w_measured": "rad/s",  # as the law saw them: from the counts of the last period
+}
 
 RECORDS: dict[str, Record] = {
     "samples": Record(axes=("sample", "channel", "run", "robot"), units=CHANNELS, stopped=float("nan")),
@@ -67,6 +74,11 @@ RECORDS: dict[str, Record] = {
     # N m: the motors' torques at the right and the left wheel, at the start of the plant's last step, if a run keeps
     # them; 0 on the kinematic plant, which has no motors
     "torques": Record(axes=("sample", "wheel", "run", "robot"), dtype="float32", stopped=float("nan")),
+    # what the encoders tell, if a run keeps it
+    "encoders": Record(axes=("sample", "channel", "run", "robot"), units=ENCODER_CHANNELS, stopped=float("nan")),
+    # the values that each robot broadcast, those of Run.about.message, if a run keeps them; not-a-number in periods in
+    # which no message is due
+    "messages": Record(axes=("sample", "value", "run", "robot"), stopped=float("nan")),
     # the inputs of the law's rule bases, those of Run.about.rule_bases in their order, each in its own unit
     "inputs": Record(axes=("sample", "input", "run", "robot"), dtype="float32", stopped=float("nan")),
 }

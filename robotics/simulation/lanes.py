@@ -45,6 +45,8 @@ class Kept(NamedTuple):
     inputs: np.ndarray  # (samples, inputs, runs, robots) float32
     ranges: np.ndarray  # (samples, runs, robots, sensors) float32
     torques: np.ndarray  # (samples, wheels, runs, robots) float32
+    encoders: np.ndarray  # (samples, channels, runs, robots)
+    messages: np.ndarray  # (samples, values, runs, robots)
     limits: np.ndarray  # (4, lanes): of the velocities, as of robotics.vehicle.plant.velocity_limits
 
 
@@ -110,7 +112,7 @@ _AIR = types.NamedTuple(
 _KEPT = types.NamedTuple(
     (
         *(_any(_F, 4),) * 2, _any(types.float32, 4), _any(types.int8, 3), _any(_B, 3), *(_any(types.float32, 4),) * 3,
-        _c(_F, 2),
+        *(_any(_F, 4),) * 2, _c(_F, 2),
     ),
     Kept,
 )  # fmt: skip

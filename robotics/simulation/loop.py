@@ -307,6 +307,8 @@ def simulate(
     name: str = "",
     links: bool = False,
     torques: bool = False,
+    encoders: bool = False,
+    messages: bool = False,
     faults: Faults | None = None,
     progress: Callable[[], None] | None = None,
     threads: int | None = None,
@@ -323,6 +325,8 @@ def simulate(
         name: What the run calls the controller; by default its specification, or else its class.
         links: Whether the run keeps how old each robot's knowledge of each other was, as ``Run.links``.
         torques: Whether the run keeps the torques of the wheels, as ``Run.torques``.
+        encoders: Whether the run keeps what the encoders tell, as ``Run.encoders``.
+        messages: Whether the run keeps what the robots broadcast, as ``Run.messages``.
         faults: The faults of every run, which may differ; by default those of the scenario.
         progress: Called after every period.
         threads: How many threads share out the runs; by default as many as there are cores. The result is the same.
@@ -332,7 +336,7 @@ def simulate(
     law = as_law(controller)
     name = name or (controller if isinstance(controller, str) else "")
     setting = scenario.setting
-    kept = {"links": links, "torques": torques}
+    kept = {"links": links, "torques": torques, "encoders": encoders, "messages": messages}
     return record_run(setting, law, seeds, name=name, **kept, faults=faults, progress=progress, threads=threads)
 
 
@@ -344,13 +348,15 @@ def record_run(
     name: str = "",
     links: bool = False,
     torques: bool = False,
+    encoders: bool = False,
+    messages: bool = False,
     faults: Faults | None = None,
     progress: Callable[[], None] | None = None,
     threads: int | None = None,
 ) -> Run:
     """:func:`simulate` for a setting: a compiled scenario, or an ensemble of one run."""
     seeds, name = checked_seeds(seeds), name or type(law).__name__
-    recorder = Recorder(setting, law, len(seeds), links=links, torques=torques)
+    recorder = Recorder(setting, law, len(seeds), links=links, torques=torques, encoders=encoders, messages=messages)
     if has_equation(law):
         opening = Opening.of([Driver(setting, law)], seeds, faults)
         gone = np.concatenate(driven(opening, recorder.kept, Periods(setting.ticks + 1, len(seeds), progress), threads))

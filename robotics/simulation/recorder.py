@@ -12,7 +12,7 @@ from robotics.laws.law import Command, ControllerError, Law
 from robotics.laws.setting import Setting
 from robotics.paths.references import sampled
 from robotics.sensing.carried import sensor_names
-from robotics.simulation.channels import CHANNELS, RECORDS, TEAM_CHANNELS
+from robotics.simulation.channels import CHANNELS, ENCODER_CHANNELS, RECORDS, TEAM_CHANNELS
 from robotics.simulation.lanes import Kept
 from robotics.simulation.opening import looks
 from robotics.simulation.run import About, Recorded, Run
@@ -30,12 +30,14 @@ class Recorder:
         *,
         links: bool = False,
         torques: bool = False,
+        encoders: bool = False,
+        messages: bool = False,
         nothing: bool = False,
     ) -> None:
         """Room for all samples of ``runs`` runs of ``setting``.
 
-        ``links`` keeps the ages of messages too, ``torques`` those of the wheels. Where ``nothing`` is kept there is
-        no room.
+        ``links`` keeps the ages of messages too, ``torques`` those of the wheels, ``encoders`` what these tell,
+        ``messages`` what robots broadcast. Where ``nothing`` is kept there is no room.
         """
         self.setting, self.law, self.runs = setting, law, runs
         self.rule_bases: Mapping[str, Sugeno] = dict(law.fuzzy_systems)
@@ -50,6 +52,10 @@ class Recorder:
             self._room("links")
         if torques:
             self._room("torques", 2)
+        if encoders:
+            self._room("encoders", len(ENCODER_CHANNELS))
+        if messages and law.message:
+            self._room("messages", len(law.message))
         if self.rule_bases:
             self._room("inputs", law.rule_inputs)
         if isinstance(law, EquationLaw) and law.has_equation and law.has_modes:
@@ -58,7 +64,7 @@ class Recorder:
             self._room("ranges", len(sensor_names(setting.sensors)))
 
     def _room(self, name: str, channels: int = 0) -> None:
-        """Room for one of RECORDS; ``channels`` is the length of its axis of channels, inputs, sensors or wheels."""
+        """Room for one of RECORDS; ``channels`` is the length of its axis that is not of lanes."""
         record, robots = RECORDS[name], len(self.setting.robots)
         lengths = {"sample": self.setting.ticks + 1, "run": self.runs, "robot": robots, "sender": robots}
         shape = tuple(lengths.get(axis, channels) for axis in record.axes)
@@ -126,8 +132,9 @@ class Recorder:
             for array, values in self.arrays.items()
         }
         gone, bases = stopped[which], self.rule_bases if law is None else dict(law.fuzzy_systems)
+        names = self.law.message if "messages" in self.arrays else ()
         return Run(
-            About(setting.name, setting.kind, name, self.law.level, setting.robots, setting.sensors, bases),
+            About(setting.name, setting.kind, name, self.law.level, setting.robots, setting.sensors, bases, names),
             seeds,
             times,
             recorded,

@@ -58,6 +58,7 @@ class About:
     robots: tuple[Robot, ...] = field(repr=False)
     sensors: tuple[Mapping[str, RangeSensor], ...] = field(repr=False)  # the sensors that each robot carries, by name
     rule_bases: Mapping[str, Sugeno] | None = field(default=None, repr=False)  # by task; None: an older file, not said
+    message: tuple[str, ...] = field(default=(), repr=False)  # the names of the values that robots broadcast, if kept
 
 
 class Recorded(NamedTuple):
@@ -165,6 +166,19 @@ class Run:
         Each is that at the start of the last 10 ms of its period; those of the kinematic plant are 0.
         """
         return self._values("torques")
+
+    @property
+    def encoders(self) -> np.ndarray | None:
+        """What the encoders tell (samples, ENCODER_CHANNELS, runs, robots), or None if the run does not keep it."""
+        return self._values("encoders")
+
+    @property
+    def messages(self) -> np.ndarray | None:
+        """What robots broadcast (samples, values of ``about.message``, runs, robots), or None if that is not kept.
+
+        It is not-a-number in periods in which no message is due.
+        """
+        return self._values("messages")
 
     @property
     def inputs(self) -> np.ndarray | None:
@@ -355,6 +369,7 @@ def _check_about(about: About, robots: int, recorded: Mapping[str, Recorded], *,
     if len(about.robots) != robots:
         raise LayoutError(f"it describes {len(about.robots)} robots, and {robots} were recorded")
     wanted = {"input": sum(len(system.inputs) for system in (about.rule_bases or {}).values())}
+    wanted["value"] = len(about.message)
     if sensors_said:
         wanted["sensor"] = len(sensor_names(about.sensors))
     for name, record in recorded.items():
@@ -367,7 +382,9 @@ def _as_json(about: About, path: str) -> dict[str, Any]:
     """``about`` in JSON's types; robots that are alike are written once. ``path`` is for messages."""
     kinds = [{"robot": asdict(r), "sensors": {n: asdict(s) for n, s in c.items()}} for r, c in _pairs(about)]
     distinct = [kind for i, kind in enumerate(kinds) if kind not in kinds[:i]]
-    plain = {name: getattr(about, name) for name in ("scenario", "kind", "controller", "level")}
+    plain: dict[str, Any] = {name: getattr(about, name) for name in ("scenario", "kind", "controller", "level")}
+    if about.message:
+        plain["message"] = list(about.message)
     if about.rule_bases is not None:
         try:
             plain["rule_bases"] = {task: format_fis(system) for task, system in about.rule_bases.items()}
@@ -398,4 +415,5 @@ def _from_json(table: dict[str, Any], robots: int, recorded: Mapping[str, Record
         tuple(kinds[i][0] for i in table["robot"]),
         tuple(kinds[i][1] for i in table["robot"]),
         rule_bases,
+        tuple(map(str, table.get("message", ()))),
     )

@@ -144,6 +144,14 @@ def record(k, kept, truth, seen, command, order, code, air, readings, stopped): 
         if len(kept.torques) > 0:
             kept.torques[k, 0, run, robot] = np.nan if gone else truth[plant.TORQUE_R, i]
             kept.torques[k, 1, run, robot] = np.nan if gone else truth[plant.TORQUE_L, i]
+        if len(kept.encoders) > 0:
+            for c in range(2):
+                kept.encoders[k, c, run, robot] = np.nan if gone else truth[plant.ANGLE_R + c, i]
+                kept.encoders[k, 2 + c, run, robot] = np.nan if gone else seen[V + c, i]
+        if len(kept.messages) > 0:
+            for n in range(kept.messages.shape[1]):
+                due = k % air.every == 0 and not gone
+                kept.messages[k, n, run, robot] = command[SAYS + n, i] if due else np.nan
 
 
 @inner

@@ -44,6 +44,7 @@ def single_run(
     *,
     moving: int = 0,
     lanes: Lanes = "beside",
+    logged: bool = False,
 ) -> tuple[Run, StressOutcome]:
     """The run that ``robotics stress`` makes of ``seed``, and its outcome.
 
@@ -59,6 +60,7 @@ def single_run(
         begin: Starts a bar of a progress display, by its text and total.
         moving: Number of discs that cross the lanes, among obstacles.
         lanes: Whether the lanes stay beside each other or cross, among obstacles.
+        logged: Whether the run keeps its torques, what its encoders tell and what its robots broadcast, too.
 
     Raises ScenarioError for a class, number of robots, discs or lanes that this stress test does not have,
     ControllerError where the law has no safe plan.
@@ -91,4 +93,5 @@ def single_run(
         ensemble = replace(ensemble, ticks=min(ensemble.ticks, end))
     advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1) if begin else None
     links = links and robots > 1
-    return record_run(ensemble, controller, [seed], name=name, links=links, faults=faults, progress=advance), outcome
+    kept: dict[str, bool] = {"links": links} | dict.fromkeys(("torques", "encoders", "messages"), logged)
+    return record_run(ensemble, controller, [seed], name=name, **kept, faults=faults, progress=advance), outcome

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from fuzzy.inference import infer
+from fuzzy.insight.explanation import firing_strengths
 from fuzzy.system import Sugeno
-from robotics.designer.moments import RunMoments, asked_of, motion_curves, reference_curves, rule_times, shares
+from robotics.designer.moments import RunMoments, asked_of, motion_curves, reference_curves, rule_times
 from robotics.designer.tryout import TryoutTrial, run_design, settled
 from robotics.designer.uses import TryoutError
 from robotics.laws.catalogue import make_controller
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.measures.decisions import shares
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
@@ -48,7 +50,7 @@ def test_shares_weigh_the_rules_consequents_to_the_output(fis: Sugeno, run: Run)
     asked = asked_of(run, "tracking")
     assert asked is not None
     x = asked.inputs[::20, 0].astype(float)
-    found = shares(fis, x)
+    found = shares(firing_strengths(fis, x))
     np.testing.assert_allclose(found.sum(axis=-1), 1.0, atol=1e-9)
     for number, output in enumerate(fis.outputs):
         values = [output.terms[dict(rule.then)[output.name]].value for rule in fis.rules]
@@ -59,7 +61,7 @@ def test_the_strip_has_all_rules_that_fire_the_strongest_first(fis: Sugeno, run:
     asked = asked_of(run, "tracking")
     assert asked is not None
     strip = rule_times(fis, asked)
-    whole = shares(fis, asked.inputs[:, 0])
+    whole = shares(firing_strengths(fis, asked.inputs[:, 0]))
     rows = {row["rule"] - 1: row["shares"] for row in strip["rows"]}
     assert set(rows) == set(np.flatnonzero(np.nansum(whole, axis=0) > 0))
     means = [np.mean(row) for row in rows.values()]
@@ -103,7 +105,7 @@ def test_a_time_leads_to_its_point_and_its_rule(fis: Sugeno, run: Run) -> None:
     assert moments.take(fis, keys, {"label": "x", "asked": asked}) == {"label": "x", "number": 1}
     point = asked.at(3.0)
     assert point is not None
-    best = int(np.argmax(shares(fis, point)))
+    best = int(np.argmax(shares(firing_strengths(fis, point))))
     assert moments.look({"time": 3.0, "count": 2, "rule": "strongest"})["rule"] == best + 1
     assert bench.done == [tuple(float(v) for v in point), 100 + best]
     for wrong in ({"time": None}, {"time": True}, {"time": float("nan")}, {"time": 1.0, "robot": "x"}):

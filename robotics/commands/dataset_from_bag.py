@@ -1,0 +1,120 @@
+"""The command ``robotics dataset from-bag``: training data of drives that are logged, of any robot."""
+
+import shlex
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from fuzzy.files.atomic import check_target
+from fuzzy.shell.progress import progress_bar
+from fuzzy.shell.terminal import print_json
+from robotics.commands.shared import Distribution, Json, Quiet
+
+
+def from_bag(
+    logs: Annotated[
+        list[Path],
+        typer.Argument(metavar="LOG...", help="Logs: rosbag2 folders, .mcap, .db3 or .bag files.", show_default=False),
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.csv", help="File into which the table goes.")],
+    robot: Annotated[
+        list[str] | None,
+        typer.Option("--robot", metavar="NAMESPACE", help="Whose drive: robot2; may be given again. Default: the one."),
+    ] = None,
+    inputs: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A,B,...",
+            help="Quantities that the rule base shall know (docs/quantities.md). Default: "
+            "x_err,y_err,heading_err,target_v,target_w; of a path without times cross_track,path_bearing,curvature; "
+            "of the way driven x_err,y_err.",
+        ),
+    ] = None,
+    check: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Keep every fourth stretch of 5 s for checking, here.")
+    ] = None,
+    driven: Annotated[
+        bool, typer.Option("--driven", help="Take the way that was driven for what the robot was to follow.")
+    ] = False,
+    look_ahead: Annotated[
+        float, typer.Option(min=0.0, max=10.0, help="The target is so many seconds ahead, as of the law fuzzy.")
+    ] = 0.4,
+    period: Annotated[float, typer.Option(help="From row to row, s.")] = 0.05,
+    gap: Annotated[
+        float, typer.Option(help="A drive is cut where odometry, command or reference is missing for longer, s.")
+    ] = 0.5,
+    delay: Annotated[float, typer.Option(help="From a posture to the command that answers it, s.")] = 0.0,
+    whole: Annotated[
+        bool, typer.Option("--whole", help="Keep beginning and end of a drive, where nothing is commanded.")
+    ] = False,
+    odom: Annotated[str, typer.Option(metavar="TOPIC", help="Odometry. Default: odom, or the only one.")] = "",
+    cmd_vel: Annotated[str, typer.Option(metavar="TOPIC", help="Commands. Default: cmd_vel, or the only one.")] = "",
+    reference: Annotated[
+        str, typer.Option(metavar="TOPIC", help="The moving target, as odometry. Default: reference, if it is there.")
+    ] = "",
+    path: Annotated[
+        str, typer.Option(metavar="TOPIC", help="The path. Default: path, plan, or the only one, if there is one.")
+    ] = "",
+    ros: Distribution = "jazzy",
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Make training data of logged drives: what a robot knew, and what it was commanded then.
+
+    Odometry and commands are enough, of any robot that ROS 2 drives. With a moving target or a path in the log the
+    table says how it follows these, else how it drives from where it is to where it was a little later. `anfis train`
+    learns from the table, and the law fuzzy flies what it has learnt. FILE.card.md says what is in the table.
+
+    \b
+    Example:
+      robotics run lyapunov-sine --controller lyapunov --rosbag drive
+      robotics dataset from-bag drive -o drive.csv
+      anfis train drive.csv --outputs v,w --rules 4 --epochs 5 -o driven.fis
+    """
+    import numpy as np
+
+    from robotics.experiments.learning.datacard import Column, write_card
+    from robotics.experiments.learning.drivedata import OUTPUTS, DriveRecipe, drive_data, drive_facts
+    from robotics.experiments.learning.formationdata import write_data
+    from robotics.logs.drive import read_drive
+
+    check_target(out, ".csv")
+    if check is not None:
+        check_target(check, ".csv")
+    wanted = tuple(part.strip() for part in (inputs or "").split(",") if part.strip())
+    timing = {"period": period, "gap": gap, "delay": delay, "look_ahead": look_ahead}
+    recipe = DriveRecipe(inputs=wanted, driven=driven, whole=whole, **timing)
+    topics = {"odometry": odom, "commands": cmd_vel, "reference": reference, "path": path, "distribution": ros}
+    with progress_bar(quiet) as begin:
+        jobs = [(log, name) for log in logs for name in robot or [""]]
+        advance = begin("reading", 2 * len(jobs))
+        drives = []
+        for log, name in jobs:
+            drives.append(read_drive(log, name, **topics))
+            advance()
+        table = drive_data(drives, recipe, advance)
+    everything = np.ones(len(table.values), dtype=bool)
+    parts = {out: everything} if check is None else {out: ~table.for_checking, check: table.for_checking}
+    columns = [
+        Column(name, unit, meaning, name in OUTPUTS and k >= len(table.inputs))
+        for k, (name, unit, meaning) in enumerate(zip(table.names, table.units, table.meanings, strict=True))
+    ]
+    facts = drive_facts(drives, recipe, table, _command(logs, robot or []))
+    files: dict[str, Any] = {}
+    for file, which in parts.items():
+        write_data(file, table.names, table.values[which])
+        card = write_card(file, facts, columns, table.values[which])
+        files[str(file)] = {"rows": len(table.values[which]), "card": str(card)}
+    if json:
+        print_json({"files": files, "inputs": table.inputs, "outputs": OUTPUTS, "followed": table.followed})
+        return
+    for name, about in files.items():
+        print(f"{name}: {about['rows']} rows, inputs {', '.join(table.inputs)}, outputs {', '.join(OUTPUTS)}")
+    print(f"Followed: {table.followed}")
+
+
+def _command(logs: list[Path], robots: list[str]) -> str:
+    """What made the table, without folders and without what the card says anyway."""
+    words = ["robotics", "dataset", "from-bag", *(log.name for log in logs)]
+    return shlex.join([*words, *(word for name in robots for word in ("--robot", name))])
