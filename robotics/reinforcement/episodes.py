@@ -199,7 +199,7 @@ def _columns(task: Task, count: int) -> Lanes:
     return Lanes(
         float(setting.period), float(setting.divergence), steps, code, late_periods, late_steps,
         COST if task.reward == "cost" else DENSE, float(task.approach), float(FAILED), np.array(SCALES),
-        np.ones((2, scenarios)) if task.units else task.most_of, task.limits, highs_of(task.entries)[:, None].copy(),
+        np.ones((2, scenarios)) if task.units else task.most_of, task.limits, np.tile(highs_of(task.entries)[:, None], scenarios),
         np.stack([task.ticks, task.counted_from, task.ticks + 1 - task.counted_from]).astype(np.int64),
         references.road, senses, np.ones((p.PARAMETERS, count)), np.zeros((p.CHANNELS, count)),
         np.zeros((late_periods + 2, 2, count)), np.zeros((SEEN, count)), np.full((len(task.sensors), count), np.inf),

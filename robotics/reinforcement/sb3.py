@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
@@ -15,19 +16,30 @@ from robotics.reinforcement.vector import TrackingVectorEnv
 class Lanes(VecEnv):
     """A vector environment in the same-step mode, for Stable-Baselines3."""
 
-    def __init__(self, env: TrackingVectorEnv, discount: float) -> None:
-        """Take the lanes of ``env``, whose mode is "same-step"; ``discount`` is that of the learner."""
+    def __init__(self, env: TrackingVectorEnv, discount: float, scale: np.ndarray, clip: float) -> None:
+        """Take the lanes of ``env``, whose mode is "same-step".
+
+        Args:
+            env: The environment.
+            discount: That of the learner.
+            scale: By which observations are multiplied (entries,).
+            clip: How far from 0 they can then be.
+        """
         assert env.autoreset == "same-step"
-        self.discount = discount
+        self.discount, self.scale, self.clip = discount, scale, clip
         self.env, self.actions = env, np.zeros((env.num_envs, 2))
         self.render_mode = None
-        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+        box = spaces.Box(-clip, clip, (len(scale),), dtype=np.float32)
+        super().__init__(env.num_envs, box, env.single_action_space)
 
     def reset(self) -> np.ndarray:
         """Begin an episode in every lane."""
         observed, _ = self.env.reset(seed=None if self._seeds[0] is None else int(self._seeds[0]))
         self._reset_seeds()
-        return np.asarray(observed)
+        return self._scaled(observed)
+
+    def _scaled(self, observed: np.ndarray) -> np.ndarray:
+        return np.clip(observed * self.scale, -self.clip, self.clip).astype(np.float32)
 
     def step_async(self, actions: np.ndarray) -> None:
         """Keep the actions for :meth:`step_wait`."""
@@ -44,11 +56,11 @@ class Lanes(VecEnv):
         done = terminated | truncated
         for lane in np.flatnonzero(done).tolist():
             told[lane] = {
-                "terminal_observation": infos["final_obs"][lane],
+                "terminal_observation": self._scaled(infos["final_obs"][lane]),
                 "TimeLimit.truncated": bool(truncated[lane]),
                 "cost": float(infos["final_info"]["cost"][lane]),
             }
-        return observed, rewards, done, told
+        return self._scaled(observed), rewards, done, told
 
     def close(self) -> None:
         """Let the threads go."""

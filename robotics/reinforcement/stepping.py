@@ -44,7 +44,7 @@ class Lanes(NamedTuple):
     scales: np.ndarray  # (3,) of the cost's terms
     most: np.ndarray  # (2, scenarios): the command of an action 1, or 1 where actions are in units
     limits: np.ndarray  # (4, scenarios): as of robotics.vehicle.plant.velocity_limits
-    highs: np.ndarray  # (entries, 1): the limits of an observation
+    highs: np.ndarray  # (entries, scenarios): the limits of an observation
     spans: np.ndarray  # (3, scenarios) int
     road: Road  # a path for each scenario
     senses: Senses  # of one robot; its random numbers are (lanes, samples, 3, 1)
@@ -101,6 +101,14 @@ def advance(lanes, first, last, turn, actions, high, scratch):  # type: ignore[n
 def _clipped(value, high):  # type: ignore[no-untyped-def]
     """A value between -``high`` and ``high``; not-a-number stays."""
     return value if not abs(value) > high else (high if value > 0 else -high)
+
+
+@uncounted
+def judge(lanes, commands):  # type: ignore[no-untyped-def]
+    """Write the rewards of all lanes' samples, and how they stand; ``commands`` (2, lanes) are those of the samples."""
+    for i in range(commands.shape[1]):
+        if lanes.ended[i] == RUNNING:
+            _judge(lanes, i, lanes.path[i], commands[0, i], commands[1, i])
 
 
 @inner
@@ -244,7 +252,8 @@ def observe_these(lanes, chosen):  # type: ignore[no-untyped-def]
 def _observe(lanes, i):  # type: ignore[no-untyped-def]
     time = lanes.clock[i] * lanes.period
     observe(
-        i, time, lanes.seen, lanes.ranges, lanes.road, lanes.path[i], lanes.last, lanes.highs, 0, lanes.observed[i]
+        i, time, lanes.seen, lanes.ranges, lanes.road, lanes.path[i], lanes.last, lanes.highs, lanes.path[i],
+        lanes.observed[i],
     )  # fmt: skip
 
 

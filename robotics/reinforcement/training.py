@@ -23,7 +23,7 @@ from robotics.scenario.description import Scenario
 
 VALIDATION = 6_000_000  # the first number of the scenarios, and of the seeds, by which policies are chosen among
 FASTER, SHARPER = 1.5, 2.0  # times the references' greatest speed and turn rate: the command of an output 1
-_INPUT_RANGE = 10.0  # standard deviations
+_INPUT_RANGE = 10.0  # times what is much of an entry
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,8 +87,9 @@ def train(
         divergence=min(far + about.divergence, scenarios[0].divergence),
         most=(min(float(most[0]), FASTER * v), min(float(most[1]), max(SHARPER * w, 1.0))),
     )
-    lanes = learner.lanes(vector, about.discount)
-    normal = learner.normalize(lanes, gamma=about.discount, clip_obs=_INPUT_RANGE)
+    scale = _scales(vector.task)
+    lanes = learner.lanes(vector, about.discount, scale, _INPUT_RANGE)
+    normal = learner.normalize(lanes, norm_obs=False, gamma=about.discount)
     began = time.perf_counter()
     threads = learner.torch.get_num_threads()
     learner.torch.set_num_threads(1)
@@ -114,7 +115,7 @@ def train(
         learner.torch.set_num_threads(threads)
         vector.close()
     seconds = time.perf_counter() - began
-    policy = _policy(model, normal, vector, _about(about, scenarios, seed, model.num_timesteps, seconds, learner))
+    policy = _policy(model, scale, vector.task, _about(about, scenarios, seed, model.num_timesteps, seconds, learner))
     return Trained(policy, seed, int(model.num_timesteps), seconds, tuple(watch.curve))
 
 
@@ -137,17 +138,21 @@ def _about(
     }
 
 
-def _policy(model: Any, normal: Any, vector: Any, about: dict[str, Any]) -> Policy:
+def _scales(task: Task) -> np.ndarray:
+    """By what each entry of an observation is multiplied (entries,): one over what is much of it."""
+    v, w = task.most_of[:, 0] if task.level == "velocity" else (1.0, 1.0)
+    much = {"m": 0.1, "rad": 0.2, "m/s": v / 2, "rad/s": w / 2, "1/m": 1.0, "N m": task.most_of[0, 0] / 2}
+    return np.array([1 / (entry.high / 2 if entry.positive else much[entry.unit]) for entry in task.entries])
+
+
+def _policy(model: Any, scale: np.ndarray, task: Task, about: dict[str, Any]) -> Policy:
     """The deterministic part of what was learnt: the mean of the actions, with the scales of its inputs."""
     network = model.policy.state_dict()
     names = ("mlp_extractor.policy_net.0", "mlp_extractor.policy_net.2", "action_net")
     layers = [(network[f"{n}.weight"].double().numpy(), network[f"{n}.bias"].double().numpy()) for n in names]
-    statistics = normal.obs_rms
-    scale = 1 / np.sqrt(statistics.var + normal.epsilon)
-    task = vector.task
     most = (float(task.most_of[0, 0]), float(task.most_of[1, 0]))
     inputs = tuple(entry.name for entry in task.entries)
-    return Policy(task.level, inputs, statistics.mean, scale, _INPUT_RANGE, tuple(layers), most, about)
+    return Policy(task.level, inputs, np.zeros(len(scale)), scale, _INPUT_RANGE, tuple(layers), most, about)
 
 
 @dataclass(frozen=True)
