@@ -151,14 +151,16 @@ class Episodes:
 
     def _touch(self) -> None:
         """End the episodes whose robots have touched an obstacle on the way to this sample."""
-        assert self.watch is not None and self.looks is not None
+        assert self.watch is not None
+        assert self.looks is not None
         self.watch, _ = self.watch.to(self.turn * self.lanes.period, self._poses(), self.looks.here)
         self.lanes.touched[:] = self.watch.counts[:, 0] > 0
         collide(self.lanes, 0, self.count)
 
     def _look(self, chosen: np.ndarray | None) -> None:
         """Read the range sensors, of the chosen lanes or of all."""
-        assert self.looks is not None and self.sensors is not None
+        assert self.looks is not None
+        assert self.sensors is not None
         self._supply(np.arange(self.count) if chosen is None else chosen)
         if chosen is None:
             look_around(self.lanes, self.looks, 0, self.count)
@@ -169,7 +171,8 @@ class Episodes:
     def _supply(self, chosen: np.ndarray) -> None:
         """Draw the random numbers of the range sensors where a clock asks for new ones."""
         looks, clock = self.looks, self.lanes.clock
-        assert looks is not None and self.sensors is not None
+        assert looks is not None
+        assert self.sensors is not None
         if looks.draws.shape[2] == 0 or not len(looks.kinds.T):
             return
         stride, length = int(looks.kinds[2, 0]), int(looks.kinds[3, 0])
@@ -196,10 +199,11 @@ def _columns(task: Task, count: int) -> Lanes:
     late_periods, late_steps = divmod(round(setting.latency / p.STEP), steps)
     code = p.KINEMATIC if setting.plant == "kinematic" else p.CODES[task.level]
     scenarios = len(task.scenarios)
+    highs = np.tile(highs_of(task.entries)[:, None], scenarios)
     return Lanes(
         float(setting.period), float(setting.divergence), steps, code, late_periods, late_steps,
         COST if task.reward == "cost" else DENSE, float(task.approach), float(FAILED), np.array(SCALES),
-        np.ones((2, scenarios)) if task.units else task.most_of, task.limits, np.tile(highs_of(task.entries)[:, None], scenarios),
+        np.ones((2, scenarios)) if task.units else task.most_of, task.limits, highs,
         np.stack([task.ticks, task.counted_from, task.ticks + 1 - task.counted_from]).astype(np.int64),
         references.road, senses, np.ones((p.PARAMETERS, count)), np.zeros((p.CHANNELS, count)),
         np.zeros((late_periods + 2, 2, count)), np.zeros((SEEN, count)), np.full((len(task.sensors), count), np.inf),

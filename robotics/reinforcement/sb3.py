@@ -1,4 +1,4 @@
-"""The vector environment as Stable-Baselines3 takes it: lanes whose episodes end begin the next one in the same step."""
+"""The vector environment as Stable-Baselines3 takes it: lanes begin the next episode in the same step."""
 
 from collections.abc import Callable, Sequence
 from typing import Any

@@ -45,7 +45,10 @@ class TrackingEnv(gymnasium.Env):  # type: ignore[misc, name-defined]
         super().reset(seed=seed)
         observed, infos = self.lane.reset(seed=seed, options=options)
         self.over = False
-        return observed[0], {"scenario": self.task.scenarios[int(infos["scenario"][0])].name, "seed": int(infos["seed"][0])}
+        return observed[0], {
+            "scenario": self.task.scenarios[int(infos["scenario"][0])].name,
+            "seed": int(infos["seed"][0]),
+        }
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Take a step with an ``action`` (2,); as of the vector environment. Raises TaskError after the end."""

@@ -255,5 +255,3 @@ def _observe(lanes, i):  # type: ignore[no-untyped-def]
         i, time, lanes.seen, lanes.ranges, lanes.road, lanes.path[i], lanes.last, lanes.highs, lanes.path[i],
         lanes.observed[i],
     )  # fmt: skip
-
-

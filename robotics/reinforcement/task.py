@@ -4,7 +4,6 @@ A step is a control period: the command of a sample, the reward of that sample, 
 An episode has as many steps as a run of its scenario has samples.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite
@@ -70,7 +69,7 @@ class Task:
             what = f"{len(setting.robots)} robots" if scenario.kind == "tracking" else f"a {scenario.kind}"
             raise TaskError(
                 f"the scenario {name!r} has {what}; an environment of one robot needs a tracking scenario with one. "
-                "A team's environment is robotics.reinforcement.team_env"
+                "A team's is robotics.TeamEnv"
             )
         if setting.faults:
             raise TaskError(f"the scenario {name!r} has faults; those of one robot are in no environment")
@@ -105,7 +104,9 @@ class Task:
     @cached_property
     def most_of(self) -> np.ndarray:
         """The commands of the action 1 (2, scenarios): m/s and rad/s, or N m."""
-        own = [command_limits(s.setting.robots[0], self.level) if self.most is None else self.most for s in self.scenarios]
+        own = [
+            command_limits(s.setting.robots[0], self.level) if self.most is None else self.most for s in self.scenarios
+        ]
         return np.array(own, dtype=float).T.copy()
 
     @cached_property
@@ -157,4 +158,4 @@ class Task:
         return compile_worlds([World(obstacles=s.obstacles, known=False) for s in self.scenarios])
 
 
-__all__ = ["FAILED", "SCALES", "TaskError", "RewardKind", "Task"]
+__all__ = ["FAILED", "SCALES", "RewardKind", "Task", "TaskError"]

@@ -136,9 +136,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]
 
     def step(
         self, actions: dict[str, np.ndarray]
-    ) -> tuple[
-        dict[str, np.ndarray], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
-    ]:
+    ) -> tuple[dict[str, np.ndarray], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
         """Take a step with an action of every agent; returned are those that were agents before it.
 
         Raises TaskError for an agent without an action, and for an action of another shape.

@@ -1,48 +1,35 @@
 """Training a policy by proximal policy optimisation, with Stable-Baselines3 on our vector environment.
 
-The learner is paid −ln(1 + c) a sample, with c the sample's cost (distance / 1 cm + heading error / 5° + change of the
-turn rate / period), at most that of a failure, from the start on; and as much as the worst that could follow where the
-episode ends by divergence or a contact. The logarithm makes a centimetre matter beside a metre. What is told of a policy is the arena's
-cost all the same, on scenarios and seeds that it has not learnt on.
+The learner is paid −ln(1 + c) a sample, with c the sample's cost (distance / 1 cm + heading error / 5° + change of
+the turn rate / period), at most that of a failure, from the start on; and as much as the worst that could follow where
+the episode ends by divergence or a contact. The logarithm makes a centimetre matter beside a metre. What is told of a
+policy is the arena's cost all the same, on scenarios and seeds that it has not learnt on.
 """
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from fuzzy.extras import install_command
 from robotics.laws.tracking.policyfile import Policy
-from robotics.quantity import check_quantities, quantity, whole
-from robotics.reinforcement.choosing import LEARNING, chosen_scenarios
+from robotics.reinforcement.learning import Learning
 from robotics.reinforcement.task import Task, TaskError
+from robotics.reinforcement.vector import TrackingVectorEnv
 from robotics.scenario.description import Scenario
 
-VALIDATION = 6_000_000  # the first number of the scenarios, and of the seeds, by which policies are chosen among
+try:
+    import stable_baselines3
+    import torch
+    from stable_baselines3.common.vec_env import VecNormalize
+except ModuleNotFoundError:
+    raise TaskError(f"training needs stable-baselines3: {install_command('rl')}") from None
+from robotics.reinforcement.sb3 import Lanes, Watch
+
 FASTER, SHARPER = 1.5, 2.0  # times the references' greatest speed and turn rate: the command of an output 1
 _INPUT_RANGE = 10.0  # times what is much of an entry
-
-
-@dataclass(frozen=True, kw_only=True)
-class Learning:
-    """How a policy is learnt. Raises TaskError for numbers that cannot be."""
-
-    steps: int = whole(10_000_000, least=1, most=10**10, doc="Control periods that are driven, of all lanes together.")
-    lanes: int = whole(512, least=1, most=100_000, doc="Robots that drive at a time.")
-    rollout: int = whole(32, least=2, most=10_000, doc="Periods between two updates.")
-    batch: int = whole(2048, least=2, doc="Samples of a gradient.")
-    epochs: int = whole(5, least=1, most=1000, doc="How often an update sees each sample.")
-    rate: float = quantity(1e-3, "1", above=0, doc="The learning rate at the start; it falls linearly to a 20th.")
-    discount: float = quantity(0.95, "1", above=0, most=0.9999, doc="What a reward counts one period later.")
-    spread: float = quantity(0.37, "1", above=0, doc="The standard deviation of the actions at the start.")
-    units: int = whole(32, least=1, most=4096, doc="Units of each of the two hidden layers.")
-    divergence: float = quantity(0.3, "m", above=0, doc="An episode ends so far beyond the farthest start.")
-
-    def __post_init__(self) -> None:
-        check_quantities(self, TaskError)
 
 
 @dataclass(frozen=True)
@@ -53,7 +40,7 @@ class Trained:
     seed: int
     steps: int
     seconds: float
-    curve: tuple[tuple[int, float], ...] = field(default=())  # steps, and the mean cost of the episodes ended meanwhile
+    curve: tuple[tuple[int, float], ...]  # steps, and the mean cost of the episodes ended meanwhile
 
 
 def train(
@@ -73,13 +60,12 @@ def train(
 
     Raises TaskError where Stable-Baselines3 is not installed, or the scenarios do not suit.
     """
-    learner = _packages()
     about, scenarios = learning or Learning(), tuple(scenarios)
     task = Task(scenarios)
     far = max(float(np.hypot(*(s.starts[0, :2] - _begin(s)))) for s in scenarios)
     v, w = (max(float(np.abs(getattr(s.trajectory.sampled(s.times), name)).max()) for s in scenarios) for name in "vw")
     most = task.most_of.min(axis=1)
-    vector = learner.vector(
+    vector = TrackingVectorEnv(
         about.lanes,
         list(scenarios),
         autoreset="same-step",
@@ -88,14 +74,14 @@ def train(
         most=(min(float(most[0]), FASTER * v), min(float(most[1]), max(SHARPER * w, 1.0))),
     )
     scale = _scales(vector.task)
-    lanes = learner.lanes(vector, about.discount, scale, _INPUT_RANGE)
-    normal = learner.normalize(lanes, norm_obs=False, gamma=about.discount)
+    lanes = Lanes(vector, about.discount, scale, _INPUT_RANGE)
+    normal = VecNormalize(lanes, norm_obs=False, gamma=about.discount)
     began = time.perf_counter()
-    threads = learner.torch.get_num_threads()
-    learner.torch.set_num_threads(1)
-    watch = learner.watch(advance)
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    watch = Watch(advance)
     try:
-        model = learner.ppo(
+        model = stable_baselines3.PPO(
             "MlpPolicy",
             normal,
             seed=seed,
@@ -112,10 +98,10 @@ def train(
         )
         model.learn(about.steps, callback=watch)
     finally:
-        learner.torch.set_num_threads(threads)
+        torch.set_num_threads(threads)
         vector.close()
     seconds = time.perf_counter() - began
-    policy = _policy(model, scale, vector.task, _about(about, scenarios, seed, model.num_timesteps, seconds, learner))
+    policy = _policy(model, scale, vector.task, _about(about, scenarios, seed, model.num_timesteps, seconds))
     return Trained(policy, seed, int(model.num_timesteps), seconds, tuple(watch.curve))
 
 
@@ -125,11 +111,9 @@ def _begin(scenario: Scenario) -> np.ndarray:
     return np.array([at.x[0], at.y[0]])
 
 
-def _about(
-    about: Learning, scenarios: Sequence[Scenario], seed: int, steps: int, seconds: float, learner: Any
-) -> dict[str, Any]:
+def _about(about: Learning, scenarios: Sequence[Scenario], seed: int, steps: int, seconds: float) -> dict[str, Any]:
     return {
-        "algorithm": f"PPO of stable-baselines3 {learner.version}",
+        "algorithm": f"PPO of stable-baselines3 {stable_baselines3.__version__}",
         "seed": seed,
         "steps": int(steps),
         "minutes": round(seconds / 60, 2),
@@ -153,41 +137,3 @@ def _policy(model: Any, scale: np.ndarray, task: Task, about: dict[str, Any]) ->
     most = (float(task.most_of[0, 0]), float(task.most_of[1, 0]))
     inputs = tuple(entry.name for entry in task.entries)
     return Policy(task.level, inputs, np.zeros(len(scale)), scale, _INPUT_RANGE, tuple(layers), most, about)
-
-
-@dataclass(frozen=True)
-class _Learner:
-    """What is taken of packages that need not be there."""
-
-    torch: Any
-    ppo: Any
-    normalize: Any
-    lanes: Any
-    vector: Any
-    watch: Any
-    version: str
-
-
-def _packages() -> _Learner:
-    try:
-        import stable_baselines3
-        import torch
-        from stable_baselines3.common.vec_env import VecNormalize
-    except ModuleNotFoundError:
-        raise TaskError(f"training needs stable-baselines3: {install_command('rl')}") from None
-    from robotics.reinforcement.sb3 import Lanes, Watch
-    from robotics.reinforcement.vector import TrackingVectorEnv
-
-    return _Learner(
-        torch, stable_baselines3.PPO, VecNormalize, Lanes, TrackingVectorEnv, Watch, stable_baselines3.__version__
-    )
-
-
-def learning_scenarios(arena: str | Path | None = None, draws: int = 96) -> tuple[Scenario, ...]:
-    """Scenarios to learn on: drawn from the sorts that an arena tunes on, by default those of the packaged policy."""
-    return chosen_scenarios(None, arena or Path(__file__).parent / "learning.toml", draws, LEARNING)
-
-
-def validation_scenarios(arena: str | Path | None = None, draws: int = 12) -> tuple[Scenario, ...]:
-    """Others of the same sorts, to choose by."""
-    return chosen_scenarios(None, arena or Path(__file__).parent / "learning.toml", draws, VALIDATION)

@@ -73,8 +73,8 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):  # type: ignore[misc, name-
 
         Args:
             num_envs: How many lanes.
-            scenario, arena, draws, first: The scenarios, as of :func:`robotics.reinforcement.choosing.chosen_scenarios`;
-                by default those of the packaged arena.
+            scenario, arena, draws, first: The scenarios, as :func:`robotics.reinforcement.choosing.chosen_scenarios`
+                takes them; by default those of the packaged arena.
             level: Whether actions are velocities or wheel torques.
             units: Whether they are in m/s and rad/s, or N m; else between -1 and 1.
             most: The command of an action 1; by default the robot's own limits.
@@ -127,9 +127,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):  # type: ignore[misc, name-
         self._begin(np.flatnonzero(mask), options.get("scenario"))
         return self.episodes.lanes.observed.copy(), self._infos()
 
-    def step(
-        self, actions: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Take a step in every lane, with ``actions`` (lanes, 2).
 
         Returns what is observed (lanes, entries), rewards (lanes,), whether episodes have ended by divergence or a

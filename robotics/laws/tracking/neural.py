@@ -6,8 +6,8 @@ with the observation o of :mod:`robotics.laws.tracking.observed`: the errors (5.
 reference's speeds now and a little later, its curvature there, and the command of the period before. The weights are a
 file (:mod:`robotics.laws.tracking.policyfile`), which reinforcement learning has written.
 
-Stability: none is proved. It was shown by runs on random scenarios alone; where it is asked something unlike what it was
-trained on, anything may come of it.
+Stability: none is proved. It was shown by runs on random scenarios alone; where it is asked something unlike what it
+was trained on, anything may come of it.
 """
 
 import math
@@ -128,6 +128,6 @@ class NeuralPolicy(EquationLaw):
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """It remembers its last command. Raises ControllerError where it was trained on other observations."""
         if setting.kind != "tracking":
-            raise ControllerError(f"{setting.name}: a learnt policy drives tracking scenarios; this is a {setting.kind}")
+            raise ControllerError(f"{setting.name} is a {setting.kind}; a learnt policy drives tracking scenarios")
         self.gain_rows(setting)
         return np.zeros((2, runs, len(setting.robots)))

@@ -155,9 +155,17 @@ def _made(table: Mapping[str, Any]) -> Policy:
     if (most <= 0).any():
         raise ControllerError(f"most must be two numbers > 0; got {table['most']}")
     about = table.get("about", {})
+    about = about if isinstance(about, dict) else {}
     whole = (float(most[0]), float(most[1]))
     return Policy(
-        table["level"], tuple(inputs), offset, scale, float(clip), tuple(found), whole, about if isinstance(about, dict) else {}
+        table["level"],
+        tuple(inputs),
+        offset,
+        scale,
+        float(clip),
+        tuple(found),
+        whole,
+        about,
     )
 
 
@@ -175,5 +183,3 @@ def _array(value: Any, shape: tuple[int, ...], name: str) -> np.ndarray:
 def _numbers(values: Sequence[float] | np.ndarray) -> list[float]:
     """Numbers of single precision, in as few digits as tell them apart."""
     return [float(str(np.float32(v))) for v in np.ravel(values)]
-
-

@@ -50,7 +50,9 @@ def test_the_commands_of_a_law_give_its_run_to_the_bit(law):
     run = robotics.simulate(scenario, law, seeds=[5])
     env = TrackingEnv(scenario, units=True, level=level)
     _, infos, terminated, last = driven(env, run, seed=5)
-    assert not terminated and last == scenario.ticks and infos["end"] == "time"
+    assert not terminated
+    assert last == scenario.ticks
+    assert infos["end"] == "time"
 
 
 @pytest.mark.parametrize(
@@ -92,7 +94,9 @@ def test_rewards_sum_to_the_cost_of_the_arena(number):
     turning = robotics.METRICS["w_variation_late_radps2"].measure(run)[0, 0]
     assert -dense.sum() == pytest.approx(distance + heading + turning, rel=1e-12)
     early, *_ = driven(TrackingEnv(scenario, units=True, approach=1.0), run, seed=3)
-    assert (early[late] == dense[late]).all() and (early[~late] < 0).all() and (dense[~late] == 0).all()
+    assert (early[late] == dense[late]).all()
+    assert (early[~late] < 0).all()
+    assert (dense[~late] == 0).all()
 
 
 def test_a_path_of_less_than_12_s_is_counted_from_its_middle():
@@ -126,14 +130,19 @@ def test_divergence_ends_an_episode_and_costs_no_less_than_going_on(reward):
     run = robotics.simulate(scenario, "lyapunov:kx=0.001,feed_forward=none", seeds=[1])
     assert run.diverged.all()
     exact, infos, terminated, last = driven(TrackingEnv(scenario, units=True, reward="cost"), run, seed=1)
-    assert terminated and last == run.stopped[0, 0] and exact.sum() == pytest.approx(-100, rel=1e-12)
+    assert terminated
+    assert last == run.stopped[0, 0]
+    assert exact.sum() == pytest.approx(-100, rel=1e-12)
 
 
 def test_a_command_that_is_no_number_stops_the_robot():
     env = TrackingEnv(SHORT)
     env.reset(seed=0)
     observed, reward, terminated, _, infos = env.step([np.nan, 0.0])
-    assert terminated and infos["end"] == "diverged" and np.isfinite(reward) and np.isfinite(observed[:7]).all()
+    assert terminated
+    assert infos["end"] == "diverged"
+    assert np.isfinite(reward)
+    assert np.isfinite(observed[:7]).all()
 
 
 def beside_obstacles():
@@ -171,7 +180,9 @@ def test_ranges_are_those_of_a_run_and_a_contact_ends_the_episode():
     first = robotics.measures.contacts.first_contact(run)[0]
     for reward in ("cost", "dense"):
         rewards, infos, terminated, last = driven(TrackingEnv(scenario, units=True, reward=reward), run, seed=4)
-        assert terminated and infos["end"] == "collided" and infos["cost"] == 100
+        assert terminated
+        assert infos["end"] == "collided"
+        assert infos["cost"] == 100
         assert last * scenario.period < first <= (last + 1) * scenario.period
         assert -rewards.sum() == pytest.approx(100, rel=1e-9) if reward == "cost" else -rewards.sum() <= 100
 
