@@ -16,7 +16,7 @@ _OWN = Path(__file__).parent / "learning.toml"  # what the packaged policy learn
 class Learning:
     """How a policy is learnt. Raises TaskError for numbers that cannot be."""
 
-    steps: int = whole(10_000_000, least=1, most=10**10, doc="Control periods that are driven, of all lanes together.")
+    steps: int = whole(3_000_000, least=1, most=10**10, doc="Control periods that are driven, of all lanes together.")
     lanes: int = whole(512, least=1, most=100_000, doc="Robots that drive at a time.")
     rollout: int = whole(32, least=2, most=10_000, doc="Periods between two updates.")
     batch: int = whole(2048, least=2, doc="Samples of a gradient.")

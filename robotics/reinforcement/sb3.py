@@ -89,9 +89,9 @@ class Lanes(VecEnv):
 class Watch(BaseCallback):
     """Tells how many steps were taken, and keeps what the episodes cost that ended between two updates."""
 
-    def __init__(self, advance: Callable[[int], None] | None) -> None:
+    def __init__(self, told: Callable[[int], None] | None) -> None:
         super().__init__()
-        self.advance, self.told = advance, 0
+        self.told = told
         self.ended: list[float] = []
         self.curve: list[tuple[int, float]] = []
 
@@ -103,6 +103,5 @@ class Watch(BaseCallback):
         if self.ended:
             self.curve.append((int(self.num_timesteps), float(np.mean(self.ended))))
             self.ended = []
-        if self.advance is not None:
-            self.advance(int(self.num_timesteps) - self.told)
-            self.told = int(self.num_timesteps)
+        if self.told is not None:
+            self.told(int(self.num_timesteps))

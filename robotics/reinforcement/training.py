@@ -48,7 +48,7 @@ def train(
     learning: Learning | None = None,
     *,
     seed: int = 0,
-    advance: Callable[[int], None] | None = None,
+    told: Callable[[int], None] | None = None,
 ) -> Trained:
     """Learn a policy on ``scenarios`` of one robot each.
 
@@ -56,7 +56,7 @@ def train(
         scenarios: Each episode drives one of them, with a seed of its own.
         learning: How; by default as the packaged policy was learnt.
         seed: Of the learner and of its episodes.
-        advance: Called with the number of steps taken since the last call.
+        told: Called now and then with the number of steps taken so far.
 
     Raises TaskError where Stable-Baselines3 is not installed, or the scenarios do not suit.
     """
@@ -79,14 +79,14 @@ def train(
     began = time.perf_counter()
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
-    watch = Watch(advance)
+    watch = Watch(told)
     try:
         model = stable_baselines3.PPO(
             "MlpPolicy",
             normal,
             seed=seed,
             n_steps=about.rollout,
-            batch_size=about.batch,
+            batch_size=_batch(about.rollout * about.lanes, about.batch),
             n_epochs=about.epochs,
             gamma=about.discount,
             learning_rate=lambda left: about.rate * max(left, 0.05),
@@ -103,6 +103,14 @@ def train(
     seconds = time.perf_counter() - began
     policy = _policy(model, scale, vector.task, _about(about, scenarios, seed, model.num_timesteps, seconds))
     return Trained(policy, seed, int(model.num_timesteps), seconds, tuple(watch.curve))
+
+
+def _batch(samples: int, wanted: int) -> int:
+    """The size of equal batches of all samples of a rollout, at most as large as wanted."""
+    count = -(-samples // wanted)
+    while samples % count:
+        count += 1
+    return samples // count
 
 
 def _begin(scenario: Scenario) -> np.ndarray:

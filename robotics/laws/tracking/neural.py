@@ -73,7 +73,7 @@ def neural(i, known, memory, command, work):  # type: ignore[no-untyped-def]
 class NeuralPolicy(EquationLaw):
     """A policy that reinforcement learning has found; ``ppo`` comes with the package."""
 
-    policy: str = "ppo"  # the name of a packaged one, or a .json file of `robotics reinforce`
+    policy: str | Policy = "ppo"  # the name of a packaged one, a .json file of `robotics reinforce`, or one itself
     first: float = quantity(1.0, "1", above=0)  # times what it answers: v, or the right wheel's torque
     second: float = quantity(1.0, "1", above=0)  # ω, or the left wheel's torque
 
@@ -87,7 +87,12 @@ class NeuralPolicy(EquationLaw):
     @cached_property
     def network(self) -> Policy:
         """The policy of the file."""
-        return load_policy(self.policy)
+        return self.policy if isinstance(self.policy, Policy) else load_policy(self.policy)
+
+    @property
+    def name(self) -> str:
+        """What messages call the policy."""
+        return self.policy if isinstance(self.policy, str) else "at hand"
 
     @property
     def level(self) -> Level:
@@ -118,7 +123,7 @@ class NeuralPolicy(EquationLaw):
             if names != self.network.inputs:
                 strange = [name for name in self.network.inputs if name not in names] or list(self.network.inputs)
                 raise ControllerError(
-                    f"the policy {self.policy} observes {', '.join(strange)}, in another order or not at all here; "
+                    f"the policy {self.name} observes {', '.join(strange)}, in another order or not at all here; "
                     "train it anew with this version"
                 )
             highs.append([entry.high for entry in found])

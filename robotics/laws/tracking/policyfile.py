@@ -50,6 +50,15 @@ class Policy:
         return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 
     @property
+    def training(self) -> str:
+        """What its training cost, in words."""
+        steps, minutes = self.about.get("steps"), self.about.get("minutes")
+        if not (isinstance(steps, int) and isinstance(minutes, (int, float))):
+            return "learnt: its file does not say how"
+        cores = self.about.get("cores", 1)
+        return f"learnt in {steps:,} steps, {minutes:g} min on {cores} core{'s' if cores != 1 else ''}"
+
+    @property
     def widest(self) -> int:
         """The number of units of its widest layer, the inputs included."""
         return max(len(self.inputs), *(len(bias) for _, bias in self.layers))
