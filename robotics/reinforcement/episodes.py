@@ -200,6 +200,7 @@ def _columns(task: Task, count: int) -> Lanes:
     code = p.KINEMATIC if setting.plant == "kinematic" else p.CODES[task.level]
     scenarios = len(task.scenarios)
     highs = np.tile(highs_of(task.entries)[:, None], scenarios)
+    none = np.zeros(count, dtype=np.int64)
     return Lanes(
         float(setting.period), float(setting.divergence), steps, code, late_periods, late_steps,
         COST if task.reward == "cost" else DENSE, float(task.approach), float(FAILED), np.array(SCALES),
@@ -207,7 +208,7 @@ def _columns(task: Task, count: int) -> Lanes:
         np.stack([task.ticks, task.counted_from, task.ticks + 1 - task.counted_from]).astype(np.int64),
         references.road, senses, np.ones((p.PARAMETERS, count)), np.zeros((p.CHANNELS, count)),
         np.zeros((late_periods + 2, 2, count)), np.zeros((SEEN, count)), np.full((len(task.sensors), count), np.inf),
-        *(np.zeros(count, dtype=np.int64) for _ in range(3)), np.zeros(count, dtype=bool), np.zeros((2, count)),
+        none.copy(), none.copy(), none, np.zeros(count, dtype=bool), np.zeros((2, count)),
         np.full(count, np.nan), np.zeros((SUMS, count)), np.zeros(count), np.zeros((count, len(task.entries))),
     )  # fmt: skip
 

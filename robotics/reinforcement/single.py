@@ -9,7 +9,7 @@ from robotics.reinforcement.task import Task, TaskError
 from robotics.reinforcement.vector import TrackingVectorEnv, checked_actions
 
 
-class TrackingEnv(gymnasium.Env):  # type: ignore[misc, name-defined]
+class TrackingEnv(gymnasium.Env):
     """A robot that tracks its reference; observations (entries,) and actions (2,) are float64.
 
     Its arguments are those of :class:`robotics.reinforcement.vector.TrackingVectorEnv`, without ``num_envs`` and
@@ -50,7 +50,7 @@ class TrackingEnv(gymnasium.Env):  # type: ignore[misc, name-defined]
             "seed": int(infos["seed"][0]),
         }
 
-    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Take a step with an ``action`` (2,); as of the vector environment. Raises TaskError after the end."""
         if self.over:
             raise TaskError("the episode has ended: reset() begins the next one")

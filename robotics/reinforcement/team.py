@@ -55,7 +55,7 @@ class Agents(Law[None]):
         raise NotImplementedError
 
 
-class TeamEnv(ParallelEnv):  # type: ignore[misc]
+class TeamEnv(ParallelEnv):
     """The robots of a scenario, each an agent: ``robot_1``, ``robot_2`` and so on.
 
     Observations (entries,) and actions (2,) are float64; ``entries[agent]`` names the entries with units and limits. A
@@ -135,7 +135,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]
         return self._observed(self.agents), {agent: {"seed": self.seed} for agent in self.agents}
 
     def step(
-        self, actions: dict[str, np.ndarray]
+        self, actions: dict[str, Any]
     ) -> tuple[dict[str, np.ndarray], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
         """Take a step with an action of every agent; returned are those that were agents before it.
 
@@ -183,7 +183,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]
     def render(self) -> None:
         """There is nothing to see."""
 
-    def _wanted(self, actions: dict[str, np.ndarray]) -> np.ndarray:
+    def _wanted(self, actions: dict[str, Any]) -> np.ndarray:
         """The commands (2, robots); those of robots that are no agents are 0."""
         wanted = np.zeros_like(self.most)
         if not isinstance(actions, dict):

@@ -72,13 +72,14 @@ def columns(scenario: Scenario, one: Simulation, level: Level, reward: RewardKin
     counted = np.argmax(moves_on(on.v.T, scenario.times), axis=1)
     ends = np.full(robots, setting.ticks)
     highs = np.stack([highs_of(entries(setting, level, (), n)) for n in range(robots)], axis=1)
+    none = np.zeros(robots, dtype=np.int64)
     return Lanes(
         float(setting.period), float(setting.divergence), body.steps, body.code, body.late_periods, body.late_steps,
         COST if reward == "cost" else DENSE, approach, float(FAILED), np.array(SCALES), np.ones((2, robots)),
         np.ascontiguousarray(velocity_limits(setting.robots)), highs,
         np.stack([ends, counted, ends + 1 - counted]).astype(np.int64),
         setting.references.road, lanes.senses, body.parameters, body.truth, body.pending, lanes.known.seen,
-        np.empty((0, robots)), np.arange(robots), *(np.zeros(robots, dtype=np.int64) for _ in range(2)),
+        np.empty((0, robots)), np.arange(robots), none.copy(), none,
         np.zeros(robots, dtype=bool), np.zeros((2, robots)), np.full(robots, np.nan), np.zeros((SUMS, robots)),
         np.zeros(robots), np.zeros((robots, FIXED)),
     )  # fmt: skip

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from fuzzy.compiled.threads import processors
 from fuzzy.extras import install_command
 from robotics.laws.tracking.policyfile import Policy
 from robotics.reinforcement.learning import Learning
@@ -125,6 +126,7 @@ def _about(about: Learning, scenarios: Sequence[Scenario], seed: int, steps: int
         "seed": seed,
         "steps": int(steps),
         "minutes": round(seconds / 60, 2),
+        "cores": processors(),
         "scenarios": len(scenarios),
         **{name: getattr(about, name) for name in ("lanes", "rollout", "batch", "epochs", "rate", "discount", "units")},
     }

@@ -42,7 +42,7 @@ def made_task(
     return Task(chosen_scenarios(scenario, arena, draws, first), **options)
 
 
-class TrackingVectorEnv(gymnasium.vector.VectorEnv):  # type: ignore[misc, name-defined]
+class TrackingVectorEnv(gymnasium.vector.VectorEnv):
     """Robots that track their references, each in a lane of its own with its own clock, scenario and seed.
 
     Observations (lanes, entries) and actions (lanes, 2) are float64; ``task.entries`` names the entries with units and

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -55,15 +56,19 @@ def test_make_vec_makes_the_lanes_and_declares_how_they_begin_anew():
     assert other.metadata["autoreset_mode"] is gymnasium.vector.AutoresetMode.SAME_STEP
 
 
+def high(space: Any) -> Any:
+    return space.high
+
+
 def test_actions_and_observations_have_the_limits_of_the_robot():
     robot = SHORT.setting.robots[0]
     env = TrackingEnv(SHORT, units=True)
-    assert tuple(env.action_space.high) == (robot.v_max, robot.w_max) == command_limits(robot, "velocity")
-    assert tuple(TrackingEnv(SHORT, units=True, level="torque").action_space.high) == (robot.torque_limit,) * 2
-    assert tuple(TrackingEnv(SHORT).action_space.high) == (1.0, 1.0)
+    assert tuple(high(env.action_space)) == (robot.v_max, robot.w_max) == command_limits(robot, "velocity")
+    assert tuple(high(TrackingEnv(SHORT, units=True, level="torque").action_space)) == (robot.torque_limit,) * 2
+    assert tuple(high(TrackingEnv(SHORT).action_space)) == (1.0, 1.0)
     names = [entry.name for entry in env.task.entries]
-    assert env.observation_space.high[names.index("x_error")] == SHORT.divergence
-    assert env.observation_space.high[names.index("v_reference")] == 2 * robot.v_max
+    assert high(env.observation_space)[names.index("x_error")] == SHORT.divergence
+    assert high(env.observation_space)[names.index("v_reference")] == 2 * robot.v_max
 
 
 def test_an_action_of_1_is_the_greatest_command():
@@ -148,7 +153,7 @@ def test_a_robot_that_touches_another_is_an_agent_no_more():
     observed, infos = env.reset(seed=0)
     assert env.agents == ["robot_1", "robot_2", "robot_3"]
     everybody, agents = dict.fromkeys(env.agents, np.array([0.3, 0.0])), 3
-    ends = {}
+    ends: dict[str, str] = {}
     while env.agents:
         before = list(env.agents)
         observed, rewards, terminated, truncated, infos = env.step({a: everybody[a] for a in before})
@@ -193,7 +198,7 @@ def test_a_team_drives_as_in_a_run_and_hears_what_the_radio_brings():
 
 
 def test_what_is_wrong_is_said():
-    for wrong, options, says in [
+    wrongs: list[tuple[Any, dict[str, Any], str]] = [
         (TrackingEnv, {"scenario": "three-cross"}, r"has a team; an environment of one robot .* robotics.TeamEnv"),
         (TrackingEnv, {"scenario": "wall"}, "scenario"),
         (TrackingEnv, {"scenario": SHORT, "arena": "default"}, "got both"),
@@ -210,13 +215,17 @@ def test_what_is_wrong_is_said():
         (TrackingVectorEnv, {"scenario": SHORT, "autoreset": "never"}, "autoreset must be one of next-step"),
         (TeamEnv, {"scenario": SHORT}, "has one robot; that is robotics.TrackingEnv"),
         (TeamEnv, {"scenario": TEAM, "reward": "x"}, "reward"),
-    ]:
+    ]
+    for wrong, options, says in wrongs:
         with pytest.raises(robotics.ScenarioError if options.get("scenario") == "wall" else TaskError, match=says):
             wrong(**options)
     several, one, team = TrackingVectorEnv(3, SHORT), TrackingEnv(SHORT), TeamEnv(TEAM)
     with pytest.raises(TaskError, match=r"reset\(\) begins"):
         several.step(np.zeros((3, 2)))
     several.reset(), one.reset(), team.reset()
+    env: Any
+    action: Any
+    seed: Any
     for env, action, says in [
         (several, np.zeros((2, 2)), r"actions must have the shape \(3, 2\); got \(2, 2\)"),
         (several, "left", "actions must be numbers"),

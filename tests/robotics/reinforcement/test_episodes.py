@@ -7,7 +7,10 @@ import pytest
 
 import robotics
 from robotics.environment.world import Disc
+from robotics.measures.contacts import first_contact
+from robotics.measures.tracking import late as late_samples
 from robotics.reinforcement.choosing import chosen_scenarios
+from robotics.sensing.carried import sensor_names
 from robotics.sensing.posture import Sensing
 from robotics.tuning.cost import Cost, costs_of
 from robotics.vehicle import plant
@@ -88,7 +91,7 @@ def test_rewards_sum_to_the_cost_of_the_arena(number):
     # By Jensen's inequality: a mean is at most a root of a mean square.
     assert 0.4 * cost < -dense.sum() < cost
     # The mean amounts, by the run itself
-    late, errors = robotics.measures.tracking.late(run)[0], robotics.tracking_error(run)
+    late, errors = late_samples(run)[0], robotics.tracking_error(run)
     distance = np.hypot(errors.x, errors.y)[0, 0, late].mean() / 0.01
     heading = np.abs(errors.heading[0, 0, late]).mean() / np.radians(5)
     turning = robotics.METRICS["w_variation_late_radps2"].measure(run)[0, 0]
@@ -160,14 +163,14 @@ def test_ranges_are_those_of_a_run_and_a_contact_ends_the_episode():
     scenario = beside_obstacles()
     run = robotics.simulate(scenario, "fuzzy:rule_base=wall-follower", seeds=[4])
     assert run.ranges is not None
-    names = robotics.simulation.run.sensor_names(run.about.sensors)
+    names = sensor_names(run.about.sensors)
     env = TrackingEnv(scenario, units=True)
     entries = [entry.name for entry in env.task.entries]
     observed, _ = env.reset(seed=4)
     known = 0
     for k in range(200):
         for name in names:
-            high = env.observation_space.high[entries.index(f"range_{name}")]
+            high = env.task.entries[entries.index(f"range_{name}")].high
             told = run.ranges[k, 0, 0, names.index(name)]
             assert observed[entries.index(f"range_{name}")] == pytest.approx(min(told, high), abs=1e-6)
             known += told < high
@@ -177,7 +180,7 @@ def test_ranges_are_those_of_a_run_and_a_contact_ends_the_episode():
     assert costs_of(Cost(), [scenario], ["lyapunov"], [4]).sum() == 100
     touched = robotics.measure_all(run)["contacts"]
     assert touched[0, 0] == 1
-    first = robotics.measures.contacts.first_contact(run)[0]
+    first = first_contact(run)[0]
     for reward in ("cost", "dense"):
         rewards, infos, terminated, last = driven(TrackingEnv(scenario, units=True, reward=reward), run, seed=4)
         assert terminated

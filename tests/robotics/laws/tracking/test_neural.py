@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,10 +39,12 @@ def drawn(sizes, seed=0, most=(0.6, 2.0), names=NAMES):
 
 @pytest.mark.parametrize("sizes", [(), (3,), (20, 5), (4, 31, 7)])
 def test_it_commands_what_the_network_answers_to_what_the_environment_observes(sizes):
-    single = pytest.importorskip("robotics.reinforcement.single", exc_type=Exception)
+    pytest.importorskip("gymnasium", reason="needs gymnasium")
+    from robotics.reinforcement.single import TrackingEnv
+
     policy = drawn(sizes)
     run = robotics.simulate(SCENARIO, NeuralPolicy(policy=policy, first=0.9, second=1.1), seeds=[7])
-    env = single.TrackingEnv(SCENARIO, units=True)
+    env = TrackingEnv(SCENARIO, units=True)
     observed, _ = env.reset(seed=7)
     for k in range(len(run.time)):
         wanted = network(policy, observed) * (0.9, 1.1)
@@ -66,7 +69,7 @@ def test_a_file_keeps_a_policy_to_single_precision_and_drives(tmp_path):
         assert (np.float32(a) == np.float32(c)).all()
         assert (np.float32(b) == np.float32(d)).all()
     assert read.text() == parse_policy(read.text()).text() == (tmp_path / "mine.json").read_text()
-    law = robotics.make_controller(f"ppo:policy={tmp_path / 'mine.json'},second=0.5")
+    law: Any = robotics.make_controller(f"ppo:policy={tmp_path / 'mine.json'},second=0.5")
     assert law.second == 0.5
     robotics.simulate(SCENARIO, law)
 
