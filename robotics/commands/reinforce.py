@@ -9,7 +9,7 @@ from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_target
 from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shell.terminal import print_json
-from robotics.commands.completion import scenarios
+from robotics.commands.completion import arenas, scenarios
 from robotics.commands.shared import Json, Quiet
 from robotics.experiments.versions import versions
 
@@ -34,7 +34,11 @@ def reinforce(
     ] = Path("policy.json"),
     arena: Annotated[
         str | None,
-        typer.Option(metavar="ARENA", help="An arena, on whose sorts of random scenarios for tuning is learnt."),
+        typer.Option(
+            metavar="ARENA",
+            help="An arena, on whose sorts of random scenarios for tuning is learnt.",
+            autocompletion=arenas,
+        ),
     ] = None,
     draws: Annotated[int, typer.Option(min=1, help="Number of random scenarios.")] = 96,
     steps: Annotated[int, typer.Option(min=1, help="Control periods of all robots together.")] = 3_000_000,
