@@ -1,7 +1,6 @@
 """Training: small, by the command; a learner on a trivial task learns; what is wrong with a command is said."""
 
 import json
-import subprocess
 import sys
 from dataclasses import replace
 
@@ -71,13 +70,10 @@ def test_what_is_wrong_with_a_command_is_said(tmp_path, monkeypatch, capsys):
         Learning(steps=0)
 
 
-def test_without_the_package_it_says_how_to_get_it(tmp_path):
-    code = (
-        "import sys; sys.modules['stable_baselines3'] = None; from robotics.commands.application import main; "
-        "sys.exit(main(['reinforce', 'lyapunov-circle', '-q']))"
-    )
-    run = [sys.executable, "-c", code]
-    done = subprocess.run(run, capture_output=True, text=True, check=False, timeout=60, cwd=tmp_path)
-    assert done.returncode == 2
-    assert "training needs stable-baselines3: pip install" in done.stderr
+def test_without_the_package_it_says_how_to_get_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    monkeypatch.delitem(sys.modules, "robotics.reinforcement.training")
+    assert main(["reinforce", "lyapunov-circle", "-q"]) == 2
+    assert "training needs stable-baselines3: pip install" in capsys.readouterr().err.replace("\n", " ")
     assert [*tmp_path.iterdir()] == []
