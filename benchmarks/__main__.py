@@ -1,6 +1,6 @@
 """Every benchmark, one after the other."""
 
-from benchmarks import avoidance, closedloop, designer, inference, learning, predictive, simulation
+from benchmarks import avoidance, closedloop, designer, environments, inference, learning, predictive, simulation
 
 if __name__ == "__main__":
     inference.main()
@@ -14,5 +14,7 @@ if __name__ == "__main__":
     predictive.main()
     print()
     avoidance.main()
+    print()
+    environments.main()
     print()
     designer.main()

@@ -20,6 +20,8 @@ Hold laws against each other at their best:
     load_arena, run_arena, Arena
 Log, and learn from logs: docs/logs.md:
     write_mcap, write_rosbag, write_layout; read_drive, Drive; drive_data, DriveRecipe; LogError
+Learn by reinforcement (gymnasium, pettingzoo):
+    TrackingEnv, TrackingVectorEnv, TeamEnv
 Draw, each a matplotlib figure:
     of a run plot_run, plot_team, plot_formation, plot_avoidance, plot_trajectories, plot_distances, plot_progress,
     plot_modes, plot_sonar, plot_rules_at, plot_meetings; of several plot_comparison, plot_leads, plot_paths,
@@ -82,6 +84,10 @@ if TYPE_CHECKING:
     from robotics.radio.description import Radio, RadioError
     from robotics.radio.faults import Fault
     from robotics.radio.graph import adjacency, laplacian
+    from robotics.reinforcement.single import TrackingEnv
+    from robotics.reinforcement.task import TaskError
+    from robotics.reinforcement.team import TeamEnv
+    from robotics.reinforcement.vector import TrackingVectorEnv
     from robotics.report.arena import run_arena
     from robotics.report.plan import StudyError, StudyPlan, load_study, study_names
     from robotics.report.study import Study, run_study
@@ -147,6 +153,10 @@ _HOMES = {
     "robotics.radio.description": ("Radio", "RadioError"),
     "robotics.radio.faults": ("Fault",),
     "robotics.radio.graph": ("adjacency", "laplacian"),
+    "robotics.reinforcement.single": ("TrackingEnv",),
+    "robotics.reinforcement.task": ("TaskError",),
+    "robotics.reinforcement.team": ("TeamEnv",),
+    "robotics.reinforcement.vector": ("TrackingVectorEnv",),
     "robotics.report.arena": ("run_arena",),
     "robotics.report.plan": ("StudyError", "StudyPlan", "load_study", "study_names"),
     "robotics.report.study": ("Study", "run_study"),
@@ -220,9 +230,13 @@ __all__ = [
     "Study",
     "StudyError",
     "StudyPlan",
+    "TaskError",
+    "TeamEnv",
     "TeamError",
     "Term",
     "Timing",
+    "TrackingEnv",
+    "TrackingVectorEnv",
     "Trajectory",
     "Tuned",
     "Waypoints",

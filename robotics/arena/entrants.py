@@ -8,6 +8,7 @@ from robotics.laws.predictive.mppi import PathIntegral
 from robotics.laws.predictive.nmpc import PredictiveControl
 from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
+from robotics.laws.tracking.neural import NeuralPolicy
 from robotics.laws.tracking.pdc import ParallelCompensation
 from robotics.laws.tracking.pid import PID
 from robotics.laws.tracking.pure_pursuit import PurePursuit
@@ -40,5 +41,7 @@ class Terms(NamedTuple):
 
 def terms_of(law: Law[Any]) -> Terms:
     """What a law commands, and what it uses beside its robot's measured posture."""
-    said = law.knows
+    said = list(law.knows)
+    if isinstance(law, NeuralPolicy):
+        said.append(law.network.training)
     return Terms("wheel torques" if law.level == "torque" else "velocities", ", ".join(said) or "not stated")

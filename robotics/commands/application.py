@@ -24,6 +24,7 @@ from robotics.commands.learn import learn
 from robotics.commands.list import list_
 from robotics.commands.new import new
 from robotics.commands.plot import plot
+from robotics.commands.reinforce import reinforce
 from robotics.commands.repeat import Stress, repeat
 from robotics.commands.robot import robot
 from robotics.commands.run import run_
@@ -59,6 +60,7 @@ app.command()(certify)
 app.command()(robot)
 app.command()(sweep)
 app.command()(tune)
+app.command()(reinforce)
 app.command()(arena)
 app.command()(study)
 app.command()(team)

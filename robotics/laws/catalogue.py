@@ -31,6 +31,7 @@ from robotics.laws.teams.graph_sliding_mode import GraphSlidingMode
 from robotics.laws.teams.virtual_structure import VirtualStructure
 from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
+from robotics.laws.tracking.neural import NeuralPolicy
 from robotics.laws.tracking.pdc import ParallelCompensation
 from robotics.laws.tracking.pid import PID
 from robotics.laws.tracking.pure_pursuit import PurePursuit
@@ -96,6 +97,12 @@ _PUBLISHED: dict[str, Preset] = {
         {},
         "Predictive control",
         "iLQR over 1 s with wheel lag, latency and bounds; weights by Bryson's rule, not by search",
+    ),
+    "ppo": Preset(
+        NeuralPolicy,
+        {},
+        "Learnt policy (PPO)",
+        "a network of 1,666 numbers that `robotics reinforce` has learnt; nothing of it is proved",
     ),
     "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
     "assm": Preset(
@@ -393,7 +400,7 @@ def files_of(specification: str) -> dict[str, Path]:
 def fis_files_named(text: str) -> dict[str, Path]:
     """The .fis file, or those of the folder, that a gain's ``text`` names, by name; empty where it names none."""
     path = Path(text or ".")
-    if path.suffix == ".fis" and path.is_file():
+    if path.suffix in (".fis", ".json") and path.is_file():
         return {text: path}
     return {f"{text}/{file.name}": file for file in sorted(path.glob("*.fis"))} if text and path.is_dir() else {}
 

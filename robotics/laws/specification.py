@@ -64,12 +64,12 @@ class Specification(NamedTuple):
     def located(self, folder: str | Path) -> Self:
         """The same law, its files taken from ``folder`` where they are there; else from the current folder, as before.
 
-        Files are that of the law, and those that gains name: values that end in .fis or have a slash in them.
+        Files are that of the law, and those that gains name: values that end in .fis or .json or have a slash in them.
         """
         gains = []
         for part in self.gains.split(",") if self.gains else []:
             gain, equals, value = part.partition("=")
-            names_file = value.strip().endswith(".fis") or "/" in value
+            names_file = value.strip().endswith((".fis", ".json")) or "/" in value
             gains.append(f"{gain}{equals}{_in(folder, value.strip())}" if names_file else part)
         return self._replace(file=_in(folder, self.file) if self.file else "", gains=",".join(gains))
 

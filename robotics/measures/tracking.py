@@ -122,10 +122,15 @@ def under_way(run: Run) -> np.ndarray:
 
     Of a run, or a path, of less than 12 s it is the second half: there is always something to measure.
     """
-    moving = run.target("v") > 1e-6
+    return moves_on(run.target("v"), run.time)
+
+
+def moves_on(v: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """The same of references with speeds ``v`` (robots, samples) [m/s] at times (samples,) [s]."""
+    moving = v > 1e-6
     last = np.where(moving.any(-1), moving.shape[-1] - 1 - np.argmax(moving[..., ::-1], axis=-1), 0)
-    begin = np.minimum(UNDER_WAY, run.time[last] / 2)
-    return np.asarray(moving & (run.time >= begin[:, None]))
+    begin = np.minimum(UNDER_WAY, time[last] / 2)
+    return np.asarray(moving & (time >= begin[:, None]))
 
 
 def _mean(values: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import uncounted
+from fuzzy.compiled.jit import inner, uncounted
 from robotics.environment.collision import for_runs
 from robotics.environment.world import Geometry, Moving, place
 from robotics.random_streams import SONAR_STREAM
@@ -300,22 +300,29 @@ def look(looks, k, truth, robots, ranges):  # type: ignore[no-untyped-def]
     for lane in range(truth.shape[1]):
         turned[0, lane], turned[1, lane] = np.cos(truth[p.HEADING, lane]), np.sin(truth[p.HEADING, lane])
     for lane in range(truth.shape[1]):
-        kind = looks.kind[lane]
-        if kind < 0:
-            continue
-        begin, end = looks.kinds[FIRST, kind], looks.kinds[END, kind]
-        cast(
-            eyes, begin, end, lane, robots, truth[p.X], truth[p.Y], turned, looks.sizes, looks.here, looks.bodies,
-            looks.echoes,
-        )  # fmt: skip
-        update = k // looks.kinds[STRIDE, kind] % looks.kinds[LENGTH, kind]
-        drawn = looks.kinds[PLACE, kind] + (update * robots + lane % robots) * (end - begin)
-        for q in range(begin, end):
-            if eyes.due[q]:
-                _read(looks, k, q, kind, lane, robots, drawn + q - begin, truth)
+        look_of(looks, k, lane, robots, truth)
     for n in range(len(looks.wanted)):
         for lane in range(truth.shape[1]):
             ranges[n, lane] = looks.readings[lane, looks.wanted[n]]
+
+
+@inner
+def look_of(looks, k, lane, robots, truth):  # type: ignore[no-untyped-def]
+    """Read the sensors of one lane that are due; its heading's cosine and sine are there."""
+    kind = looks.kind[lane]
+    if kind < 0:
+        return
+    eyes = looks.eyes
+    begin, end = looks.kinds[FIRST, kind], looks.kinds[END, kind]
+    cast(
+        eyes, begin, end, lane, robots, truth[p.X], truth[p.Y], looks.turned, looks.sizes, looks.here, looks.bodies,
+        looks.echoes,
+    )  # fmt: skip
+    update = k // looks.kinds[STRIDE, kind] % looks.kinds[LENGTH, kind]
+    drawn = looks.kinds[PLACE, kind] + (update * robots + lane % robots) * (end - begin)
+    for q in range(begin, end):
+        if eyes.due[q]:
+            _read(looks, k, q, kind, lane, robots, drawn + q - begin, truth)
 
 
 @uncounted

@@ -13,7 +13,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import uncounted
+from fuzzy.compiled.jit import inner, uncounted
 from fuzzy.errors import InputError
 from robotics.quantity import check_quantities, described, quantity
 from robotics.random_streams import RELATIVE_STREAM, WHEEL_STREAM
@@ -183,13 +183,19 @@ def read_encoders(parameters, truth, counts, period, velocity):  # type: ignore[
         velocity: Where v [m/s] and ω [rad/s] are written (2, lanes)   thesis (2.25).
     """
     for i in range(truth.shape[1]):
-        per_radian = parameters[p.P_COUNT, i]
-        right, left = np.floor(truth[p.ANGLE_R, i] * per_radian), np.floor(truth[p.ANGLE_L, i] * per_radian)
-        right_speed = (right - counts[0, i]) / period / per_radian * parameters[p.P_ODO_RIGHT, i]
-        left_speed = (left - counts[1, i]) / period / per_radian * parameters[p.P_ODO_LEFT, i]
-        counts[0, i], counts[1, i] = right, left
-        velocity[0, i] = (right_speed + left_speed) / 2
-        velocity[1, i] = (right_speed - left_speed) / (2 * parameters[p.P_ODO_HALF_AXLE, i])
+        encoders_of(i, parameters, truth, counts, period, velocity)
+
+
+@inner
+def encoders_of(i, parameters, truth, counts, period, velocity):  # type: ignore[no-untyped-def]
+    """Do the same for one lane."""
+    per_radian = parameters[p.P_COUNT, i]
+    right, left = np.floor(truth[p.ANGLE_R, i] * per_radian), np.floor(truth[p.ANGLE_L, i] * per_radian)
+    right_speed = (right - counts[0, i]) / period / per_radian * parameters[p.P_ODO_RIGHT, i]
+    left_speed = (left - counts[1, i]) / period / per_radian * parameters[p.P_ODO_LEFT, i]
+    counts[0, i], counts[1, i] = right, left
+    velocity[0, i] = (right_speed + left_speed) / 2
+    velocity[1, i] = (right_speed - left_speed) / (2 * parameters[p.P_ODO_HALF_AXLE, i])
 
 
 @uncounted
@@ -204,27 +210,33 @@ def measure(senses, truth, posture, velocity, k, dt):  # type: ignore[no-untyped
         k: The control period.
         dt: The time since the last [s].
     """
-    robots, now, place = len(senses.posed), k * dt + 1e-9, k - senses.drawn
+    robots, place = len(senses.posed), k - senses.drawn
     for i in range(truth.shape[1]):
-        run, robot = i // robots, i % robots
-        if not senses.posed[robot]:
-            for c in range(3):
-                posture[c, i] = truth[p.ODO_X + c, i]
-            continue
-        x, y, heading = truth[p.X, i], truth[p.Y, i], truth[p.HEADING, i]
-        if senses.since[robot] <= now < senses.until[robot]:
-            if len(senses.relative_draws) > 0:
-                x *= 1 + senses.relative_draws[run, place, 0, robot] * senses.relative[robot]
-                y *= 1 + senses.relative_draws[run, place, 1, robot] * senses.relative[robot]
-            if len(senses.draws) > 0:
-                x += senses.draws[run, place, 0, robot] * senses.noise[0, robot]
-                y += senses.draws[run, place, 1, robot] * senses.noise[1, robot]
-                heading += senses.draws[run, place, 2, robot] * senses.noise[2, robot]
-        gain = senses.gain[robot]
-        if gain < 1 and k > 0:
-            forward, turn = velocity[0, i] * dt, velocity[1, i] * dt
-            middle = posture[2, i] + turn / 2
-            px, py = posture[0, i] + forward * math.cos(middle), posture[1, i] + forward * math.sin(middle)
-            predicted = posture[2, i] + turn
-            x, y, heading = px + gain * (x - px), py + gain * (y - py), predicted + gain * (heading - predicted)
-        posture[0, i], posture[1, i], posture[2, i] = x, y, heading
+        measure_of(i, i // robots, i % robots, senses, truth, posture, velocity, k, place, dt)
+
+
+@inner
+def measure_of(i, run, robot, senses, truth, posture, velocity, k, place, dt):  # type: ignore[no-untyped-def]
+    """Do the same for one lane, a ``robot`` of a ``run``, by the draws at ``place``."""
+    if not senses.posed[robot]:
+        for c in range(3):
+            posture[c, i] = truth[p.ODO_X + c, i]
+        return
+    now = k * dt + 1e-9
+    x, y, heading = truth[p.X, i], truth[p.Y, i], truth[p.HEADING, i]
+    if senses.since[robot] <= now < senses.until[robot]:
+        if len(senses.relative_draws) > 0:
+            x *= 1 + senses.relative_draws[run, place, 0, robot] * senses.relative[robot]
+            y *= 1 + senses.relative_draws[run, place, 1, robot] * senses.relative[robot]
+        if len(senses.draws) > 0:
+            x += senses.draws[run, place, 0, robot] * senses.noise[0, robot]
+            y += senses.draws[run, place, 1, robot] * senses.noise[1, robot]
+            heading += senses.draws[run, place, 2, robot] * senses.noise[2, robot]
+    gain = senses.gain[robot]
+    if gain < 1 and k > 0:
+        forward, turn = velocity[0, i] * dt, velocity[1, i] * dt
+        middle = posture[2, i] + turn / 2
+        px, py = posture[0, i] + forward * math.cos(middle), posture[1, i] + forward * math.sin(middle)
+        predicted = posture[2, i] + turn
+        x, y, heading = px + gain * (x - px), py + gain * (y - py), predicted + gain * (heading - predicted)
+    posture[0, i], posture[1, i], posture[2, i] = x, y, heading

@@ -235,10 +235,19 @@ def tick_into(  # type: ignore[no-untyped-def]
     The arguments are as of :meth:`Plant.advance`; ``code`` is 0 for velocities, 1 for torques, 2 for the kinematic
     plant, and ``z`` has SCRATCH numbers to work in, one such array for each thread.
     """
-    lanes = state.shape[1]
+    tick_lanes(
+        0, state.shape[1], out, state, parameters, earlier, command, late_steps, steps, step, substeps, code, z
+    )  # fmt: skip
+
+
+@inner
+def tick_lanes(  # type: ignore[no-untyped-def]
+    first, last, out, state, parameters, earlier, command, late_steps, steps, step, substeps, code, z
+):
+    """Do the same for the lanes from ``first`` to before ``last`` alone."""
     hold = 0.0 if code == 1 else 1.0
-    for start in range(0, lanes, _BLOCK):
-        count = min(_BLOCK, lanes - start)
+    for start in range(first, last, _BLOCK):
+        count = min(_BLOCK, last - start)
         width = -(-count // _VECTOR) * _VECTOR
         _load(z, width, state, start, count)
         _load(z[CHANNELS * _BLOCK :], width, parameters, start, count)

@@ -1,0 +1,236 @@
+"""A team as an environment of PettingZoo: every robot is an agent, and hears of the others what the radio brings."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fuzzy.extras import install_command
+from fuzzy.naming import expected
+from robotics.environment.swept import Watch
+from robotics.laws.law import Command, Law, Observation
+from robotics.laws.setting import Setting
+from robotics.laws.tracking.observed import command_limits
+from robotics.reinforcement.choosing import Chooser
+from robotics.reinforcement.packages import gymnasium
+from robotics.reinforcement.stepping import RUNNING, TIME, collide, costs, judge, observe_all
+from robotics.reinforcement.task import RewardKind, TaskError
+from robotics.reinforcement.teamcolumns import MESSAGE, columns, heard_of, team_entries
+from robotics.reinforcement.vector import ENDS
+from robotics.scenario.description import Scenario
+from robotics.scenario.reading import load_scenario
+from robotics.simulation.loop import Simulation
+from robotics.vehicle.plant import Level
+
+try:
+    from pettingzoo import ParallelEnv
+except ModuleNotFoundError:
+    raise TaskError(f"environments of teams need pettingzoo: {install_command('gym')}") from None
+
+
+@dataclass(frozen=True)
+class Agents(Law[None]):
+    """The law of robots that somebody else drives; each broadcasts where it is, and how fast, as it knows it."""
+
+    at: Level = "velocity"
+    sees: bool = False
+    message = MESSAGE
+
+    @property
+    def level(self) -> Level:
+        """What the agents command."""
+        return self.at
+
+    @property
+    def looks(self) -> bool:
+        """Whether the robots carry range sensors among obstacles."""
+        return self.sees
+
+    def init(self, setting: Setting, runs: int) -> None:
+        """It remembers nothing."""
+
+    def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
+        """Nobody asks it."""
+        raise NotImplementedError
+
+
+class TeamEnv(ParallelEnv):
+    """The robots of a scenario, each an agent: ``robot_1``, ``robot_2`` and so on.
+
+    Observations (entries,) and actions (2,) are float64; ``entries[agent]`` names the entries with units and limits. A
+    robot that has diverged or touched something is stopped where it is, and is an agent no more. Raises TaskError.
+    """
+
+    metadata: dict[str, Any] = {"name": "fuzzyfleet_team_v0", "render_modes": [], "is_parallelizable": True}  # noqa: RUF012
+
+    def __init__(
+        self,
+        scenario: str | Path | Scenario = "three-cross",
+        *,
+        level: Level = "velocity",
+        units: bool = False,
+        reward: RewardKind = "dense",
+        approach: float = 0.0,
+    ) -> None:
+        """Open it; the arguments are as of :class:`robotics.reinforcement.vector.TrackingVectorEnv`."""
+        self.scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+        setting = self.scenario.setting
+        if len(setting.robots) < 2:
+            raise TaskError(
+                f"the scenario {self.scenario.name!r} has one robot; that is robotics.TrackingEnv, not a team"
+            )
+        for name, value, choices in (("level", level, ("velocity", "torque")), ("reward", reward, ("dense", "cost"))):
+            if value not in choices:
+                raise TaskError(expected(str(value), choices, name))
+        if not (np.isfinite(approach) and approach >= 0):
+            raise TaskError(f"approach must be a number >= 0; got {approach!r}")
+        if level == "torque" and setting.plant == "kinematic":
+            raise TaskError(f"the scenario {self.scenario.name!r} has a kinematic plant, which takes no torques")
+        self.level, self.reward, self.approach = level, reward, float(approach)
+        self.law = Agents(level, any(setting.sensors) and setting.world is not None)
+        self.most = np.array([command_limits(robot, level) for robot in setting.robots]).T
+        self.possible_agents = [f"robot_{n}" for n in range(1, len(setting.robots) + 1)]
+        self.agents: list[str] = []
+        found = [team_entries(setting, level, n, self.law.sees) for n in range(len(setting.robots))]
+        self.entries = dict(zip(self.possible_agents, found, strict=True))
+        self.action_most = self.most if units else np.ones_like(self.most)
+        self.factor = np.ones_like(self.most) if units else self.most
+        self.observation_spaces, self.action_spaces = {}, {}
+        for n, agent in enumerate(self.possible_agents):
+            high = np.array([entry.high for entry in found[n]])
+            low = np.array([0.0 if entry.positive else -entry.high for entry in found[n]])
+            box = gymnasium.spaces.Box
+            self.observation_spaces[agent] = box(low, high, dtype=np.float64)
+            self.action_spaces[agent] = box(-self.action_most[:, n], self.action_most[:, n], dtype=np.float64)
+        self.chooser, self.render_mode = Chooser(1), None
+        self.simulation: Simulation | None = None
+
+    def observation_space(self, agent: str) -> Any:
+        """The Box of what an agent observes."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> Any:
+        """The Box of its action."""
+        return self.action_spaces[agent]
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, np.ndarray], dict[str, dict[str, Any]]]:
+        """Begin an episode; ``seed`` is that of its run, and the later ones follow from it. There are no options."""
+        if seed is not None:
+            if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
+                raise TaskError(f"a seed is a whole number >= 0, got {seed!r}")
+            self.chooser.seed(int(seed))
+        self.seed = self.chooser.next()[1]
+        setting = self.scenario.setting
+        self.k, self.simulation = 0, Simulation(setting, self.law, (self.seed,))
+        self.columns = columns(self.scenario, self.simulation, self.level, self.reward, self.approach)
+        self.agents = list(self.possible_agents)
+        truth = self.simulation.lanes.body.truth
+        world = None if setting.world is None else setting.world.at(0.0)
+        self.watch = Watch.opened(setting.robots, 0.0, truth[:5, None].copy(), world)
+        self.columns.touched[:] = self.watch.counts[0] > 0
+        self._perceive()
+        return self._observed(self.agents), {agent: {"seed": self.seed} for agent in self.agents}
+
+    def step(
+        self, actions: dict[str, Any]
+    ) -> tuple[dict[str, np.ndarray], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
+        """Take a step with an action of every agent; returned are those that were agents before it.
+
+        Raises TaskError for an agent without an action, and for an action of another shape.
+        """
+        one, before = self.simulation, list(self.agents)
+        if one is None or not before:
+            raise TaskError("no episode goes on: reset() begins one")
+        wanted = self._wanted(actions)
+        lanes, mine, setting = one.lanes, self.columns, self.scenario.setting
+        seen = lanes.known.seen[:, None]
+        speeds = wanted if self.level == "velocity" else lanes.body.truth[3:5]
+        message = dict(zip(MESSAGE, seen[:5], strict=True))
+        one.told(Command(wanted[:1], wanted[1:], speeds[:1], speeds[1:], message))
+        one.obey()
+        judge(mine, wanted)
+        one.lanes.lost[:] |= (mine.ended != RUNNING) & (mine.ended != TIME) & (one.lanes.stopped < 0)
+        mine.last[:] = wanted
+        last = self.k == setting.ticks
+        if not last:
+            one.say(self.k)
+            one.move(self.k)
+            self.k += 1
+        mine.clock[:] += 1
+        if not last:
+            self._touch()
+            self._perceive()
+        places = [self.possible_agents.index(agent) for agent in before]
+        ended = [int(mine.ended[n]) for n in places]
+        costed = np.empty(len(places))
+        costs(mine, np.array(places), costed)
+        terminated = {a: end not in (RUNNING, TIME) for a, end in zip(before, ended, strict=True)}
+        truncated = {a: end == TIME for a, end in zip(before, ended, strict=True)}
+        rewards = {a: float(mine.rewards[n]) for a, n in zip(before, places, strict=True)}
+        infos: dict[str, dict[str, Any]] = {
+            a: {"cost": float(cost), "end": ENDS[end]} if end != RUNNING else {}
+            for a, end, cost in zip(before, ended, costed, strict=True)
+        }
+        self.agents = [a for a, end in zip(before, ended, strict=True) if end == RUNNING]
+        return self._observed(before), rewards, terminated, truncated, infos
+
+    def close(self) -> None:
+        """There is nothing to let go of."""
+
+    def render(self) -> None:
+        """There is nothing to see."""
+
+    def _wanted(self, actions: dict[str, Any]) -> np.ndarray:
+        """The commands (2, robots); those of robots that are no agents are 0."""
+        wanted = np.zeros_like(self.most)
+        if not isinstance(actions, dict):
+            raise TaskError(f"actions must be a dict, an action by agent; got {type(actions).__name__}")
+        for agent in self.agents:
+            if agent not in actions:
+                raise TaskError(f"every agent needs an action; {agent} has none")
+            try:
+                action = np.asarray(actions[agent], dtype=float)
+            except (TypeError, ValueError):
+                action = np.empty(0)
+            if action.shape != (2,):
+                raise TaskError(f"{agent}: an action must be two numbers; got {actions[agent]!r}")
+            n, high = self.possible_agents.index(agent), self.action_spaces[agent].high
+            wanted[:, n] = np.clip(action, -high, high) * self.factor[:, n]
+        return wanted
+
+    def _perceive(self) -> None:
+        one = self.simulation
+        assert one is not None
+        one.sense(self.k)
+        one.look(self.k)
+        one.hear(self.k)
+
+    def _touch(self) -> None:
+        """Carry the watch for contacts on, and end the agents whose robots have touched something."""
+        one, setting = self.simulation, self.scenario.setting
+        assert one is not None
+        time = self.k * setting.period
+        world = None if setting.world is None else setting.world.at(time)
+        self.watch, _ = self.watch.to(time, one.lanes.body.truth[:5, None].copy(), world)
+        self.columns.touched[:] = self.watch.counts[0] > 0
+        collide(self.columns, 0, len(self.possible_agents))
+
+    def _observed(self, agents: list[str]) -> dict[str, np.ndarray]:
+        one, setting = self.simulation, self.scenario.setting
+        assert one is not None
+        observe_all(self.columns, 0, len(self.possible_agents))
+        found = {}
+        for agent in agents:
+            n = self.possible_agents.index(agent)
+            parts = [self.columns.observed[n]]
+            if one.ranges is not None:
+                names = list(one.ranges.names)
+                carried = [names.index(name) for name in setting.sensors[n]]
+                parts.append(one.ranges.values[0, n, carried])
+            parts.append(heard_of(n, one.lanes.known.seen, one.lanes.air.heard))
+            box = self.observation_spaces[agent]
+            found[agent] = np.clip(np.concatenate(parts), box.low, box.high)
+        return found

@@ -1,0 +1,85 @@
+"""What the agents of a team observe of each other, and the columns by which they are rewarded."""
+
+from math import pi
+
+import numpy as np
+
+from robotics.laws.equation import HEADING, X, Y
+from robotics.laws.setting import Setting
+from robotics.laws.tracking.observed import FIXED, Entry, entries, highs_of
+from robotics.measures.tracking import moves_on
+from robotics.paths.posture import wrapped
+from robotics.radio.channel import AGE, HEARD
+from robotics.reinforcement.stepping import COST, DENSE, SUMS, Lanes
+from robotics.reinforcement.task import FAILED, SCALES, RewardKind
+from robotics.scenario.description import Scenario
+from robotics.simulation.loop import Simulation
+from robotics.vehicle.plant import Level, velocity_limits
+
+MESSAGE = ("x", "y", "heading", "v", "w")  # what every robot broadcasts: m, m, rad, m/s, rad/s, as it measures them
+OLDEST = 5.0  # s: a message is told to be no older; also before the first
+
+
+def team_entries(setting: Setting, level: Level, robot: int, sees: bool) -> tuple[Entry, ...]:
+    """The entries of what one robot of a team observes: those of a robot alone, then five of each other robot.
+
+    Args:
+        setting: The team's.
+        level: What is commanded.
+        robot: Its place.
+        sees: Whether it reads its range sensors.
+    """
+    found = list(entries(setting, level, tuple(setting.sensors[robot]) if sees else (), robot))
+    on = setting.references
+    ends = [on.at(float(t)) for t in np.linspace(0.0, setting.ticks * setting.period, 50)]
+    far = 2 * setting.divergence + max(float(np.hypot(np.ptp(at.x), np.ptp(at.y))) for at in ends)
+    fastest = max(one.v_max for one in setting.robots)
+    for n in range(len(setting.robots)):
+        if n != robot:
+            who = f"robot{n + 1}"
+            found += [
+                Entry(f"{who}_ahead", "m", far, f"{who} was so far ahead when it sent the last message that was heard"),
+                Entry(f"{who}_left", "m", far, f"{who} was then so far to the left"),
+                Entry(f"{who}_heading", "rad", pi, f"{who} was then turned so far to the left of this robot"),
+                Entry(f"{who}_v", "m/s", 2 * fastest, f"{who} then had this speed"),
+                Entry(f"{who}_age", "s", OLDEST, "so long ago; this much and more: nothing was heard", positive=True),
+            ]
+    return tuple(found)
+
+
+def heard_of(robot: int, seen: np.ndarray, heard: np.ndarray) -> np.ndarray:
+    """What one robot has heard of the others (5 a robot,), in its own frame; 0 before the first message.
+
+    Args:
+        robot: Its place.
+        seen: What the robots measure (SEEN, robots).
+        heard: What they have heard (HEARD + values, receivers, senders).
+    """
+    others = np.arange(heard.shape[2]) != robot
+    age = heard[AGE, robot, others]
+    x, y, heading, v = heard[HEARD : HEARD + 4, robot][:, others]
+    dx, dy, own = x - seen[X, robot], y - seen[Y, robot], seen[HEADING, robot]
+    cos, sin = np.cos(own), np.sin(own)
+    rows = np.stack([cos * dx + sin * dy, cos * dy - sin * dx, wrapped(heading - own), v, np.minimum(age, OLDEST)])
+    return np.nan_to_num(rows).T.ravel()
+
+
+def columns(scenario: Scenario, one: Simulation, level: Level, reward: RewardKind, approach: float) -> Lanes:
+    """The columns of a team's episode, a lane for each robot; they look at the arrays of the simulation."""
+    setting, lanes = scenario.setting, one.lanes
+    robots, body = len(setting.robots), lanes.body
+    on = scenario.trajectory.sampled(scenario.times)
+    counted = np.argmax(moves_on(on.v.T, scenario.times), axis=1)
+    ends = np.full(robots, setting.ticks)
+    highs = np.stack([highs_of(entries(setting, level, (), n)) for n in range(robots)], axis=1)
+    none = np.zeros(robots, dtype=np.int64)
+    return Lanes(
+        float(setting.period), float(setting.divergence), body.steps, body.code, body.late_periods, body.late_steps,
+        COST if reward == "cost" else DENSE, approach, float(FAILED), np.array(SCALES), np.ones((2, robots)),
+        np.ascontiguousarray(velocity_limits(setting.robots)), highs,
+        np.stack([ends, counted, ends + 1 - counted]).astype(np.int64),
+        setting.references.road, lanes.senses, body.parameters, body.truth, body.pending, lanes.known.seen,
+        np.empty((0, robots)), np.arange(robots), none.copy(), none,
+        np.zeros(robots, dtype=bool), np.zeros((2, robots)), np.full(robots, np.nan), np.zeros((SUMS, robots)),
+        np.zeros(robots), np.zeros((robots, FIXED)),
+    )  # fmt: skip
