@@ -168,24 +168,24 @@ class Controller(Node):
             age = said.get(f"{robot_name(other)}/age")
             if age is not None:
                 words = {field: said.get(f"{robot_name(other)}/{field}") for field in self.law.message}
-                self._received(other, now / messages.NANOSECONDS - age, words)
+                self._received(other, now, age, words)
         self.stamps["heard"] = now
         self._decide_together()
 
     def _on_radio(self, other: int) -> Any:
         def hear(message: JointState) -> None:
-            sent = messages.time_of(message.header.stamp) / messages.NANOSECONDS
+            sent = messages.time_of(message.header.stamp)
             said = messages.words_in(message)
-            self._received(other, sent, {field: said.get(field) for field in self.law.message})
+            self._received(other, sent, 0.0, {field: said.get(field) for field in self.law.message})
 
         return hear
 
-    def _received(self, sender: int, sent: float, words: dict[str, float | None]) -> None:
+    def _received(self, sender: int, noted: int, age: float, words: dict[str, float | None]) -> None:
         values = [value for value in words.values() if value is not None]
         if len(values) < len(words):
             self._complain(f"a message of {robot_name(sender)} is ignored: it lacks {', '.join(words)}; another law?")
             return
-        self.received = self.received.with_message(sender, sent, values)
+        self.received = self.received.with_message(sender, noted / messages.NANOSECONDS, age, values)
 
     def _on_path(self, message: PathMessage) -> None:
         """Take up a new path; one that cannot be driven is refused, and the old one goes on."""
@@ -237,12 +237,13 @@ class Controller(Node):
             self.get_logger().info(came_back)
             if self.values.flag("reference_waits"):
                 self.waited += max(0, now - self.last - round(task.setting.period * messages.NANOSECONDS))
-        time = (now - self.begin - self.waited) / messages.NANOSECONDS
+        time, period = (now - self.begin - self.waited) / messages.NANOSECONDS, task.setting.period
+        if self.lockstep:
+            time = round(time / period) * period  # to the last bit
         if time > task.duration + 1e-6:
             self._stand(f"the task is over after {task.duration:.4g} s", now)
             return
-        offset = now / messages.NANOSECONDS - time
-        received = self.received._replace(sent=self.received.sent - offset)
+        received = self.received._replace(noted=self.received.noted - now / messages.NANOSECONDS + time)
         others = {j: known for j, known in self.known.items() if j != self.own} if task.sees_others else {}
         ranges = self.ranges if self.wanted else None
         self.order, self.memory = task.step(time, self.known[self.own], others, received, ranges, self.memory)

@@ -73,6 +73,7 @@ def _onboard(setting: Any, law: Law[Any], values: Values) -> Onboard:
         v_max=values.number("v_max") or inf,
         w_max=values.number("w_max") or inf,
         torque_as_velocity=values.flag("torque_as_velocity"),
+        scales=not values.flag("lockstep"),
     )
 
 

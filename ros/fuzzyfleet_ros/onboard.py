@@ -7,7 +7,7 @@ what the radio has brought. Nothing here knows ROS.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import hypot, inf, isfinite
+from math import cos, hypot, inf, isfinite, nan, sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +26,8 @@ from robotics.vehicle.plant import saturate, velocity_limits
 
 from fuzzyfleet_ros.frames import Posture
 
+MOVED = (0.0, 0.01, 0.3, -0.5, nan)  # m: by how much other robots are moved to find out whether a law reads where they are
+
 
 class OnboardError(InputError):
     """A robot that cannot be driven so. The message says why, and what can be."""
@@ -34,21 +36,29 @@ class OnboardError(InputError):
 class Received(NamedTuple):
     """The last message that a robot has received of each other robot."""
 
-    sent: np.ndarray  # (robots,) s: when it was sent; minus infinity before the first
+    noted: np.ndarray  # (robots,) s: when its age was noted
+    age: np.ndarray  # (robots,) s: how old it was then; infinite before the first
     values: np.ndarray  # (fields, robots); not-a-number before the first
 
     @classmethod
     def nothing(cls, fields: int, robots: int) -> "Received":
         """What has been received at the start."""
-        return cls(np.full(robots, -inf), np.full((fields, robots), np.nan))
+        return cls(np.zeros(robots), np.full(robots, inf), np.full((fields, robots), np.nan))
 
-    def with_message(self, sender: int, sent: float, values: Sequence[float]) -> "Received":
-        """The same after a message of robot ``sender``, counted from 0, unless a newer one was heard before."""
-        if not sent > self.sent[sender]:
+    def with_message(self, sender: int, noted: float, age: float, values: Sequence[float]) -> "Received":
+        """The same after a message of robot ``sender``, counted from 0, unless a newer one was heard before.
+
+        It was ``age`` [s] old at the time ``noted`` [s].
+        """
+        if noted - age < self.noted[sender] - self.age[sender] - 1e-6:
             return self
-        times, table = self.sent.copy(), self.values.copy()
-        times[sender], table[:, sender] = sent, values
-        return Received(times, table)
+        times, ages, table = self.noted.copy(), self.age.copy(), self.values.copy()
+        times[sender], ages[sender], table[:, sender] = noted, age, values
+        return Received(times, ages, table)
+
+    def ages(self, time: float) -> np.ndarray:
+        """How old the messages are at ``time`` [s] (robots,)."""
+        return np.maximum(self.age + (time - self.noted), 0.0)
 
 
 class Known(NamedTuple):
@@ -79,6 +89,7 @@ class Onboard:
     robot: int  # counted from 0
     limits: np.ndarray  # (4, 1): of robotics.vehicle.plant.velocity_limits
     hears: np.ndarray  # (robots, robots) bool: the graph of the radio
+    scales: bool = True  # whether no wheel is to exceed its top speed, at the same curvature; else the base sees to it
 
     @classmethod
     def of(
@@ -90,6 +101,7 @@ class Onboard:
         v_max: float = inf,
         w_max: float = inf,
         torque_as_velocity: bool = False,
+        scales: bool = True,
     ) -> "Onboard":
         """Put a law on a robot.
 
@@ -100,6 +112,7 @@ class Onboard:
             v_max: A bound of the speed [m/s], beside the robot's own.
             w_max: A bound of the angular velocity [rad/s], beside the robot's own.
             torque_as_velocity: Whether a law that commands torques may drive by the velocity that it tries to reach.
+            scales: Whether it keeps wheels within their top speed, at the same curvature; else the base sees to that.
 
         Raises OnboardError, or ControllerError where the law cannot drive the setting.
         """
@@ -117,9 +130,11 @@ class Onboard:
         check_needs(setting, law)
         limits = velocity_limits([setting.robots[robot]])
         limits[0], limits[1] = np.minimum(limits[0], v_max), np.minimum(limits[1], w_max)
+        if not scales:
+            limits[3] = inf
         fields = law.message
         graph = setting.radio.adjacency(robots).astype(bool) if fields else np.zeros((robots, robots), dtype=bool)
-        return cls(setting, law, robot, limits, graph)
+        return cls(setting, law, robot, limits, graph, scales)
 
     def start_of(self, robot: int) -> Posture:
         """Where the setting lets a robot, counted from 0, start."""
@@ -164,20 +179,27 @@ class Onboard:
     def sees_others(self) -> bool:
         """Whether the law reads where other robots are, beside what the radio brings.
 
-        It is found out by moving them: at the start, and after a third and two thirds of the time.
+        It is found out by moving them, from where they start and from their references a third and two thirds later.
         """
-        robots = len(self.setting.robots)
-        return robots > 1 and any(self._differs(share * self.duration) for share in (0.0, 1 / 3, 2 / 3))
+        if len(self.setting.robots) == 1:
+            return False
+        begun = [Known(self.start_of(j), 0.0, 0.0) for j in range(len(self.setting.robots))]
+        later = [(time, self._due(time)) for time in (self.duration / 3, 2 * self.duration / 3)]
+        return any(self._differs(time, places) for time, places in ((0.0, begun), *later))
 
-    def _differs(self, time: float) -> bool:
-        """Whether this robot's command at ``time`` [s] is another when the others stand elsewhere."""
-        reference, found = self.setting.references.at(time), []
-        for shift in (0.0, 0.3):
-            known = {j: _on(reference, j, shift if j != self.robot else 0.0) for j in range(len(self.setting.robots))}
-            own = known.pop(self.robot)
-            command, _ = self._commanded(time, own, known, self.silence(), None, self.begin())
+    def _due(self, time: float) -> list[Known]:
+        """All robots where their references are at ``time`` [s]."""
+        rows = np.stack([field for field in self.setting.references.at(time)[:5]], axis=1).tolist()
+        return [Known(Posture(*row[:3]), *row[3:]) for row in rows]
+
+    def _differs(self, time: float, places: Sequence[Known]) -> bool:
+        """Whether this robot's command at ``time`` [s] is another when the others stand elsewhere than ``places``."""
+        found = []
+        for way in MOVED:
+            moved = {j: _onward(known, way) for j, known in enumerate(places) if j != self.robot}
+            command, _ = self._commanded(time, places[self.robot], moved, self.silence(), None, self.begin())
             found.append([self._own(value) for value in command[:4]])
-        return not np.array_equal(found[0], found[1], equal_nan=True)
+        return any(not np.array_equal(found[0], other, equal_nan=True) for other in found[1:])
 
     def silence(self) -> Received:
         """What has been heard before the first message."""
@@ -260,7 +282,7 @@ class Onboard:
         if not fields:
             return Heard.nothing(1, robots)
         age = np.full((1, robots, robots), inf)
-        age[0, self.robot] = np.maximum(time - received.sent, 0.0)
+        age[0, self.robot] = received.ages(time)
         values = np.full((len(fields), 1, robots, robots), np.nan)
         values[:, 0, self.robot] = received.values
         return Heard(fields, values, age, self.hears)
@@ -276,7 +298,7 @@ class Onboard:
         return Ranges(names, values)
 
 
-def _on(reference: Reference, robot: int, shift: float) -> Known:
-    """A robot that is where its reference is, but for ``shift`` [m and rad]."""
-    x, y, heading, v, w = (float(value[robot]) for value in reference[:5])
-    return Known(Posture(x + shift, y + shift, heading + shift), v + shift, w)
+def _onward(known: Known, way: float) -> Known:
+    """A robot ``way`` [m] farther along its heading, which is turned, and faster."""
+    x, y, heading = known.posture
+    return Known(Posture(x + way * cos(heading), y + way * sin(heading), heading + way), known.v + way, known.w + way)
