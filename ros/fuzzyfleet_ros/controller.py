@@ -39,8 +39,9 @@ SHOWN = 400  # points of the plan that is shown
 class Controller(Node):
     """A robot's law as a node; raises InputError for parameters that do not suit each other."""
 
-    def __init__(self, name: str = "controller") -> None:
-        super().__init__(name)
+    def __init__(self, **options: Any) -> None:
+        """Open it; ``options`` are those of a node, such as its namespace."""
+        super().__init__("controller", **options)
         values = self.values = declared(self, PARAMETERS)
         check(values)
         self.law = make_controller(values.text("law"))

@@ -67,8 +67,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     both: dict[str, object] = {"robot": options.robot, "lockstep": options.lockstep, "stamped": not options.unstamped}
     simulator = {**both, "seed": options.seed, "duration": options.duration, "save": options.save}
+    # Whoever waits for slower ones in lockstep is no danger to anybody
+    controller = {**both, "odom_timeout": 10.0} if options.lockstep else both
     law = options.law or scenario.controller or "fuzzy"
-    return _together(commands(options.scenario, law, len(scenario.robots), simulator, both))
+    return _together(commands(options.scenario, law, len(scenario.robots), simulator, controller))
 
 
 def _together(lines: Sequence[Sequence[str]]) -> int:

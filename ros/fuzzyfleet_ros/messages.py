@@ -42,7 +42,7 @@ def odometry(time: int, frame: str, child: str, posture: Posture, v: float, w: f
     """Where a robot is, and how fast."""
     message = Odometry(header=header(time, frame), child_frame_id=child)
     _place(message.pose.pose, posture)
-    message.twist.twist.linear.x, message.twist.twist.angular.z = v, w
+    message.twist.twist.linear.x, message.twist.twist.angular.z = float(v), float(w)
     return message
 
 
@@ -77,7 +77,7 @@ def points_in(message: PathMessage) -> list[tuple[float, float]]:
 def twist(v: float, w: float) -> Twist:
     """A velocity."""
     message = Twist()
-    message.linear.x, message.angular.z = v, w
+    message.linear.x, message.angular.z = float(v), float(w)  # messages check no types, and write nonsense for an int
     return message
 
 
@@ -131,5 +131,5 @@ def words_in(message: JointState) -> Mapping[str, float]:
 
 
 def _place(pose: object, posture: Posture) -> None:
-    pose.position.x, pose.position.y = posture.x, posture.y  # type: ignore[attr-defined]
+    pose.position.x, pose.position.y = float(posture.x), float(posture.y)  # type: ignore[attr-defined]
     pose.orientation.z, pose.orientation.w = quaternion(posture.heading)  # type: ignore[attr-defined]

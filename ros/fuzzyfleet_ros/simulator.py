@@ -55,8 +55,9 @@ PARAMETERS = (
 class Simulator(Node):
     """The simulator as a node; raises InputError for parameters that do not suit each other."""
 
-    def __init__(self, name: str = "simulator") -> None:
-        super().__init__(name)
+    def __init__(self, **options: Any) -> None:
+        """Open it; ``options`` are those of a node, such as its namespace."""
+        super().__init__("simulator", **options)
         values = self.values = declared(self, PARAMETERS)
         self.lockstep, self.done = values.flag("lockstep"), False
         self.own_clock = self.lockstep or values.flag("clock")
