@@ -5,24 +5,23 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
-from robotics.laws.law import Law
-from robotics.scenario.robots import RobotModel, load_robot, standard_robot
-
 from fuzzyfleet_ros.alongpath import setting_along
 from fuzzyfleet_ros.names import scenario_of
 from fuzzyfleet_ros.onboard import Onboard
 from fuzzyfleet_ros.parameters import Parameter, ParameterError, Values
+from robotics.laws.law import Law
+from robotics.scenario.robots import RobotModel, load_robot, standard_robot
 
 PARAMETERS = (
     Parameter("law", "fuzzy", "The law, as the command line names it: fuzzy, csm:k=0.3, mine.fis, mylaw.py:MyLaw."),
     Parameter("scenario", "", "A scenario's name or .toml file; empty: the path comes on path_topic."),
     Parameter("robot", "", "A robot's name or .toml file; empty: the scenario's, or else the EtsRo."),
     Parameter("member", 1, "Which robot of the scenario this is.", 1, 10_000),
-    Parameter("rate", 0.0, "Decisions a second [Hz], so that a period is a multiple of 10 ms; 0: the scenario's.", 0, 100),
+    Parameter("rate", 0.0, "Decisions a second [Hz]; a period is a multiple of 10 ms; 0: the scenario's.", 0, 100),
     Parameter("lockstep", False, "Decide once for each period of the simulator, instead of by the clock."),
     Parameter("stamped", True, "Whether the velocity is a TwistStamped, or a Twist."),
     Parameter("odom_timeout", 0.5, "The age of odometry [s] at which the robot is let stand; 0: never.", 0, 60),
-    Parameter("range_timeout", 1.0, "The age of a reading [s], likewise, of a sensor that the law needs; 0: never.", 0, 60),
+    Parameter("range_timeout", 1.0, "The same for the readings that the law needs [s]; 0: never.", 0, 60),
     Parameter("reference_waits", True, "Whether the reference waits while the robot stands."),
     Parameter("v_max", 0.0, "A bound of the speed [m/s] beside the robot's own; 0: none.", 0, 100),
     Parameter("w_max", 0.0, "A bound of the angular velocity [rad/s] beside the robot's own; 0: none.", 0, 100),

@@ -13,7 +13,6 @@ import time
 from collections.abc import Mapping, Sequence
 
 from fuzzy.errors import InputError
-
 from fuzzyfleet_ros.names import robot_name, scenario_of
 
 _PATIENCE = 10.0  # s that a node may take to end after it was told to

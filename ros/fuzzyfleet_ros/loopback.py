@@ -75,7 +75,13 @@ class Loopback:
     """The robots of a scenario, whose commands come from outside: :meth:`sense`, then :meth:`advance`, and so on."""
 
     def __init__(
-        self, setting: Setting, law: Law[Any] | None = None, seed: int = 0, *, patience: float = 0.5, keeps: bool = False
+        self,
+        setting: Setting,
+        law: Law[Any] | None = None,
+        seed: int = 0,
+        *,
+        patience: float = 0.5,
+        keeps: bool = False,
     ) -> None:
         """Begin it.
 
@@ -137,7 +143,15 @@ class Loopback:
         heard = one.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy()))
         speed = truth[[plant.V, plant.W]]
         return Sensed(
-            k, seen[X : HEADING + 1].copy(), seen[V : W + 1].copy(), truth[:3].copy(), speed, wheels, ranges, heard, lanes.trouble.code.copy()
+            k,
+            seen[X : HEADING + 1].copy(),
+            seen[V : W + 1].copy(),
+            truth[:3].copy(),
+            speed,
+            wheels,
+            ranges,
+            heard,
+            lanes.trouble.code.copy(),
         )
 
     def command(self, robot: int, v: float, w: float) -> None:

@@ -15,9 +15,8 @@ from nav_msgs.msg import Path as PathMessage
 from sensor_msgs.msg import JointState, Range
 from std_msgs.msg import Header
 
-from robotics.sensing.sonar import RangeSensor
-
 from fuzzyfleet_ros.frames import Posture, heading_of, quaternion
+from robotics.sensing.sonar import RangeSensor
 
 NANOSECONDS = 1_000_000_000
 WHEELS = ("wheel_left_joint", "wheel_right_joint")

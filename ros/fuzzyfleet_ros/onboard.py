@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.errors import InputError
+from fuzzyfleet_ros.frames import Posture
 from robotics.laws.foreign import begun, commanded
 from robotics.laws.law import Command, Law, Observation, check_needs
 from robotics.laws.modes import MODES
@@ -24,9 +25,13 @@ from robotics.sensing.carried import sensor_names
 from robotics.sensing.sonar import Ranges
 from robotics.vehicle.plant import saturate, velocity_limits
 
-from fuzzyfleet_ros.frames import Posture
-
-MOVED = (0.0, 0.01, 0.3, -0.5, nan)  # m: by how much other robots are moved to find out whether a law reads where they are
+MOVED = (
+    0.0,
+    0.01,
+    0.3,
+    -0.5,
+    nan,
+)  # m: by how much other robots are moved to find out whether a law reads where they are
 
 
 class OnboardError(InputError):
@@ -189,7 +194,7 @@ class Onboard:
 
     def _due(self, time: float) -> list[Known]:
         """All robots where their references are at ``time`` [s]."""
-        rows = np.stack([field for field in self.setting.references.at(time)[:5]], axis=1).tolist()
+        rows = np.stack(self.setting.references.at(time)[:5], axis=1).tolist()
         return [Known(Posture(*row[:3]), *row[3:]) for row in rows]
 
     def _differs(self, time: float, places: Sequence[Known]) -> bool:
@@ -258,13 +263,12 @@ class Onboard:
         memory: Any,
     ) -> tuple[Command, Any]:
         """What the law commands; a robot of which nothing is known is nowhere, so that whoever asks for it is lost."""
-        seen = np.full((5, 1, len(self.setting.robots)), np.nan)
+        x, y, heading, v, w = seen = np.full((5, 1, len(self.setting.robots)), np.nan)
         for j, other in {**others, self.robot: known}.items():
             seen[:, 0, j] = (*other.posture, other.v, other.w)
-        reference = self.setting.references.at(time)
-        observation = Observation(
-            time, *seen, reference, self.setting.references, self._heard(time, received), self._ranges(ranges)
-        )
+        references = self.setting.references
+        heard, looked = self._heard(time, received), self._ranges(ranges)
+        observation = Observation(time, x, y, heading, v, w, references.at(time), references, heard, looked)
         return commanded(self.law, observation, memory, self.setting.period)
 
     def _own(self, values: Any) -> float:

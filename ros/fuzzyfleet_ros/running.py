@@ -38,7 +38,9 @@ def run(make: Callable[[], Runs], program: str, arguments: Sequence[str] | None 
         arguments: With the program's name first, as ``sys.argv``.
     """
     try:
-        rclpy.init(args=list(arguments) if arguments is not None else None, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(
+            args=list(arguments) if arguments is not None else None, signal_handler_options=SignalHandlerOptions.NO
+        )
     except Exception as error:  # what rclpy raises for arguments after --ros-args is not one kind
         print(f"{program}: {_line(error)}", file=sys.stderr)
         return 2

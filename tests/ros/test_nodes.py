@@ -70,12 +70,13 @@ def test_every_kind_of_law_in_lockstep_drives_as_without_ros(tmp_path, scenario,
 
 
 def test_faults_of_the_radio_reach_the_robots(tmp_path):
-    """A lossless radio brings messages as old as its latency; one that loses all brings none; a dead robot is silent."""
+    """A good radio brings messages, one that loses all brings none, and a dead robot is silent."""
     team = (
         'kind = "team"\nduration = 2.0\n[radio]\nlatency = 0.1\n{radio}\n'
         '[[faults]]\nkind = "failure"\nrobot = 2\nstart = 0.5\nduration = 9.0\n'
         + "".join(
-            f"[[robots]]\nstart = [0.0, {y}, 0.0]\n[robots.path]\nshape = \"line\"\nstart = [0.0, {y}]\nend = [2.0, {y}]\n"
+            f"[[robots]]\nstart = [0.0, {y}, 0.0]\n"
+            f'[robots.path]\nshape = "line"\nstart = [0.0, {y}]\nend = [2.0, {y}]\n'
             "[robots.timing]\nduration = 20.0\n"
             for y in (0.0, 1.0)
         )
@@ -138,7 +139,7 @@ def test_what_the_simulator_says_is_what_it_senses(probe):
     from rosgraph_msgs.msg import Clock
     from sensor_msgs.msg import JointState, Range
 
-    heard = {}
+    heard: dict = {}
     given = {"scenario": "turn-into-neighbour", "law": "obstacles", "lockstep": True}
     with spun(probe, simulator(**given)) as ((own, node), until):
         for kind, topic in (
@@ -164,11 +165,12 @@ def test_what_the_simulator_says_is_what_it_senses(probe):
 
 
 def test_a_path_that_comes_is_driven_and_a_bad_one_is_refused(probe):
-    from fuzzyfleet_ros import messages
-    from fuzzyfleet_ros.frames import Posture
     from geometry_msgs.msg import TwistStamped
     from nav_msgs.msg import Odometry
     from nav_msgs.msg import Path as PathMessage
+
+    from fuzzyfleet_ros import messages
+    from fuzzyfleet_ros.frames import Posture
 
     def path(frame, *points):
         return messages.path(0, frame, [Posture(x, y, 0.0) for x, y in points])
@@ -188,18 +190,19 @@ def test_a_path_that_comes_is_driven_and_a_bad_one_is_refused(probe):
         sends.publish(path("odom", (0, 0), (0.5, 0), (1, 0)))
         assert until(lambda: node.begin is not None and told and told[-1] > 0.01)
         assert node.known[0].posture == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)  # where the path begins
-        place = node._in_odometry(node.task.start)
+        place = node._in_odometry(node.task.start)  # type: ignore[attr-defined]
         assert place == pytest.approx((5.0, 5.0, 0.0), abs=1e-9)
 
 
 def test_radio_of_robots_that_hear_each_other_directly(probe):
-    from fuzzyfleet_ros import messages
     from nav_msgs.msg import Odometry
     from sensor_msgs.msg import JointState
 
+    from fuzzyfleet_ros import messages
+
     drives = controller("/robot1", scenario="noisy-position", law="cooperation", radio="direct")
     with spun(probe, drives) as ((own, node), until):
-        said = []
+        said: list = []
         own.create_subscription(JointState, "/robot1/radio", said.append, 10)
         other = own.create_publisher(JointState, "/robot2/radio", 10)
         moves = own.create_publisher(Odometry, "/robot1/odom", 10)

@@ -5,14 +5,14 @@ from math import cos, inf, nan, pi, sin
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
 from fuzzyfleet_ros.alongpath import setting_along, thinned
 from fuzzyfleet_ros.frames import HERE, Posture, continued, heading_of, quaternion
 from fuzzyfleet_ros.loopback import Loopback
 from fuzzyfleet_ros.onboard import Known, Onboard, OnboardError, Received
 from fuzzyfleet_ros.standing import Standing
-from hypothesis import given
-from hypothesis import strategies as st
-
 from robotics import load_robot, load_scenario, make_controller, simulate
 from robotics.laws.catalogue import presets
 from robotics.laws.law import ControllerError
@@ -98,7 +98,7 @@ def test_who_reads_where_the_others_are_is_found_out():
 
 def test_a_law_of_torques_is_refused_or_drives_by_its_wish():
     setting, law = load_scenario("reference").setting, make_controller("csm")
-    with pytest.raises(OnboardError, match="commands the torques of the wheels.*torque_as_velocity"):
+    with pytest.raises(OnboardError, match=r"commands the torques of the wheels.*torque_as_velocity"):
         Onboard.of(setting, law)
     board = Onboard.of(setting, law, torque_as_velocity=True)
     order, _ = board.step(0.0, Known(board.start, 0.0, 0.0), {}, board.silence(), None, board.begin())
@@ -189,7 +189,7 @@ def test_a_robot_that_says_nothing_is_not_heard():
     loop = Loopback(scenario.setting, make_controller("cooperation"))
     for _ in range(20):
         loop.sense()
-        loop.speak(0, np.full(len(loop.outside.words), sin(1.0)))
+        loop.speak(0, [sin(1.0)] * len(loop.outside.words))
         loop.advance()
     age = loop.sense().heard.age[0]
     assert np.isfinite(age[1:, 0]).all()

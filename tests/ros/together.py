@@ -4,6 +4,7 @@ import time
 from contextlib import contextmanager
 
 import numpy as np
+
 from fuzzyfleet_ros.frames import Posture
 from fuzzyfleet_ros.loopback import Loopback
 from fuzzyfleet_ros.onboard import Known, Onboard
@@ -44,14 +45,14 @@ def given(**parameters):
 
 def controller(namespace="", **parameters):
     """What makes a controller with these parameters."""
-    from fuzzyfleet_ros.controller import Controller
+    from fuzzyfleet_ros.controllernode import Controller
 
     return lambda: Controller(namespace=namespace, **given(**parameters))
 
 
 def simulator(**parameters):
     """What makes a simulator with these parameters."""
-    from fuzzyfleet_ros.simulator import Simulator
+    from fuzzyfleet_ros.simulatornode import Simulator
 
     return lambda: Simulator(**given(**parameters))
 
@@ -68,7 +69,7 @@ def drive(scenario, law, seed=0, deaf=()):
         for i, board in enumerate(boards):
             for j in board.senders if law.message and i not in deaf else ():
                 if np.isfinite(age := seen.heard.age[0, i, j]):
-                    received[i] = received[i].with_message(j, loop.time, age, seen.heard.values[:, 0, i, j])
+                    received[i] = received[i].with_message(j, loop.time, age, seen.heard.values[:, 0, i, j].tolist())
             others = {j: known[j] for j in range(len(boards)) if j != i} if board.sees_others else {}
             ranges = dict(zip(loop.names, seen.ranges[i], strict=True))
             order, memories[i] = board.step(loop.time, known[i], others, received[i], ranges, memories[i])
