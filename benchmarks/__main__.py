@@ -1,6 +1,6 @@
 """Every benchmark, one after the other."""
 
-from benchmarks import avoidance, closedloop, designer, inference, learning, predictive, simulation
+from benchmarks import avoidance, closedloop, designer, inference, learning, predictive, ros, simulation
 
 if __name__ == "__main__":
     inference.main()
@@ -16,3 +16,5 @@ if __name__ == "__main__":
     avoidance.main()
     print()
     designer.main()
+    print()
+    ros.main()

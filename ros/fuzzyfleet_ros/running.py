@@ -1,5 +1,6 @@
 """How a node of this package runs: until it is done or told to end, and every bad input is one sentence and exit 2."""
 
+import gc
 import signal
 import sys
 import warnings
@@ -54,6 +55,8 @@ def run(make: Callable[[], Runs], program: str, arguments: Sequence[str] | None 
             node = make()
             executor = SingleThreadedExecutor()
             executor.add_node(node)
+            gc.collect()
+            gc.freeze()  # what is there now stays; to look through it again would take too much of a period
             while not told and not node.done:
                 executor.spin_once(timeout_sec=_LOOK)
     except InputError as error:
