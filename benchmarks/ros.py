@@ -150,11 +150,12 @@ def measure(quick: bool) -> dict[str, Any]:
 
 def report(result: dict[str, Any]) -> str:
     """The tables."""
+    real = result["real_time"]
     rows = {
-        "a loop that only sleeps": result["real_time"]["asleep"],
-        "commands as they arrive": result["real_time"]["arrived"],
+        "a loop that only sleeps": real["asleep"],
+        "commands as they arrive": real["arrived"],
     }
-    rows["commands as stamped"] = result["real_time"]["stamped"]
+    rows["commands as stamped"] = real["stamped"]
     text = [
         heading(result),
         f"load of the machine before: {result['load']:.1f}",
