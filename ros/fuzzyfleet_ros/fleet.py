@@ -12,8 +12,7 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 
-from fuzzy.errors import InputError
-from fuzzyfleet_ros.names import robot_name, scenario_of
+from fuzzyfleet_ros.starting import missing
 
 _PATIENCE = 10.0  # s that a node may take to end after it was told to
 
@@ -42,7 +41,7 @@ def commands(
     shared = {"scenario": scenario, "law": law}
     made = [node_command("simulator", {**shared, **simulator})]
     for i in range(robots):
-        space = f"/{robot_name(i)}" if robots > 1 else ""
+        space = f"/robot{i + 1}" if robots > 1 else ""
         made.append(node_command("controller", {**shared, "member": i + 1, **controller}, space))
     return made
 
@@ -59,6 +58,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--unstamped", action="store_true", help="velocities are Twist, not TwistStamped")
     parser.add_argument("--save", default="", help="a file .npz for the run")
     options = parser.parse_args(arguments)
+    if lacks := missing(("fuzzy", "robotics")):
+        print(f"fleet: {lacks}", file=sys.stderr)
+        return 2
+    from fuzzy.errors import InputError
+    from fuzzyfleet_ros.names import scenario_of
+
     try:
         scenario = scenario_of(options.scenario, options.robot)
     except InputError as error:

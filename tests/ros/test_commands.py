@@ -18,13 +18,25 @@ def called(*words, **more):
     return subprocess.run([sys.executable, "-m", *words], capture_output=True, text=True, timeout=120, **more)
 
 
-def test_without_ros_it_says_what_is_missing(tmp_path):
-    (tmp_path / "rclpy.py").write_text("raise ImportError('not here')\n", encoding="utf-8")
+@pytest.mark.parametrize(
+    ("module", "command", "sentence"),
+    [
+        (
+            "rclpy",
+            "controller",
+            "rclpy cannot be imported (not here); source the setup file of a ROS 2 installation",
+        ),
+        ("robotics", "simulator", "robotics cannot be imported (not here); install fuzzyfleet for this Python"),
+        ("robotics", "fleet", "robotics cannot be imported (not here); install fuzzyfleet for this Python"),
+    ],
+)
+def test_what_is_missing_is_said(tmp_path, module, command, sentence):
+    (tmp_path / f"{module}.py").write_text("raise ImportError('not here')\n", encoding="utf-8")
     path = os.pathsep.join([str(tmp_path), os.environ["PYTHONPATH"]])
-    done = called("fuzzyfleet_ros.controller", env={**os.environ, "PYTHONPATH": path})
+    words = ["nowhere"] if command == "fleet" else []
+    done = called(f"fuzzyfleet_ros.{command}", *words, env={**os.environ, "PYTHONPATH": path}, cwd=tmp_path)
     assert done.returncode == 2
-    assert done.stderr.startswith("controller: rclpy cannot be imported (not here); source the setup file of a ROS 2")
-    assert "pip install" in done.stderr
+    assert done.stderr.startswith(f"{command}: {sentence}")
     assert len(done.stderr.splitlines()) == 1
 
 
