@@ -56,7 +56,7 @@ def run(make: Callable[[], Runs], program: str, arguments: Sequence[str] | None 
             executor = SingleThreadedExecutor()
             executor.add_node(node)
             gc.collect()
-            gc.freeze()  # what is there now stays; to look through it again would take too much of a period
+            gc.freeze()  # what is there now stays; to look through it again takes longer than two periods
             while not told and not node.done:
                 executor.spin_once(timeout_sec=_LOOK)
     except InputError as error:

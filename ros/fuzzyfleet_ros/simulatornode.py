@@ -70,6 +70,7 @@ class Simulator(Node):
         self.needs = law.needs if law else ()
         self.complained: set[str] = set()
         self.began = not values.flag("waits")
+        self.idle = 0.0  # s: how long it has waited for commands
         self.answered: set[int] = set()  # robots whose command for this period has come
         self.spoken: set[int] = set()  # likewise their message
         self.told = clocks.monotonic()  # s: when this period was told last,
@@ -126,13 +127,15 @@ class Simulator(Node):
     @property
     def time(self) -> int:
         """The time of this period by the simulator's own clock [ns]."""
-        return FIRST + round(self.loop.time * messages.NANOSECONDS)
+        return FIRST + round((self.loop.time + self.idle) * messages.NANOSECONDS)
 
     def _tick(self) -> None:
         """A period of real time."""
         self.began = self.began or len(self.answered) == self.robots
         if self.began:
             self._advance()
+        else:
+            self.idle += self.loop.setting.period  # who goes by this clock decides only when it goes on
         if not self.done:
             self._tell()
 

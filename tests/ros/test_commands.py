@@ -48,6 +48,7 @@ def test_a_fleet_has_a_simulator_and_a_controller_for_each_robot():
     assert "robot:=" not in " ".join(node_command("simulator", {"robot": ""}))
 
 
+@pytest.mark.long
 def test_a_fleet_of_no_scenario_is_a_sentence():
     done = called("fuzzyfleet_ros.fleet", "nowhere")
     assert done.returncode == 2

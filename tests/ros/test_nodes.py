@@ -1,8 +1,10 @@
 """The nodes on a real ROS 2: messages go over DDS, within this machine and this process."""
 
+import sys
 import time
 from dataclasses import replace
 from math import inf
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -253,3 +255,40 @@ def test_parameters_are_declared_with_their_bounds():
         assert described.read_only
         assert described.description.startswith("The age of odometry")
         assert described.floating_point_range[0].to_value == 60.0
+
+
+def test_a_controller_that_goes_by_the_simulators_clock_begins_and_drives():
+    drives = controller(scenario="reference", use_sim_time=True)
+    with spun(simulator(clock=True), drives) as ((node, other), until):
+        assert until(lambda: node.sensed.speed[0, 0] > 0.1)
+        assert other.begin < 60e9  # ns, by that clock
+
+
+def test_frames_are_told_where_tf2_is_installed(probe, monkeypatch):
+    """Its wheels are not on PyPI: a module of the test's own stands in for it."""
+    from fuzzyfleet_ros.frames import Posture
+    from fuzzyfleet_ros.transforms import Transforms
+
+    sent = []
+
+    class Broadcaster:
+        def __init__(self, node):
+            pass
+
+        def sendTransform(self, made):  # the name that tf2_ros gives it
+            sent.extend((m.header.frame_id, m.child_frame_id, m.transform.translation.x) for m in made)
+
+    stand_in = SimpleNamespace(TransformBroadcaster=Broadcaster, StaticTransformBroadcaster=Broadcaster)
+    mounts = [{"front-left": Posture(0.1, 0.0, 0.0)}, {}]
+    monkeypatch.setitem(sys.modules, "tf2_ros", None)
+    with spun(probe) as ((own,), _):
+        Transforms(own, 2, mounts).tell(0, 1, Posture(3.0, 0.0, 0.0))
+        assert sent == []
+        monkeypatch.setitem(sys.modules, "tf2_ros", stand_in)
+        Transforms(own, 2, mounts).tell(1, 1, Posture(3.0, 0.0, 0.0))
+    assert sent == [
+        ("map", "robot1/odom", 0.0),
+        ("robot1/base_link", "robot1/front_left", 0.1),
+        ("map", "robot2/odom", 0.0),
+        ("robot2/odom", "robot2/base_link", 3.0),
+    ]

@@ -12,6 +12,7 @@ ROOT = Path(__file__).parent.parent.parent
 PAGE = ROOT / "docs" / "ros.md"
 
 
+@pytest.mark.long
 def test_every_snippet_of_the_page_runs_in_order(ros, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     found = snippets(PAGE)
