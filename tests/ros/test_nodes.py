@@ -269,7 +269,7 @@ def test_frames_are_told_where_tf2_is_installed(probe, monkeypatch):
     from fuzzyfleet_ros.frames import Posture
     from fuzzyfleet_ros.transforms import Transforms
 
-    sent = []
+    sent: list = []
 
     class Broadcaster:
         def __init__(self, node):
