@@ -27,6 +27,8 @@ $(VENV)/.runtime: pyproject.toml constraints.txt
 $(VENV)/.development: $(VENV)/.runtime
 	@echo "installing the tools of the tests"
 	@$(PIP) install -c constraints.txt -e '.[test]'
+	@$(PIP) install -c constraints.txt -e '.[ros]' 2> $(VENV)/ros.log || \
+		echo "ROS 2 cannot be installed here, and the tests that need it will be skipped: see $(VENV)/ros.log"
 	@touch $@
 
 $(VENV)/.peers: $(VENV)/.development
@@ -101,5 +103,5 @@ bench: $(VENV)/.peers ## speed, beside other packages
 	$(BIN)/python -m benchmarks
 
 clean: ## remove what the targets made, compiled kernels included
-	rm -rf $(VENV) node_modules out dist build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	find anfis benchmarks datasets docs fuzzy robotics tests -name __pycache__ -type d -prune -exec rm -rf {} +
+	rm -rf $(VENV) node_modules out dist build *.egg-info ros/build ros/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find anfis benchmarks datasets docs fuzzy robotics ros tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,6 +1,6 @@
 """Every benchmark, one after the other."""
 
-from benchmarks import avoidance, closedloop, designer, environments, inference, learning, predictive, simulation
+from benchmarks import avoidance, closedloop, designer, environments, inference, learning, predictive, ros, simulation
 
 if __name__ == "__main__":
     inference.main()
@@ -18,3 +18,5 @@ if __name__ == "__main__":
     environments.main()
     print()
     designer.main()
+    print()
+    ros.main()

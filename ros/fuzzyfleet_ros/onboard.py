@@ -1,0 +1,308 @@
+"""One robot driven by a law: what its own computer does in a period, from postures and messages to a command.
+
+The laws of the catalogue are written for all robots of all runs at once; here one robot knows itself, and of the others
+what the radio has brought. Nothing here knows ROS.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import cos, hypot, inf, isfinite, nan, sin
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fuzzy.errors import InputError
+from fuzzyfleet_ros.frames import Posture
+from robotics.laws.foreign import begun, commanded
+from robotics.laws.law import Command, Law, Observation, check_needs
+from robotics.laws.modes import MODES
+from robotics.laws.setting import Setting
+from robotics.paths.references import sampled
+from robotics.paths.trajectory import Reference
+from robotics.radio.channel import Heard
+from robotics.sensing.carried import sensor_names
+from robotics.sensing.sonar import Ranges
+from robotics.vehicle.plant import saturate, velocity_limits
+
+MOVED = (
+    0.0,
+    0.01,
+    0.3,
+    -0.5,
+    nan,
+)  # m: by how much other robots are moved to find out whether a law reads where they are
+
+
+class OnboardError(InputError):
+    """A robot that cannot be driven so. The message says why, and what can be."""
+
+
+class Received(NamedTuple):
+    """The last message that a robot has received of each other robot."""
+
+    noted: np.ndarray  # (robots,) s: when its age was noted
+    age: np.ndarray  # (robots,) s: how old it was then; infinite before the first
+    values: np.ndarray  # (fields, robots); not-a-number before the first
+
+    @classmethod
+    def nothing(cls, fields: int, robots: int) -> "Received":
+        """What has been received at the start."""
+        return cls(np.zeros(robots), np.full(robots, inf), np.full((fields, robots), np.nan))
+
+    def with_message(self, sender: int, noted: float, age: float, values: Sequence[float]) -> "Received":
+        """The same after a message of robot ``sender``, counted from 0, unless a newer one was heard before.
+
+        It was ``age`` [s] old at the time ``noted`` [s].
+        """
+        if noted - age < self.noted[sender] - self.age[sender] - 1e-6:
+            return self
+        times, ages, table = self.noted.copy(), self.age.copy(), self.values.copy()
+        times[sender], ages[sender], table[:, sender] = noted, age, values
+        return Received(times, ages, table)
+
+    def ages(self, time: float) -> np.ndarray:
+        """How old the messages are at ``time`` [s] (robots,)."""
+        return np.maximum(self.age + (time - self.noted), 0.0)
+
+
+class Known(NamedTuple):
+    """Where a robot is and how fast, as it knows it itself."""
+
+    posture: Posture  # in the frame of the paths; the heading is continuous
+    v: float  # m/s, by the wheels over the last period
+    w: float  # rad/s, likewise
+
+
+class Order(NamedTuple):
+    """What a law tells its robot in one period."""
+
+    v: float  # m/s, within the bounds
+    w: float  # rad/s
+    message: tuple[float, ...]  # what it broadcasts, in the order of the law's fields; none: nothing
+    target: Posture  # where it wants to be
+    mode: str  # of robotics.laws.modes.MODES; "": the law has no modes
+    lost: str  # why it is stopped for good; "": it drives
+
+
+@dataclass(frozen=True, eq=False)
+class Onboard:
+    """The computer of one robot: its law, its task and its bounds. :meth:`begin` and :meth:`step` drive it."""
+
+    setting: Setting
+    law: Law[Any]
+    robot: int  # counted from 0
+    limits: np.ndarray  # (4, 1): of robotics.vehicle.plant.velocity_limits
+    hears: np.ndarray  # (robots, robots) bool: the graph of the radio
+    scales: bool = True  # whether no wheel is to exceed its top speed, at the same curvature; else the base sees to it
+
+    @classmethod
+    def of(
+        cls,
+        setting: Setting,
+        law: Law[Any],
+        robot: int = 0,
+        *,
+        v_max: float = inf,
+        w_max: float = inf,
+        torque_as_velocity: bool = False,
+        scales: bool = True,
+    ) -> "Onboard":
+        """Put a law on a robot.
+
+        Args:
+            setting: The task; it may have more robots than this one.
+            law: The law.
+            robot: Which robot of the setting, counted from 0.
+            v_max: A bound of the speed [m/s], beside the robot's own.
+            w_max: A bound of the angular velocity [rad/s], beside the robot's own.
+            torque_as_velocity: Whether a law that commands torques may drive by the velocity that it tries to reach.
+            scales: Whether it keeps wheels within their top speed, at the same curvature; else the base sees to that.
+
+        Raises OnboardError, or ControllerError where the law cannot drive the setting.
+        """
+        robots = len(setting.robots)
+        if setting.ensemble:
+            raise OnboardError(f"{setting.name}: a robot follows one scenario, not an ensemble of them")
+        if not 0 <= robot < robots:
+            raise OnboardError(f"{setting.name}: robots are 1 to {robots}, got {robot + 1}")
+        if law.level == "torque" and not torque_as_velocity:
+            raise OnboardError(
+                f"{type(law).__name__} commands the torques of the wheels, and a base takes velocities; with "
+                "torque_as_velocity the base's own wheel loops follow the velocity that the law tries to reach, which "
+                "is another controller than in the simulator"
+            )
+        check_needs(setting, law)
+        limits = velocity_limits([setting.robots[robot]])
+        limits[0], limits[1] = np.minimum(limits[0], v_max), np.minimum(limits[1], w_max)
+        if not scales:
+            limits[3] = inf
+        fields = law.message
+        graph = setting.radio.adjacency(robots).astype(bool) if fields else np.zeros((robots, robots), dtype=bool)
+        return cls(setting, law, robot, limits, graph, scales)
+
+    def start_of(self, robot: int) -> Posture:
+        """Where the setting lets a robot, counted from 0, start."""
+        return Posture(*(float(value) for value in self.setting.starts[robot]))
+
+    @property
+    def start(self) -> Posture:
+        """Where the setting lets this robot start."""
+        return self.start_of(self.robot)
+
+    def plan(self, points: int) -> list[Posture]:
+        """So many postures of this robot's reference, from its start to the end of the task."""
+        times = np.linspace(0.0, self.duration, points)
+        on = sampled(self.setting.references, times)
+        rows = zip(*(field[:, self.robot].tolist() for field in on[:3]), strict=True)
+        return [Posture(*row) for row in rows]
+
+    def rehearse(self) -> None:
+        """Decide once in thought: what is compiled is compiled then, and what cannot be driven is said.
+
+        Raises ControllerError.
+        """
+        known = Known(self.start, 0.0, 0.0)
+        others = {j: Known(self.start_of(j), 0.0, 0.0) for j in range(len(self.setting.robots)) if j != self.robot}
+        self.step(0.0, known, others if self.sees_others else {}, self.silence(), {}, self.begin())
+
+    @property
+    def duration(self) -> float:
+        """How long the task lasts [s]."""
+        return self.setting.ticks * self.setting.period
+
+    @property
+    def senders(self) -> tuple[int, ...]:
+        """The robots, counted from 0, that this one hears."""
+        return tuple(int(j) for j in np.flatnonzero(self.hears[self.robot]) if j != self.robot)
+
+    def begin(self) -> Any:
+        """The law's memory at the start. Raises ControllerError where it cannot drive the setting."""
+        return begun(self.law, self.setting, 1)
+
+    @cached_property
+    def sees_others(self) -> bool:
+        """Whether the law reads where other robots are, beside what the radio brings.
+
+        It is found out by moving them, from where they start and from their references a third and two thirds later.
+        """
+        if len(self.setting.robots) == 1:
+            return False
+        begun = [Known(self.start_of(j), 0.0, 0.0) for j in range(len(self.setting.robots))]
+        later = [(time, self._due(time)) for time in (self.duration / 3, 2 * self.duration / 3)]
+        return any(self._differs(time, places) for time, places in ((0.0, begun), *later))
+
+    def _due(self, time: float) -> list[Known]:
+        """All robots where their references are at ``time`` [s]."""
+        rows = np.stack(self.setting.references.at(time)[:5], axis=1).tolist()
+        return [Known(Posture(*row[:3]), *row[3:]) for row in rows]
+
+    def _differs(self, time: float, places: Sequence[Known]) -> bool:
+        """Whether this robot's command at ``time`` [s] is another when the others stand elsewhere than ``places``."""
+        found = []
+        for way in MOVED:
+            moved = {j: _onward(known, way) for j, known in enumerate(places) if j != self.robot}
+            command, _ = self._commanded(time, places[self.robot], moved, self.silence(), None, self.begin())
+            found.append([self._own(value) for value in command[:4]])
+        return any(not np.array_equal(found[0], other, equal_nan=True) for other in found[1:])
+
+    def silence(self) -> Received:
+        """What has been heard before the first message."""
+        return Received.nothing(len(self.law.message), len(self.setting.robots))
+
+    def step(
+        self,
+        time: float,
+        known: Known,
+        others: Mapping[int, Known],
+        received: Received,
+        ranges: Mapping[str, float] | None,
+        memory: Any,
+    ) -> tuple[Order, Any]:
+        """Decide on the command of one period, and return the law's new memory.
+
+        Args:
+            time: Since the start [s].
+            known: Where this robot is.
+            others: Where others are, counted from 0, for a law that :attr:`sees_others`.
+            received: What the radio has brought.
+            ranges: What its range sensors read, by name [m]; infinite or left out: nothing is seen. None: nobody looks.
+            memory: Of the law.
+
+        Raises ControllerError where a law of the user's own fails.
+        """
+        command, memory = self._commanded(time, known, others, received, ranges, memory)
+        posture, reference = known.posture, self.setting.references.at(time)
+        target = self._target(command.target, reference)
+        message: tuple[float, ...] = ()
+        if command.message is not None:
+            said = command.message
+            message = tuple(self._own(said[name]) for name in self.law.message)
+        mode = "" if command.mode is None else MODES[int(self._own(command.mode))]
+        first, second = self._own(command.first), self._own(command.second)
+        away = hypot(posture.x - target.x, posture.y - target.y)
+        lost = ""
+        if not (isfinite(first) and isfinite(second)):
+            lost = "the law's command is not a finite number"
+        elif not away < self.setting.divergence:
+            lost = f"it is {away:.3g} m from its target, and {self.setting.divergence:g} m are allowed"
+        if lost:
+            return Order(0.0, 0.0, message, target, mode, lost), memory
+        if self.law.level == "torque":
+            first, second = self._own(command.v), self._own(command.w)
+        v, w = saturate(self.limits, np.array([first]), np.array([second]))
+        return Order(float(v[0]), float(w[0]), message, target, mode, ""), memory
+
+    def _commanded(
+        self,
+        time: float,
+        known: Known,
+        others: Mapping[int, Known],
+        received: Received,
+        ranges: Mapping[str, float] | None,
+        memory: Any,
+    ) -> tuple[Command, Any]:
+        """What the law commands; a robot of which nothing is known is nowhere, so that whoever asks for it is lost."""
+        x, y, heading, v, w = seen = np.full((5, 1, len(self.setting.robots)), np.nan)
+        for j, other in {**others, self.robot: known}.items():
+            seen[:, 0, j] = (*other.posture, other.v, other.w)
+        references = self.setting.references
+        heard, looked = self._heard(time, received), self._ranges(ranges)
+        observation = Observation(time, x, y, heading, v, w, references.at(time), references, heard, looked)
+        return commanded(self.law, observation, memory, self.setting.period)
+
+    def _own(self, values: Any) -> float:
+        """This robot's part of ``values``, which fit (1, robots)."""
+        return float(np.broadcast_to(values, (1, len(self.setting.robots)))[0, self.robot])
+
+    def _target(self, target: Reference | None, reference: Reference) -> Posture:
+        if target is None:
+            return Posture(*(float(field[self.robot]) for field in reference[:3]))
+        return Posture(*(self._own(field) for field in target[:3]))
+
+    def _heard(self, time: float, received: Received) -> Heard:
+        """What the radio brought; what the others have heard is unknown."""
+        fields, robots = self.law.message, len(self.setting.robots)
+        if not fields:
+            return Heard.nothing(1, robots)
+        age = np.full((1, robots, robots), inf)
+        age[0, self.robot] = received.ages(time)
+        values = np.full((len(fields), 1, robots, robots), np.nan)
+        values[:, 0, self.robot] = received.values
+        return Heard(fields, values, age, self.hears)
+
+    def _ranges(self, readings: Mapping[str, float] | None) -> Ranges | None:
+        if readings is None or not self.law.looks:
+            return None
+        names = sensor_names(self.setting.sensors)
+        values = np.full((1, len(self.setting.robots), len(names)), inf)
+        for name, reading in readings.items():
+            if name in names:
+                values[0, self.robot, names.index(name)] = reading
+        return Ranges(names, values)
+
+
+def _onward(known: Known, way: float) -> Known:
+    """A robot ``way`` [m] farther along its heading, which is turned, and faster."""
+    x, y, heading = known.posture
+    return Known(Posture(x + way * cos(heading), y + way * sin(heading), heading + way), known.v + way, known.w + way)

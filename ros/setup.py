@@ -1,0 +1,30 @@
+"""The ament_python package fuzzyfleet_ros: colcon builds it, and pip installs it too."""
+
+from glob import glob
+
+from setuptools import setup
+
+NAME = "fuzzyfleet_ros"
+
+setup(
+    name=NAME,
+    version="0.2.0",
+    description="Drives a robot by any law of Fuzzyfleet, and its simulator as a loopback with wheel dynamics",
+    author="The Fuzzyfleet developers",
+    license="MIT",
+    packages=[NAME],
+    python_requires=">=3.11",
+    install_requires=["setuptools"],
+    zip_safe=True,
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        *(
+            (f"share/{NAME}/{folder}", sorted(glob(f"{folder}/*")))
+            for folder in ("config", "foxglove", "launch", "rviz")
+        ),
+    ],
+    entry_points={
+        "console_scripts": [f"{command} = {NAME}.{command}:main" for command in ("controller", "fleet", "simulator")]
+    },
+)

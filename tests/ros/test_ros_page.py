@@ -1,0 +1,58 @@
+"""The page docs/ros.md: its snippets run as written, and what else it says is there."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from robotics.laws.catalogue import make_controller
+from tests.snippets import run_commands, run_python, snippets
+
+ROOT = Path(__file__).parent.parent.parent
+PAGE = ROOT / "docs" / "ros.md"
+
+
+@pytest.mark.long
+def test_every_snippet_of_the_page_runs_in_order(ros, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    found = snippets(PAGE)
+    assert [kind for kind, _ in found] == ["sh", "python"]
+    run_commands(found[0][1])
+    assert (tmp_path / "drive.png").stat().st_size > 10_000
+    capsys.readouterr()
+    run_python(found[1][1], "ros.md")
+    apart, said = capsys.readouterr().out.split(maxsplit=1)
+    assert float(apart) < 1e-9
+    assert said == "m apart\n"
+
+
+def test_the_files_that_the_page_names_are_there():
+    named = set(re.findall(r"\b((?:ros|config)/[\w/-]+\.\w+)", PAGE.read_text(encoding="utf-8")))
+    assert len(named) >= 4
+    for name in named:
+        assert (ROOT / name).exists() or (ROOT / "ros" / name).exists(), name
+    assert (ROOT / "ros" / "foxglove" / "three-robots.json").exists()
+
+
+def test_the_law_that_the_page_names_commands_velocities():
+    assert make_controller("csm:k=0.3,realisation=velocity").level == "velocity"
+
+
+def test_the_files_of_parameters_suit_the_controller(ros):
+    from fuzzyfleet_ros.controllersettings import PARAMETERS
+
+    defaults = {parameter.name: parameter.default for parameter in PARAMETERS}
+    files = sorted((ROOT / "ros" / "config").glob("*.yaml"))
+    assert len(files) == 2
+    for file in files:
+        pairs = re.findall(r"^    (\w+): (\S+)", file.read_text(encoding="utf-8"), re.MULTILINE)
+        assert len(pairs) > 5
+        for name, value in pairs:
+            kind = bool if value in ("true", "false") else str if value.startswith('"') else float
+            assert type(defaults[name]) is kind, (file.name, name)
+
+
+@pytest.mark.parametrize("version", ["package.xml", "setup.py"])
+def test_the_versions_agree(version):
+    released = re.search(r'^version = "(.+)"', (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE)[1]
+    assert f"{released}" in (ROOT / "ros" / version).read_text(encoding="utf-8")
