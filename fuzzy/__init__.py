@@ -16,7 +16,8 @@ Files, data and learning a start (the rest is in the package anfis):
     read_fis, read_mamdani, write_fis, parse_fis, format_fis, find_fis, packaged_fis_files; identify,
     subtractive_clusters, fit_consequents, search_clusters, search_table; tune, a TunedSystem comes back
 Mamdani systems, and how near a Sugeno system comes:
-    Mamdani, read_mamdani_original, mamdani_difference, fit_to_mamdani
+    Mamdani, read_mamdani_original, mamdani_difference, fit_to_mamdani; from_skfuzzy,
+    a FromScikitFuzzy comes back
 Close the loop with one's own plant:
     step_response, TransferFunction, FunctionPlant, PID, Scale
 Look and understand:
@@ -73,6 +74,7 @@ if TYPE_CHECKING:
     from fuzzy.loop.plant import FunctionPlant, PlantError, TransferFunction
     from fuzzy.loop.response import StepResponse, step_response
     from fuzzy.mamdani.likeness import Difference, fit_to_mamdani, mamdani_difference, read_mamdani_original
+    from fuzzy.mamdani.scikitfuzzy import FromScikitFuzzy, from_skfuzzy
     from fuzzy.mamdani.system import Mamdani
     from fuzzy.membership import (
         Bell,
@@ -151,6 +153,7 @@ _HOMES = {
     "fuzzy.loop.plant": ("FunctionPlant", "PlantError", "TransferFunction"),
     "fuzzy.loop.response": ("StepResponse", "step_response"),
     "fuzzy.mamdani.likeness": ("Difference", "fit_to_mamdani", "mamdani_difference", "read_mamdani_original"),
+    "fuzzy.mamdani.scikitfuzzy": ("FromScikitFuzzy", "from_skfuzzy"),
     "fuzzy.mamdani.system": ("Mamdani",),
     "fuzzy.membership": (
         "Bell",
@@ -203,6 +206,7 @@ __all__ = [
     "Finding",
     "FisFileError",
     "FisFileWarning",
+    "FromScikitFuzzy",
     "FunctionPlant",
     "FuzzySystemError",
     "Gaussian",
@@ -248,6 +252,7 @@ __all__ = [
     "fit_consequents",
     "fit_to_mamdani",
     "format_fis",
+    "from_skfuzzy",
     "gauss2mf",
     "gaussmf",
     "gbellmf",
