@@ -74,7 +74,6 @@ class FisText(NamedTuple):
     system: Sugeno
     changes: tuple[str, ...]  # of a Mamdani system, what became another thing, a sentence each
     warnings: tuple[str, ...]
-    original: MamdaniParts | None = None  # of a Mamdani system, what the file says
 
 
 def read_fis(path: str | os.PathLike[str]) -> Sugeno:
@@ -125,6 +124,11 @@ def parse_bytes(data: bytes, name: str, mamdani: bool = False) -> FisText:
         name: What messages call the file.
         mamdani: Whether a Mamdani system is read as a Sugeno system, see :func:`read_mamdani`.
     """
+    return parse_original(data, name, mamdani)[0]
+
+
+def parse_original(data: bytes, name: str, mamdani: bool = True) -> tuple[FisText, MamdaniParts | None]:
+    """What :func:`parse_bytes` reads of the same arguments, and a Mamdani system as the file describes it."""
     if b"\0" in data:
         raise FisFileError(name, None, "is no .fis file: it holds binary data")
     messages = []
@@ -137,7 +141,7 @@ def parse_bytes(data: bytes, name: str, mamdani: bool = False) -> FisText:
         messages.append(f"{name}:{line}: this is not UTF-8; read as {encoding}, check the names")
     reader = _Reader(name, mamdani)
     fis = reader.system(text)
-    return FisText(fis, tuple(reader.changes), (*messages, *reader.warnings), reader.original)
+    return FisText(fis, tuple(reader.changes), (*messages, *reader.warnings)), reader.original
 
 
 def parse_fis(text: str, name: str = "<text>") -> Sugeno:

@@ -17,7 +17,7 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.files.fisfile import FisFileError, FisFileWarning, parse_bytes
+from fuzzy.files.fisfile import FisFileError, FisFileWarning, parse_original
 from fuzzy.files.mamdani import MamdaniParts
 from fuzzy.fitting.consequents import least_squares
 from fuzzy.inference import InferenceWarning
@@ -55,13 +55,13 @@ def read_mamdani_original(path: str | os.PathLike[str]) -> Mamdani:
         data = Path(name).read_bytes()
     except (OSError, ValueError) as error:
         raise FisFileError(name, None, f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    read = parse_bytes(data, name, mamdani=True)
-    if read.original is None:
+    read, parts = parse_original(data, name)
+    if parts is None:
         raise FisFileError(name, None, "holds a Sugeno system; fuzzy.read_fis reads it")
     for message in read.warnings:
         warnings.warn(message, FisFileWarning, stacklevel=2)
     try:
-        return mamdani_of(read.original)
+        return mamdani_of(parts)
     except FuzzySystemError as error:
         raise FisFileError(name, None, str(error)) from None
 

@@ -5,6 +5,7 @@ import subprocess
 import warnings
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,7 +34,8 @@ def compared(path: Path) -> None:
     system = original(stem)
     if methods:
         keys = ("and_method", "or_method", "implication", "aggregation", "defuzzification")
-        system = replace(system, **dict(zip(keys, methods, strict=True)))
+        chosen: dict[str, Any] = dict(zip(keys, methods, strict=True))
+        system = replace(system, **chosen)
     table = np.loadtxt(path, delimiter=",")
     count = len(system.inputs)
     x, wanted = table[:, :count], table[:, count:]
@@ -94,6 +96,7 @@ def test_every_defuzzification_by_hand():
     y = fuzzy.Variable("y", (0, 4), {"left": fuzzy.trapmf(0, 1, 1, 2), "right": fuzzy.trapmf(2, 3, 3, 4)})
     rules = ["if x is low then y is left", "if x is high then y is right with 0.5"]
     # Places 0 1 2 3 4; at x = 0.2 the joint set is 0 0.8 0 0.1 0.
+    method: Any
     for method, wanted in {"centroid": (0.8 + 0.3) / 0.9, "bisector": 1, "mom": 1, "lom": 1, "som": 1}.items():
         assert Mamdani([low], [y], rules, defuzzification=method, points=5)([0.2])[0] == pytest.approx(wanted)
     # Both sets have 0.3 there: 0 0.3 0 0.3 0.
@@ -171,7 +174,7 @@ def test_systems_of_other_inputs_are_refused():
     with pytest.raises(FuzzySystemError, match="the inputs of the two systems differ: service, food and d, phi"):
         mamdani_difference(tipper(), fuzzy.read_mamdani(CORPUS / "m02_auvsl_rgator.fis").system)
     with pytest.raises(FuzzySystemError, match="consequents"):
-        fit_to_mamdani(tipper(), tipper().as_sugeno()[0], "curves")
+        fit_to_mamdani(tipper(), tipper().as_sugeno()[0], "curves")  # type: ignore[arg-type]
 
 
 def test_a_sugeno_file_is_no_mamdani_system():
