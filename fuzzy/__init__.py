@@ -15,6 +15,9 @@ Make a system and ask it:
 Files, data and learning a start (the rest is in the package anfis):
     read_fis, read_mamdani, write_fis, parse_fis, format_fis, find_fis, packaged_fis_files; identify,
     subtractive_clusters, fit_consequents, search_clusters, search_table; tune, a TunedSystem comes back
+Mamdani systems, and how near a Sugeno system comes:
+    Mamdani, read_mamdani_original, mamdani_difference, fit_to_mamdani; from_skfuzzy,
+    a FromScikitFuzzy comes back
 Close the loop with one's own plant:
     step_response, TransferFunction, FunctionPlant, PID, Scale
 Look and understand:
@@ -70,6 +73,9 @@ if TYPE_CHECKING:
     from fuzzy.loop.controller import PID, LoopError, Scale
     from fuzzy.loop.plant import FunctionPlant, PlantError, TransferFunction
     from fuzzy.loop.response import StepResponse, step_response
+    from fuzzy.mamdani.likeness import Difference, fit_to_mamdani, mamdani_difference, read_mamdani_original
+    from fuzzy.mamdani.scikitfuzzy import FromScikitFuzzy, from_skfuzzy
+    from fuzzy.mamdani.system import Mamdani
     from fuzzy.membership import (
         Bell,
         Gaussian,
@@ -146,6 +152,9 @@ _HOMES = {
     "fuzzy.loop.controller": ("LoopError", "PID", "Scale"),
     "fuzzy.loop.plant": ("FunctionPlant", "PlantError", "TransferFunction"),
     "fuzzy.loop.response": ("StepResponse", "step_response"),
+    "fuzzy.mamdani.likeness": ("Difference", "fit_to_mamdani", "mamdani_difference", "read_mamdani_original"),
+    "fuzzy.mamdani.scikitfuzzy": ("FromScikitFuzzy", "from_skfuzzy"),
+    "fuzzy.mamdani.system": ("Mamdani",),
     "fuzzy.membership": (
         "Bell",
         "Gaussian",
@@ -192,10 +201,12 @@ __all__ = [
     "Constant",
     "DataError",
     "DataWarning",
+    "Difference",
     "Explanation",
     "Finding",
     "FisFileError",
     "FisFileWarning",
+    "FromScikitFuzzy",
     "FunctionPlant",
     "FuzzySystemError",
     "Gaussian",
@@ -207,6 +218,7 @@ __all__ = [
     "LinearS",
     "LinearZ",
     "LoopError",
+    "Mamdani",
     "MamdaniError",
     "MamdaniSystem",
     "MembershipError",
@@ -238,7 +250,9 @@ __all__ = [
     "explain",
     "find_fis",
     "fit_consequents",
+    "fit_to_mamdani",
     "format_fis",
+    "from_skfuzzy",
     "gauss2mf",
     "gaussmf",
     "gbellmf",
@@ -247,6 +261,7 @@ __all__ = [
     "infer",
     "linsmf",
     "linzmf",
+    "mamdani_difference",
     "membership_function",
     "packaged_fis_files",
     "parse_fis",
@@ -262,6 +277,7 @@ __all__ = [
     "psigmf",
     "read_fis",
     "read_mamdani",
+    "read_mamdani_original",
     "ruleview",
     "save_figure",
     "search_clusters",

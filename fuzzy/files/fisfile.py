@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 from fuzzy.errors import quoted, shortened
 from fuzzy.files.atomic import replacing
 from fuzzy.files.fislines import LINE_END, SYSTEM_NOTES, Entry, FisFileError, FisFileWarning, FisLines, Section
-from fuzzy.files.mamdani import DEFUZZIFICATIONS, as_constants, renounced
+from fuzzy.files.mamdani import DEFUZZIFICATIONS, MamdaniParts, as_constants, renounced
 from fuzzy.membership import membership_function
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError, as_number
 from fuzzy.naming import expected
@@ -124,6 +124,11 @@ def parse_bytes(data: bytes, name: str, mamdani: bool = False) -> FisText:
         name: What messages call the file.
         mamdani: Whether a Mamdani system is read as a Sugeno system, see :func:`read_mamdani`.
     """
+    return parse_original(data, name, mamdani)[0]
+
+
+def parse_original(data: bytes, name: str, mamdani: bool = True) -> tuple[FisText, MamdaniParts | None]:
+    """What :func:`parse_bytes` reads of the same arguments, and a Mamdani system as the file describes it."""
     if b"\0" in data:
         raise FisFileError(name, None, "is no .fis file: it holds binary data")
     messages = []
@@ -136,7 +141,7 @@ def parse_bytes(data: bytes, name: str, mamdani: bool = False) -> FisText:
         messages.append(f"{name}:{line}: this is not UTF-8; read as {encoding}, check the names")
     reader = _Reader(name, mamdani)
     fis = reader.system(text)
-    return FisText(fis, tuple(reader.changes), (*messages, *reader.warnings))
+    return FisText(fis, tuple(reader.changes), (*messages, *reader.warnings)), reader.original
 
 
 def parse_fis(text: str, name: str = "<text>") -> Sugeno:
@@ -158,6 +163,7 @@ class _Reader(FisLines):
         super().__init__(path)
         self.mamdani = mamdani
         self.changes: list[str] = []
+        self.original: MamdaniParts | None = None
         self.complements: dict[str, dict[str, str]] = {}  # by output: negated sets, and what their terms are called
 
     def system(self, text: str) -> Sugeno:
@@ -189,6 +195,7 @@ class _Reader(FisLines):
         when, then = ({v.name: tuple(v.terms) for v in variables} for variables in (inputs, outputs))
         rules = [self._rule(line, when, then, mamdani) for line in lines]
         if mamdani:
+            self.original = MamdaniParts(tuple(inputs), tuple(outputs), tuple(rules), dict(settings), self.complements)
             settings, changes = renounced(settings)
             converted = [as_constants(variable, self.complements.get(variable.name, {})) for variable in outputs]
             outputs = [variable for variable, _ in converted]

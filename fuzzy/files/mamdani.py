@@ -4,11 +4,12 @@ This is what MATLAB's ``convertToSugeno`` does. :func:`fuzzy.files.fisfile.read_
 """
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from fuzzy.membershipfunction import MembershipFunction
+from fuzzy.rule import Rule
 from fuzzy.system import Constant, Terms, Variable
 
 DEFUZZIFICATIONS = ("centroid", "bisector", "mom", "lom", "som")  # of a Mamdani system, as files name them
@@ -16,6 +17,16 @@ _PIECES = 200  # of a range, at least, each integrated on its own
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)  # exact for polynomials up to degree 15 between the cuts
 _ROUNDING = 1e-12  # of the range: what integration leaves of a centroid at 0
 _SPREADS = np.array([0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0, 32.0])  # widths about a location that need cuts
+
+
+class MamdaniParts(NamedTuple):
+    """What a file says of a Mamdani system."""
+
+    inputs: tuple[Variable, ...]
+    outputs: tuple[Variable, ...]  # their terms are sets
+    rules: tuple[Rule, ...]
+    settings: dict[str, Any]  # name and methods, as the fields of a system are called
+    complements: dict[str, dict[str, str]]  # by output: the sets that rules negate, and what the complement is called
 
 
 def centroid(function: MembershipFunction, universe: tuple[float, float], negated: bool = False) -> float | None:

@@ -15,6 +15,7 @@ from fuzzy.files.fisfile import read_fis, write_fis
 from fuzzy.files.table import table_text
 from fuzzy.insight.surfacegrid import surface
 from fuzzy.language import parse_rule
+from fuzzy.mamdani.likeness import mamdani_difference, read_mamdani_original
 from fuzzy.membership import Trapezoid
 from fuzzy.system import Linear, Sugeno, Variable
 
@@ -253,6 +254,25 @@ def test_convert_a_mamdani_system(tmp_path, monkeypatch, capsys) -> None:
     for target in ("old.fis", "link.fis", "./old.fis"):
         assert "would be lost" in fails(capsys, "convert", "old.fis", target)
     assert Path("old.fis").read_text() == text
+
+
+def test_convert_tells_how_far_the_systems_are_apart(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    old = CORPUS / "m05_kzafeiroudi_smf.fis"
+    told = as_json(capsys, "convert", str(old), "new.fis", "--fit", "planes")
+    (before,), (after,) = told["difference"], told["fitted difference"]
+    assert after["root_mean_square"] < 0.6 * before["root_mean_square"]
+    assert mamdani_difference(read_mamdani_original(old), read_fis("new.fis"))[0]._asdict() == pytest.approx(after)
+    said = succeeds(capsys, "convert", str(old), "new.fis")
+    assert f"speed: greatest {before['greatest']:.2%}, mean {before['mean']:.2%}" in said
+    # What least squares makes worse in another measure is said.
+    said = succeeds(capsys, "convert", str(old), "new.fis", "--fit", "constants")
+    assert "Fitting made the mean difference of speed worse." in said
+    assert "--fit is for Mamdani systems" in fails(capsys, "convert", "new.fis", "newer.fis", "--fit", "planes")
+    assert not Path("newer.fis").exists()
+    Path("odd.fis").write_text(old.read_text().replace("AggMethod='max'", "AggMethod='mean'"))
+    assert "not measured: fuzzy" not in succeeds(capsys, "convert", "odd.fis", "new.fis")
+    assert "aggregation" in fails(capsys, "convert", "odd.fis", "new.fis", "--fit", "planes")
 
 
 @pytest.mark.parametrize(

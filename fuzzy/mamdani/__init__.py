@@ -1,0 +1,1 @@
+"""Mamdani systems: how they answer, and the Sugeno systems that come near them."""
