@@ -45,31 +45,35 @@ static REAL zmf(REAL x, REAL a, REAL b) { return smf(-x, -b, -a); }
     ("pimf", ("smf",), """
 static REAL pimf(REAL x, REAL a, REAL b, REAL c, REAL d) { return smf(x, a, b) * smf(-x, -d, -c); }
 """),
-    ("log_gaussmf", (), """
+    ("possible", (), """
+/* A logarithm, or what stands for that of 0. */
+static REAL possible(REAL logarithm) { return logarithm < NEVER ? NEVER : logarithm; }
+"""),
+    ("log_gaussmf", ("possible",), """
 static REAL log_gaussmf(REAL x, REAL sigma, REAL c) {
     const REAL z = (x - c) / sigma;
-    return -0.5 * (z * z);
+    return possible(-0.5 * (z * z));
 }
 """),
-    ("log_gauss2mf", (), """
+    ("log_gauss2mf", ("possible",), """
 static REAL log_gauss2mf(REAL x, REAL s1, REAL c1, REAL s2, REAL c2) {
     const REAL left = (x > c1 ? 0.0 : x - c1) / s1, right = (x < c2 ? 0.0 : x - c2) / s2;
-    return -0.5 * (left * left) + -0.5 * (right * right);
+    return possible(-0.5 * (left * left) + -0.5 * (right * right));
 }
 """),
-    ("log_gbellmf", (), """
+    ("log_gbellmf", ("possible",), """
 /* The logarithm of 1 / (1 + |z|^2b), in a form that does not overflow. */
 static REAL log_gbellmf(REAL x, REAL a, REAL b, REAL c) {
     const REAL z = fabs((x - c) / a);
     const REAL e = z > 0.0 ? 2.0 * b * log(z) : (b > 0.0 ? -INFINITY : (b < 0.0 ? INFINITY : 0.0));
-    return -((e > 0.0 ? e : 0.0) + log1p(exp(-fabs(e))));
+    return possible(-((e > 0.0 ? e : 0.0) + log1p(exp(-fabs(e)))));
 }
 """),
-    ("log_sigmf", (), """
+    ("log_sigmf", ("possible",), """
 /* The logarithm of 1 / (1 + e^(-a (x - c))), in a form that does not overflow. */
 static REAL log_sigmf(REAL x, REAL a, REAL c) {
     const REAL z = a * (x - c);
-    return -((z < 0.0 ? -z : 0.0) + log1p(exp(-fabs(z))));
+    return possible(-((z < 0.0 ? -z : 0.0) + log1p(exp(-fabs(z)))));
 }
 """),
     ("log_psigmf", ("log_sigmf",), """
@@ -96,10 +100,6 @@ static REAL psigmf(REAL x, REAL a1, REAL c1, REAL a2, REAL c2) { return exp(log_
 static REAL dsigmf(REAL x, REAL a1, REAL c1, REAL a2, REAL c2) {
     return limited(exp(log_sigmf(x, a1, c1)) - exp(log_sigmf(x, a2, c2)));
 }
-"""),
-    ("possible", (), """
-/* A logarithm, or what stands for that of 0. */
-static REAL possible(REAL logarithm) { return logarithm < NEVER ? NEVER : logarithm; }
 """),
     ("both", (), """
 static REAL both(REAL a, REAL b) { return a + b - a * b; }

@@ -105,9 +105,7 @@ def planned(fis: Sugeno, name: str = "") -> Plan:
         for r in range(len(fis.rules))
     )
     constants, slopes = _consequents(fis)
-    return Plan(
-        fis, prefix, tuple(inputs), tuple(outputs), tuple(terms), clauses, constants, slopes, logarithmic(fis)
-    )
+    return Plan(fis, prefix, tuple(inputs), tuple(outputs), tuple(terms), clauses, constants, slopes, logarithmic(fis))
 
 
 def _consequents(fis: Sugeno) -> tuple[np.ndarray, np.ndarray]:
@@ -124,5 +122,3 @@ def _consequents(fis: Sugeno) -> tuple[np.ndarray, np.ndarray]:
 LOGARITHMS: Mapping[str, str] = {  # of functions that are positive everywhere: that of their logarithm
     name: f"log_{name}" for name in ("gaussmf", "gauss2mf", "gbellmf", "sigmf", "psigmf")
 }
-
-

@@ -6,10 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fuzzy.ccode.fixedpoint import fixed_source
 from fuzzy.ccode.floating import pieces
 from fuzzy.ccode.identifier import comment, identifier
 from fuzzy.ccode.numbertype import Floating, checked_number
 from fuzzy.ccode.plan import LOGARITHMS, Clause, Plan, Term, planned
+from fuzzy.ccode.tables import table, whole
 from fuzzy.shown import shown
 from fuzzy.system import Sugeno
 
@@ -39,7 +41,7 @@ def c_sources(fis: Sugeno, name: str = "", number: str = "double") -> CSources:
     checked_number(number)
     plan = planned(fis, name)
     if number == "q16.16":
-        raise NotImplementedError
+        return CSources(plan.name, header(plan, "int32_t"), fixed_source(plan))
     kind = Floating("double" if number == "double" else "float")
     return CSources(plan.name, header(plan, kind.name), _Writer(plan, kind).source())
 
@@ -73,7 +75,11 @@ def header(plan: Plan, real: str) -> str:
         "",
         f"#define {upper}_INPUTS {len(plan.inputs)}",
         f"#define {upper}_OUTPUTS {len(plan.outputs)}",
-        *([f"/* A constant in Q16.16; the compiler does the arithmetic. */\n{_CONSTANT.format(upper)}"] if fixed else []),
+        *(
+            [f"/* A constant in Q16.16; the compiler does the arithmetic. */\n{_CONSTANT.format(upper)}"]
+            if fixed
+            else []
+        ),
         "",
         f"enum {{{', '.join(f'{upper}_IN_{n.upper()}' for n in _uppers(plan.inputs))}}};",
         f"enum {{{', '.join(f'{upper}_OUT_{n.upper()}' for n in _uppers(plan.outputs))}}};",
@@ -93,7 +99,8 @@ def header(plan: Plan, real: str) -> str:
     return "\n".join(rows)
 
 
-_CONSTANT = "#define {}_Q16(value) ((int32_t)((value) * 65536.0 + ((value) < 0 ? -0.5 : 0.5)))"
+_CONSTANT = """/* A constant in Q16.16; the compiler does the arithmetic. */
+#define {}_Q16(value) ((int32_t)((value) * 65536.0 + ((value) < 0 ? -0.5 : 0.5)))"""
 
 
 def _uppers(names: Sequence[str]) -> list[str]:
@@ -141,7 +148,7 @@ class _Writer:
         signature = f"int {plan.name}_infer(const {self.real} x[{upper}_INPUTS], {self.real} y[{upper}_OUTPUTS])"
         includes = [f'#include "{plan.name}.h"', "", "#include <math.h>"]
         parts = [
-            f"/* {comment(plan.fis.name)}, in {self.real}: see {plan.name}.h. Made of the system: change that, not this. */",
+            f"/* {comment(plan.fis.name)}, in {self.real}: see {plan.name}.h. Made of the system: change that. */",
             "\n".join(includes) + "\n",
             pieces(self.needed, self.number),
             *(["\n".join(tables) + "\n"] if tables else []),
@@ -152,11 +159,16 @@ class _Writer:
     def _inputs(self) -> list[str]:
         """Inputs by their names, limited or not, and whether one is not-a-number."""
         plan, upper, clips = self.plan, self.plan.name.upper(), self.plan.fis.out_of_range == "clip"
-        rows = ["    int told = 0;", f"    {self.real} unknown = {self.zero}; /* not-a-number if an input or a degree is */"]
+        rows = [
+            "    int told = 0;",
+            f"    {self.real} unknown = {self.zero}; /* not-a-number if an input or a degree is */",
+        ]
         for k, (name, variable) in enumerate(zip(plan.inputs, plan.fis.inputs, strict=True)):
             low, high = (self.number.constant(end) for end in variable.universe)
             if clips:
-                rows.append(f"    const {self.real} {name} = x[{k}] < {low} ? {low} : (x[{k}] > {high} ? {high} : x[{k}]);")
+                rows.append(
+                    f"    const {self.real} {name} = x[{k}] < {low} ? {low} : (x[{k}] > {high} ? {high} : x[{k}]);"
+                )
             else:
                 rows.append(f"    const {self.real} {name} = x[{k}];")
         for name, variable in zip(plan.inputs, plan.fis.inputs, strict=True):
@@ -169,11 +181,7 @@ class _Writer:
     def _call(self, term: Term) -> str:
         function = LOGARITHMS.get(term.function, "") if self.plan.logs else term.function
         self.needed.add(function)
-        call = f"{function}({term.variable}, {', '.join(map(self.number.constant, term.parameters))})"
-        if self.plan.logs:
-            self.needed.add("possible")
-            call = f"possible({call})"
-        return call
+        return f"{function}({term.variable}, {', '.join(map(self.number.constant, term.parameters))})"
 
     def _degrees(self) -> list[str]:
         """Layer 1: degrees of membership, or their logarithms."""
@@ -232,7 +240,11 @@ class _Writer:
         rows = ["    /* Layer 2: firing strengths */", f"    {self.real} w[{plan.rules}];"]
         if plan.unrolled:
             for r in range(plan.rules):
-                weight = "" if plan.logs or plan.fis.rules[r].weight == 1 else f"{self.number.constant(plan.fis.rules[r].weight)} * "
+                weight = (
+                    ""
+                    if plan.logs or plan.fis.rules[r].weight == 1
+                    else f"{self.number.constant(plan.fis.rules[r].weight)} * "
+                )
                 joined = self._joined(r)
                 if weight and not plan.logs and "*" not in joined and " " in joined and "(" not in joined[:1]:
                     joined = f"({joined})"
@@ -325,9 +337,9 @@ class _Writer:
             for name, slope in zip(plan.inputs, plan.slopes[o, r], strict=True)
             if slope != 0
         ]
-        if slopes:
-            return f"({' + '.join([*slopes, constant])})"
-        return f"({constant})" if constant.startswith("-") else constant
+        if not slopes:
+            return f"({constant})" if constant.startswith("-") else constant
+        return f"({' + '.join([*slopes, constant])})".replace("+ -", "- ")
 
     # Tables and loops, for systems of many rules ------------------------------------------------------------
 
@@ -338,16 +350,16 @@ class _Writer:
         rows = ["/* The rules:"]
         rows += [f" * {r + 1}: {comment(str(rule))}" for r, rule in enumerate(plan.fis.rules)]
         rows[-1] += " */"
-        rows.append(_table(_whole(len(clauses)), "rule_end", np.cumsum([len(row) for row in plan.clauses]).tolist()))
-        rows.append(_table(_whole(len(plan.terms)), "clause_term", [c.term for c in clauses]))
+        rows.append(table(whole(len(clauses)), "rule_end", np.cumsum([len(row) for row in plan.clauses]).tolist()))
+        rows.append(table(whole(len(plan.terms)), "clause_term", [c.term for c in clauses]))
         if any(c.power != 1 for c in clauses):
-            rows.append(_table(self.real, "clause_power", [self.number.constant(c.power) for c in clauses]))
+            rows.append(table(self.real, "clause_power", [self.number.constant(c.power) for c in clauses]))
         if any(c.negated for c in clauses):
-            rows.append(_table("unsigned char", "clause_negated", [int(c.negated) for c in clauses]))
+            rows.append(table("unsigned char", "clause_negated", [int(c.negated) for c in clauses]))
         if plan.fis.structure.is_or.any():
-            rows.append(_table("unsigned char", "rule_or", plan.fis.structure.is_or.astype(int).tolist()))
+            rows.append(table("unsigned char", "rule_or", plan.fis.structure.is_or.astype(int).tolist()))
         if (self._weights() != 1).any():
-            rows.append(_table(self.real, "weight_of", [self.number.constant(w) for w in self._weights()]))
+            rows.append(table(self.real, "weight_of", [self.number.constant(w) for w in self._weights()]))
         return rows
 
     def _strength_loop(self) -> list[str]:
@@ -372,8 +384,12 @@ class _Writer:
             if powers:
                 self.needed.add("hedged")
                 rows.append(f"            if (clause_power[k] == {self.number.constant(2.0)}) value *= value;")
-                rows.append(f"            else if (clause_power[k] == {self.number.constant(0.5)}) value = sqrt{suffix}(value);")
-                rows.append(f"            else if (clause_power[k] != {self.one}) value = hedged(value, clause_power[k]);")
+                rows.append(
+                    f"            else if (clause_power[k] == {self.number.constant(0.5)}) value = sqrt{suffix}(value);"
+                )
+                rows.append(
+                    f"            else if (clause_power[k] != {self.one}) value = hedged(value, clause_power[k]);"
+                )
             if negations:
                 rows.append(f"            if (clause_negated[k]) value = {self.one} - value;")
             conjunction = "strength * value" if plan.fis.and_method == "prod" else "least(strength, value)"
@@ -393,13 +409,13 @@ class _Writer:
         for o, name in enumerate(plan.outputs):
             part = plan.takes_part[o]
             if not part.all():
-                rows.append(_table("unsigned char", f"{name}_part", part.astype(int).tolist()))
+                rows.append(table("unsigned char", f"{name}_part", part.astype(int).tolist()))
             numbers = (
                 np.concatenate([plan.slopes[o], plan.constants[o][:, None]], axis=1).ravel()
                 if plan.is_linear(o)
                 else plan.constants[o]
             )
-            rows.append(_table(self.real, f"{name}_of", [self.number.constant(value) for value in numbers]))
+            rows.append(table(self.real, f"{name}_of", [self.number.constant(value) for value in numbers]))
         return rows
 
     def _output_loop(self, o: int) -> list[str]:
@@ -419,12 +435,3 @@ class _Writer:
             proposal = f"{name}_of[r]"
         rows += [f"        {name}_fired += w[r];", f"        {name}_said += w[r] * {proposal};", "    }"]
         return rows
-
-
-def _whole(count: int) -> str:
-    return "unsigned char" if count < 256 else "unsigned short" if count < 65536 else "int"
-
-
-def _table(kind: str, name: str, values: Sequence[object]) -> str:
-    text = fill(", ".join(map(str, values)), 116, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)
-    return f"static const {kind} {name}[{len(values)}] = {{\n{text}\n}};"
