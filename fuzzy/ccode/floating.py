@@ -101,6 +101,43 @@ static REAL dsigmf(REAL x, REAL a1, REAL c1, REAL a2, REAL c2) {
     return limited(exp(log_sigmf(x, a1, c1)) - exp(log_sigmf(x, a2, c2)));
 }
 """),
+    ("ramp", ("limited",), """
+/* 0 at a distance of 0 or less, 1 from a distance of the width on. */
+static REAL ramp(REAL distance, REAL width) { return limited(distance / width); }
+"""),
+    ("spline", ("limited",), """
+/* Two parabolas in place of the straight line. */
+static REAL spline(REAL distance, REAL width) {
+    const REAL z = limited(distance / width);
+    return z < 0.5 ? 2.0 * (z * z) : 1.0 - 2.0 * ((1.0 - z) * (1.0 - z));
+}
+"""),
+    ("log_gauss", ("possible",), """
+static REAL log_gauss(REAL distance, REAL sigma) {
+    const REAL z = distance / sigma;
+    return possible(-0.5 * (z * z));
+}
+"""),
+    ("log_shoulders", ("log_gauss",), """
+/* A Gaussian below the left end, a Gaussian above the right end. */
+static REAL log_shoulders(REAL from_left, REAL s1, REAL from_right, REAL s2) {
+    return log_gauss(from_left < 0.0 ? from_left : 0.0, s1) + log_gauss(from_right > 0.0 ? from_right : 0.0, s2);
+}
+"""),
+    ("log_sigmoid", ("possible",), """
+/* The logarithm of 1 / (1 + e^-z), in a form that does not overflow. */
+static REAL log_sigmoid(REAL z) { return possible(-((z < 0.0 ? -z : 0.0) + log1p(exp(-fabs(z))))); }
+"""),
+    ("log_bell", ("log_sigmoid",), """
+/* The logarithm of 1 / (1 + |z|^2b). */
+static REAL log_bell(REAL distance, REAL a, REAL b) {
+    const REAL z = fabs(distance / a);
+    return log_sigmoid(z > 0.0 ? -2.0 * b * log(z) : (b > 0.0 ? INFINITY : (b < 0.0 ? -INFINITY : 0.0)));
+}
+"""),
+    ("difference", ("limited", "log_sigmoid"), """
+static REAL difference(REAL z1, REAL z2) { return limited(exp(log_sigmoid(z1)) - exp(log_sigmoid(z2))); }
+"""),
     ("both", (), """
 static REAL both(REAL a, REAL b) { return a + b - a * b; }
 """),

@@ -8,6 +8,7 @@ import numpy as np
 
 from fuzzy.ccode.fixedpoint import fixed_source
 from fuzzy.ccode.floating import pieces
+from fuzzy.ccode.floatterm import FloatTerm
 from fuzzy.ccode.identifier import comment, identifier
 from fuzzy.ccode.numbertype import Floating, checked_number
 from fuzzy.ccode.plan import LOGARITHMS, Clause, Plan, Term, planned
@@ -179,6 +180,9 @@ class _Writer:
         return [*rows, ""]
 
     def _call(self, term: Term) -> str:
+        """A degree, or its logarithm, as an expression."""
+        if self.real == "float":
+            return FloatTerm(self.number, term, self.plan.logs, self.needed).text()
         function = LOGARITHMS.get(term.function, "") if self.plan.logs else term.function
         self.needed.add(function)
         return f"{function}({term.variable}, {', '.join(map(self.number.constant, term.parameters))})"
