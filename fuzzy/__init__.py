@@ -15,6 +15,8 @@ Make a system and ask it:
 Files, data and learning a start (the rest is in the package anfis):
     read_fis, read_mamdani, write_fis, parse_fis, format_fis, find_fis, packaged_fis_files; identify,
     subtractive_clusters, fit_consequents, search_clusters, search_table; tune, a TunedSystem comes back
+Take it to a microcontroller:
+    write_c, verify_c; CFiles, Verified and a Lookup come back
 Close the loop with one's own plant:
     step_response, TransferFunction, FunctionPlant, PID, Scale
 Look and understand:
@@ -29,6 +31,11 @@ from fuzzy.lazynames import lazy_names
 TYPE_CHECKING = False  # type checkers take it as true by its name; importing typing would double the time
 
 if TYPE_CHECKING:
+    from fuzzy.ccode.compiler import CompilerError
+    from fuzzy.ccode.lookup import Lookup
+    from fuzzy.ccode.numbertype import ExportError
+    from fuzzy.ccode.verification import Verified, verify_c
+    from fuzzy.ccode.writing import CFiles, write_c
     from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
     from fuzzy.designer.notebook import editor
     from fuzzy.errors import InputError
@@ -105,6 +112,11 @@ if TYPE_CHECKING:
     from fuzzy.tuning.data import TunedSystem, tune
 
 _HOMES = {
+    "fuzzy.ccode.compiler": ("CompilerError",),
+    "fuzzy.ccode.lookup": ("Lookup",),
+    "fuzzy.ccode.numbertype": ("ExportError",),
+    "fuzzy.ccode.verification": ("Verified", "verify_c"),
+    "fuzzy.ccode.writing": ("CFiles", "write_c"),
     "fuzzy.compiled.sugeno": ("CompiledSugeno", "compile_sugeno"),
     "fuzzy.designer.notebook": ("editor",),
     "fuzzy.errors": ("InputError",),
@@ -186,13 +198,16 @@ if not TYPE_CHECKING:  # a type checker has the names above, and sees which ther
 __all__ = [
     "PID",
     "Bell",
+    "CFiles",
     "Clause",
     "ClusteringError",
     "CompiledSugeno",
+    "CompilerError",
     "Constant",
     "DataError",
     "DataWarning",
     "Explanation",
+    "ExportError",
     "Finding",
     "FisFileError",
     "FisFileWarning",
@@ -206,6 +221,7 @@ __all__ = [
     "Linear",
     "LinearS",
     "LinearZ",
+    "Lookup",
     "LoopError",
     "MamdaniError",
     "MamdaniSystem",
@@ -230,6 +246,7 @@ __all__ = [
     "TunedSystem",
     "TwoSidedGaussian",
     "Variable",
+    "Verified",
     "ZShape",
     "check",
     "compile_sugeno",
@@ -274,6 +291,8 @@ __all__ = [
     "trapmf",
     "trimf",
     "tune",
+    "verify_c",
+    "write_c",
     "write_figures",
     "write_fis",
     "zmf",

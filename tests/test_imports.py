@@ -19,7 +19,7 @@ FLOORS = {"fuzzy": ("fuzzy",), "anfis": ("fuzzy", "anfis"), "robotics": ("fuzzy"
 STAIRS = {
     "fuzzy": """
         lazynames extras errors naming shown sketch profile membershipfunction membership rule language system inference
-        detached files compiled insight fitting tuning starts loop shell figures designer commands
+        detached files compiled insight fitting tuning starts loop ccode shell figures designer commands
     """,
     "anfis": """
         data point premises proposals consequents network compiled state methods checkpoint accuracy training folds

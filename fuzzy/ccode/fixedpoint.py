@@ -112,19 +112,19 @@ class _Writer:
         self.needed.add("line")
         return f"line({term.variable}, {line(slope, offset, places)})"
 
-    def _rise(self, term: Term, a: float, b: float, spline: bool = False) -> str:
+    def _rise(self, term: Term, a: float, b: float, spline: bool) -> str:
         """From 0 at a to 1 at b, by a straight line or a spline; falling where a > b is meant by :meth:`_fall`."""
         function = "spline" if spline else "limited"
         self.needed.add(function)
         return f"{function}({self._line(term, 1 / (b - a), -a / (b - a), _DEGREE)})"
 
-    def _up(self, term: Term, a: float, b: float, spline: bool = False) -> str:
+    def _up(self, term: Term, a: float, b: float, *, spline: bool = False) -> str:
         if b > a and math.isfinite(b - a):
             return self._rise(term, a, b, spline)
         at = (a + b) / 2 if spline else b
         return f"({term.variable} >= {self._edge(at)} ? ONE : 0)"
 
-    def _down(self, term: Term, c: float, d: float, spline: bool = False) -> str:
+    def _down(self, term: Term, c: float, d: float, *, spline: bool = False) -> str:
         if d > c and math.isfinite(d - c):
             function = "spline" if spline else "limited"
             self.needed.add(function)

@@ -3,6 +3,7 @@
 import warnings
 from dataclasses import dataclass
 from textwrap import indent
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from fuzzy.ccode.fixedpoint import check_range, q16
 from fuzzy.ccode.identifier import comment
 from fuzzy.ccode.numbertype import ExportError, Floating, checked_number
 from fuzzy.ccode.plan import Plan, planned
+from fuzzy.ccode.proofpoints import proof_points
 from fuzzy.ccode.source import CSources, header
 from fuzzy.ccode.tables import table
 from fuzzy.compiled.sugeno import compile_sugeno
@@ -19,7 +21,8 @@ from fuzzy.shown import shown
 from fuzzy.system import Sugeno
 
 _MOST = 65_536  # points of a table
-_BETWEEN = 8  # how often an interval is looked at to find the error
+_BETWEEN = 4  # how often an interval is looked at to find the error
+_LOOKED_AT = 20_000  # points besides, many of them at the edges of membership functions
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,10 @@ class Lookup:
     values: np.ndarray  # (*points, outputs)
     greatest: tuple[float, ...]  # of each output, in its unit
     mean: tuple[float, ...]
+
+    def answers(self, fis: Sugeno, x: np.ndarray) -> np.ndarray:
+        """What the table says (n, outputs) at points (n, inputs) in the universes of discourse."""
+        return _interpolated(self.values, fis, x)
 
 
 def lookup_of(fis: Sugeno, points: tuple[int, ...]) -> Lookup:
@@ -47,26 +54,38 @@ def lookup_of(fis: Sugeno, points: tuple[int, ...]) -> Lookup:
     for variable in fis.inputs:
         if variable.universe[0] == variable.universe[1]:
             raise ExportError(f"{fis.name}: {variable.name} has a single value, over which no table can be spread")
-    values = _asked(fis, [np.linspace(*v.universe, n) for v, n in zip(fis.inputs, points, strict=True)])
-    dense = [np.linspace(*v.universe, (n - 1) * _BETWEEN + 1) for v, n in zip(fis.inputs, points, strict=True)]
-    error = np.abs(_interpolated(values, [len(d) for d in dense]) - _asked(fis, dense)).reshape(-1, len(fis.outputs))
-    return Lookup(points, values, tuple(error.max(axis=0)), tuple(error.mean(axis=0)))
+    values = _asked(fis, _grid(fis, points))
+    dense = _grid(fis, tuple((n - 1) * _BETWEEN + 1 for n in points)).reshape(-1, inputs)
+    x = np.concatenate([dense, proof_points(fis, _LOOKED_AT, 0, inside=True)])
+    error = np.abs(_interpolated(values, fis, x) - _asked(fis, x))
+    return Lookup(points, values, tuple(error.max(axis=0).tolist()), tuple(error[: len(dense)].mean(axis=0).tolist()))
 
 
-def _asked(fis: Sugeno, axes: list[np.ndarray]) -> np.ndarray:
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+def _grid(fis: Sugeno, points: tuple[int, ...]) -> np.ndarray:
+    axes = [np.linspace(*variable.universe, n) for variable, n in zip(fis.inputs, points, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+
+
+def _asked(fis: Sugeno, x: np.ndarray) -> np.ndarray:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InferenceWarning)
-        return np.asarray(compile_sugeno(fis)(grid))
+        return np.asarray(compile_sugeno(fis)(x))
 
 
-def _interpolated(values: np.ndarray, sizes: list[int]) -> np.ndarray:
-    for axis, size in enumerate(sizes):
-        at = np.linspace(0, values.shape[axis] - 1, size)
-        low = np.minimum(at.astype(int), values.shape[axis] - 2)
-        share = (at - low).reshape([-1 if k == axis else 1 for k in range(values.ndim)])
-        values = np.take(values, low, axis) * (1 - share) + np.take(values, low + 1, axis) * share
-    return values
+def _interpolated(values: np.ndarray, fis: Sugeno, x: np.ndarray) -> np.ndarray:
+    """Linear between the points of a table, along each input."""
+    corners: list[tuple[tuple[Any, ...], Any]] = [((), 1.0)]
+    for k, variable in enumerate(fis.inputs):
+        low, high = variable.universe
+        at = (np.clip(x[:, k], low, high) - low) * ((values.shape[k] - 1) / (high - low))
+        cell = np.minimum(at.astype(int), values.shape[k] - 2)
+        share = (at - cell)[:, None]
+        corners = [
+            (place + (cell + step,), weight * (share if step else 1 - share))
+            for place, weight in corners
+            for step in (0, 1)
+        ]
+    return np.asarray(sum(values[place] * weight for place, weight in corners))
 
 
 def with_lookup(fis: Sugeno, lookup: Lookup, name: str = "", number: str = "double") -> CSources:

@@ -313,7 +313,7 @@ class _Writer:
         plan, upper, name = self.plan, self.plan.name.upper(), self.plan.outputs[o]
         variable = plan.fis.outputs[o]
         default = self.number.constant(variable.midrange) if plan.fis.no_rule_fires == "midrange" else "NAN"
-        part = np.flatnonzero(plan.takes_part[o])
+        part = np.flatnonzero(plan.takes_part[o]).tolist()
         nobody = [f"    told |= {upper}_NO_RULE;", f"    y[{o}] = {default} + unknown;"]
         if not len(part):
             return nobody
