@@ -27,7 +27,7 @@ STAIRS = {
     """,
     "robotics": """
         quantity random_streams statistics tables vehicle paths radio environment sensing laws scenario simulation
-        measures experiments tuning arena starts figures playback report thesis designer commands
+        measures experiments tuning arena starts ccode figures playback report thesis designer commands
     """,
     "robotics.laws": """
         setting modes specification law equation universe foreign preset tuned lawfile tracking predictive formation

@@ -58,7 +58,19 @@ CARRIED: dict[type[Law[Any]], Carried] = {
         memory=("along m s", "aside m s", "before rad: the heading error of the period before", "rate rad/s"),
     ),
     SlidingMode: Carried(
-        (*LIMITS, *_DYNAMICS, "", "", "K m/s² (rad/s²)", "LAMBDA 1/s", "MU0 1", "ALPHA s/m", "", "LEAD m/s", *_LYAPUNOV),
+        (
+            *LIMITS,
+            *_DYNAMICS,
+            "",
+            "",
+            "K m/s² (rad/s²)",
+            "LAMBDA 1/s",
+            "MU0 1",
+            "ALPHA s/m",
+            "",
+            "LEAD m/s",
+            *_LYAPUNOV,
+        ),
         memory=(
             *("integral_v m: of the error", "integral_w rad", "s_v m/s: the surface", "s_w rad/s"),
             *("push_v m/s²: of the reaching law", "push_w rad/s²", "desired_v m/s", "desired_w rad/s"),

@@ -173,7 +173,7 @@ class _Writer:
         """All texts."""
         python = type(self.law).equation
         python = getattr(python, "py_func", python)
-        one = next(cell.cell_contents for cell in python.__closure__ or () if hasattr(cell.cell_contents, "__call__"))
+        one = next(cell.cell_contents for cell in python.__closure__ or () if callable(cell.cell_contents))
         one = getattr(one, "py_func", one)
         step = self._step(one)
         wheels = [] if self.torque else ["wheel_right", "wheel_left"]
@@ -184,7 +184,14 @@ class _Writer:
         header = self._header(inputs, outputs, look_ahead)
         bases = tuple(self.called.values())
         return LawSources(
-            self.name, header, self._source(step), bases, inputs, memory, outputs, look_ahead if "ahead_x" in inputs else math.nan
+            self.name,
+            header,
+            self._source(step),
+            bases,
+            inputs,
+            memory,
+            outputs,
+            look_ahead if "ahead_x" in inputs else math.nan,
         )
 
     def _step(self, one: Any) -> str:
@@ -246,7 +253,7 @@ class _Writer:
             for row, value in zip(self.how.memory, self.memory, strict=True)
         ] or ["    state->nothing = 0;"]
         parts = [
-            f"/* The law {comment(self.name)}, in {real}: see {self.name}.h. Made of the law: change that, not this. */",
+            f"/* The law {comment(self.name)}, in {real}: see {self.name}.h. Made of the law. */",
             "\n".join([f'#include "{self.name}.h"', *(f'#include "{b.name}.h"' for b in self.called.values()), ""]),
             "#include <math.h>\n",
             "/* The gains, and the robot's numbers */\n" + "\n".join(constants) + "\n",
@@ -281,7 +288,7 @@ class _Writer:
             " *",
             f" *     static {name}_state state;",
             f" *     {name}_init(&state);",
-            f" *     while (wait_for_timer()) {{",
+            " *     while (wait_for_timer()) {",
             f" *         {name}_input input = {{0}};",
             " *         input.x = ...; ...",
             f" *         {name}_output output;",
@@ -289,8 +296,8 @@ class _Writer:
             f" *         drive(output.{first}, output.{second});",
             " *     }",
             " *",
-            " * Frames by REP 103: x ahead, y to the left, headings counter-clockwise. It allocates nothing, and all that it",
-            " * remembers is in the state: several robots, several states. */",
+            " * Frames by REP 103: x ahead, y to the left, headings counter-clockwise. It allocates nothing, and all that",
+            " * it remembers is in the state: several robots, several states. */",
             f"#ifndef {upper}_H",
             f"#define {upper}_H",
             "",

@@ -96,7 +96,9 @@ class Arithmetic:
 
     def negative(self, a: Any) -> Any:
         """−a."""
-        return Known(-a.value) if isinstance(a, Known) else Term(f"-{self.term(a).within(ATOM)}", self.term(a).kind, UNARY)
+        return (
+            Known(-a.value) if isinstance(a, Known) else Term(f"-{self.term(a).within(ATOM)}", self.term(a).kind, UNARY)
+        )
 
     def compared(self, operator: ast.cmpop, a: Any, b: Any) -> Any:
         """Whether a < b, and the like."""
@@ -150,7 +152,7 @@ class Arithmetic:
         if name == "isnan":
             return Term(f"isnan({self.real(arguments[0])})", "int")
         suffix = self.number.suffix
-        own = {"min": "least", "max": "most"}
+        own = {"min": "min_of", "max": "max_of"}
         if name in own:
             self.needed.add(own[name])
             call = own[name]
@@ -192,10 +194,10 @@ _COMPARE = {
     ast.Eq: lambda a, b: a == b,
     ast.NotEq: lambda a, b: a != b,
 }
-_CALL = {"min": min, "max": max, "abs": abs}
+_CALL: dict[str, Any] = {"min": min, "max": max, "abs": abs}
 PIECES = {
-    "least": "static REAL least(REAL a, REAL b) {\n    return b < a ? b : a;\n}\n",
-    "most": "static REAL most(REAL a, REAL b) {\n    return b > a ? b : a;\n}\n",
+    "min_of": "static REAL min_of(REAL a, REAL b) {\n    return b < a ? b : a;\n}\n",
+    "max_of": "static REAL max_of(REAL a, REAL b) {\n    return b > a ? b : a;\n}\n",
     "modulo": (
         "/* The remainder of a division, with the sign of the divisor. */\n"
         "static REAL modulo(REAL a, REAL b) {\n"

@@ -95,6 +95,10 @@ class Translator:
         lines = body.finished()
         found.result, found.left = body.result, body.left
         kind = "void" if not isinstance(body.result, str) else "int" if body.result == "int" else self.real
+        text = "\n".join(lines)
+        for name in (parameter.rpartition(" ")[2].partition("[")[0].strip("*") for parameter in parameters):
+            if not re.search(rf"(?<![\w>.]){name}(?!\w)", text):
+                lines.insert(0, f"    (void){name};")
         if body.left:
             parameters.append(f"{self.real} left[{body.left}]")
         head = f"static {kind} {found.name}({', '.join(parameters) or 'void'}) {{"
@@ -383,7 +387,12 @@ class Body:
         first, last = (Known(0), bounds[0]) if len(bounds) == 1 else bounds[:2]
         name = statement.target.id
         breaks = any(isinstance(n, (ast.Break, ast.Return)) for n in ast.walk(statement))
-        if isinstance(first, Known) and isinstance(last, Known) and last.value - first.value <= _UNROLLED and not breaks:
+        if (
+            isinstance(first, Known)
+            and isinstance(last, Known)
+            and last.value - first.value <= _UNROLLED
+            and not breaks
+        ):
             for n in range(first.value, last.value):
                 self.env[name] = Known(n)
                 self.run(statement.body)

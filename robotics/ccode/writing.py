@@ -23,8 +23,8 @@ class CLawFiles(NamedTuple):
     @property
     def files(self) -> list[Path]:
         """Headers and sources, those of the law first."""
-        texts = self.sources, *self.sources.bases
-        return [self.folder / f"{text.name}.{ending}" for text in texts for ending in ("h", "c")]
+        names = [self.sources.name, *(base.name for base in self.sources.bases)]
+        return [self.folder / f"{name}.{ending}" for name in names for ending in ("h", "c")]
 
 
 def write_c_law(
@@ -50,7 +50,8 @@ def write_c_law(
     check_folder(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written = CLawFiles(law, sources, number, folder)
-    texts = [text for each in (sources, *sources.bases) for text in (each.header, each.source)]
+    texts = [sources.header, sources.source]
+    texts += [text for base in sources.bases for text in (base.header, base.source)]
     with ExitStack() as stack:
         for path in [stack.enter_context(replacing(file)) for file in written.files]:
             path.write_text(texts.pop(0), encoding="utf-8")
