@@ -170,6 +170,7 @@ __all__ = [
     "Arena",
     "ArenaError",
     "Bound",
+    "CLawFiles",
     "Circle",
     "Command",
     "Comparison",
@@ -216,6 +217,7 @@ __all__ = [
     "Timing",
     "Trajectory",
     "Tuned",
+    "VerifiedLaw",
     "Waypoints",
     "adjacency",
     "arrival_time",
@@ -277,4 +279,6 @@ __all__ = [
     "tracking_error",
     "true_progress",
     "tune",
+    "verify_c_law",
+    "write_c_law",
 ]

@@ -90,7 +90,7 @@ class CStep:
         def struct(fields: Sequence[str]) -> Any:
             return type("Fields", (ctypes.Structure,), {"_fields_": [(field, real) for field in fields]})
 
-        self.sources = sources
+        self.sources, self.number = sources, number
         self.Input, self.Output = struct(sources.inputs), struct(sources.outputs)
         self.State = struct(sources.memory or ["nothing"])  # an int where there is none, which is no longer
         self.begin, self.step = loaded[f"{sources.name}_init"], loaded[f"{sources.name}_step"]
@@ -119,6 +119,8 @@ class InC(Law[Any]):
     def init(self, setting: Setting, runs: int) -> Any:
         """A state for every robot of every run."""
         self.law.init(setting, runs)
+        for row in (self.kept["inputs"], self.kept["outputs"]):
+            row.clear()
         states = [self.c.state() for _ in range(runs * len(setting.robots))]
         return setting.references.road, velocity_limits(setting.robots), setting.robots, states
 
@@ -182,7 +184,7 @@ def verify_c_law(files: CLawFiles, scenarios: Sequence[Scenario], seeds: Sequenc
             drives.append(_driven(files.law, InC(files.law, step, steps), scenario, tuple(seeds)))
         watched = compiler.sanitizes(folder)
         if watched:
-            _watched(compiler, folder, files, codes, steps, len(seeds))
+            _watched(compiler, folder, files, codes, steps)
     return VerifiedLaw(tuple(drives), compiler.version, watched, files.number)
 
 
@@ -198,7 +200,9 @@ def _driven(law: Law[Any], in_c: InC, scenario: Scenario, seeds: tuple[int, ...]
     setting = scenario.setting
     apart = _apart(law, in_c, setting, seeds)
     steps, fine = in_c.kept["steps"], apart
-    if apart > LIMIT:  # one encoder count sooner or later is 1e-5 m, and the law's last bit decides about it
+    if (
+        in_c.c.number == "double" and apart > LIMIT
+    ):  # one encoder count sooner or later is 1e-5 m, and the law's last bit decides about it
         robots = tuple(replace(robot, counts_per_turn=COUNTS) for robot in setting.robots)
         fine = _apart(law, in_c, replace(setting, robots=robots), seeds)
     return Drive(scenario.name, seeds, apart, fine, in_c.kept["wheels"], steps)
@@ -212,9 +216,7 @@ def _apart(law: Law[Any], in_c: InC, setting: Setting, seeds: tuple[int, ...]) -
     return float(np.nanmax(np.hypot(here["x"] - there["x"], here["y"] - there["y"]), initial=0.0))
 
 
-def _watched(
-    compiler: Compiler, folder: Path, files: CLawFiles, codes: list[Path], steps: dict[str, Any], runs: int
-) -> None:
+def _watched(compiler: Compiler, folder: Path, files: CLawFiles, codes: list[Path], steps: dict[str, Any]) -> None:
     """Make the steps of the first robot again, under the sanitizers, and see that they say the same."""
     driver = folder / "driver.c"
     driver.write_text(_DRIVER.format(name=files.sources.name), encoding="utf-8")
