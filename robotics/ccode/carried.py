@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from fuzzy.ccode.numbertype import ExportError
-from fuzzy.compiled.packed import packed
 from fuzzy.system import Sugeno
 from robotics.laws.law import Law
 from robotics.laws.rules.own_rules import OwnRules
@@ -106,8 +105,3 @@ def first_numbers(law: Any, setting: Any) -> np.ndarray:
     """What a law remembers at the start, (numbers,), of one robot."""
     rows = np.asarray(law.begin(setting, 1), dtype=float)
     return rows[:, 0, 0] if len(rows) else np.empty(0)
-
-
-def packed_size(fis: Any) -> int:
-    """How many numbers a packed rule base has."""
-    return len(packed(fis))

@@ -13,7 +13,7 @@ from robotics.scenario.description import Scenario
 
 
 class CLawFiles(NamedTuple):
-    """What was written."""
+    """What was written of a law, and for which it was."""
 
     law: Law[Any]
     sources: LawSources

@@ -66,7 +66,7 @@ def test_laws_that_cannot_be_written_are_refused(tmp_path, spec):
     scenario = robotics.load_scenario("table-2-1")
     if spec not in robotics.CATALOGUE:
         pytest.skip(f"there is no {spec}")
-    with pytest.raises(ExportError, match="those that can be: fuzzy .*lyapunov, lqr, pid, csm"):
+    with pytest.raises(ExportError, match=r"those that can be: fuzzy .*lyapunov, lqr, pid, csm"):
         write_c_law(spec, scenario, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
