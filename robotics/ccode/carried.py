@@ -86,7 +86,7 @@ def carried(law: Law[Any], specification: str) -> Carried:
     found = CARRIED.get(type(law))
     if found is None or not getattr(law, "has_equation", False):
         why = "its rule base asks for more than fuzzy tracking knows" if isinstance(law, OwnRules) else (
-            "it has no control step that C takes over"
+            "it looks ahead, hears others, or has a control step that is not translated"
         )  # fmt: skip
         raise ExportError(f"{specification} cannot be written in C: {why}; those that can be: {NAMES}")
     return found

@@ -178,7 +178,8 @@ class _Writer:
         step = self._step(one)
         wheels = [] if self.torque else ["wheel_right", "wheel_left"]
         outputs = (*self.outputs, *wheels)
-        inputs = tuple(field for field in (*SEEN, *AHEAD) if field in self.used)
+        held = " ".join(function.text for function in self.translator.done.values())
+        inputs = tuple(field for field in (*SEEN, *AHEAD) if f"input->{field}" in f"{step} {held}")
         memory = tuple(row.partition(" ")[0] for row in self.how.memory)
         look_ahead = float(getattr(self.law, "look_ahead", math.nan))
         header = self._header(inputs, outputs, look_ahead)

@@ -93,8 +93,10 @@ def _print(files: "CLawFiles", proof: "VerifiedLaw | None") -> None:
     verdict = {True: "the same", False: "NOT THE SAME", None: "told, not judged, in float"}[proof.holds]
     for drive in proof.drives:
         seeds = ", ".join(map(str, drive.seeds))
+        fine = f" ({drive.fine:.2g} m where the encoders count finely)" if drive.fine != drive.greatest else ""
         print(
-            f"{drive.scenario}, seeds {seeds}: {drive.greatest:.2g} m apart at most in {drive.steps} steps: {verdict}"
+            f"{drive.scenario}, seeds {seeds}: {drive.greatest:.2g} m apart at most{fine} in {drive.steps} steps: "
+            f"{verdict}"
         )
     watched = "address and undefined-behaviour sanitizers clean" if proof.sanitized else "no sanitizers here"
     print(f"{proof.compiler}, {watched}")
