@@ -90,7 +90,6 @@ class _Writer:
         self.radius = setting.robots[0].wheel_radius
         self.memory = first_numbers(law, setting)
         self.constants: dict[str, _Constant] = {}
-        self.used: set[str] = set()
         self.bases = rule_bases(law, how)
         self.called: dict[str, CSources] = {}
         self.torque = law.level == "torque"
@@ -124,7 +123,6 @@ class _Writer:
             case "limits":
                 return self.constant(LIMITS[row], self.limits[row])
             case "seen":
-                self.used.add(SEEN[row])
                 return Term(f"input->{SEEN[row]}", "real")
             case "memory":
                 return Term(f"state->{self.how.memory[row].partition(' ')[0]}", "real")
@@ -150,7 +148,6 @@ class _Writer:
     def call(self, body: Body, name: str, arguments: Any) -> Any:
         """The functions that are not translated: rule bases, and the reference at a later time."""
         if name == "moving":
-            self.used |= set(AHEAD)
             return Row(tuple(Term(f"input->{field}", "real") for field in AHEAD))
         if name == "told":
             return Known(None)
