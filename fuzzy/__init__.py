@@ -18,6 +18,8 @@ Files, data and learning a start (the rest is in the package anfis):
 Mamdani systems, and how near a Sugeno system comes:
     Mamdani, read_mamdani_original, mamdani_difference, fit_to_mamdani; from_skfuzzy,
     a FromScikitFuzzy comes back
+Take it to a microcontroller:
+    write_c, verify_c; CFiles, Verified and a Lookup come back
 Close the loop with one's own plant:
     step_response, TransferFunction, FunctionPlant, PID, Scale
 Look and understand:
@@ -32,6 +34,11 @@ from fuzzy.lazynames import lazy_names
 TYPE_CHECKING = False  # type checkers take it as true by its name; importing typing would double the time
 
 if TYPE_CHECKING:
+    from fuzzy.ccode.compiler import CompilerError
+    from fuzzy.ccode.lookup import Lookup
+    from fuzzy.ccode.numbertype import ExportError
+    from fuzzy.ccode.verification import Verified, verify_c
+    from fuzzy.ccode.writing import CFiles, write_c
     from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
     from fuzzy.designer.notebook import editor
     from fuzzy.errors import InputError
@@ -111,6 +118,11 @@ if TYPE_CHECKING:
     from fuzzy.tuning.data import TunedSystem, tune
 
 _HOMES = {
+    "fuzzy.ccode.compiler": ("CompilerError",),
+    "fuzzy.ccode.lookup": ("Lookup",),
+    "fuzzy.ccode.numbertype": ("ExportError",),
+    "fuzzy.ccode.verification": ("Verified", "verify_c"),
+    "fuzzy.ccode.writing": ("CFiles", "write_c"),
     "fuzzy.compiled.sugeno": ("CompiledSugeno", "compile_sugeno"),
     "fuzzy.designer.notebook": ("editor",),
     "fuzzy.errors": ("InputError",),
@@ -195,14 +207,17 @@ if not TYPE_CHECKING:  # a type checker has the names above, and sees which ther
 __all__ = [
     "PID",
     "Bell",
+    "CFiles",
     "Clause",
     "ClusteringError",
     "CompiledSugeno",
+    "CompilerError",
     "Constant",
     "DataError",
     "DataWarning",
     "Difference",
     "Explanation",
+    "ExportError",
     "Finding",
     "FisFileError",
     "FisFileWarning",
@@ -217,6 +232,7 @@ __all__ = [
     "Linear",
     "LinearS",
     "LinearZ",
+    "Lookup",
     "LoopError",
     "Mamdani",
     "MamdaniError",
@@ -242,6 +258,7 @@ __all__ = [
     "TunedSystem",
     "TwoSidedGaussian",
     "Variable",
+    "Verified",
     "ZShape",
     "check",
     "compile_sugeno",
@@ -290,6 +307,8 @@ __all__ = [
     "trapmf",
     "trimf",
     "tune",
+    "verify_c",
+    "write_c",
     "write_figures",
     "write_fis",
     "zmf",

@@ -26,6 +26,8 @@ Draw, each a matplotlib figure:
     of a run plot_run, plot_team, plot_formation, plot_avoidance, plot_trajectories, plot_distances, plot_progress,
     plot_modes, plot_sonar, plot_rules_at, plot_meetings; of several plot_comparison, plot_leads, plot_paths,
     plot_errors, plot_velocities, plot_recovery, plot_scaling; of a law plot_states, plot_certificate
+Take to a robot:
+    write_c_law, a law's control step in C (CLawFiles), and verify_c_law, the proof that it is the same (VerifiedLaw)
 Your own laws, metrics and studies:
     Law, Setting, Observation, Command, Heard, Preset, ControllerError; metric, Metric; a file or an object is accepted
     wherever a controller or a metric is named: docs/own-law.md; load_study, run_study, study_names
@@ -40,6 +42,8 @@ TYPE_CHECKING = False  # type checkers take it as true by its name; importing ty
 if TYPE_CHECKING:
     from robotics.arena.description import Arena, load_arena
     from robotics.arena.families import ArenaError
+    from robotics.ccode.verification import VerifiedLaw, verify_c_law
+    from robotics.ccode.writing import CLawFiles, write_c_law
     from robotics.experiments.comparison import Comparison, compare, summarise
     from robotics.experiments.learning.drivedata import DriveRecipe, drive_data
     from robotics.experiments.population import Population, PopulationError, simulate_many
@@ -109,6 +113,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "robotics.arena.description": ("Arena", "load_arena"),
     "robotics.arena.families": ("ArenaError",),
+    "robotics.ccode.verification": ("VerifiedLaw", "verify_c_law"),
+    "robotics.ccode.writing": ("CLawFiles", "write_c_law"),
     "robotics.experiments.comparison": ("Comparison", "compare", "summarise"),
     "robotics.experiments.learning.drivedata": ("DriveRecipe", "drive_data"),
     "robotics.experiments.population": ("Population", "PopulationError", "simulate_many"),
@@ -186,6 +192,7 @@ __all__ = [
     "Arena",
     "ArenaError",
     "Bound",
+    "CLawFiles",
     "Circle",
     "Command",
     "Comparison",
@@ -239,6 +246,7 @@ __all__ = [
     "TrackingVectorEnv",
     "Trajectory",
     "Tuned",
+    "VerifiedLaw",
     "Waypoints",
     "adjacency",
     "arrival_time",
@@ -302,6 +310,8 @@ __all__ = [
     "tracking_error",
     "true_progress",
     "tune",
+    "verify_c_law",
+    "write_c_law",
     "write_layout",
     "write_mcap",
     "write_rosbag",

@@ -19,7 +19,7 @@ FLOORS = {"fuzzy": ("fuzzy",), "anfis": ("fuzzy", "anfis"), "robotics": ("fuzzy"
 STAIRS = {
     "fuzzy": """
         lazynames extras errors naming shown sketch profile membershipfunction membership rule language system inference
-        detached files compiled insight fitting mamdani tuning starts loop shell figures designer commands
+        detached files compiled insight fitting mamdani tuning starts loop ccode shell figures designer commands
     """,
     "anfis": """
         data point premises proposals consequents network compiled state methods checkpoint accuracy training folds
@@ -27,7 +27,8 @@ STAIRS = {
     """,
     "robotics": """
         quantity random_streams statistics tables vehicle paths radio environment sensing laws scenario simulation
-        measures logs experiments tuning arena reinforcement starts figures playback report thesis designer commands
+        measures logs experiments tuning arena reinforcement starts ccode figures playback report thesis designer
+        commands
     """,
     "robotics.laws": """
         setting modes specification law equation universe foreign preset tuned lawfile tracking predictive formation

@@ -15,6 +15,7 @@ from fuzzy.commands.design import design
 from fuzzy.commands.evaluate import evaluate
 from fuzzy.commands.example import example
 from fuzzy.commands.explain import explain
+from fuzzy.commands.export import export
 from fuzzy.commands.identify import identify
 from fuzzy.commands.new import new
 from fuzzy.commands.plot import plot
@@ -51,6 +52,7 @@ for command in (
     example,
 ):
     app.command()(command)
+app.add_typer(export, name="export")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -20,6 +20,7 @@ from robotics.commands.compare import compare
 from robotics.commands.copy import copy
 from robotics.commands.dataset import dataset
 from robotics.commands.explain import explain
+from robotics.commands.export import export
 from robotics.commands.learn import learn
 from robotics.commands.list import list_
 from robotics.commands.new import new
@@ -45,6 +46,7 @@ app = application(
 app.add_typer(dataset, name="dataset")
 app.add_typer(stress, name="stress")
 app.add_typer(learn, name="learn")
+app.add_typer(export, name="export")
 app.command("list")(list_)
 app.command()(copy)
 app.command()(scenario)

@@ -1,0 +1,124 @@
+"""What of a system is written in C, with the names that it has there: the same for every type of numbers."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fuzzy.ccode.identifier import identifier
+from fuzzy.ccode.numbertype import ExportError
+from fuzzy.inference import logarithmic
+from fuzzy.membershipfunction import as_number
+from fuzzy.system import Sugeno
+
+UNROLLED = 40  # rules; a system with more is written as tables and loops
+
+
+@dataclass(frozen=True)
+class Term:
+    """A term that a rule asks for."""
+
+    input: int
+    variable: str  # the input's identifier
+    name: str  # its own identifier, such as "distance_near"
+    label: str  # as the system calls it
+    function: str  # MATLAB's name
+    parameters: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Clause:
+    """One clause of a rule."""
+
+    term: int
+    power: float
+    negated: bool
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A system, laid out for C."""
+
+    fis: Sugeno
+    name: str  # the prefix of everything public
+    inputs: tuple[str, ...]  # identifiers
+    outputs: tuple[str, ...]
+    terms: tuple[Term, ...]
+    clauses: tuple[tuple[Clause, ...], ...]  # of each rule
+    constants: np.ndarray  # (outputs, rules)
+    slopes: np.ndarray  # (outputs, rules, inputs)
+    logs: bool  # whether firing strengths are sums of logarithms
+
+    @property
+    def rules(self) -> int:
+        """How many rules there are."""
+        return len(self.fis.rules)
+
+    @property
+    def unrolled(self) -> bool:
+        """Whether every rule is a line of its own."""
+        return self.rules <= UNROLLED
+
+    @property
+    def takes_part(self) -> np.ndarray:
+        """Whether a rule has a consequent for an output (outputs, rules)."""
+        return np.asarray(self.fis.structure.consequent >= 0)
+
+    def is_linear(self, output: int) -> bool:
+        """Whether an output has first-order consequents."""
+        return bool((self.slopes[output] != 0).any())
+
+
+def planned(fis: Sugeno, name: str = "") -> Plan:
+    """Lay a system out. Raises ExportError for a membership function that C has no formula of.
+
+    Args:
+        fis: The system; parameters that are arrays are read now.
+        name: The prefix of everything public; by default the system's own name.
+    """
+    from fuzzy.compiled.tables import NUMBERS
+
+    prefix = identifier(name or fis.name)
+    inputs: list[str] = []
+    for variable in fis.inputs:
+        inputs.append(identifier(variable.name, inputs))
+    outputs: list[str] = []
+    for variable in fis.outputs:
+        outputs.append(identifier(variable.name, [*inputs, *outputs]))
+    s = fis.structure
+    asked = sorted({(int(i), int(s.term[i, r])) for i, r in zip(*np.nonzero(s.term >= 0), strict=True)})
+    terms: list[Term] = []
+    for i, t in asked:
+        label, function = list(fis.inputs[i].terms.items())[t]
+        if type(function) not in NUMBERS:
+            raise ExportError(f"{fis.name}: there is no formula in C of the membership function {function.matlab}")
+        own = identifier(f"{inputs[i]}_{label}", [*inputs, *outputs, *(term.name for term in terms)])
+        numbers = tuple(as_number(p) for p in function.parameters)
+        terms.append(Term(i, inputs[i], own, label, function.matlab, numbers))
+    place = {key: k for k, key in enumerate(asked)}
+    clauses = tuple(
+        tuple(
+            Clause(place[i, int(s.term[i, r])], float(s.power[i, r]), bool(s.negated[i, r]))
+            for i in range(len(inputs))
+            if s.term[i, r] >= 0
+        )
+        for r in range(len(fis.rules))
+    )
+    constants, slopes = _consequents(fis)
+    return Plan(fis, prefix, tuple(inputs), tuple(outputs), tuple(terms), clauses, constants, slopes, logarithmic(fis))
+
+
+def _consequents(fis: Sugeno) -> tuple[np.ndarray, np.ndarray]:
+    shape = (len(fis.outputs), len(fis.rules))
+    constants, slopes = np.zeros(shape), np.zeros((*shape, len(fis.inputs)))
+    for o, variable in enumerate(fis.outputs):
+        rows = [[as_number(p) for p in term.parameters] for term in variable.terms.values()]
+        for r in np.flatnonzero(fis.structure.consequent[o] >= 0):
+            *slope, constants[o, r] = rows[fis.structure.consequent[o, r]]
+            slopes[o, r, : len(slope)] = slope
+    return constants, slopes
+
+
+LOGARITHMS: Mapping[str, str] = {  # of functions that are positive everywhere: that of their logarithm
+    name: f"log_{name}" for name in ("gaussmf", "gauss2mf", "gbellmf", "sigmf", "psigmf")
+}

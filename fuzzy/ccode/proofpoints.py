@@ -1,0 +1,26 @@
+"""The points at which a system in C is compared with the system."""
+
+import numpy as np
+
+from fuzzy.system import Sugeno
+
+
+def proof_points(fis: Sugeno, count: int, seed: int, inside: bool = False) -> np.ndarray:
+    """Points (count, inputs) in the universes of discourse and, unless ``inside``, beyond; a quarter at the kinks."""
+    rng = np.random.default_rng(seed)
+    low, high = np.array([v.universe for v in fis.inputs]).T
+    span = np.where(high > low, high - low, 1.0)
+    beyond = 0.0 if inside else 0.2
+    x = rng.uniform(low - beyond * span, high + beyond * span, (count, len(low)))
+    for i, variable in enumerate(fis.inputs):
+        kinks = [
+            float(number)
+            for function in variable.terms.values()
+            for role, number in zip(function.roles, function.numbers, strict=True)
+            if role == "location" and np.isfinite(number)
+        ]
+        kinks = [*kinks, *variable.universe]
+        rows = np.flatnonzero(rng.random(count) < 0.25)
+        at = rng.choice(kinks, len(rows)) + span[i] * rng.choice([0.0, 0.0, 1e-15, -1e-15, 1e-6, -1e-6], len(rows))
+        x[rows, i] = np.clip(at, low[i], high[i]) if inside else at
+    return x

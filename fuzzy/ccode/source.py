@@ -1,0 +1,441 @@
+"""A system as a header and a source of C."""
+
+from collections.abc import Sequence
+from textwrap import fill
+from typing import NamedTuple
+
+import numpy as np
+
+from fuzzy.ccode.fixedpoint import fixed_source
+from fuzzy.ccode.floating import pieces
+from fuzzy.ccode.floatterm import FloatTerm
+from fuzzy.ccode.identifier import comment, identifier
+from fuzzy.ccode.numbertype import Floating, checked_number
+from fuzzy.ccode.plan import LOGARITHMS, Clause, Plan, Term, planned
+from fuzzy.ccode.tables import table, whole
+from fuzzy.shown import shown
+from fuzzy.system import Sugeno
+
+# Strengths whose sum is below the first are raised by the second: a power of 2, so that nothing is rounded.
+_FAINT = {"double": (1e-290, 2.0**900), "float": (1e-30, 2.0**90)}
+
+
+class CSources(NamedTuple):
+    """A system in C: two texts, and what they are called."""
+
+    name: str  # of the files, without ending, and of the functions' prefix
+    header: str
+    source: str
+
+
+def c_sources(fis: Sugeno, name: str = "", number: str = "double") -> CSources:
+    """Write a system in C99.
+
+    Args:
+        fis: The system.
+        name: The prefix of everything public, and the files' name; by default the system's own.
+        number: "double", "float" or "q16.16", fixed point without floating point at run time.
+
+    Raises:
+        ExportError: A membership function or a number that C, or the type of numbers, does not have.
+    """
+    checked_number(number)
+    plan = planned(fis, name)
+    if number == "q16.16":
+        return CSources(plan.name, header(plan, "int32_t"), fixed_source(plan))
+    kind = Floating("double" if number == "double" else "float")
+    return CSources(plan.name, header(plan, kind.name), _Writer(plan, kind).source())
+
+
+def header(plan: Plan, real: str) -> str:
+    """The header: what goes in and comes out, in which units, and how it is called."""
+    fis, name, upper = plan.fis, plan.name, plan.name.upper()
+    fixed = real == "int32_t"
+    kind = "Q16.16 fixed point: 65536 is 1" if fixed else real
+    rows = [
+        f"/* {comment(fis.name)}: a Takagi-Sugeno system of {plan.rules} rules, in {kind}.",
+        " *",
+        " * Inputs, in this order:",
+        *(_row(k, v.name, v.universe, v.unit) for k, v in enumerate(fis.inputs)),
+        " * Outputs:",
+        *(_row(k, v.name, v.universe, v.unit) for k, v in enumerate(fis.outputs)),
+        " *",
+        " * Use:",
+        f" *     {real} x[{upper}_INPUTS] = {{{', '.join(_example(v, fixed, upper) for v in fis.inputs)}}};",
+        f" *     {real} y[{upper}_OUTPUTS];",
+        f" *     {name}_infer(x, y);",
+        " *",
+        " * It allocates nothing, keeps no state and may be called from an interrupt. */",
+        f"#ifndef {upper}_H",
+        f"#define {upper}_H",
+        "",
+        *(["#include <stdint.h>", ""] if fixed else []),
+        "#ifdef __cplusplus",
+        'extern "C" {',
+        "#endif",
+        "",
+        f"#define {upper}_INPUTS {len(plan.inputs)}",
+        f"#define {upper}_OUTPUTS {len(plan.outputs)}",
+        *(
+            [f"/* A constant in Q16.16; the compiler does the arithmetic. */\n{_CONSTANT.format(upper)}"]
+            if fixed
+            else []
+        ),
+        "",
+        f"enum {{{', '.join(f'{upper}_IN_{n.upper()}' for n in _uppers(plan.inputs))}}};",
+        f"enum {{{', '.join(f'{upper}_OUT_{n.upper()}' for n in _uppers(plan.outputs))}}};",
+        "",
+        "/* What the function tells, to be added; 0 when all is well. */",
+        f"enum {{{upper}_OUTSIDE = 1 /* an input is outside its range, and is not limited to it */,",
+        f"      {upper}_NO_RULE = 2 /* no rule fires for one of the outputs: {_no_rule(plan, fixed)} */}};",
+        "",
+        f"int {name}_infer(const {real} x[{upper}_INPUTS], {real} y[{upper}_OUTPUTS]);",
+        "",
+        "#ifdef __cplusplus",
+        "}",
+        "#endif",
+        f"#endif /* {upper}_H */",
+        "",
+    ]
+    return "\n".join(rows)
+
+
+_CONSTANT = """/* A constant in Q16.16; the compiler does the arithmetic. */
+#define {}_Q16(value) ((int32_t)((value) * 65536.0 + ((value) < 0 ? -0.5 : 0.5)))"""
+
+
+def _uppers(names: Sequence[str]) -> list[str]:
+    found: list[str] = []
+    for name in names:
+        found.append(identifier(name.upper(), found))
+    return found
+
+
+def _row(place: int, name: str, universe: tuple[float, float], unit: str) -> str:
+    low, high = (shown(end) for end in universe)
+    return f" *     {place}  {comment(name)}, {low} to {high}{' ' + comment(unit) if unit else ''}"
+
+
+def _example(variable: "object", fixed: bool, upper: str) -> str:
+    value = Floating("double").constant(float(f"{variable.midrange:.3g}"))  # type: ignore[attr-defined]
+    return f"{upper}_Q16({value})" if fixed else value
+
+
+def _no_rule(plan: Plan, fixed: bool) -> str:
+    if plan.fis.no_rule_fires == "midrange" or fixed:
+        return "the middle of its range stands there"
+    return "not-a-number stands there"
+
+
+def sentence(plan: Plan, rule: int) -> str:
+    """A rule's sentence, as a comment."""
+    text = f"{rule + 1}: {comment(str(plan.fis.rules[rule]))}"
+    return "    /* " + fill(text, 108, subsequent_indent="     * ", break_long_words=False) + " */"
+
+
+class _Writer:
+    """The source in double or float."""
+
+    def __init__(self, plan: Plan, number: Floating) -> None:
+        self.plan, self.number, self.real = plan, number, number.name
+        self.needed: set[str] = set()
+        self.zero, self.one = number.constant(0.0), number.constant(1.0)
+
+    def source(self) -> str:
+        """The whole text."""
+        plan, upper = self.plan, self.plan.name.upper()
+        tables = [] if plan.unrolled else [*self._rule_tables(), *self._consequent_tables()]
+        body = [*self._inputs(), *self._degrees(), *self._strengths(), *self._consequents(), "    return told;"]
+        signature = f"int {plan.name}_infer(const {self.real} x[{upper}_INPUTS], {self.real} y[{upper}_OUTPUTS])"
+        includes = [f'#include "{plan.name}.h"', "", "#include <math.h>"]
+        parts = [
+            f"/* {comment(plan.fis.name)}, in {self.real}: see {plan.name}.h. Made of the system: change that. */",
+            "\n".join(includes) + "\n",
+            pieces(self.needed, self.number),
+            *(["\n".join(tables) + "\n"] if tables else []),
+            "\n".join([signature + " {", *body, "}", ""]),
+        ]
+        return "\n".join(part for part in parts if part)
+
+    def _inputs(self) -> list[str]:
+        """Inputs by their names, limited or not, and whether one is not-a-number."""
+        plan, upper, clips = self.plan, self.plan.name.upper(), self.plan.fis.out_of_range == "clip"
+        rows = [
+            "    int told = 0;",
+            f"    {self.real} unknown = {self.zero}; /* not-a-number if an input or a degree is */",
+        ]
+        for k, (name, variable) in enumerate(zip(plan.inputs, plan.fis.inputs, strict=True)):
+            low, high = (self.number.constant(end) for end in variable.universe)
+            if clips:
+                rows.append(
+                    f"    const {self.real} {name} = x[{k}] < {low} ? {low} : (x[{k}] > {high} ? {high} : x[{k}]);"
+                )
+            else:
+                rows.append(f"    const {self.real} {name} = x[{k}];")
+        for name, variable in zip(plan.inputs, plan.fis.inputs, strict=True):
+            low, high = (self.number.constant(end) for end in variable.universe)
+            if not clips:
+                rows.append(f"    if ({name} < {low} || {name} > {high}) told = {upper}_OUTSIDE;")
+            rows.append(f"    if (isnan({name})) unknown = NAN;")
+        return [*rows, ""]
+
+    def _call(self, term: Term) -> str:
+        """A degree, or its logarithm, as an expression."""
+        if self.real == "float":
+            return FloatTerm(self.number, term, self.plan.logs, self.needed).text()
+        function = LOGARITHMS.get(term.function, "") if self.plan.logs else term.function
+        self.needed.add(function)
+        return f"{function}({term.variable}, {', '.join(map(self.number.constant, term.parameters))})"
+
+    def _degrees(self) -> list[str]:
+        """Layer 1: degrees of membership, or their logarithms."""
+        plan = self.plan
+        what = "logarithms of the degrees of membership" if plan.logs else "degrees of membership"
+        rows = [f"    /* Layer 1: {what} */"]
+        for k, term in enumerate(plan.terms):
+            left = f"const {self.real} {term.name} = " if plan.unrolled else f"degree[{k}] = "
+            rows.append(f"    {left}{self._call(term)};{'' if plan.unrolled else f' /* {comment(term.name)} */'}")
+        if not plan.unrolled:
+            rows.insert(1, f"    {self.real} degree[{len(plan.terms)}];")
+        for k, term in enumerate(plan.terms):
+            if term.function != "gaussmf" or not np.isfinite(term.parameters).all():
+                degree = term.name if plan.unrolled else f"degree[{k}]"
+                rows.append(f"    if (isnan({degree})) unknown = NAN;")
+        return [*rows, ""]
+
+    def _clause(self, clause: Clause) -> str:
+        """What a clause asks for, of a rule that is a line of its own."""
+        name = self.plan.terms[clause.term].name
+        if self.plan.logs:
+            return name if clause.power == 1 else f"{self.number.constant(clause.power)} * {name}"
+        if clause.power == 2:
+            name = f"{name} * {name}"
+        elif clause.power == 0.5:
+            name = f"sqrt{self.number.suffix}({name})"
+        elif clause.power != 1:
+            self.needed.add("hedged")
+            name = f"hedged({name}, {self.number.constant(clause.power)})"
+        if clause.negated:
+            return f"({self.one} - {name})"
+        return f"({name})" if clause.power == 2 else name
+
+    def _joined(self, rule: int) -> str:
+        """A rule's firing strength without its weight, or the logarithm of it."""
+        fis, parts = self.plan.fis, [self._clause(clause) for clause in self.plan.clauses[rule]]
+        if self.plan.logs:
+            return " + ".join(parts)
+        if fis.rules[rule].connective == "or":
+            function = "both" if fis.or_method == "probor" else "most"
+        elif fis.and_method == "prod":
+            return " * ".join(parts)
+        else:
+            function = "least"
+        joined = parts[0]
+        for part in parts[1:]:
+            self.needed.add(function)
+            joined = f"{function}({joined}, {part})"
+        return joined
+
+    def _strengths(self) -> list[str]:
+        """Layers 2 and 3: firing strengths, of logarithms those relative to the strongest."""
+        plan = self.plan
+        if not plan.rules:
+            return []
+        rows = ["    /* Layer 2: firing strengths */", f"    {self.real} w[{plan.rules}];"]
+        if plan.unrolled:
+            for r in range(plan.rules):
+                weight = (
+                    ""
+                    if plan.logs or plan.fis.rules[r].weight == 1
+                    else f"{self.number.constant(plan.fis.rules[r].weight)} * "
+                )
+                joined = self._joined(r)
+                if weight and not plan.logs and "*" not in joined and " " in joined and "(" not in joined[:1]:
+                    joined = f"({joined})"
+                rows += [sentence(plan, r), f"    w[{r}] = {weight}{joined};"]
+        else:
+            rows += self._strength_loop()
+        return [*rows, "", *(self._relative() if plan.logs else self._raised())]
+
+    def _weights(self) -> np.ndarray:
+        return np.asarray(self.plan.fis.structure.weight)
+
+    def _relative(self) -> list[str]:
+        """Strengths from logarithms: relative to the strongest, so that none is lost far from all rules."""
+        plan, n = self.plan, self.plan.rules
+        weights, suffix = self._weights(), self.number.suffix
+        weighted = bool((weights != 1).any())
+        if weighted and plan.unrolled:
+            listed = ", ".join(map(self.number.constant, weights))
+            rows = [f"    static const {self.real} weight_of[{n}] = {{{listed}}};"]
+        else:
+            rows = []
+        if plan.fis.defuzzification == "wtsum":
+            factor = " * weight_of[r]" if weighted else ""
+            return [*rows, f"    for (int r = 0; r < {n}; r++) w[r] = exp{suffix}(w[r]){factor};", ""]
+        counts = "weight_of[r] > " + self.zero + " && " if weighted else ""
+        least = self.number.constant(self.number.never / 1e6)
+        rows += [
+            f"    {self.real} top = -INFINITY; /* the strongest */",
+            f"    for (int r = 0; r < {n}; r++) if ({counts}w[r] > top) top = w[r];",
+            f"    if (!(top > {least})) top = {self.zero};",
+        ]
+        if weighted:
+            rows += [
+                f"    for (int r = 0; r < {n}; r++)",
+                f"        w[r] = exp{suffix}(w[r] < top ? w[r] - top : {self.zero}) * weight_of[r];",
+            ]
+        else:
+            rows.append(f"    for (int r = 0; r < {n}; r++) w[r] = exp{suffix}(w[r] - top);")
+        return [*rows, ""]
+
+    def _raised(self) -> list[str]:
+        """Strengths that are so faint that their products would be lost are raised, all alike."""
+        plan, n = self.plan, self.plan.rules
+        if plan.fis.defuzzification == "wtsum":
+            return []
+        faint, factor = (self.number.constant(value) for value in _FAINT[self.real])
+        return [
+            f"    {self.real} total = {self.zero};",
+            f"    for (int r = 0; r < {n}; r++) total += w[r];",
+            f"    if (total < {faint}) for (int r = 0; r < {n}; r++) w[r] *= {factor};",
+            "",
+        ]
+
+    def _consequents(self) -> list[str]:
+        """Layers 4 and 5: what the rules propose, and the outputs."""
+        rows = ["    /* Layers 4 and 5: consequents and outputs */"]
+        for o in range(len(self.plan.outputs)):
+            rows += self._output(o)
+        return rows
+
+    def _output(self, o: int) -> list[str]:
+        plan, upper, name = self.plan, self.plan.name.upper(), self.plan.outputs[o]
+        variable = plan.fis.outputs[o]
+        default = self.number.constant(variable.midrange) if plan.fis.no_rule_fires == "midrange" else "NAN"
+        part = np.flatnonzero(plan.takes_part[o]).tolist()
+        nobody = [f"    told |= {upper}_NO_RULE;", f"    y[{o}] = {default} + unknown;"]
+        if not len(part):
+            return nobody
+        if plan.unrolled:
+            fired = " + ".join(f"w[{r}]" for r in part)
+            said = [f"w[{r}] * {self._consequent(o, r)}" for r in part]
+            rows = [f"    const {self.real} {name}_fired = {fired};"]
+            rows.append(f"    const {self.real} {name}_said = {(chr(10) + '        + ').join(said)};")
+        else:
+            rows = self._output_loop(o)
+        value = f"{name}_said" if plan.fis.defuzzification == "wtsum" else f"{name}_said / {name}_fired"
+        return [
+            *rows,
+            f"    if ({name}_fired > {self.zero}) y[{o}] = {value} + unknown;",
+            "    else {",
+            *("    " + row for row in nobody),
+            "    }",
+        ]
+
+    def _consequent(self, o: int, r: int) -> str:
+        plan = self.plan
+        constant = self.number.constant(plan.constants[o, r])
+        slopes = [
+            f"{self.number.constant(slope)} * {name}"
+            for name, slope in zip(plan.inputs, plan.slopes[o, r], strict=True)
+            if slope != 0
+        ]
+        if not slopes:
+            return f"({constant})" if constant.startswith("-") else constant
+        return f"({' + '.join([*slopes, constant])})".replace("+ -", "- ")
+
+    # Tables and loops, for systems of many rules ------------------------------------------------------------
+
+    def _rule_tables(self) -> list[str]:
+        """Clauses, one after the other, and where those of each rule end."""
+        plan = self.plan
+        clauses = [clause for row in plan.clauses for clause in row]
+        rows = ["/* The rules:"]
+        rows += [f" * {r + 1}: {comment(str(rule))}" for r, rule in enumerate(plan.fis.rules)]
+        rows[-1] += " */"
+        rows.append(table(whole(len(clauses)), "rule_end", np.cumsum([len(row) for row in plan.clauses]).tolist()))
+        rows.append(table(whole(len(plan.terms)), "clause_term", [c.term for c in clauses]))
+        if any(c.power != 1 for c in clauses):
+            rows.append(table(self.real, "clause_power", [self.number.constant(c.power) for c in clauses]))
+        if any(c.negated for c in clauses):
+            rows.append(table("unsigned char", "clause_negated", [int(c.negated) for c in clauses]))
+        if plan.fis.structure.is_or.any():
+            rows.append(table("unsigned char", "rule_or", plan.fis.structure.is_or.astype(int).tolist()))
+        if (self._weights() != 1).any():
+            rows.append(table(self.real, "weight_of", [self.number.constant(w) for w in self._weights()]))
+        return rows
+
+    def _strength_loop(self) -> list[str]:
+        plan, suffix = self.plan, self.number.suffix
+        clauses = [clause for row in plan.clauses for clause in row]
+        powers, negations = any(c.power != 1 for c in clauses), any(c.negated for c in clauses)
+        ors = bool(plan.fis.structure.is_or.any())
+        start = self.zero if plan.logs else self.one
+        head = f"{start}" if not ors else f"rule_or[r] ? {self.zero} : {self.one}"
+        rows = [
+            f"    for (int r = 0, k = 0; r < {plan.rules}; r++) {{",
+            f"        {self.real} strength = {head};",
+            "        for (; k < rule_end[r]; k++) {",
+        ]
+        degree = "degree[clause_term[k]]"
+        if plan.logs:
+            factor = " * clause_power[k]" if powers else ""
+            rows.append(f"            strength += {degree}{factor};")
+        else:
+            changes = powers or negations
+            rows.append(f"            {'' if changes else 'const '}{self.real} value = {degree};")
+            if powers:
+                self.needed.add("hedged")
+                rows.append(f"            if (clause_power[k] == {self.number.constant(2.0)}) value *= value;")
+                rows.append(
+                    f"            else if (clause_power[k] == {self.number.constant(0.5)}) value = sqrt{suffix}(value);"
+                )
+                rows.append(
+                    f"            else if (clause_power[k] != {self.one}) value = hedged(value, clause_power[k]);"
+                )
+            if negations:
+                rows.append(f"            if (clause_negated[k]) value = {self.one} - value;")
+            conjunction = "strength * value" if plan.fis.and_method == "prod" else "least(strength, value)"
+            self.needed |= set() if plan.fis.and_method == "prod" else {"least"}
+            if ors:
+                function = "both" if plan.fis.or_method == "probor" else "most"
+                self.needed.add(function)
+                conjunction = f"rule_or[r] ? {function}(strength, value) : {conjunction}"
+            rows.append(f"            strength = {conjunction};")
+        weighted = not plan.logs and bool((self._weights() != 1).any())
+        rows += ["        }", f"        w[r] = strength{' * weight_of[r]' if weighted else ''};", "    }"]
+        return rows
+
+    def _consequent_tables(self) -> list[str]:
+        """The consequents of each output, those of a rule one after the other: slopes where it has any, constant."""
+        plan, rows = self.plan, []
+        for o, name in enumerate(plan.outputs):
+            part = plan.takes_part[o]
+            if not part.all():
+                rows.append(table("unsigned char", f"{name}_part", part.astype(int).tolist()))
+            numbers = (
+                np.concatenate([plan.slopes[o], plan.constants[o][:, None]], axis=1).ravel()
+                if plan.is_linear(o)
+                else plan.constants[o]
+            )
+            rows.append(table(self.real, f"{name}_of", [self.number.constant(value) for value in numbers]))
+        return rows
+
+    def _output_loop(self, o: int) -> list[str]:
+        plan, name = self.plan, self.plan.outputs[o]
+        rows = [
+            f"    {self.real} {name}_fired = {self.zero}, {name}_said = {self.zero};",
+            f"    for (int r = 0; r < {plan.rules}; r++) {{",
+        ]
+        if not plan.takes_part[o].all():
+            rows.append(f"        if (!{name}_part[r]) continue;")
+        if plan.is_linear(o):
+            width = len(plan.inputs) + 1
+            terms = [f"p[{i}] * {input_}" for i, input_ in enumerate(plan.inputs)]
+            rows.append(f"        const {self.real} *const p = {name}_of + {width} * r;")
+            proposal = f"({' + '.join([*terms, f'p[{width - 1}]'])})"
+        else:
+            proposal = f"{name}_of[r]"
+        rows += [f"        {name}_fired += w[r];", f"        {name}_said += w[r] * {proposal};", "    }"]
+        return rows

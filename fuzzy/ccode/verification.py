@@ -1,0 +1,190 @@
+"""The proof of a system in C: compiled, run on many points, compared with the inference here, and watched."""
+
+import tempfile
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fuzzy.ccode.compiler import SANITIZERS, Compiler, find_compiler, run_program
+from fuzzy.ccode.proofpoints import proof_points
+from fuzzy.ccode.writing import CFiles
+from fuzzy.compiled.sugeno import compile_sugeno
+from fuzzy.inference import InferenceWarning, infer
+from fuzzy.system import Sugeno
+
+LIMITS = {"double": 4e-15, "float": 1e-6}  # greatest differences, shares of an output's span
+POINTS = 1_000_000
+_SANITIZED = 20_000  # points that are also run under the sanitizers
+_WEIGHED = 4096  # points at which the proposals of the rules are looked at
+_TYPES = {"double": np.float64, "float": np.float32, "q16.16": np.int32}
+_DRIVER = """#include "{name}.h"
+
+#include <stdio.h>
+
+int main(int count, char **names) {{
+    {real} x[{upper}_INPUTS], y[{upper}_OUTPUTS];
+    FILE *in = count == 3 ? fopen(names[1], "rb") : NULL, *out = count == 3 ? fopen(names[2], "wb") : NULL;
+    if (in == NULL || out == NULL) return 2;
+    while (fread(x, sizeof x, 1, in) == 1) {{
+        {name}_infer(x, y);
+        if (fwrite(y, sizeof y, 1, out) != 1) return 3;
+    }}
+    return fclose(in) != 0 || fclose(out) != 0 ? 4 : 0;
+}}
+"""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far one output of the C is from the inference here."""
+
+    output: str
+    greatest: float  # in the output's unit
+    mean: float
+    span: float  # its range, or the spread of its answers where that is wider
+    scale: float  # the span, or what the rules propose, weighted, where that is more and cancels
+    at: tuple[float, ...]  # where it is greatest
+
+    @property
+    def share(self) -> float:
+        """The greatest difference as a share of the span."""
+        return self.greatest / self.span if self.span > 0 else self.greatest
+
+
+@dataclass(frozen=True)
+class Verified:
+    """What a proof has found."""
+
+    number: str
+    points: int
+    differences: tuple[Difference, ...]
+    compiler: str
+    sanitized: bool  # False: the compiler has no sanitizers
+    holds: bool | None  # whether the differences are within LIMITS; None: the type of numbers has no limit
+
+
+def verify_c(
+    fis: Sugeno,
+    files: CFiles,
+    points: int = POINTS,
+    seed: int = 0,
+    advance: Callable[[str], None] = lambda step: None,
+) -> Verified:
+    """Compile the C of a system with all warnings as errors, run it, and compare it with the system.
+
+    The points lie in the universes of discourse and 20 % beyond, a quarter of them at and around the parameters of the
+    membership functions. A lookup table is compared in the universes only, and has no limit.
+
+    Args:
+        fis: The system.
+        files: What :func:`fuzzy.ccode.writing.write_c` has written of it.
+        points: How many.
+        seed: Of their choice.
+        advance: Told what is done next.
+
+    Raises:
+        CompilerError: There is no compiler, it refuses the C, or the C fails under a sanitizer.
+    """
+    compiler = find_compiler()
+    x = proof_points(fis, points, seed, files.lookup is not None)
+    given, x = _given(x, files.number)
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        program = _program(compiler, files, folder)
+        advance("comparing")
+        y = _ran(program, given, len(fis.outputs), files.number, folder)
+        advance("under the sanitizers")
+        sanitized = compiler.sanitizes(folder)
+        if sanitized:
+            watched = _program(compiler, files, folder, "-O1", "-g", *SANITIZERS)
+            again = _ran(watched, given[:_SANITIZED], len(fis.outputs), files.number, folder)
+            assert again.shape == y[:_SANITIZED].shape
+    differences = _differences(fis, x, y)
+    limit = LIMITS.get(files.number) if files.lookup is None else None
+    holds = None if limit is None else _within(fis, x, y, differences, limit)
+    return Verified(files.number, len(x), differences, compiler.version, sanitized, holds)
+
+
+def _given(x: np.ndarray, number: str) -> tuple[np.ndarray, np.ndarray]:
+    """The points as the C gets them, and the same as float64."""
+    if number == "q16.16":
+        whole = np.clip(np.round(x * 65536.0), -(2**31), 2**31 - 1).astype(np.int32)
+        return whole, whole / 65536.0
+    given = np.ascontiguousarray(x.astype(_TYPES[number]))
+    return given, given.astype(np.float64)
+
+
+def _program(compiler: Compiler, files: CFiles, folder: Path, *flags: str) -> Path:
+    real = "int32_t" if files.number == "q16.16" else files.number
+    driver = folder / "driver.c"
+    driver.write_text(_DRIVER.format(name=files.name, upper=files.name.upper(), real=real), encoding="utf-8")
+    include = f"-I{files.header.parent}"
+    return compiler.compile([driver, files.source], folder / "driver", include, *(flags or ("-O2",)))
+
+
+def _ran(program: Path, given: np.ndarray, outputs: int, number: str, folder: Path) -> np.ndarray:
+    (folder / "points").write_bytes(given.tobytes())
+    run_program(program, str(folder / "points"), str(folder / "answers"))
+    y = np.frombuffer((folder / "answers").read_bytes(), dtype=_TYPES[number]).reshape(-1, outputs)
+    return y / 65536.0 if number == "q16.16" else y.astype(np.float64)
+
+
+def _answers(fis: Sugeno, x: np.ndarray) -> np.ndarray:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InferenceWarning)
+        return np.asarray(compile_sugeno(fis)(x))
+
+
+def _differences(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> tuple[Difference, ...]:
+    wanted = _answers(fis, x)
+    error = np.where(np.isnan(wanted) & np.isnan(y), 0.0, np.abs(y - wanted))
+    error = np.where(np.isnan(error), np.inf, error)
+    scales = _scales(fis, x)
+    found = []
+    for o, variable in enumerate(fis.outputs):
+        finite = wanted[:, o][np.isfinite(wanted[:, o])]
+        spread = float(np.ptp(finite)) if len(finite) else 0.0
+        span = max(variable.universe[1] - variable.universe[0], spread)
+        worst = int(np.argmax(error[:, o]))
+        found.append(
+            Difference(
+                variable.name,
+                float(error[worst, o]),
+                float(error[:, o].mean()),
+                span,
+                max(span, float(scales[o])),
+                tuple(map(float, x[worst])),
+            )
+        )
+    return tuple(found)
+
+
+def _scales(fis: Sugeno, x: np.ndarray) -> np.ndarray:
+    """What the rules propose (outputs,), weighted, at most: rounding in their sum is a share of it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InferenceWarning)
+        layers = infer(fis, x[:_WEIGHED])
+    share = layers.firing if fis.defuzzification == "wtsum" else layers.weights
+    return np.asarray(np.nan_to_num((share[..., None] * np.abs(layers.rule_outputs)).sum(axis=-2)).max(axis=0))
+
+
+def _within(fis: Sugeno, x: np.ndarray, y: np.ndarray, differences: tuple[Difference, ...], limit: float) -> bool:
+    """Whether all differences are within the limit.
+
+    Where all rules that fire do so by a difference 1 − μ of little size, the same rounding is a larger share of it,
+    here as there: at such points the limit is a share of the sum of their strengths.
+    """
+    allowed = np.array([limit * d.scale for d in differences])
+    if all(d.greatest <= a for d, a in zip(differences, allowed, strict=True)):
+        return True
+    if not fis.structure.negated.any():
+        return False
+    error = np.abs(y - _answers(fis, x))
+    rows = np.flatnonzero((error > allowed).any(axis=1))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InferenceWarning)
+        total = infer(fis, x[rows]).firing @ (fis.structure.consequent >= 0).T.astype(float)
+    return bool((error[rows] <= allowed / np.clip(total, 1e-30, 1.0)).all())

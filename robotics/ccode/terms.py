@@ -1,0 +1,214 @@
+"""Terms of C: what a translated expression is, known beforehand or computed by the robot."""
+
+import ast
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from fuzzy.ccode.numbertype import Floating
+
+ATOM, UNARY, PRODUCT, SUM, COMPARED, AND, OR, CHOICE = range(8)  # how tightly a text of C binds
+_BINDS = {ast.Mult: PRODUCT, ast.Div: PRODUCT, ast.Mod: PRODUCT, ast.Add: SUM, ast.Sub: SUM, ast.FloorDiv: PRODUCT}
+_SIGNS = {ast.Mult: "*", ast.Div: "/", ast.Add: "+", ast.Sub: "-", ast.FloorDiv: "/"}
+COMPARISONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
+
+
+@dataclass(frozen=True)
+class Term:
+    """An expression of C, computed by the robot."""
+
+    text: str
+    kind: str  # "real", or "int" for whole numbers and truth
+    binds: int = ATOM
+
+    def within(self, binds: int) -> str:
+        """The text, in brackets where an operator that binds as tightly as ``binds`` stands beside it."""
+        return f"({self.text})" if self.binds > binds else self.text
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known when the code is written: a number, or a thing that only stands for others, such as a table."""
+
+    value: Any
+
+
+@dataclass(frozen=True)
+class Row:
+    """Several terms: a tuple."""
+
+    parts: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table that a law reads or writes, and what has been said of where; ``name`` says which."""
+
+    name: str
+    first: int = 0
+
+
+class Arithmetic:
+    """Operators and functions on terms, in one type of numbers."""
+
+    def __init__(self, number: Floating) -> None:
+        self.number = number
+        self.needed: set[str] = set()  # pieces of C
+
+    def real(self, value: Any, binds: int = CHOICE) -> str:
+        """A value as a text of the type of real numbers."""
+        if isinstance(value, Known):
+            text = self.number.constant(float(value.value))
+            return f"({text})" if text.startswith("-") and binds < SUM else text
+        assert isinstance(value, Term), value
+        if value.kind == "int":
+            return f"({self.number.name}){value.within(UNARY)}"
+        return value.within(binds)
+
+    def term(self, value: Any) -> Term:
+        """A value as a term."""
+        if isinstance(value, Known):
+            if isinstance(value.value, bool):
+                return Term(str(int(value.value)), "int")
+            if isinstance(value.value, int):
+                return Term(str(value.value), "int")
+            return Term(self.real(value), "real", UNARY if value.value < 0 else ATOM)
+        assert isinstance(value, Term), value
+        return value
+
+    def binary(self, operator: ast.operator, a: Any, b: Any) -> Any:
+        """a + b, a − b, a b, a / b, the remainder."""
+        kind = type(operator)
+        if isinstance(a, Known) and isinstance(b, Known):
+            return Known(_FOLD[kind](a.value, b.value))
+        if (simple := _simplified(kind, a, b)) is not None:
+            return simple
+        if kind is ast.Mod:
+            self.needed.add("modulo")
+            return Term(f"modulo({self.real(a)}, {self.real(b)})", "real")
+        whole = self.term(a).kind == self.term(b).kind == "int" and kind is not ast.Div
+        binds, sign = _BINDS[kind], _SIGNS[kind]
+        if whole:
+            return Term(f"{self.term(a).within(binds)} {sign} {self.term(b).within(binds - 1)}", "int", binds)
+        right = binds - 1 if kind in (ast.Sub, ast.Div) or _compound(b, binds) else binds
+        return Term(f"{self.real(a, binds)} {sign} {self.real(b, right)}", "real", binds)
+
+    def negative(self, a: Any) -> Any:
+        """−a."""
+        return (
+            Known(-a.value) if isinstance(a, Known) else Term(f"-{self.term(a).within(ATOM)}", self.term(a).kind, UNARY)
+        )
+
+    def compared(self, operator: ast.cmpop, a: Any, b: Any) -> Any:
+        """Whether a < b, and the like."""
+        if isinstance(a, Known) and isinstance(b, Known):
+            return Known(_COMPARE[type(operator)](a.value, b.value))
+        sign = COMPARISONS[type(operator)]
+        if self.term(a).kind == self.term(b).kind == "int":
+            return Term(f"{self.term(a).within(SUM)} {sign} {self.term(b).within(SUM)}", "int", COMPARED)
+        return Term(f"{self.real(a, SUM)} {sign} {self.real(b, SUM)}", "int", COMPARED)
+
+    def inverse(self, a: Any) -> Any:
+        """Not a."""
+        return Known(not a.value) if isinstance(a, Known) else Term(f"!{self.term(a).within(ATOM)}", "int", UNARY)
+
+    def joined(self, either: bool, parts: Sequence[Any]) -> Any:
+        """All of them, or either."""
+        left = [part for part in parts if not (isinstance(part, Known) and bool(part.value) is not either)]
+        if any(isinstance(part, Known) for part in left):
+            return Known(either)
+        if not left:
+            return Known(not either)
+        if len(left) == 1:
+            return left[0]
+        sign, binds = (" || ", OR) if either else (" && ", AND)
+        return Term(sign.join(part.within(COMPARED) for part in left), "int", binds)
+
+    def choice(self, condition: Any, yes: Any, no: Any) -> Any:
+        """One or the other."""
+        if isinstance(condition, Known):
+            return yes if condition.value else no
+        kinds = {self.term(yes).kind, self.term(no).kind}
+        if kinds == {"int"}:
+            texts = self.term(yes).within(OR), self.term(no).within(CHOICE)
+            return Term(f"{condition.within(COMPARED)} ? {texts[0]} : {texts[1]}", "int", CHOICE)
+        return Term(f"{condition.within(COMPARED)} ? {self.real(yes, OR)} : {self.real(no)}", "real", CHOICE)
+
+    def called(self, name: str, arguments: Sequence[Any]) -> Any:
+        """A function of math.h, or one that Python has and C writes in another way."""
+        if name == "int":
+            (a,) = arguments
+            if isinstance(a, Known):
+                return Known(int(a.value))
+            return a if a.kind == "int" else Term(f"(int){a.within(ATOM)}", "int", UNARY)
+        if name in ("min", "max") and all(self.term(a).kind == "int" for a in arguments):
+            a, b = (self.term(value) for value in arguments)
+            sign = "<" if name == "min" else ">"
+            return Term(f"{b.within(SUM)} {sign} {a.within(SUM)} ? {b.text} : {a.text}", "int", CHOICE)
+        if all(isinstance(a, Known) for a in arguments):
+            values = [a.value for a in arguments]
+            return Known(_CALL[name](*values) if name in _CALL else getattr(math, name)(*values))
+        if name == "isnan":
+            return Term(f"isnan({self.real(arguments[0])})", "int")
+        suffix = self.number.suffix
+        own = {"min": "min_of", "max": "max_of"}
+        if name in own:
+            self.needed.add(own[name])
+            call = own[name]
+        else:
+            call = {"abs": "fabs"}.get(name, name) + suffix
+        return Term(f"{call}({', '.join(self.real(a) for a in arguments)})", "real")
+
+
+def _compound(b: Any, binds: int) -> bool:
+    """Whether a right side would be taken apart without brackets: C, as Python, adds from left to right."""
+    return isinstance(b, Term) and b.binds == binds
+
+
+def _simplified(kind: type, a: Any, b: Any) -> Any:
+    if isinstance(a, Known) and a.value == 1 and kind is ast.Mult:
+        return b if b.kind == "real" else None
+    if isinstance(b, Known) and b.value == 1 and kind in (ast.Mult, ast.Div):
+        return a if a.kind == "real" else None
+    if isinstance(b, Known) and b.value == 0 and kind in (ast.Add, ast.Sub):
+        return a
+    if isinstance(a, Known) and a.value == 0 and kind is ast.Add:
+        return b
+    return None
+
+
+_FOLD = {
+    ast.Add: lambda a, b: a + b,
+    ast.Sub: lambda a, b: a - b,
+    ast.Mult: lambda a, b: a * b,
+    ast.Div: lambda a, b: a / b,
+    ast.FloorDiv: lambda a, b: a // b,
+    ast.Mod: lambda a, b: a % b,
+}
+_COMPARE = {
+    ast.Lt: lambda a, b: a < b,
+    ast.LtE: lambda a, b: a <= b,
+    ast.Gt: lambda a, b: a > b,
+    ast.GtE: lambda a, b: a >= b,
+    ast.Eq: lambda a, b: a == b,
+    ast.NotEq: lambda a, b: a != b,
+}
+_CALL: dict[str, Any] = {"min": min, "max": max, "abs": abs}
+PIECES = {
+    "min_of": "static REAL min_of(REAL a, REAL b) {\n    return b < a ? b : a;\n}\n",
+    "max_of": "static REAL max_of(REAL a, REAL b) {\n    return b > a ? b : a;\n}\n",
+    "modulo": (
+        "/* The remainder of a division, with the sign of the divisor. */\n"
+        "static REAL modulo(REAL a, REAL b) {\n"
+        "    const REAL rest = fmod(a, b);\n"
+        "    return rest != 0.0 && (b < 0.0) != (rest < 0.0) ? rest + b : rest;\n"
+        "}\n"
+    ),
+}
+
+
+def piece(name: str, number: Floating) -> str:
+    """The text of a piece of C, in a type of numbers."""
+    text = number.typed(PIECES[name])
+    return text.replace("fmod(", "fmodf(") if number.suffix else text
