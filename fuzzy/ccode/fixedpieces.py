@@ -41,7 +41,7 @@ static int32_t most(int32_t a, int32_t b) { return b > a ? b : a; }
 static int32_t times(int32_t a, int32_t b) { return (int32_t)(((int64_t)a * b + (1 << 29)) >> 30); }
 """),
     ("both", ("times",), """
-static int32_t both(int32_t a, int32_t b) { return a + b - times(a, b); }
+static int32_t both(int32_t a, int32_t b) { return a + (b - times(a, b)); }
 """),
     ("spline", ("ONE", "limited", "times"), """
 /* Two parabolas, from 0 to 1 while z goes there. */
