@@ -48,7 +48,8 @@ def check(library, k, x):
         np.testing.assert_array_equal(told & 1, outside.astype(int))
     error = np.nan_to_num(np.abs(y - expected))
     worst = np.unravel_index(np.argmax(error / allowed), error.shape)
-    assert (error <= allowed).all(), (fis.rules, x[worst[0]], y[worst], expected[worst], library.sources[k].source)
+    told_of = (x[worst[0]], y[worst], expected[worst], strengths[worst[0]], fis)
+    assert (error <= allowed).all(), told_of
 
 
 @needs_compiler
