@@ -41,7 +41,7 @@ static int32_t most(int32_t a, int32_t b) { return b > a ? b : a; }
 static int32_t times(int32_t a, int32_t b) { return (int32_t)(((int64_t)a * b + (1 << 29)) >> 30); }
 """),
     ("both", ("times",), """
-static int32_t both(int32_t a, int32_t b) { return a + b - times(a, b); }
+static int32_t both(int32_t a, int32_t b) { return a + (b - times(a, b)); }
 """),
     ("spline", ("ONE", "limited", "times"), """
 /* Two parabolas, from 0 to 1 while z goes there. */
@@ -76,6 +76,7 @@ static strength_t decaying(int64_t v) {
                                        10327387, 59597083, 257941248, 744261118, ONE};
     int64_t t, f, p;
     if (v < -((int64_t)745 << 20)) return strength_of(0, 0);
+    if (v > 0) v = 0; /* by rounding */
     t = -v * 1549082005; /* times log2(e), of 30 places */
     f = (t >> 20) & (ONE - 1);
     p = series[0];

@@ -219,6 +219,8 @@ class _Writer:
         if self._weighted:
             rows.append(table("int32_t", "weight_of", [round(w * 2**30) for w in fis.structure.weight]))
         for o, name in enumerate(plan.outputs):
+            if not plan.takes_part[o].any():
+                continue
             if not plan.takes_part[o].all():
                 rows.append(table("uint8_t", f"{name}_part", plan.takes_part[o].astype(int).tolist()))
             rows.append(table("int32_t", f"{name}_of", [q16(value) for value in plan.constants[o]]))
@@ -354,7 +356,8 @@ class _Writer:
         default = q16(plan.fis.outputs[o].midrange)
         if not plan.takes_part[o].any():
             return [f"    y[{o}] = {default};", f"    told |= {upper}_NO_RULE;"]
-        self.needed.add("shifted")
+        if plan.is_linear(o) or plan.fis.defuzzification == "wtsum":
+            self.needed.add("shifted")
         proposal = f"{name}_of[r]"
         rows = [
             f"    {{ /* Layers 4 and 5: {comment(plan.fis.outputs[o].name)} */",

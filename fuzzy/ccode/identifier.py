@@ -19,7 +19,7 @@ _WORDS = (
     "INFINITY NAN NULL ONE NEVER int8_t int16_t int32_t int64_t uint8_t uint16_t uint32_t uint64_t strength_t "
     # what the code calls its own
     "x y w r k p top total told unknown degree strength value clause halvings fires fewest fired said proposal "
-    "behind one other rule_end rule_or clause_term clause_power clause_negated weight_of "
+    "behind share whole either one other rule_end rule_or clause_term clause_power clause_negated weight_of "
     "least most both limited rise possible hedged shifted line times spline exponential gauss log_gauss logarithm "
     "log_sigmoid sigmoid bell difference root strength_of"
 )

@@ -81,7 +81,7 @@ def _interpolated(values: np.ndarray, fis: Sugeno, x: np.ndarray) -> np.ndarray:
         cell = np.minimum(at.astype(int), values.shape[k] - 2)
         share = (at - cell)[:, None]
         corners = [
-            (place + (cell + step,), weight * (share if step else 1 - share))
+            ((*place, cell + step), weight * (share if step else 1 - share))
             for place, weight in corners
             for step in (0, 1)
         ]

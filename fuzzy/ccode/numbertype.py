@@ -32,6 +32,16 @@ class Floating:
         return "f" if self.name == "float" else ""
 
     @property
+    def infinity(self) -> str:
+        """Infinity in this type: C's INFINITY is a float."""
+        return "INFINITY" if self.name == "float" else "HUGE_VAL"
+
+    @property
+    def unknown(self) -> str:
+        """Not-a-number in this type: C's NAN is a float."""
+        return "NAN" if self.name == "float" else "(double)NAN"
+
+    @property
     def never(self) -> float:
         """What stands for the logarithm of 0; see :func:`fuzzy.inference.never`."""
         return -float(np.finfo(np.float32 if self.name == "float" else np.float64).max) / 1e8
@@ -39,18 +49,29 @@ class Floating:
     def constant(self, value: float) -> str:
         """A number as C writes it, exactly; infinities are those of math.h."""
         if math.isnan(value):
-            return "NAN"
-        kept = float(np.float32(value)) if self.name == "float" and not math.isinf(value) else value
+            return self.unknown
+        value = float(value)
+        if self.name == "float" and math.isfinite(value) and abs(value) > float(np.finfo(np.float32).max):
+            raise ExportError(f"{value:g} is too large for a float: export to double")
+        kept = float(np.float32(value)) if self.name == "float" else value
         if math.isinf(kept):
-            if not math.isinf(value):
-                raise ExportError(f"{value:g} is too large for a float: export to double")
-            return "INFINITY" if kept > 0 else "-INFINITY"
+            return self.infinity if kept > 0 else f"-{self.infinity}"
         text = repr(float(str(np.float32(value)))) if self.name == "float" else repr(float(value))
         return text + self.suffix
 
+    def bounds(self, universe: tuple[float, float]) -> tuple[str, str]:
+        """The ends of a range, rounded inwards: a number lies between them where it lies in the range."""
+        low, high = universe
+        if self.name == "double":
+            return self.constant(low), self.constant(high)
+        first, last = np.float32(low), np.float32(high)
+        first = np.nextafter(first, np.float32(np.inf)) if float(first) < low else first
+        last = np.nextafter(last, np.float32(-np.inf)) if float(last) > high else last
+        return self.constant(float(first)), self.constant(float(last))
+
     def typed(self, text: str) -> str:
         """A text of C that is written for double, with ``REAL`` for the type, in this type."""
-        text = text.replace("REAL", self.name)
+        text = text.replace("REAL", self.name).replace("INFINITY", self.infinity)
         if self.name == "float":
             text = re.sub(r"(?<![\w.])(\d+\.\d*(?:e[-+]?\d+)?)(?![\w.])", r"\1f", text)
             text = re.sub(r"\b(exp|log|log1p|pow|sqrt|fabs)\(", r"\1f(", text)

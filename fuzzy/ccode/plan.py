@@ -7,9 +7,10 @@ import numpy as np
 
 from fuzzy.ccode.identifier import identifier
 from fuzzy.ccode.numbertype import ExportError
+from fuzzy.compiled.tables import NUMBERS
 from fuzzy.inference import logarithmic
 from fuzzy.membershipfunction import as_number
-from fuzzy.system import Sugeno
+from fuzzy.system import Linear, Sugeno
 
 UNROLLED = 40  # rules; a system with more is written as tables and loops
 
@@ -64,6 +65,10 @@ class Plan:
         """Whether a rule has a consequent for an output (outputs, rules)."""
         return np.asarray(self.fis.structure.consequent >= 0)
 
+    def has_planes(self, output: int) -> bool:
+        """Whether an output's terms are of first order, be their slopes 0."""
+        return any(isinstance(term, Linear) for term in self.fis.outputs[output].terms.values())
+
     def is_linear(self, output: int) -> bool:
         """Whether an output has first-order consequents."""
         return bool((self.slopes[output] != 0).any())
@@ -76,8 +81,6 @@ def planned(fis: Sugeno, name: str = "") -> Plan:
         fis: The system; parameters that are arrays are read now.
         name: The prefix of everything public; by default the system's own name.
     """
-    from fuzzy.compiled.tables import NUMBERS
-
     prefix = identifier(name or fis.name)
     inputs: list[str] = []
     for variable in fis.inputs:

@@ -6,7 +6,9 @@ from fuzzy.system import Sugeno
 
 
 def proof_points(fis: Sugeno, count: int, seed: int, inside: bool = False) -> np.ndarray:
-    """Points (count, inputs) in the universes of discourse and, unless ``inside``, beyond; a quarter at the kinks."""
+    """Points (count, inputs) in the universes of discourse and, unless ``inside``, beyond; a quarter at the kinks.
+
+    Of those that may lie beyond, some 16 have an input that is infinite and 16 one that is not-a-number."""
     rng = np.random.default_rng(seed)
     low, high = np.array([v.universe for v in fis.inputs]).T
     span = np.where(high > low, high - low, 1.0)
@@ -23,4 +25,7 @@ def proof_points(fis: Sugeno, count: int, seed: int, inside: bool = False) -> np
         rows = np.flatnonzero(rng.random(count) < 0.25)
         at = rng.choice(kinks, len(rows)) + span[i] * rng.choice([0.0, 0.0, 1e-15, -1e-15, 1e-6, -1e-6], len(rows))
         x[rows, i] = np.clip(at, low[i], high[i]) if inside else at
+    if not inside and count >= 48:
+        x[:: count // 16, rng.integers(len(low))] = np.inf
+        x[1 :: count // 16, rng.integers(len(low))] = np.nan
     return x

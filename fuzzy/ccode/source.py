@@ -16,9 +16,6 @@ from fuzzy.ccode.tables import table, whole
 from fuzzy.shown import shown
 from fuzzy.system import Sugeno
 
-# Strengths whose sum is below the first are raised by the second: a power of 2, so that nothing is rounded.
-_FAINT = {"double": (1e-290, 2.0**900), "float": (1e-30, 2.0**90)}
-
 
 class CSources(NamedTuple):
     """A system in C: two texts, and what they are called."""
@@ -65,6 +62,7 @@ def header(plan: Plan, real: str) -> str:
         f" *     {real} y[{upper}_OUTPUTS];",
         f" *     {name}_infer(x, y);",
         " *",
+        *([_FIXED] if fixed else []),
         " * It allocates nothing, keeps no state and may be called from an interrupt. */",
         f"#ifndef {upper}_H",
         f"#define {upper}_H",
@@ -100,6 +98,8 @@ def header(plan: Plan, real: str) -> str:
     return "\n".join(rows)
 
 
+_FIXED = """ * Numbers beyond -32768 to 32768 stay there. A degree below 1e-9 counts as 0 in "or" and "not".
+ *"""
 _CONSTANT = """/* A constant in Q16.16; the compiler does the arithmetic. */
 #define {}_Q16(value) ((int32_t)((value) * 65536.0 + ((value) < 0 ? -0.5 : 0.5)))"""
 
@@ -165,7 +165,7 @@ class _Writer:
             f"    {self.real} unknown = {self.zero}; /* not-a-number if an input or a degree is */",
         ]
         for k, (name, variable) in enumerate(zip(plan.inputs, plan.fis.inputs, strict=True)):
-            low, high = (self.number.constant(end) for end in variable.universe)
+            low, high = self.number.bounds(variable.universe)
             if clips:
                 rows.append(
                     f"    const {self.real} {name} = x[{k}] < {low} ? {low} : (x[{k}] > {high} ? {high} : x[{k}]);"
@@ -173,10 +173,10 @@ class _Writer:
             else:
                 rows.append(f"    const {self.real} {name} = x[{k}];")
         for name, variable in zip(plan.inputs, plan.fis.inputs, strict=True):
-            low, high = (self.number.constant(end) for end in variable.universe)
+            low, high = self.number.bounds(variable.universe)
             if not clips:
                 rows.append(f"    if ({name} < {low} || {name} > {high}) told = {upper}_OUTSIDE;")
-            rows.append(f"    if (isnan({name})) unknown = NAN;")
+            rows.append(f"    if (isnan({name})) unknown = {self.number.unknown};")
         return [*rows, ""]
 
     def _call(self, term: Term) -> str:
@@ -200,7 +200,7 @@ class _Writer:
         for k, term in enumerate(plan.terms):
             if term.function != "gaussmf" or not np.isfinite(term.parameters).all():
                 degree = term.name if plan.unrolled else f"degree[{k}]"
-                rows.append(f"    if (isnan({degree})) unknown = NAN;")
+                rows.append(f"    if (isnan({degree})) unknown = {self.number.unknown};")
         return [*rows, ""]
 
     def _clause(self, clause: Clause) -> str:
@@ -255,7 +255,7 @@ class _Writer:
                 rows += [sentence(plan, r), f"    w[{r}] = {weight}{joined};"]
         else:
             rows += self._strength_loop()
-        return [*rows, "", *(self._relative() if plan.logs else self._raised())]
+        return [*rows, "", *(self._relative() if plan.logs else self._normalised())]
 
     def _weights(self) -> np.ndarray:
         return np.asarray(self.plan.fis.structure.weight)
@@ -270,37 +270,44 @@ class _Writer:
             rows = [f"    static const {self.real} weight_of[{n}] = {{{listed}}};"]
         else:
             rows = []
-        if plan.fis.defuzzification == "wtsum":
-            factor = " * weight_of[r]" if weighted else ""
-            return [*rows, f"    for (int r = 0; r < {n}; r++) w[r] = exp{suffix}(w[r]){factor};", ""]
+        sums = plan.fis.defuzzification == "wtsum"
+        target = "share" if sums else "w"
+        factor = " * weight_of[r]" if weighted else ""
         counts = "weight_of[r] > " + self.zero + " && " if weighted else ""
         least = self.number.constant(self.number.never / 1e6)
         rows += [
-            f"    {self.real} top = -INFINITY; /* the strongest */",
+            *(
+                [f"    {self.real} share[{n}]; /* relative to the strongest: whether a rule fires at all */"]
+                if sums
+                else []
+            ),
+            f"    {self.real} top = -{self.number.infinity}; /* the strongest */",
             f"    for (int r = 0; r < {n}; r++) if ({counts}w[r] > top) top = w[r];",
             f"    if (!(top > {least})) top = {self.zero};",
         ]
-        if weighted:
-            rows += [
-                f"    for (int r = 0; r < {n}; r++)",
-                f"        w[r] = exp{suffix}(w[r] < top ? w[r] - top : {self.zero}) * weight_of[r];",
-            ]
-        else:
-            rows.append(f"    for (int r = 0; r < {n}; r++) w[r] = exp{suffix}(w[r] - top);")
+        relative = f"w[r] < top ? w[r] - top : {self.zero}" if weighted else "w[r] - top"
+        rows.append(f"    for (int r = 0; r < {n}; r++) {target}[r] = exp{suffix}({relative}){factor};")
+        if sums:
+            rows.append(f"    for (int r = 0; r < {n}; r++) w[r] = exp{suffix}(w[r]){factor};")
         return [*rows, ""]
 
-    def _raised(self) -> list[str]:
-        """Strengths that are so faint that their products would be lost are raised, all alike."""
+    def _normalised(self) -> list[str]:
+        """Layer 3: the strengths as shares of their sum, in the order of the compiled inference: the same bits."""
         plan, n = self.plan, self.plan.rules
         if plan.fis.defuzzification == "wtsum":
             return []
-        faint, factor = (self.number.constant(value) for value in _FAINT[self.real])
         return [
+            "    /* Layer 3: their shares */",
             f"    {self.real} total = {self.zero};",
             f"    for (int r = 0; r < {n}; r++) total += w[r];",
-            f"    if (total < {faint}) for (int r = 0; r < {n}; r++) w[r] *= {factor};",
+            f"    for (int r = 0; r < {n}; r++) w[r] /= total > {self.zero} ? total : {self.one};",
             "",
         ]
+
+    @property
+    def _fires(self) -> str:
+        """The array that says whether a rule fires."""
+        return "share" if self.plan.logs and self.plan.fis.defuzzification == "wtsum" else "w"
 
     def _consequents(self) -> list[str]:
         """Layers 4 and 5: what the rules propose, and the outputs."""
@@ -312,22 +319,28 @@ class _Writer:
     def _output(self, o: int) -> list[str]:
         plan, upper, name = self.plan, self.plan.name.upper(), self.plan.outputs[o]
         variable = plan.fis.outputs[o]
-        default = self.number.constant(variable.midrange) if plan.fis.no_rule_fires == "midrange" else "NAN"
+        default = (
+            self.number.constant(variable.midrange) if plan.fis.no_rule_fires == "midrange" else self.number.unknown
+        )
         part = np.flatnonzero(plan.takes_part[o]).tolist()
         nobody = [f"    told |= {upper}_NO_RULE;", f"    y[{o}] = {default} + unknown;"]
         if not len(part):
             return nobody
         if plan.unrolled:
-            fired = " + ".join(f"w[{r}]" for r in part)
+            fired = " + ".join(f"{self._fires}[{r}]" for r in part)
             said = [f"w[{r}] * {self._consequent(o, r)}" for r in part]
             rows = [f"    const {self.real} {name}_fired = {fired};"]
             rows.append(f"    const {self.real} {name}_said = {(chr(10) + '        + ').join(said)};")
         else:
             rows = self._output_loop(o)
-        value = f"{name}_said" if plan.fis.defuzzification == "wtsum" else f"{name}_said / {name}_fired"
+        whole = plan.fis.defuzzification == "wtsum" or (not plan.logs and bool(plan.takes_part[o].all()))
+        value = f"{name}_said" if whole else f"{name}_said / {name}_fired"
+        # 0 times infinity is not-a-number: an input that some plane leaves out must not be infinite.
+        left_out = (plan.slopes[o][plan.takes_part[o]] == 0).any(axis=0) if plan.has_planes(o) else []
+        finite = "".join(f" + ({i} - {i})" for i, out in zip(plan.inputs, left_out, strict=False) if out)
         return [
             *rows,
-            f"    if ({name}_fired > {self.zero}) y[{o}] = {value} + unknown;",
+            f"    if ({name}_fired > {self.zero}) y[{o}] = {value} + unknown{finite};",
             "    else {",
             *("    " + row for row in nobody),
             "    }",
@@ -343,7 +356,7 @@ class _Writer:
         ]
         if not slopes:
             return f"({constant})" if constant.startswith("-") else constant
-        return f"({' + '.join([*slopes, constant])})".replace("+ -", "- ")
+        return f"({' + '.join([constant, *slopes])})".replace("+ -", "- ")
 
     # Tables and loops, for systems of many rules ------------------------------------------------------------
 
@@ -412,6 +425,8 @@ class _Writer:
         plan, rows = self.plan, []
         for o, name in enumerate(plan.outputs):
             part = plan.takes_part[o]
+            if not part.any():
+                continue
             if not part.all():
                 rows.append(table("unsigned char", f"{name}_part", part.astype(int).tolist()))
             numbers = (
@@ -434,8 +449,8 @@ class _Writer:
             width = len(plan.inputs) + 1
             terms = [f"p[{i}] * {input_}" for i, input_ in enumerate(plan.inputs)]
             rows.append(f"        const {self.real} *const p = {name}_of + {width} * r;")
-            proposal = f"({' + '.join([*terms, f'p[{width - 1}]'])})"
+            proposal = f"({' + '.join([f'p[{width - 1}]', *terms])})"
         else:
             proposal = f"{name}_of[r]"
-        rows += [f"        {name}_fired += w[r];", f"        {name}_said += w[r] * {proposal};", "    }"]
+        rows += [f"        {name}_fired += {self._fires}[r];", f"        {name}_said += w[r] * {proposal};", "    }"]
         return rows

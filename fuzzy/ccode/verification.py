@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fuzzy.ccode.compiler import SANITIZERS, Compiler, find_compiler, run_program
+from fuzzy.ccode.compiler import SANITIZERS, Compiler, CompilerError, find_compiler, run_program
 from fuzzy.ccode.proofpoints import proof_points
 from fuzzy.ccode.writing import CFiles
 from fuzzy.compiled.sugeno import compile_sugeno
@@ -17,6 +17,7 @@ from fuzzy.system import Sugeno
 
 LIMITS = {"double": 4e-15, "float": 1e-6}  # greatest differences, shares of an output's span
 POINTS = 1_000_000
+_FAINTEST = {"double": 1e-300, "float": 1e-17}  # strengths, below which a type has few digits or none
 _SANITIZED = 20_000  # points that are also run under the sanitizers
 _WEIGHED = 4096  # points at which the proposals of the rules are looked at
 _TYPES = {"double": np.float64, "float": np.float32, "q16.16": np.int32}
@@ -101,17 +102,18 @@ def verify_c(
         if sanitized:
             watched = _program(compiler, files, folder, "-O1", "-g", *SANITIZERS)
             again = _ran(watched, given[:_SANITIZED], len(fis.outputs), files.number, folder)
-            assert again.shape == y[:_SANITIZED].shape
-    differences = _differences(fis, x, y)
+            if not np.array_equal(again, y[: len(again)], equal_nan=True):
+                raise CompilerError(f"{files.source.name}: other answers under the sanitizers than without them")
+    differences = _differences(fis, x, y, files.number)
     limit = LIMITS.get(files.number) if files.lookup is None else None
-    holds = None if limit is None else _within(fis, x, y, differences, limit)
+    holds = None if limit is None else _within(fis, x, y, differences, files.number)
     return Verified(files.number, len(x), differences, compiler.version, sanitized, holds)
 
 
 def _given(x: np.ndarray, number: str) -> tuple[np.ndarray, np.ndarray]:
     """The points as the C gets them, and the same as float64."""
     if number == "q16.16":
-        whole = np.clip(np.round(x * 65536.0), -(2**31), 2**31 - 1).astype(np.int32)
+        whole = np.clip(np.round(np.nan_to_num(x, posinf=0.0) * 65536.0), -(2**31), 2**31 - 1).astype(np.int32)
         return whole, whole / 65536.0
     given = np.ascontiguousarray(x.astype(_TYPES[number]))
     return given, given.astype(np.float64)
@@ -133,19 +135,21 @@ def _ran(program: Path, given: np.ndarray, outputs: int, number: str, folder: Pa
 
 
 def _answers(fis: Sugeno, x: np.ndarray) -> np.ndarray:
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore", InferenceWarning)
         return np.asarray(compile_sugeno(fis)(x))
 
 
-def _differences(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> tuple[Difference, ...]:
+def _differences(fis: Sugeno, x: np.ndarray, y: np.ndarray, number: str) -> tuple[Difference, ...]:
     wanted = _answers(fis, x)
-    error = np.where(np.isnan(wanted) & np.isnan(y), 0.0, np.abs(y - wanted))
-    error = np.where(np.isnan(error), np.inf, error)
-    scales = _scales(fis, x)
+    if number == "q16.16":
+        wanted = np.clip(wanted, -32768.0, 32768.0)  # where the C stays
+    error = _error(y, wanted)
+    known = np.isfinite(x).all(axis=1)
+    scales = _scales(fis, x[known])
     found = []
     for o, variable in enumerate(fis.outputs):
-        finite = wanted[:, o][np.isfinite(wanted[:, o])]
+        finite = wanted[known, o][np.isfinite(wanted[known, o])]
         spread = float(np.ptp(finite)) if len(finite) else 0.0
         span = max(variable.universe[1] - variable.universe[0], spread)
         worst = int(np.argmax(error[:, o]))
@@ -162,29 +166,37 @@ def _differences(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> tuple[Difference,
     return tuple(found)
 
 
+def _error(y: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """The differences; 0 where both are not-a-number or the same infinity, infinite where only one is."""
+    with np.errstate(invalid="ignore"):
+        error = np.abs(y - wanted)
+    error = np.where((np.isnan(wanted) & np.isnan(y)) | (y == wanted), 0.0, error)
+    return np.where(np.isnan(error), np.inf, error)
+
+
 def _scales(fis: Sugeno, x: np.ndarray) -> np.ndarray:
     """What the rules propose (outputs,), weighted, at most: rounding in their sum is a share of it."""
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore", InferenceWarning)
         layers = infer(fis, x[:_WEIGHED])
     share = layers.firing if fis.defuzzification == "wtsum" else layers.weights
     return np.asarray(np.nan_to_num((share[..., None] * np.abs(layers.rule_outputs)).sum(axis=-2)).max(axis=0))
 
 
-def _within(fis: Sugeno, x: np.ndarray, y: np.ndarray, differences: tuple[Difference, ...], limit: float) -> bool:
+def _within(fis: Sugeno, x: np.ndarray, y: np.ndarray, differences: tuple[Difference, ...], number: str) -> bool:
     """Whether all differences are within the limit.
 
     Where all rules that fire do so by a difference 1 − μ of little size, the same rounding is a larger share of it,
-    here as there: at such points the limit is a share of the sum of their strengths.
+    here as there: at such points the limit is a share of the sum of their strengths. What fires more faintly than the
+    least number of the type does not fire.
     """
-    allowed = np.array([limit * d.scale for d in differences])
+    allowed = np.array([LIMITS[number] * d.scale for d in differences])
     if all(d.greatest <= a for d, a in zip(differences, allowed, strict=True)):
         return True
-    if not fis.structure.negated.any():
-        return False
-    error = np.abs(y - _answers(fis, x))
+    error = _error(y, _answers(fis, x))
     rows = np.flatnonzero((error > allowed).any(axis=1))
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore", InferenceWarning)
         total = infer(fis, x[rows]).firing @ (fis.structure.consequent >= 0).T.astype(float)
-    return bool((error[rows] <= allowed / np.clip(total, 1e-30, 1.0)).all())
+    within = error[rows] <= allowed / (np.clip(total, 1e-30, 1.0) if fis.structure.negated.any() else 1.0)
+    return bool((within | ((total > 0) & (total < _FAINTEST[number]))).all())

@@ -10,7 +10,7 @@ from fuzzy.system import Sugeno
 
 
 class CFiles(NamedTuple):
-    """What was written."""
+    """The files of a system in C, and in which numbers they are."""
 
     header: Path
     source: Path

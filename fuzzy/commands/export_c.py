@@ -113,7 +113,11 @@ def _verdict(proof: "Verified") -> str:
     if proof.holds is None:
         return ""
     limit = f"{LIMITS[proof.number]:g}"
-    return f": the same within {limit}" if proof.holds else f": NOT the same within {limit}"
+    if not proof.holds:
+        return f": NOT the same within {limit}"
+    if all(d.share <= LIMITS[proof.number] for d in proof.differences):
+        return f": the same within {limit} of the range"
+    return f": the same within {limit} of what its rules propose, and of what fires where they cancel"
 
 
 def _report(files: "CFiles", proof: "Verified | None", on_board: "OnBoard | None") -> dict[str, Any]:
