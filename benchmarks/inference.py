@@ -191,13 +191,17 @@ def report(result: dict[str, Any]) -> str:
 
 def verdicts(one: dict[str, float], many: dict[str, float], everywhere: dict[str, float]) -> list[str]:
     """Sentences that compare ours with the C loop and with the fastest of the peers."""
-    own = {e.name for e in ours()}
+    own = {*(e.name for e in ours()), "C as exported"}
     lines = []
     for what, times in ((f"{POINTS:,} points on one processor", many), ("and on all", everywhere), ("one point", one)):
         peers = {name: t for name, t in times.items() if name not in own and name != "C loop"}
         others = {name: times[name] for name in ("C loop",) if name in times and times is not one}
         if peers:
             others |= {min(peers, key=lambda name: peers[name]): min(peers.values())}
+        if "C as exported" in times and "C loop" in times and times is many:
+            lines.append(
+                f"C as exported takes {times['C as exported'] / times['C loop']:.3g} of the time of the C loop."
+            )
         parts = [f"{times[OURS] / t:.3g} of the time of {name}" for name, t in others.items()]
         lines.append(f"{what}: {OURS} takes {' and '.join(parts)}." if parts else f"{what}: no peer is installed.")
     return lines

@@ -87,6 +87,31 @@ def c_loop() -> Engine:
     return Engine("C loop", None, many)
 
 
+def exported_c() -> Engine:
+    """The system as `fuzzy export c` writes it, with the flags of the C loop and called from a loop of C like it."""
+    from benchmarks.inference import system
+    from fuzzy.ccode.source import c_sources
+
+    sources = c_sources(system(), "exported")
+    loop = (
+        "#include <stddef.h>\nvoid infer_all(ptrdiff_t n, const double *x, double *y) "
+        f"{{ for (ptrdiff_t p = 0; p < n; p++) exported_infer(x + p * {INPUTS}, y + p); }}\n"
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "exported.c"
+        source.with_suffix(".h").write_text(sources.header)
+        source.write_text(sources.source + loop)
+        library = _library(source, ["-lm"], ("cc", "gcc", "clang"))
+    place = ctypes.c_void_p
+
+    def many(x: np.ndarray) -> np.ndarray:
+        output = np.empty((len(x), 1))
+        library.infer_all(ctypes.c_ssize_t(len(x)), place(x.ctypes.data), place(output.ctypes.data))
+        return output
+
+    return Engine("C as exported", None, many)
+
+
 def fuzzylite() -> Engine:
     """fuzzylite's C++ library, where its development files are installed (Debian: libfuzzylite-dev)."""
     library = _library(Path(__file__).with_name("fuzzylite.cpp"), ["-lfuzzylite"], ("c++", "g++", "clang++"))
@@ -277,4 +302,4 @@ def _version(package: str) -> str:
     return versions([package])[package]
 
 
-PEERS = (c_loop, fuzzylite, pyfuzzylite, ferrifuzz, torch_fis, simpful, scikit_fuzzy)
+PEERS = (c_loop, exported_c, fuzzylite, pyfuzzylite, ferrifuzz, torch_fis, simpful, scikit_fuzzy)

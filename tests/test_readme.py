@@ -25,7 +25,7 @@ def folder(tmp_path_factory):
 def test_the_readme_has_what_a_newcomer_needs():
     kinds = [kind for kind, _ in SNIPPETS]
     assert kinds.count("python") == 7
-    assert kinds.count("sh") == 11
+    assert kinds.count("sh") == 12
     assert kinds.count("toml") == 1
 
 

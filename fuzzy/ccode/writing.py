@@ -1,7 +1,9 @@
 """The files of a system in C, written whole or not at all."""
 
+from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from fuzzy.ccode.lookup import Lookup, lookup_of, with_lookup
 from fuzzy.ccode.source import CSources, c_sources
@@ -44,6 +46,26 @@ def write_c(
     table = None if lookup is None else lookup_of(fis, lookup)
     sources = c_sources(fis, name, number) if table is None else with_lookup(fis, table, name, number)
     return _written(sources, Path(folder), number, table)
+
+
+def c_zip(fis: Sugeno, name: str, number: str, points: int | None) -> bytes:
+    """A system in C as a zip of both files, with the same bytes each time. Raises ExportError as :func:`write_c`.
+
+    Args:
+        fis: The system.
+        name: The files' name and the functions' prefix.
+        number: The type of numbers.
+        points: Those of a table along each input, or none for the rules.
+    """
+    if points is None:
+        sources = c_sources(fis, name, number)
+    else:
+        sources = with_lookup(fis, lookup_of(fis, (points,)), name, number)
+    packed = BytesIO()
+    with ZipFile(packed, "w", ZIP_DEFLATED) as archive:
+        for ending, text in (("h", sources.header), ("c", sources.source)):
+            archive.writestr(ZipInfo(f"{sources.name}.{ending}", (1980, 1, 1, 0, 0, 0)), text)
+    return packed.getvalue()
 
 
 def _written(sources: CSources, folder: Path, number: str, table: Lookup | None) -> CFiles:

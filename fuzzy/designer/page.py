@@ -14,6 +14,7 @@ from weakref import WeakKeyDictionary
 from nicegui import background_tasks, ui
 from nicegui.elements.mixins.text_element import TextElement
 
+from fuzzy.ccode.writing import c_zip
 from fuzzy.designer.bridge import Bridge, Shared
 from fuzzy.designer.design import Design
 from fuzzy.designer.document import Document
@@ -485,6 +486,7 @@ class _Page:
             "download": self._download,
             "snapshot": self._snapshot,
             "export": self._export,
+            "c-code": self._export_c,
             "stop": self._stop,
             "compare": self._compare,
             "discard": self._discard,
@@ -551,6 +553,17 @@ class _Page:
             name = f"{self.document.path.stem}-{kind}.{ending}"
             self.client.download(data, name)
             self.bench.notify(f"{name} is drawn")
+
+    async def _export_c(self, content: Mapping[str, Any]) -> None:
+        """The design in force as a header and a source of C, in a zip."""
+        number, table = content.get("number"), content.get("table")
+        if not isinstance(number, str) or not (table is None or (isinstance(table, int) and 2 <= table <= 256)):
+            raise InputError("C code: a type of numbers, and 2 to 256 points an input or none")
+        system, stem = self.document.design.in_force, self.document.path.stem
+        data = await self.bench.background(c_zip, system, stem, number, table)
+        if not self.bench.closed:
+            self.client.download(data, f"{stem}-c.zip")
+            self.bench.notify(f"{stem}-c.zip is written; `fuzzy export c {self.document.path.name} --verify` proves it")
 
     async def _export_all(self, design: Design, ending: str) -> None:
         """All pictures as one zip; the page tells how far it is, at most once a second, and can stop it."""

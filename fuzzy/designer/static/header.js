@@ -30,6 +30,17 @@ const FIGURES = {
   all: "All pictures, as a zip for a paper",
 };
 const FORMATS = { svg: "SVG", pdf: "PDF", png: "PNG" };
+const NUMBERS = {
+  double: "double",
+  float: "float: a unit for it, such as a Cortex-M4F",
+  "q16.16": "Q16.16: fixed point, no floating point at run time",
+};
+const TABLES = {
+  "": "The rules themselves",
+  17: "A table of 17 points an input",
+  33: "A table of 33",
+  65: "A table of 65",
+};
 const SHOWN = 7000, // ms that a sentence stays; a problem stays until it is put away
   UNDOABLE = 15000; // ms that what can be undone stays, unless it has been undone or another edit was made
 
@@ -193,6 +204,15 @@ function render({ model, el }) {
     });
   }
 
+  function exportC() {
+    const number = select("Numbers", NUMBERS),
+      written = select("Written are", TABLES),
+      note = make("p", { class: "note" }, "A header and a source of C99 for a microcontroller, as a zip.");
+    dialog(el, "Export C code", [number.row, written.row, note], "Export", () =>
+      send({ do: "c-code", number: number.field.value, table: Number(written.field.value) || null }),
+    );
+  }
+
   function showKeys() {
     const row = (tag, cells) =>
       make("tr", {}, ...cells.map((text) => make(tag, tag === "th" ? { scope: "col" } : {}, text)));
@@ -270,6 +290,7 @@ function render({ model, el }) {
     ["Take a snapshot", () => send({ do: "snapshot" })],
     ["Compare with …", compare],
     ["Export a figure …", exportFigure],
+    ["Export C code …", exportC],
     ["Revert to the saved file", () => send({ do: "discard" })],
   ];
   const menuId = `shell-menu-${++count}`;

@@ -431,6 +431,26 @@ def test_a_snapshot_is_kept_compared_renamed_downloaded_removed_and_brought_back
     page.get_by_role("tab", name="Memberships").click()
 
 
+def test_c_code_is_a_zip_of_what_the_command_writes(tab):
+    page = tab.page
+
+    def export(written):
+        menu(page, "Export C code")
+        dialog = page.get_by_role("dialog")
+        dialog.get_by_label("Numbers").select_option("q16.16")
+        dialog.get_by_label("Written are").select_option(label=written)
+        dialog.get_by_role("button", name="Export").click()
+
+    for written, word in (("The rules themselves", "rule_end"), ("A table of 33", "33 x 33 points")):
+        with page.expect_download() as download:
+            export(written)
+        assert download.value.suggested_filename == "tipper-c.zip"
+        with zipfile.ZipFile(download.value.path()) as archive:
+            assert archive.namelist() == ["tipper.h", "tipper.c"]
+            assert "int32_t" in archive.read("tipper.h").decode()
+            assert word in archive.read("tipper.c").decode()
+
+
 @pytest.mark.long
 def test_all_pictures_are_one_zip_and_drawing_can_be_stopped(tab):
     page = tab.page
