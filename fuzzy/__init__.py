@@ -13,7 +13,8 @@ Make a system and ask it:
     Sugeno, Variable, Rule, Clause, Constant, Linear, parse_rule; infer, compile_sugeno; membership functions (Triangle,
     Gaussian, ... and MATLAB's trimf, gaussmf, ...) and membership_function, which makes one by name
 Files, data and learning a start (the rest is in the package anfis):
-    read_fis, read_mamdani, write_fis, parse_fis, format_fis, find_fis, packaged_fis_files; identify,
+    read_fis, read_mamdani, write_fis, parse_fis, format_fis, read_fll, write_fll, parse_fll,
+    format_fll, find_fis, packaged_fis_files; identify,
     subtractive_clusters, fit_consequents, search_clusters, search_table; tune, a TunedSystem comes back
 Mamdani systems, and how near a Sugeno system comes:
     Mamdani, read_mamdani_original, mamdani_difference, fit_to_mamdani; from_skfuzzy,
@@ -66,6 +67,7 @@ if TYPE_CHECKING:
         read_mamdani,
         write_fis,
     )
+    from fuzzy.files.fllfile import FllFileError, format_fll, parse_fll, read_fll, write_fll
     from fuzzy.files.packaged import find_fis, packaged_fis_files
     from fuzzy.files.table import DataError
     from fuzzy.fitting.clustering import ClusteringError, DataWarning, subtractive_clusters
@@ -150,6 +152,7 @@ _HOMES = {
         "read_mamdani",
         "write_fis",
     ),
+    "fuzzy.files.fllfile": ("FllFileError", "format_fll", "parse_fll", "read_fll", "write_fll"),
     "fuzzy.files.packaged": ("find_fis", "packaged_fis_files"),
     "fuzzy.files.table": ("DataError",),
     "fuzzy.fitting.clustering": ("ClusteringError", "DataWarning", "subtractive_clusters"),
@@ -221,6 +224,7 @@ __all__ = [
     "Finding",
     "FisFileError",
     "FisFileWarning",
+    "FllFileError",
     "FromScikitFuzzy",
     "FunctionPlant",
     "FuzzySystemError",
@@ -269,6 +273,7 @@ __all__ = [
     "fit_consequents",
     "fit_to_mamdani",
     "format_fis",
+    "format_fll",
     "from_skfuzzy",
     "gauss2mf",
     "gaussmf",
@@ -282,6 +287,7 @@ __all__ = [
     "membership_function",
     "packaged_fis_files",
     "parse_fis",
+    "parse_fll",
     "parse_rule",
     "pimf",
     "plot_memberships",
@@ -293,6 +299,7 @@ __all__ = [
     "plotmf",
     "psigmf",
     "read_fis",
+    "read_fll",
     "read_mamdani",
     "read_mamdani_original",
     "ruleview",
@@ -311,5 +318,6 @@ __all__ = [
     "write_c",
     "write_figures",
     "write_fis",
+    "write_fll",
     "zmf",
 ]

@@ -22,7 +22,9 @@ class Fit(StrEnum):
 
 def convert(
     file: FisFile,
-    target: Annotated[Path, typer.Argument(metavar="OUT", help="A .fis, .txt or .json file.", show_default=False)],
+    target: Annotated[
+        Path, typer.Argument(metavar="OUT", help="A .fis, .fll, .txt or .json file.", show_default=False)
+    ],
     fit: Annotated[
         Fit | None,
         typer.Option(
@@ -34,9 +36,10 @@ def convert(
 ) -> None:
     """Write the system in another form, which OUT's suffix chooses.
 
-    .fis is a normalised MATLAB file, .txt the rules as sentences, .json a description of everything. A Mamdani system
-    becomes a Sugeno system: each output set is a constant at its centroid, or what --fit makes of it by least squares.
-    What was changed is printed, and how far the two systems are apart on a grid over the inputs.
+    .fis is a normalised MATLAB file, .fll one of FuzzyLite, which FILE may be too, .txt the rules as sentences, .json a
+    description of everything. A Mamdani system becomes a Sugeno system: each output set is a constant at its centroid,
+    or what --fit makes of it by least squares. What was changed is printed, and how far the two systems are apart on a
+    grid over the inputs.
 
     \b
     Example:
@@ -44,19 +47,28 @@ def convert(
       fuzzy convert tipper.fis tipper.json
       fuzzy convert tracking tracking.txt
     """
-    writers = {".fis": "a MATLAB file", ".txt": "the rules as sentences", ".json": "a description"}
+    writers = {
+        ".fis": "a MATLAB file",
+        ".fll": "a FuzzyLite file",
+        ".txt": "the rules as sentences",
+        ".json": "a description",
+    }
     suffix = target.suffix.lower()
     if suffix not in writers:
         known = ", ".join(f"{ending} ({what})" for ending, what in writers.items())
         usage(f"cannot tell the form from {str(target)!r}; end it in {known}")
     from fuzzy.files.packaged import find_fis
 
-    source = find_fis(file)
+    source = file if file.suffix.lower() == ".fll" else find_fis(file)
     fis, told = _read(source, target, fit)
     if suffix == ".fis":
         from fuzzy.files.fisfile import write_fis
 
         write_fis(fis, target)
+    elif suffix == ".fll":
+        from fuzzy.files.fllfile import write_fll
+
+        write_fll(fis, target)
     else:
         _write_text(fis, target, suffix)
     if json:
@@ -87,7 +99,12 @@ def _read(source: Path, target: Path, fit: Fit | None) -> "tuple[Sugeno, dict[st
     from fuzzy.errors import InputError
     from fuzzy.files.fisfile import read_mamdani
 
-    fis, changes = read_mamdani(source)
+    if source.suffix.lower() == ".fll":
+        from fuzzy.files.fllfile import read_fll
+
+        fis, changes = read_fll(source), tuple[str, ...]()
+    else:
+        fis, changes = read_mamdani(source)
     told: dict[str, Any] = {"mamdani": bool(changes), "changes": list(changes)}
     if not changes:
         if fit is not None:

@@ -32,7 +32,7 @@ def c(
         ),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Where NAME.h and NAME.c are written.")],
-    number: Annotated[Number, typer.Option(help="double or float.")] = Number.double,
+    number: Annotated[Number, typer.Option(help="Numbers of the C: double or float.")] = Number.double,
     name: Annotated[str, typer.Option(help="The files' name and the functions' prefix; the law's by default.")] = "",
     scenario: Annotated[
         str,

@@ -102,7 +102,7 @@ class Composer:
             kind: Of visualization_msgs/Marker.
             place: x, y, z and heading.
             scale: Its extent in x, y and z; of lines their width.
-            colour: As CSS writes it, #0072b2.
+            colour: As CSS writes it, # and six digits.
             points: The ends of lines.
             carried: Whether it goes with its frame.
         """
