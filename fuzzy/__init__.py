@@ -22,7 +22,8 @@ Mamdani systems, and how near a Sugeno system comes:
 Take it to a microcontroller:
     write_c, verify_c; CFiles, Verified and a Lookup come back
 Close the loop with one's own plant:
-    step_response, TransferFunction, FunctionPlant, PID, Scale
+    step_response, TransferFunction, FunctionPlant, PID, Scale; in python-control to_nlsys, linear_controller,
+    linearised, describing_function, plot_bode, plot_describing_function
 Look and understand:
     explain, check, surface, Surface; plot_memberships, plot_rules, plot_surface, plot_structure, plot_rules_error,
     save_figure, write_figures; MATLAB's names plotmf, plotfis, gensurf, ruleview; editor, the designer in a notebook
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from fuzzy.designer.notebook import editor
     from fuzzy.errors import InputError
     from fuzzy.figures.figureset import write_figures
+    from fuzzy.figures.frequency import plot_bode, plot_describing_function
     from fuzzy.figures.plot import (
         gensurf,
         plot_memberships,
@@ -80,6 +82,7 @@ if TYPE_CHECKING:
     from fuzzy.insight.surfacegrid import Surface, surface
     from fuzzy.language import RuleError, parse_rule
     from fuzzy.loop.controller import PID, LoopError, Scale
+    from fuzzy.loop.nlsys import describing_function, linear_controller, linearised, to_nlsys
     from fuzzy.loop.plant import FunctionPlant, PlantError, TransferFunction
     from fuzzy.loop.response import StepResponse, step_response
     from fuzzy.mamdani.likeness import Difference, fit_to_mamdani, mamdani_difference, read_mamdani_original
@@ -129,6 +132,7 @@ _HOMES = {
     "fuzzy.designer.notebook": ("editor",),
     "fuzzy.errors": ("InputError",),
     "fuzzy.figures.figureset": ("write_figures",),
+    "fuzzy.figures.frequency": ("plot_bode", "plot_describing_function"),
     "fuzzy.figures.plot": (
         "gensurf",
         "plot_memberships",
@@ -165,6 +169,7 @@ _HOMES = {
     "fuzzy.insight.surfacegrid": ("Surface", "surface"),
     "fuzzy.language": ("RuleError", "parse_rule"),
     "fuzzy.loop.controller": ("LoopError", "PID", "Scale"),
+    "fuzzy.loop.nlsys": ("describing_function", "linear_controller", "linearised", "to_nlsys"),
     "fuzzy.loop.plant": ("FunctionPlant", "PlantError", "TransferFunction"),
     "fuzzy.loop.response": ("StepResponse", "step_response"),
     "fuzzy.mamdani.likeness": ("Difference", "fit_to_mamdani", "mamdani_difference", "read_mamdani_original"),
@@ -266,6 +271,7 @@ __all__ = [
     "ZShape",
     "check",
     "compile_sugeno",
+    "describing_function",
     "dsigmf",
     "editor",
     "explain",
@@ -281,6 +287,8 @@ __all__ = [
     "gensurf",
     "identify",
     "infer",
+    "linear_controller",
+    "linearised",
     "linsmf",
     "linzmf",
     "mamdani_difference",
@@ -290,6 +298,8 @@ __all__ = [
     "parse_fll",
     "parse_rule",
     "pimf",
+    "plot_bode",
+    "plot_describing_function",
     "plot_memberships",
     "plot_rules",
     "plot_rules_error",
@@ -311,6 +321,7 @@ __all__ = [
     "step_response",
     "subtractive_clusters",
     "surface",
+    "to_nlsys",
     "trapmf",
     "trimf",
     "tune",

@@ -23,6 +23,8 @@ def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch):
         if kind == "console":
             run_commands(text.removeprefix("$ "))
             assert Path("new.fis").exists()
+        elif kind == "sh":
+            run_commands(text)
         elif kind == "python":
             printed = io.StringIO()
             with contextlib.redirect_stdout(printed):
@@ -31,4 +33,5 @@ def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch):
         else:
             assert said == text
             said = ""
-    assert kinds == ["console", "python", "text", "python", "python", "text"]
+    assert kinds == ["console", "python", "text", "python", "python", "text", "sh", "python", "text"]
+    assert Path("bode.png").stat().st_size > 10_000
