@@ -58,4 +58,5 @@ def _plain(letter: str) -> str:
 
 def comment(text: str) -> str:
     """A text that may stand in a comment of C, on one line."""
-    return re.sub(r"\s+", " ", text).replace("*/", "* /").replace("/*", "/ *").replace("\\", "/").replace("??", "? ?")
+    plain = re.sub(r"\s+", " ", text).replace("\\", "/").replace("??", "? ?")
+    return plain.replace("*/", "* /").replace("/*", "/ *")

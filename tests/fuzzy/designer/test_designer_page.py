@@ -554,7 +554,7 @@ def test_files_stay_in_the_folder(tab, folder):
         menu(page, "Download")
     assert Path(download.value.path()).read_bytes() == (folder / "tipper2.fis").read_bytes()
     with page.expect_download() as download:
-        menu(page, "Export")
+        menu(page, "Export a figure")
         page.get_by_role("dialog").get_by_role("combobox", name="Figure").select_option("surface")
         page.get_by_role("dialog").get_by_role("combobox", name="Format").select_option("pdf")
         page.get_by_role("button", name="Export", exact=True).click()
