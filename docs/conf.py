@@ -63,6 +63,10 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "write_computation_times": False,
     "plot_gallery": True,
+    "image_scrapers": ("figurescraper.scrape",),
+    "capture_repr": (),
+    "subsection_order": [f"../examples/{part}" for part in ("systems", "learning", "robots", "teams")],
+    "min_reported_time": 1e9,
 }
 
 html_theme = "pydata_sphinx_theme"
