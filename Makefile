@@ -12,7 +12,7 @@ browser = +@if command -v npm > /dev/null && node -e '$(NEW_ENOUGH)'; then $(MAK
 	else echo "JavaScript and CSS are skipped, because Node.js 20.19 or newer with npm is not installed."; fi
 
 .DEFAULT_GOAL := help
-.PHONY: help venv demo design test test-notebook check-all lint lint-style lint-types lint-scripts lint-browser format format-browser bench clean
+.PHONY: help venv demo design docs test test-notebook check-all lint lint-style lint-types lint-scripts lint-browser format format-browser bench clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -39,6 +39,11 @@ $(VENV)/.peers: $(VENV)/.development
 $(VENV)/.notebooks: $(VENV)/.development
 	@echo "installing JupyterLab"
 	@$(PIP) install -c constraints.txt -e '.[jupyter]'
+	@touch $@
+
+$(VENV)/.docs: $(VENV)/.runtime
+	@echo "installing Sphinx"
+	@$(PIP) install -c constraints.txt -e '.[docs]'
 	@touch $@
 
 $(VENV)/.designer: $(VENV)/.runtime
@@ -99,9 +104,13 @@ lint-browser: node_modules/.installed
 format-browser: node_modules/.installed
 	$(NODE)/prettier --write --log-level warn $(BROWSER)
 
+docs: $(VENV)/.docs ## the site, whose examples run and draw while it is made: docs/_build/html/index.html
+	$(BIN)/python -m sphinx -W --keep-going -q -b html -d docs/_build/doctrees docs docs/_build/html
+	@echo "open docs/_build/html/index.html"
+
 bench: $(VENV)/.peers ## speed, beside other packages
 	$(BIN)/python -m benchmarks
 
 clean: ## remove what the targets made, compiled kernels included
-	rm -rf $(VENV) node_modules out dist build *.egg-info ros/build ros/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) node_modules out dist build *.egg-info ros/build ros/*.egg-info docs/_build docs/gallery docs/reference/made .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find anfis benchmarks datasets docs fuzzy robotics ros tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,23 @@
+"""
+Very, somewhat, not: hedges in a sentence
+=========================================
+
+A rule is an English sentence. Hedges change the degree of membership: "very" squares it, "somewhat" takes its root.
+"""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import fuzzy
+
+warm = fuzzy.Variable("temperature", (0, 40), {"warm": fuzzy.Gaussian(6, 24)}, unit="°C")
+fan = fuzzy.Variable("fan", (0, 1), {"on": 1.0, "off": 0.0})
+t = np.linspace(0, 40, 201)
+figure = Figure(figsize=(6, 3.2), layout="constrained")
+ax = figure.subplots()
+for words, style in (("warm", "-"), ("very warm", "--"), ("somewhat warm", "-."), ("not warm", ":")):
+    system = fuzzy.Sugeno([warm], [fan], [f"if temperature is {words} then fan is on"])
+    ax.plot(t, fuzzy.infer(system, t[:, None]).firing[:, 0], linestyle=style, label=words)
+ax.set_xlabel("temperature [°C]")
+ax.set_ylabel("firing strength")
+ax.legend()

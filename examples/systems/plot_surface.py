@@ -1,0 +1,22 @@
+"""
+A rule base and its surface
+===========================
+
+Two inputs, three rules: what the system answers over its whole universe of discourse.
+"""
+
+import fuzzy
+
+go = fuzzy.Sugeno(
+    inputs=[
+        fuzzy.Variable("distance", (0, 2), {"near": fuzzy.LinearZ(0.2, 1), "far": fuzzy.LinearS(0.2, 1)}, unit="m"),
+        fuzzy.Variable("bearing", (-3, 3), {"ahead": fuzzy.Gaussian(0.5, 0), "left": fuzzy.SShape(0, 1.5)}, unit="rad"),
+    ],
+    outputs=[fuzzy.Variable("v", (0, 1), {"stop": 0, "creep": 0.1, "cruise": 0.6}, unit="m/s")],
+    rules=[
+        "if distance is far and bearing is ahead then v is cruise",
+        "if distance is near or bearing is not ahead then v is creep",
+        "if bearing is very left then v is stop with 0.5",
+    ],
+)
+fuzzy.plot_surface(go)
