@@ -2,7 +2,8 @@
 A fuzzy PID controller on a plant of one's own
 ==============================================
 
-The rule table of Mac Vicar-Whelan with 5 triangles a variable controls a lag with dead time, beside a PID that SIMC tunes.
+The rule table of Mac Vicar-Whelan with 5 triangles a variable controls a lag with dead time, beside
+a PID that SIMC tunes.
 """
 
 import fuzzy
