@@ -35,12 +35,13 @@ const NUMBERS = {
   float: "float: a unit for it, such as a Cortex-M4F",
   "q16.16": "Q16.16: fixed point, no floating point at run time",
 };
-const TABLES = {
-  "": "The rules themselves",
-  17: "A table of 17 points an input",
-  33: "A table of 33",
-  65: "A table of 65",
-};
+// A Map keeps this order; an object's whole numbers would stand before all else.
+const TABLES = new Map([
+  ["", "The rules themselves"],
+  [17, "A table of 17 points an input"],
+  [33, "A table of 33"],
+  [65, "A table of 65"],
+]);
 const SHOWN = 7000, // ms that a sentence stays; a problem stays until it is put away
   UNDOABLE = 15000; // ms that what can be undone stays, unless it has been undone or another edit was made
 
@@ -53,7 +54,9 @@ function select(label, options, chosen = null) {
   const field = make(
     "select",
     { "aria-label": label },
-    ...Object.entries(options).map(([value, text]) => make("option", { value, selected: value === chosen }, text)),
+    ...[...(options instanceof Map ? options : Object.entries(options))].map(([value, text]) =>
+      make("option", { value, selected: value === chosen }, text),
+    ),
   );
   return { field, row: make("label", { class: "row" }, make("span", {}, label), field) };
 }

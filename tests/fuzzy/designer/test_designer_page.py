@@ -437,6 +437,7 @@ def test_c_code_is_a_zip_of_what_the_command_writes(tab):
     def export(written):
         menu(page, "Export C code")
         dialog = page.get_by_role("dialog")
+        assert dialog.get_by_label("Written are").input_value() == ""
         dialog.get_by_label("Numbers").select_option("q16.16")
         dialog.get_by_label("Written are").select_option(label=written)
         dialog.get_by_role("button", name="Export").click()
