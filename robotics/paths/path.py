@@ -308,7 +308,10 @@ class Path:
         return PathPoint(*(row.reshape(x.shape) for row in rows))
 
     def abscissa(self, u: np.ndarray) -> np.ndarray:
-        """The abscissae [m] of the shape's parameters ``u`` in [0, 1], linear between nodes (to about 1e-5 m)."""
+        """The abscissae [m] of the shape's parameters ``u`` in [0, 1], linear between nodes.
+
+        Where the tangent's length changes fast, to 1e-4 m; elsewhere to 1e-5 m.
+        """
         nodes = np.linspace(0.0, self.length, self.table.shape[1])
         return np.interp(u, self.table[U], nodes)
 
