@@ -8,14 +8,15 @@ import re
 import shutil
 import subprocess
 import tempfile
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from fuzzy.ccode.compiler import STRICT, CompilerError
-from fuzzy.ccode.proofpoints import proof_points
+from fuzzy.ccode.numbertype import FIXED, ONE, c_type, in_q16
+from fuzzy.ccode.phrases import signature
+from fuzzy.ccode.proofpoints import answers_of, proof_points
 from fuzzy.ccode.writing import CFiles
 from fuzzy.system import Sugeno
 
@@ -81,14 +82,10 @@ def run_on_board(fis: Sugeno, files: CFiles, seed: int = 0) -> OnBoard:
 
 
 def _points(x: np.ndarray, files: CFiles) -> str:
-    fixed = files.number == "q16.16"
-    real = "int32_t" if fixed else files.number
-    kept = (
-        np.clip(np.round(x * 65536), -(2**31), 2**31 - 1).astype(int) if fixed else x.astype(np.float32).astype(float)
-    )
+    kept = in_q16(x) if files.number == FIXED else x.astype(np.float32).astype(float)
     suffix = "f" if files.number == "float" else ""
     rows = ",\n".join("{" + ", ".join(f"{value!r}{suffix}" for value in row) + "}" for row in kept.tolist())
-    name, upper = files.name, files.name.upper()
+    name, upper, real = files.name, files.name.upper(), c_type(files.number)
     return (
         f'#include "{name}.h"\n#define POINTS {len(x)}\n#define REPEATS {_REPEATS}\ntypedef {real} real;\n'
         f"#define INPUTS {upper}_INPUTS\n#define OUTPUTS {upper}_OUTPUTS\n#define infer {name}_infer\n"
@@ -97,8 +94,7 @@ def _points(x: np.ndarray, files: CFiles) -> str:
 
 
 def _stub(files: CFiles) -> str:
-    real, upper = "int32_t" if files.number == "q16.16" else files.number, files.name.upper()
-    head = f"int {files.name}_infer(const {real} x[{upper}_INPUTS], {real} y[{upper}_OUTPUTS])"
+    head = signature(files.name, c_type(files.number))
     return f'#include "{files.name}.h"\n{head} {{\n    y[0] = x[0];\n    return 0;\n}}\n'
 
 
@@ -141,19 +137,17 @@ def _ran(program: Path) -> tuple[list[int], list[list[int]]]:
 def _equal(fis: Sugeno, files: CFiles, x: np.ndarray, words: list[list[int]]) -> bool:
     """Whether the board's answers are those of the system, as far as the number type goes."""
     raw = np.array(words, dtype=np.uint32)
-    if files.number == "q16.16":
-        y, given = raw.view(np.int32) / 65536.0, np.round(x * 65536) / 65536
+    if files.number == FIXED:
+        y, given = raw.view(np.int32) / ONE, in_q16(x) / ONE
     elif files.number == "float":
         y, given = raw.view(np.float32).astype(float), x.astype(np.float32).astype(float)
     else:
         y, given = np.ascontiguousarray(raw).view(np.float64), x.astype(np.float32).astype(float)
     y = y.reshape(len(x), -1)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        wanted = np.asarray(fis(given)) if files.lookup is None else files.lookup.answers(fis, given)
+    wanted = answers_of(fis, given) if files.lookup is None else files.lookup.answers(fis, given)
     span = np.array([max(v.universe[1] - v.universe[0], 1e-9) for v in fis.outputs])
     spread = np.maximum(span, np.nanmax(np.abs(wanted), axis=0))
-    rounding = {"double": 1e-12, "float": 1e-4, "q16.16": 1e-3}[files.number]
+    rounding = {"double": 1e-12, "float": 1e-4, FIXED: 1e-3}[files.number]
     return bool((np.abs(y - wanted) <= rounding * spread).all())
 
 

@@ -6,7 +6,9 @@ whatever its size, so that narrow terms lose nothing. A product of degrees is a 
 that rules that fire faintly keep their ratio.
 """
 
-_PIECES: tuple[tuple[str, tuple[str, ...], str], ...] = (
+from fuzzy.ccode.phrases import Pieces
+
+FIXED: Pieces = (
     ("ONE", (), """
 #define ONE ((int32_t)1 << 30) /* the degree of membership 1 */
 """),
@@ -182,13 +184,3 @@ static strength_t hedged(strength_t s, int32_t power) {
 }
 """),
 )  # fmt: skip
-
-
-def fixed_pieces(needed: set[str]) -> str:
-    """The functions that are ``needed``, with all that these need, in the order in which C wants them."""
-    wanted = set(needed)
-    for name, others, _ in reversed(_PIECES):
-        if name in wanted:
-            wanted.update(others)
-    assert wanted <= {name for name, _, _ in _PIECES}, wanted
-    return "".join(body.lstrip("\n") for name, _, body in _PIECES if name in wanted)

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from fuzzy.ccode.fixedpieces import fixed_pieces
+from fuzzy.ccode.fixedpieces import FIXED as PIECES
 from fuzzy.ccode.identifier import comment
 from fuzzy.ccode.numbertype import LARGEST, ONE, ExportError
+from fuzzy.ccode.phrases import chosen, limited_to, rule_tables, signature, table
 from fuzzy.ccode.plan import Plan, Term
-from fuzzy.ccode.tables import table, whole
 
 _DEGREE, _LOG = 30, 20  # binary places of degrees and of logarithms
 _MOST = 2**31 - 1
@@ -65,19 +65,18 @@ class _Writer:
         self.needed: set[str] = {"ONE"}
 
     def source(self) -> str:
-        plan, upper = self.plan, self.plan.name.upper()
+        plan = self.plan
         body = [*self._inputs(), *self._degrees(), *self._strengths()]
         for o in range(len(plan.outputs)):
             body += self._output(o)
         tables = self._tables()
-        signature = f"int {plan.name}_infer(const int32_t x[{upper}_INPUTS], int32_t y[{upper}_OUTPUTS])"
         parts = [
             f"/* {comment(plan.fis.name)}, in Q16.16: see {plan.name}.h. Made of the system: change that, not this.\n"
             " * Shifting a negative number to the right keeps its sign, as every compiler for these machines does. */",
             f'#include "{plan.name}.h"\n',
-            fixed_pieces(self.needed),
+            chosen(PIECES, self.needed),
             "\n".join(tables) + "\n",
-            "\n".join([signature + " {", *body, "    return told;", "}", ""]),
+            "\n".join([signature(plan.name, "int32_t") + " {", *body, "    return told;", "}", ""]),
         ]
         return "\n".join(parts)
 
@@ -89,7 +88,7 @@ class _Writer:
             low, high = (q16(end) for end in variable.universe)
             used = any(term.input == k for term in plan.terms) or bool((plan.slopes[:, :, k] != 0).any())
             if clips and used:
-                rows.append(f"    const int32_t {name} = x[{k}] < {low} ? {low} : (x[{k}] > {high} ? {high} : x[{k}]);")
+                rows.append(f"    const int32_t {name} = {limited_to(f'x[{k}]', low, high)};")
             elif used:
                 rows.append(f"    const int32_t {name} = x[{k}];")
             if not clips:
@@ -112,23 +111,21 @@ class _Writer:
         self.needed.add("line")
         return f"line({term.variable}, {line(slope, offset, places)})"
 
-    def _rise(self, term: Term, a: float, b: float, spline: bool) -> str:
-        """From 0 at a to 1 at b, by a straight line or a spline; falling where a > b is meant by :meth:`_fall`."""
+    def _side(self, term: Term, slope: float, offset: float, spline: bool) -> str:
+        """From 0 to 1 along a straight line, or by a spline."""
         function = "spline" if spline else "limited"
         self.needed.add(function)
-        return f"{function}({self._line(term, 1 / (b - a), -a / (b - a), _DEGREE)})"
+        return f"{function}({self._line(term, slope, offset, _DEGREE)})"
 
     def _up(self, term: Term, a: float, b: float, *, spline: bool = False) -> str:
         if b > a and math.isfinite(b - a):
-            return self._rise(term, a, b, spline)
+            return self._side(term, 1 / (b - a), -a / (b - a), spline)
         at = (a + b) / 2 if spline else b
         return f"({term.variable} >= {self._edge(at)} ? ONE : 0)"
 
     def _down(self, term: Term, c: float, d: float, *, spline: bool = False) -> str:
         if d > c and math.isfinite(d - c):
-            function = "spline" if spline else "limited"
-            self.needed.add(function)
-            return f"{function}({self._line(term, -1 / (d - c), d / (d - c), _DEGREE)})"
+            return self._side(term, -1 / (d - c), d / (d - c), spline)
         at = (c + d) / 2 if spline else c
         return f"({term.variable} <= {self._edge(at, down=True)} ? ONE : 0)"
 
@@ -202,22 +199,11 @@ class _Writer:
     # Rules ------------------------------------------------------------------------------------------------------
 
     def _tables(self) -> list[str]:
-        plan, fis = self.plan, self.plan.fis
+        plan = self.plan
         if not plan.rules:
             return []
-        clauses = [clause for row in plan.clauses for clause in row]
-        rows = ["/* The rules:", *(f" * {r + 1}: {comment(str(rule))}" for r, rule in enumerate(fis.rules))]
-        rows[-1] += " */"
-        rows.append(table(whole(len(clauses)), "rule_end", np.cumsum([len(row) for row in plan.clauses]).tolist()))
-        rows.append(table(whole(len(plan.terms)), "clause_term", [c.term for c in clauses]))
-        if self._powers:
-            rows.append(table("int32_t", "clause_power", [q16(c.power) for c in clauses]))
-        if self._negations:
-            rows.append(table("uint8_t", "clause_negated", [int(c.negated) for c in clauses]))
-        if self._ors and not plan.logs:
-            rows.append(table("uint8_t", "rule_or", fis.structure.is_or.astype(int).tolist()))
-        if self._weighted:
-            rows.append(table("int32_t", "weight_of", [round(w * 2**30) for w in fis.structure.weight]))
+        powers = [q16(clause.power) for clause in plan.all_clauses]
+        rows = rule_tables(plan, "int32_t", powers, [round(w * 2**30) for w in plan.weights], "uint8_t")
         for o, name in enumerate(plan.outputs):
             if not plan.takes_part[o].any():
                 continue
@@ -239,22 +225,6 @@ class _Writer:
         ]
         return [table("int32_t", f"{name}_slope", numbers), table("uint8_t", f"{name}_bits", bits)]
 
-    @property
-    def _powers(self) -> bool:
-        return any(c.power != 1 for row in self.plan.clauses for c in row)
-
-    @property
-    def _negations(self) -> bool:
-        return any(c.negated for row in self.plan.clauses for c in row)
-
-    @property
-    def _ors(self) -> bool:
-        return bool(self.plan.fis.structure.is_or.any())
-
-    @property
-    def _weighted(self) -> bool:
-        return bool((self.plan.fis.structure.weight != 1).any())
-
     def _strengths(self) -> list[str]:
         plan = self.plan
         if not plan.rules:
@@ -269,14 +239,14 @@ class _Writer:
 
     @property
     def _meaning(self) -> str:
-        return "1 is all of them" if self.plan.fis.defuzzification == "wtsum" else "relative to the strongest"
+        return "1 is all of them" if self.plan.sums else "relative to the strongest"
 
     def _of_logarithms(self) -> list[str]:
-        n, sums = self.plan.rules, self.plan.fis.defuzzification == "wtsum"
+        n, sums = self.plan.rules, self.plan.sums
         self.needed |= {"exponential"}
-        power = " * clause_power[k] >> 16" if self._powers else ""
-        weight = f" * weight_of[r] >> {60 - self._width}" if self._weighted else f" >> {30 - self._width}"
-        counts = "weight_of[r] > 0 && " if self._weighted else ""
+        power = " * clause_power[k] >> 16" if self.plan.has_powers else ""
+        weight = f" * weight_of[r] >> {60 - self._width}" if self.plan.is_weighted else f" >> {30 - self._width}"
+        counts = "weight_of[r] > 0 && " if self.plan.is_weighted else ""
         rows = [
             f"    int64_t w[{n}], top = INT64_MIN;",
             f"    for (int r = 0, k = 0; r < {n}; r++) {{",
@@ -296,7 +266,7 @@ class _Writer:
 
     def _of_degrees(self) -> list[str]:
         n, fis = self.plan.rules, self.plan.fis
-        sums, changes = fis.defuzzification == "wtsum", self._powers or self._negations
+        sums, changes = self.plan.sums, self.plan.has_powers or self.plan.has_negations
         conjunction = "product" if fis.and_method == "prod" else "lesser"
         self.needed.add(conjunction)
         rows = [
@@ -305,22 +275,22 @@ class _Writer:
             *([] if sums else ["    int fewest = 1 << 20;"]),
             f"    for (int r = 0, k = 0; r < {n}; r++) {{",
             "        strength_t whole = {ONE, 0};",
-            *(["        int32_t either = 0;"] if self._ors else []),
+            *(["        int32_t either = 0;"] if self.plan.has_ors else []),
             "        for (; k < rule_end[r]; k++) {",
             f"            {'' if changes else 'const '}strength_t clause = degree[clause_term[k]];",
         ]
-        if self._powers:
+        if self.plan.has_powers:
             self.needed |= {"product", "root", "hedged"}
             rows += [
                 f"            if (clause_power[k] == {2 * ONE}) clause = product(clause, clause);",
                 f"            else if (clause_power[k] == {ONE // 2}) clause = root(clause);",
                 f"            else if (clause_power[k] != {ONE}) clause = hedged(clause, clause_power[k]);",
             ]
-        if self._negations:
+        if self.plan.has_negations:
             self.needed.add("plain")
             rows.append("            if (clause_negated[k]) clause = strength_of(ONE - plain(clause), 0);")
         joined = f"whole = {conjunction}(whole, clause);"
-        if self._ors:
+        if self.plan.has_ors:
             function = "both" if fis.or_method == "probor" else "most"
             self.needed |= {function, "plain"}
             rows += [
@@ -331,7 +301,7 @@ class _Writer:
             ]
         else:
             rows += [f"            {joined}", "        }"]
-        if self._weighted:
+        if self.plan.is_weighted:
             rows += [
                 "        whole.value = (int32_t)(((int64_t)whole.value * weight_of[r]) >> 30);",
                 "        whole = strength_of(whole.value, whole.halvings);",
@@ -356,7 +326,7 @@ class _Writer:
         default = q16(plan.fis.outputs[o].midrange)
         if not plan.takes_part[o].any():
             return [f"    y[{o}] = {default};", f"    told |= {upper}_NO_RULE;"]
-        if plan.is_linear(o) or plan.fis.defuzzification == "wtsum":
+        if plan.is_linear(o) or plan.sums:
             self.needed.add("shifted")
         proposal = f"{name}_of[r]"
         rows = [
@@ -377,7 +347,7 @@ class _Writer:
             rows.append("            if (proposal < -INT32_MAX) proposal = -INT32_MAX;")
             proposal = "proposal"
         rows += ["            fired += w[r];", f"            said += (int64_t)w[r] * {proposal};", "        }"]
-        if plan.fis.defuzzification == "wtsum":
+        if plan.sums:
             rows += [
                 f"        said = shifted(said, {self._width});",
                 "        if (said > INT32_MAX) said = INT32_MAX;",

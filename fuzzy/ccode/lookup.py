@@ -1,22 +1,19 @@
 """A system of one or two inputs as a table of its answers, interpolated between them."""
 
-import warnings
 from dataclasses import dataclass
 from textwrap import indent
 from typing import Any
 
 import numpy as np
 
-from fuzzy.ccode.fixedpieces import fixed_pieces
+from fuzzy.ccode.fixedpieces import FIXED as PIECES
 from fuzzy.ccode.fixedpoint import check_range, q16
 from fuzzy.ccode.identifier import comment
-from fuzzy.ccode.numbertype import ExportError, Floating, checked_number
+from fuzzy.ccode.numbertype import FIXED, ExportError, Floating, c_type, checked_number
+from fuzzy.ccode.phrases import chosen, limited_to, signature, table
 from fuzzy.ccode.plan import Plan, planned
-from fuzzy.ccode.proofpoints import proof_points
+from fuzzy.ccode.proofpoints import answers_of, proof_points
 from fuzzy.ccode.source import CSources, header
-from fuzzy.ccode.tables import table
-from fuzzy.compiled.sugeno import compile_sugeno
-from fuzzy.inference import InferenceWarning
 from fuzzy.shown import shown
 from fuzzy.system import Sugeno
 
@@ -54,22 +51,16 @@ def lookup_of(fis: Sugeno, points: tuple[int, ...]) -> Lookup:
     for variable in fis.inputs:
         if variable.universe[0] == variable.universe[1]:
             raise ExportError(f"{fis.name}: {variable.name} has a single value, over which no table can be spread")
-    values = _asked(fis, _grid(fis, points))
+    values = answers_of(fis, _grid(fis, points))
     dense = _grid(fis, tuple((n - 1) * _BETWEEN + 1 for n in points)).reshape(-1, inputs)
     x = np.concatenate([dense, proof_points(fis, _LOOKED_AT, 0, inside=True)])
-    error = np.abs(_interpolated(values, fis, x) - _asked(fis, x))
+    error = np.abs(_interpolated(values, fis, x) - answers_of(fis, x))
     return Lookup(points, values, tuple(error.max(axis=0).tolist()), tuple(error[: len(dense)].mean(axis=0).tolist()))
 
 
 def _grid(fis: Sugeno, points: tuple[int, ...]) -> np.ndarray:
     axes = [np.linspace(*variable.universe, n) for variable, n in zip(fis.inputs, points, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-
-
-def _asked(fis: Sugeno, x: np.ndarray) -> np.ndarray:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InferenceWarning)
-        return np.asarray(compile_sugeno(fis)(x))
 
 
 def _interpolated(values: np.ndarray, fis: Sugeno, x: np.ndarray) -> np.ndarray:
@@ -99,22 +90,18 @@ def with_lookup(fis: Sugeno, lookup: Lookup, name: str = "", number: str = "doub
     shape = " x ".join(map(str, lookup.points))
     about = f"A table of {shape} points in place of the rules; inputs are limited to their ranges. Its error: "
     told = comment(about + "; ".join(errors))
-    fixed = number == "q16.16"
+    fixed = number == FIXED
     if fixed:
         check_range(plan)
     kind = Floating("float" if number == "float" else "double")
-    top = header(plan, "int32_t" if fixed else kind.name).replace(" *\n * Inputs,", f" * {told}\n *\n * Inputs,", 1)
+    top = header(plan, c_type(number)).replace(" *\n * Inputs,", f" * {told}\n *\n * Inputs,", 1)
     text = _fixed(plan, lookup) if fixed else _floating(plan, lookup, kind)
     return CSources(plan.name, top, f'/* {told} */\n#include "{plan.name}.h"\n\n{text}')
 
 
-def _rows(plan: Plan, lookup: Lookup, kind: str, written: list[str]) -> str:
-    return table(kind, f"{plan.name}_table", written)
-
-
 def _floating(plan: Plan, lookup: Lookup, kind: Floating) -> str:
     real, outputs, upper = kind.name, len(plan.outputs), plan.name.upper()
-    values = _rows(plan, lookup, real, [kind.constant(float(v)) for v in lookup.values.ravel()])
+    values = table(real, f"{plan.name}_table", [kind.constant(float(v)) for v in lookup.values.ravel()])
     zero, one = kind.constant(0.0), kind.constant(1.0)
     nan = " + ".join(f"(x[{k}] - x[{k}])" for k in range(len(plan.inputs)))
     lines = []
@@ -122,7 +109,7 @@ def _floating(plan: Plan, lookup: Lookup, kind: Floating) -> str:
         low, high = map(kind.constant, variable.universe)
         step = kind.constant((n - 1) / (variable.universe[1] - variable.universe[0]))
         lines += [
-            f"const {real} in{k} = x[{k}] < {low} ? {low} : (x[{k}] > {high} ? {high} : x[{k}]);",
+            f"const {real} in{k} = {limited_to(f'x[{k}]', low, high)};",
             f"const {real} at{k} = (in{k} - ({low})) * {step}; /* in cells */",
             f"const int near{k} = at{k} > {zero} ? (at{k} < {float(n)}{kind.suffix} ? (int)at{k} : {n}) : 0;",
             f"const int cell{k} = near{k} > {n - 2} ? {n - 2} : near{k};",
@@ -144,13 +131,13 @@ def _floating(plan: Plan, lookup: Lookup, kind: Floating) -> str:
 
 def _fixed(plan: Plan, lookup: Lookup) -> str:
     outputs, upper = len(plan.outputs), plan.name.upper()
-    values = _rows(plan, lookup, "int32_t", [str(q16(float(v))) for v in lookup.values.ravel()])
+    values = table("int32_t", f"{plan.name}_table", [str(q16(float(v))) for v in lookup.values.ravel()])
     lines = []
     for k, (variable, n) in enumerate(zip(plan.fis.inputs, lookup.points, strict=True)):
         low, high = map(q16, variable.universe)
         span = high - low
         lines += [
-            f"const int32_t in{k} = x[{k}] < {low} ? {low} : (x[{k}] > {high} ? {high} : x[{k}]);",
+            f"const int32_t in{k} = {limited_to(f'x[{k}]', low, high)};",
             f"const int64_t at{k} = (((int64_t)in{k} - ({low})) * {n - 1} << 16) / {span}; /* in cells, Q16 */",
             f"const int cell{k} = (int)(at{k} >> 16) > {n - 2} ? {n - 2} : (int)(at{k} >> 16);",
             f"const int64_t share{k} = at{k} - ((int64_t)cell{k} << 16);",
@@ -170,7 +157,7 @@ def _fixed(plan: Plan, lookup: Lookup) -> str:
             "    y[o] = (int32_t)(near + shifted((far - near) * share0, 16));",
             "}",
         ]
-    return fixed_pieces({"shifted"}) + "\n" + values + _function(plan, "int32_t", lines)
+    return chosen(PIECES, {"shifted"}) + "\n" + values + _function(plan, "int32_t", lines)
 
 
 def _corners(plan: Plan, lookup: Lookup, real: str) -> list[str]:
@@ -185,6 +172,5 @@ def _corners(plan: Plan, lookup: Lookup, real: str) -> list[str]:
 
 
 def _function(plan: Plan, real: str, lines: list[str]) -> str:
-    upper = plan.name.upper()
     body = indent("\n".join(["int told = 0;", *lines, "return told;"]), "    ")
-    return f"\n\nint {plan.name}_infer(const {real} x[{upper}_INPUTS], {real} y[{upper}_OUTPUTS]) {{\n{body}\n}}\n"
+    return f"\n\n{signature(plan.name, real)} {{\n{body}\n}}\n"

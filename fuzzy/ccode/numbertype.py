@@ -10,8 +10,8 @@ import numpy as np
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 
-NumberName = Literal["double", "float", "q16.16"]
-NUMBERS: tuple[str, ...] = ("double", "float", "q16.16")
+FIXED = "q16.16"
+NUMBERS: tuple[str, ...] = ("double", "float", FIXED)
 ONE = 1 << 16  # of Q16.16
 LARGEST = (2**31 - 1) / ONE
 
@@ -76,6 +76,16 @@ class Floating:
             text = re.sub(r"(?<![\w.])(\d+\.\d*(?:e[-+]?\d+)?)(?![\w.])", r"\1f", text)
             text = re.sub(r"\b(exp|log|log1p|pow|sqrt|fabs)\(", r"\1f(", text)
         return text
+
+
+def c_type(number: str) -> str:
+    """The type in C of a type of numbers."""
+    return "int32_t" if number == FIXED else number
+
+
+def in_q16(x: np.ndarray) -> np.ndarray:
+    """Finite numbers in Q16.16, the nearest, saturated: an array of int32."""
+    return np.clip(np.round(x * ONE), -(2.0**31), 2.0**31 - 1).astype(np.int32)
 
 
 def checked_number(name: str) -> str:

@@ -61,6 +61,41 @@ class Plan:
         return self.rules <= UNROLLED
 
     @property
+    def all_clauses(self) -> tuple[Clause, ...]:
+        """The clauses of all rules, one after the other."""
+        return tuple(clause for row in self.clauses for clause in row)
+
+    @property
+    def has_powers(self) -> bool:
+        """Whether a clause has a hedge."""
+        return any(clause.power != 1 for clause in self.all_clauses)
+
+    @property
+    def has_negations(self) -> bool:
+        """Whether a clause has a "not"."""
+        return any(clause.negated for clause in self.all_clauses)
+
+    @property
+    def has_ors(self) -> bool:
+        """Whether a rule joins by "or"."""
+        return bool(self.fis.structure.is_or.any())
+
+    @property
+    def weights(self) -> np.ndarray:
+        """The rules' weights (rules,)."""
+        return np.asarray(self.fis.structure.weight)
+
+    @property
+    def is_weighted(self) -> bool:
+        """Whether a rule has another weight than 1."""
+        return bool((self.weights != 1).any())
+
+    @property
+    def sums(self) -> bool:
+        """Whether the outputs are weighted sums, and not averages."""
+        return self.fis.defuzzification == "wtsum"
+
+    @property
     def takes_part(self) -> np.ndarray:
         """Whether a rule has a consequent for an output (outputs, rules)."""
         return np.asarray(self.fis.structure.consequent >= 0)

@@ -1,14 +1,26 @@
-"""The points at which a system in C is compared with the system."""
+"""The points at which a system in C is compared with the system, and what the system answers there."""
+
+import warnings
 
 import numpy as np
 
+from fuzzy.compiled.sugeno import compile_sugeno
+from fuzzy.inference import InferenceWarning
 from fuzzy.system import Sugeno
+
+
+def answers_of(fis: Sugeno, x: np.ndarray) -> np.ndarray:
+    """What a system answers (..., outputs) at ``x`` (..., inputs), far away and where no rule fires too."""
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore", InferenceWarning)
+        return np.asarray(compile_sugeno(fis)(x))
 
 
 def proof_points(fis: Sugeno, count: int, seed: int, inside: bool = False) -> np.ndarray:
     """Points (count, inputs) in the universes of discourse and, unless ``inside``, beyond; a quarter at the kinks.
 
-    Of those that may lie beyond, some 16 have an input that is infinite and 16 one that is not-a-number."""
+    Of those that may lie beyond, some 16 have an input that is infinite and 16 one that is not-a-number.
+    """
     rng = np.random.default_rng(seed)
     low, high = np.array([v.universe for v in fis.inputs]).T
     span = np.where(high > low, high - low, 1.0)

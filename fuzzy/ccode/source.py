@@ -10,11 +10,11 @@ from fuzzy.ccode.fixedpoint import fixed_source
 from fuzzy.ccode.floating import pieces
 from fuzzy.ccode.floatterm import FloatTerm
 from fuzzy.ccode.identifier import comment, identifier
-from fuzzy.ccode.numbertype import Floating, checked_number
+from fuzzy.ccode.numbertype import FIXED, Floating, c_type, checked_number
+from fuzzy.ccode.phrases import guarded, limited_to, rule_tables, signature, table
 from fuzzy.ccode.plan import LOGARITHMS, Clause, Plan, Term, planned
-from fuzzy.ccode.tables import table, whole
 from fuzzy.shown import shown
-from fuzzy.system import Sugeno
+from fuzzy.system import Sugeno, Variable
 
 
 class CSources(NamedTuple):
@@ -38,8 +38,8 @@ def c_sources(fis: Sugeno, name: str = "", number: str = "double") -> CSources:
     """
     checked_number(number)
     plan = planned(fis, name)
-    if number == "q16.16":
-        return CSources(plan.name, header(plan, "int32_t"), fixed_source(plan))
+    if number == FIXED:
+        return CSources(plan.name, header(plan, c_type(number)), fixed_source(plan))
     kind = Floating("double" if number == "double" else "float")
     return CSources(plan.name, header(plan, kind.name), _Writer(plan, kind).source())
 
@@ -47,8 +47,22 @@ def c_sources(fis: Sugeno, name: str = "", number: str = "double") -> CSources:
 def header(plan: Plan, real: str) -> str:
     """The header: what goes in and comes out, in which units, and how it is called."""
     fis, name, upper = plan.fis, plan.name, plan.name.upper()
-    fixed = real == "int32_t"
+    fixed = real == c_type(FIXED)
     kind = "Q16.16 fixed point: 65536 is 1" if fixed else real
+    declared = [
+        f"#define {upper}_INPUTS {len(plan.inputs)}",
+        f"#define {upper}_OUTPUTS {len(plan.outputs)}",
+        *([_CONSTANT.format(upper)] if fixed else []),
+        "",
+        f"enum {{{', '.join(f'{upper}_IN_{n}' for n in _uppers(plan.inputs))}}};",
+        f"enum {{{', '.join(f'{upper}_OUT_{n}' for n in _uppers(plan.outputs))}}};",
+        "",
+        "/* What the function tells, to be added; 0 when all is well. */",
+        f"enum {{{upper}_OUTSIDE = 1 /* an input is outside its range, and is not limited to it */,",
+        f"      {upper}_NO_RULE = 2 /* no rule fires for one of the outputs: {_no_rule(plan, fixed)} */}};",
+        "",
+        f"{signature(name, real)};",
+    ]
     rows = [
         f"/* {comment(fis.name)}: a Takagi-Sugeno system of {plan.rules} rules, in {kind}.",
         " *",
@@ -64,36 +78,7 @@ def header(plan: Plan, real: str) -> str:
         " *",
         *([_FIXED] if fixed else []),
         " * It allocates nothing, keeps no state and may be called from an interrupt. */",
-        f"#ifndef {upper}_H",
-        f"#define {upper}_H",
-        "",
-        *(["#include <stdint.h>", ""] if fixed else []),
-        "#ifdef __cplusplus",
-        'extern "C" {',
-        "#endif",
-        "",
-        f"#define {upper}_INPUTS {len(plan.inputs)}",
-        f"#define {upper}_OUTPUTS {len(plan.outputs)}",
-        *(
-            [f"/* A constant in Q16.16; the compiler does the arithmetic. */\n{_CONSTANT.format(upper)}"]
-            if fixed
-            else []
-        ),
-        "",
-        f"enum {{{', '.join(f'{upper}_IN_{n.upper()}' for n in _uppers(plan.inputs))}}};",
-        f"enum {{{', '.join(f'{upper}_OUT_{n.upper()}' for n in _uppers(plan.outputs))}}};",
-        "",
-        "/* What the function tells, to be added; 0 when all is well. */",
-        f"enum {{{upper}_OUTSIDE = 1 /* an input is outside its range, and is not limited to it */,",
-        f"      {upper}_NO_RULE = 2 /* no rule fires for one of the outputs: {_no_rule(plan, fixed)} */}};",
-        "",
-        f"int {name}_infer(const {real} x[{upper}_INPUTS], {real} y[{upper}_OUTPUTS]);",
-        "",
-        "#ifdef __cplusplus",
-        "}",
-        "#endif",
-        f"#endif /* {upper}_H */",
-        "",
+        *guarded(name, declared, ["#include <stdint.h>", ""] if fixed else []),
     ]
     return "\n".join(rows)
 
@@ -116,8 +101,8 @@ def _row(place: int, name: str, universe: tuple[float, float], unit: str) -> str
     return f" *     {place}  {comment(name)}, {low} to {high}{' ' + comment(unit) if unit else ''}"
 
 
-def _example(variable: "object", fixed: bool, upper: str) -> str:
-    value = Floating("double").constant(float(f"{variable.midrange:.3g}"))  # type: ignore[attr-defined]
+def _example(variable: Variable, fixed: bool, upper: str) -> str:
+    value = Floating("double").constant(float(f"{variable.midrange:.3g}"))
     return f"{upper}_Q16({value})" if fixed else value
 
 
@@ -143,17 +128,16 @@ class _Writer:
 
     def source(self) -> str:
         """The whole text."""
-        plan, upper = self.plan, self.plan.name.upper()
+        plan = self.plan
         tables = [] if plan.unrolled else [*self._rule_tables(), *self._consequent_tables()]
         body = [*self._inputs(), *self._degrees(), *self._strengths(), *self._consequents(), "    return told;"]
-        signature = f"int {plan.name}_infer(const {self.real} x[{upper}_INPUTS], {self.real} y[{upper}_OUTPUTS])"
         includes = [f'#include "{plan.name}.h"', "", "#include <math.h>"]
         parts = [
             f"/* {comment(plan.fis.name)}, in {self.real}: see {plan.name}.h. Made of the system: change that. */",
             "\n".join(includes) + "\n",
             pieces(self.needed, self.number),
             *(["\n".join(tables) + "\n"] if tables else []),
-            "\n".join([signature + " {", *body, "}", ""]),
+            "\n".join([signature(plan.name, self.real) + " {", *body, "}", ""]),
         ]
         return "\n".join(part for part in parts if part)
 
@@ -167,9 +151,7 @@ class _Writer:
         for k, (name, variable) in enumerate(zip(plan.inputs, plan.fis.inputs, strict=True)):
             low, high = self.number.bounds(variable.universe)
             if clips:
-                rows.append(
-                    f"    const {self.real} {name} = x[{k}] < {low} ? {low} : (x[{k}] > {high} ? {high} : x[{k}]);"
-                )
+                rows.append(f"    const {self.real} {name} = {limited_to(f'x[{k}]', low, high)};")
             else:
                 rows.append(f"    const {self.real} {name} = x[{k}];")
         for name, variable in zip(plan.inputs, plan.fis.inputs, strict=True):
@@ -244,33 +226,20 @@ class _Writer:
         rows = ["    /* Layer 2: firing strengths */", f"    {self.real} w[{plan.rules}];"]
         if plan.unrolled:
             for r in range(plan.rules):
-                weight = (
-                    ""
-                    if plan.logs or plan.fis.rules[r].weight == 1
-                    else f"{self.number.constant(plan.fis.rules[r].weight)} * "
-                )
-                joined = self._joined(r)
-                if weight and not plan.logs and "*" not in joined and " " in joined and "(" not in joined[:1]:
-                    joined = f"({joined})"
-                rows += [sentence(plan, r), f"    w[{r}] = {weight}{joined};"]
+                weight = plan.weights[r]
+                factor = "" if plan.logs or weight == 1 else f" * {self.number.constant(weight)}"
+                rows += [sentence(plan, r), f"    w[{r}] = {self._joined(r)}{factor};"]
         else:
             rows += self._strength_loop()
         return [*rows, "", *(self._relative() if plan.logs else self._normalised())]
 
-    def _weights(self) -> np.ndarray:
-        return np.asarray(self.plan.fis.structure.weight)
-
     def _relative(self) -> list[str]:
         """Strengths from logarithms: relative to the strongest, so that none is lost far from all rules."""
-        plan, n = self.plan, self.plan.rules
-        weights, suffix = self._weights(), self.number.suffix
-        weighted = bool((weights != 1).any())
+        plan, n, suffix = self.plan, self.plan.rules, self.number.suffix
+        sums, weighted, rows = plan.sums, plan.is_weighted, []
         if weighted and plan.unrolled:
-            listed = ", ".join(map(self.number.constant, weights))
+            listed = ", ".join(map(self.number.constant, plan.weights))
             rows = [f"    static const {self.real} weight_of[{n}] = {{{listed}}};"]
-        else:
-            rows = []
-        sums = plan.fis.defuzzification == "wtsum"
         target = "share" if sums else "w"
         factor = " * weight_of[r]" if weighted else ""
         counts = "weight_of[r] > " + self.zero + " && " if weighted else ""
@@ -294,7 +263,7 @@ class _Writer:
     def _normalised(self) -> list[str]:
         """Layer 3: the strengths as shares of their sum, in the order of the compiled inference: the same bits."""
         plan, n = self.plan, self.plan.rules
-        if plan.fis.defuzzification == "wtsum":
+        if plan.sums:
             return []
         return [
             "    /* Layer 3: their shares */",
@@ -307,7 +276,7 @@ class _Writer:
     @property
     def _fires(self) -> str:
         """The array that says whether a rule fires."""
-        return "share" if self.plan.logs and self.plan.fis.defuzzification == "wtsum" else "w"
+        return "share" if self.plan.logs and self.plan.sums else "w"
 
     def _consequents(self) -> list[str]:
         """Layers 4 and 5: what the rules propose, and the outputs."""
@@ -333,7 +302,7 @@ class _Writer:
             rows.append(f"    const {self.real} {name}_said = {(chr(10) + '        + ').join(said)};")
         else:
             rows = self._output_loop(o)
-        whole = plan.fis.defuzzification == "wtsum" or (not plan.logs and bool(plan.takes_part[o].all()))
+        whole = plan.sums or (not plan.logs and bool(plan.takes_part[o].all()))
         value = f"{name}_said" if whole else f"{name}_said / {name}_fired"
         # 0 times infinity is not-a-number: an input that some plane leaves out must not be infinite.
         left_out = (plan.slopes[o][plan.takes_part[o]] == 0).any(axis=0) if plan.has_planes(o) else []
@@ -361,31 +330,15 @@ class _Writer:
     # Tables and loops, for systems of many rules ------------------------------------------------------------
 
     def _rule_tables(self) -> list[str]:
-        """Clauses, one after the other, and where those of each rule end."""
-        plan = self.plan
-        clauses = [clause for row in plan.clauses for clause in row]
-        rows = ["/* The rules:"]
-        rows += [f" * {r + 1}: {comment(str(rule))}" for r, rule in enumerate(plan.fis.rules)]
-        rows[-1] += " */"
-        rows.append(table(whole(len(clauses)), "rule_end", np.cumsum([len(row) for row in plan.clauses]).tolist()))
-        rows.append(table(whole(len(plan.terms)), "clause_term", [c.term for c in clauses]))
-        if any(c.power != 1 for c in clauses):
-            rows.append(table(self.real, "clause_power", [self.number.constant(c.power) for c in clauses]))
-        if any(c.negated for c in clauses):
-            rows.append(table("unsigned char", "clause_negated", [int(c.negated) for c in clauses]))
-        if plan.fis.structure.is_or.any():
-            rows.append(table("unsigned char", "rule_or", plan.fis.structure.is_or.astype(int).tolist()))
-        if (self._weights() != 1).any():
-            rows.append(table(self.real, "weight_of", [self.number.constant(w) for w in self._weights()]))
-        return rows
+        plan, constant = self.plan, self.number.constant
+        powers = [constant(clause.power) for clause in plan.all_clauses]
+        return rule_tables(plan, self.real, powers, [constant(w) for w in plan.weights], "unsigned char")
 
     def _strength_loop(self) -> list[str]:
         plan, suffix = self.plan, self.number.suffix
-        clauses = [clause for row in plan.clauses for clause in row]
-        powers, negations = any(c.power != 1 for c in clauses), any(c.negated for c in clauses)
-        ors = bool(plan.fis.structure.is_or.any())
+        powers, negations, ors = plan.has_powers, plan.has_negations, plan.has_ors
         start = self.zero if plan.logs else self.one
-        head = f"{start}" if not ors else f"rule_or[r] ? {self.zero} : {self.one}"
+        head = start if not ors else f"rule_or[r] ? {self.zero} : {self.one}"
         rows = [
             f"    for (int r = 0, k = 0; r < {plan.rules}; r++) {{",
             f"        {self.real} strength = {head};",
@@ -416,7 +369,7 @@ class _Writer:
                 self.needed.add(function)
                 conjunction = f"rule_or[r] ? {function}(strength, value) : {conjunction}"
             rows.append(f"            strength = {conjunction};")
-        weighted = not plan.logs and bool((self._weights() != 1).any())
+        weighted = not plan.logs and plan.is_weighted
         rows += ["        }", f"        w[r] = strength{' * weight_of[r]' if weighted else ''};", "    }"]
         return rows
 

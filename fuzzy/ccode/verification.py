@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from fuzzy.ccode.compiler import SANITIZERS, Compiler, CompilerError, find_compiler, run_program
-from fuzzy.ccode.proofpoints import proof_points
+from fuzzy.ccode.numbertype import FIXED, ONE, c_type, in_q16
+from fuzzy.ccode.proofpoints import answers_of, proof_points
 from fuzzy.ccode.writing import CFiles
-from fuzzy.compiled.sugeno import compile_sugeno
-from fuzzy.inference import InferenceWarning, infer
+from fuzzy.inference import Inference, InferenceWarning, infer
 from fuzzy.system import Sugeno
 
 LIMITS = {"double": 4e-15, "float": 1e-6}  # greatest differences, shares of an output's span
@@ -20,7 +20,7 @@ POINTS = 1_000_000
 _FAINTEST = {"double": 1e-300, "float": 1e-17}  # strengths, below which a type has few digits or none
 _SANITIZED = 20_000  # points that are also run under the sanitizers
 _WEIGHED = 4096  # points at which the proposals of the rules are looked at
-_TYPES = {"double": np.float64, "float": np.float32, "q16.16": np.int32}
+_TYPES = {"double": np.float64, "float": np.float32, FIXED: np.int32}
 _DRIVER = """#include "{name}.h"
 
 #include <stdio.h>
@@ -104,25 +104,30 @@ def verify_c(
             again = _ran(watched, given[:_SANITIZED], len(fis.outputs), files.number, folder)
             if not np.array_equal(again, y[: len(again)], equal_nan=True):
                 raise CompilerError(f"{files.source.name}: other answers under the sanitizers than without them")
-    differences = _differences(fis, x, y, files.number)
-    limit = LIMITS.get(files.number) if files.lookup is None else None
-    holds = None if limit is None else _within(fis, x, y, differences, files.number)
+    wanted = answers_of(fis, x)
+    if files.number == FIXED:
+        wanted = np.clip(wanted, -32768.0, 32768.0)  # where the C stays
+    error = _error(y, wanted)
+    differences = _differences(fis, x, wanted, error)
+    judged = files.lookup is None and files.number in LIMITS
+    holds = _within(fis, x, error, differences, files.number) if judged else None
     return Verified(files.number, len(x), differences, compiler.version, sanitized, holds)
 
 
 def _given(x: np.ndarray, number: str) -> tuple[np.ndarray, np.ndarray]:
     """The points as the C gets them, and the same as float64."""
-    if number == "q16.16":
-        whole = np.clip(np.round(np.nan_to_num(x, posinf=0.0) * 65536.0), -(2**31), 2**31 - 1).astype(np.int32)
-        return whole, whole / 65536.0
+    if number == FIXED:
+        whole = in_q16(np.nan_to_num(x, posinf=0.0))
+        return whole, whole / ONE
     given = np.ascontiguousarray(x.astype(_TYPES[number]))
     return given, given.astype(np.float64)
 
 
 def _program(compiler: Compiler, files: CFiles, folder: Path, *flags: str) -> Path:
-    real = "int32_t" if files.number == "q16.16" else files.number
     driver = folder / "driver.c"
-    driver.write_text(_DRIVER.format(name=files.name, upper=files.name.upper(), real=real), encoding="utf-8")
+    driver.write_text(
+        _DRIVER.format(name=files.name, upper=files.name.upper(), real=c_type(files.number)), encoding="utf-8"
+    )
     include = f"-I{files.header.parent}"
     return compiler.compile([driver, files.source], folder / "driver", include, *(flags or ("-O2",)))
 
@@ -131,20 +136,10 @@ def _ran(program: Path, given: np.ndarray, outputs: int, number: str, folder: Pa
     (folder / "points").write_bytes(given.tobytes())
     run_program(program, str(folder / "points"), str(folder / "answers"))
     y = np.frombuffer((folder / "answers").read_bytes(), dtype=_TYPES[number]).reshape(-1, outputs)
-    return y / 65536.0 if number == "q16.16" else y.astype(np.float64)
+    return y / ONE if number == FIXED else y.astype(np.float64)
 
 
-def _answers(fis: Sugeno, x: np.ndarray) -> np.ndarray:
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore", InferenceWarning)
-        return np.asarray(compile_sugeno(fis)(x))
-
-
-def _differences(fis: Sugeno, x: np.ndarray, y: np.ndarray, number: str) -> tuple[Difference, ...]:
-    wanted = _answers(fis, x)
-    if number == "q16.16":
-        wanted = np.clip(wanted, -32768.0, 32768.0)  # where the C stays
-    error = _error(y, wanted)
+def _differences(fis: Sugeno, x: np.ndarray, wanted: np.ndarray, error: np.ndarray) -> tuple[Difference, ...]:
     known = np.isfinite(x).all(axis=1)
     scales = _scales(fis, x[known])
     found = []
@@ -174,16 +169,20 @@ def _error(y: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return np.where(np.isnan(error), np.inf, error)
 
 
-def _scales(fis: Sugeno, x: np.ndarray) -> np.ndarray:
-    """What the rules propose (outputs,), weighted, at most: rounding in their sum is a share of it."""
+def _layers(fis: Sugeno, x: np.ndarray) -> Inference:
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore", InferenceWarning)
-        layers = infer(fis, x[:_WEIGHED])
+        return infer(fis, x)
+
+
+def _scales(fis: Sugeno, x: np.ndarray) -> np.ndarray:
+    """What the rules propose (outputs,), weighted, at most: rounding in their sum is a share of it."""
+    layers = _layers(fis, x[:_WEIGHED])
     share = layers.firing if fis.defuzzification == "wtsum" else layers.weights
     return np.asarray(np.nan_to_num((share[..., None] * np.abs(layers.rule_outputs)).sum(axis=-2)).max(axis=0))
 
 
-def _within(fis: Sugeno, x: np.ndarray, y: np.ndarray, differences: tuple[Difference, ...], number: str) -> bool:
+def _within(fis: Sugeno, x: np.ndarray, error: np.ndarray, differences: tuple[Difference, ...], number: str) -> bool:
     """Whether all differences are within the limit.
 
     Where all rules that fire do so by a difference 1 − μ of little size, the same rounding is a larger share of it,
@@ -193,10 +192,7 @@ def _within(fis: Sugeno, x: np.ndarray, y: np.ndarray, differences: tuple[Differ
     allowed = np.array([LIMITS[number] * d.scale for d in differences])
     if all(d.greatest <= a for d, a in zip(differences, allowed, strict=True)):
         return True
-    error = _error(y, _answers(fis, x))
     rows = np.flatnonzero((error > allowed).any(axis=1))
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore", InferenceWarning)
-        total = infer(fis, x[rows]).firing @ (fis.structure.consequent >= 0).T.astype(float)
+    total = _layers(fis, x[rows]).firing @ (fis.structure.consequent >= 0).T.astype(float)
     within = error[rows] <= allowed / (np.clip(total, 1e-30, 1.0) if fis.structure.negated.any() else 1.0)
     return bool((within | ((total > 0) & (total < _FAINTEST[number]))).all())

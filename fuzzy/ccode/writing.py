@@ -43,9 +43,15 @@ def write_c(
         ExportError: What C, or the type of numbers, does not have.
         OSError: Nothing can be written.
     """
-    table = None if lookup is None else lookup_of(fis, lookup)
-    sources = c_sources(fis, name, number) if table is None else with_lookup(fis, table, name, number)
-    return _written(sources, Path(folder), number, table)
+    sources, table = _sources(fis, name, number, lookup)
+    folder = Path(folder)
+    check_folder(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = folder / f"{sources.name}.h", folder / f"{sources.name}.c"
+    with replacing(paths[0]) as header, replacing(paths[1]) as source:
+        header.write_text(sources.header, encoding="utf-8")
+        source.write_text(sources.source, encoding="utf-8")
+    return CFiles(*paths, sources.name, number, table)
 
 
 def c_zip(fis: Sugeno, name: str, number: str, points: int | None) -> bytes:
@@ -57,10 +63,7 @@ def c_zip(fis: Sugeno, name: str, number: str, points: int | None) -> bytes:
         number: The type of numbers.
         points: Those of a table along each input, or none for the rules.
     """
-    if points is None:
-        sources = c_sources(fis, name, number)
-    else:
-        sources = with_lookup(fis, lookup_of(fis, (points,)), name, number)
+    sources, _ = _sources(fis, name, number, None if points is None else (points,))
     packed = BytesIO()
     with ZipFile(packed, "w", ZIP_DEFLATED) as archive:
         for ending, text in (("h", sources.header), ("c", sources.source)):
@@ -68,11 +71,8 @@ def c_zip(fis: Sugeno, name: str, number: str, points: int | None) -> bytes:
     return packed.getvalue()
 
 
-def _written(sources: CSources, folder: Path, number: str, table: Lookup | None) -> CFiles:
-    check_folder(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = folder / f"{sources.name}.h", folder / f"{sources.name}.c"
-    with replacing(paths[0]) as header, replacing(paths[1]) as source:
-        header.write_text(sources.header, encoding="utf-8")
-        source.write_text(sources.source, encoding="utf-8")
-    return CFiles(*paths, sources.name, number, table)
+def _sources(fis: Sugeno, name: str, number: str, lookup: tuple[int, ...] | None) -> tuple[CSources, Lookup | None]:
+    if lookup is None:
+        return c_sources(fis, name, number), None
+    table = lookup_of(fis, lookup)
+    return with_lookup(fis, table, name, number), table
