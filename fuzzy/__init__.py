@@ -69,7 +69,8 @@ if TYPE_CHECKING:
         read_mamdani,
         write_fis,
     )
-    from fuzzy.files.fllfile import FllFileError, format_fll, parse_fll, read_fll, write_fll
+    from fuzzy.files.fllfile import FllFileError, parse_fll, read_fll
+    from fuzzy.files.flltext import format_fll, write_fll
     from fuzzy.files.packaged import find_fis, packaged_fis_files
     from fuzzy.files.table import DataError
     from fuzzy.fitting.clustering import ClusteringError, DataWarning, subtractive_clusters
@@ -156,7 +157,8 @@ _HOMES = {
         "read_mamdani",
         "write_fis",
     ),
-    "fuzzy.files.fllfile": ("FllFileError", "format_fll", "parse_fll", "read_fll", "write_fll"),
+    "fuzzy.files.fllfile": ("FllFileError", "parse_fll", "read_fll"),
+    "fuzzy.files.flltext": ("format_fll", "write_fll"),
     "fuzzy.files.packaged": ("find_fis", "packaged_fis_files"),
     "fuzzy.files.table": ("DataError",),
     "fuzzy.fitting.clustering": ("ClusteringError", "DataWarning", "subtractive_clusters"),

@@ -66,7 +66,7 @@ def convert(
 
         write_fis(fis, target)
     elif suffix == ".fll":
-        from fuzzy.files.fllfile import write_fll
+        from fuzzy.files.flltext import write_fll
 
         write_fll(fis, target)
     else:

@@ -19,12 +19,20 @@ import os
 import re
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from fuzzy.errors import quoted, shortened
 from fuzzy.files.atomic import replacing
-from fuzzy.files.fislines import LINE_END, SYSTEM_NOTES, Entry, FisFileError, FisFileWarning, FisLines, Section
+from fuzzy.files.fislines import (
+    LINE_END,
+    SYSTEM_NOTES,
+    Entry,
+    FisFileError,
+    FisFileWarning,
+    FisLines,
+    Section,
+    file_bytes,
+)
 from fuzzy.files.mamdani import DEFUZZIFICATIONS, MamdaniParts, as_constants, renounced
 from fuzzy.membership import membership_function
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError, as_number
@@ -85,7 +93,7 @@ def read_fis(path: str | os.PathLike[str]) -> Sugeno:
     hedges that MATLAB does not know, of disabled variables, and of a file that is not in UTF-8.
     """
     name = os.fsdecode(path)
-    return _warned(parse_bytes(_bytes(name), name)).system
+    return warned(parse_bytes(file_bytes(name), name)).system
 
 
 def read_mamdani(path: str | os.PathLike[str]) -> MamdaniSystem:
@@ -97,18 +105,12 @@ def read_mamdani(path: str | os.PathLike[str]) -> MamdaniSystem:
     system is read as it is, without changes. Raises FisFileError and warns as :func:`read_fis` does.
     """
     name = os.fsdecode(path)
-    read = _warned(parse_bytes(_bytes(name), name, mamdani=True))
+    read = warned(parse_bytes(file_bytes(name), name, mamdani=True))
     return MamdaniSystem(read.system, read.changes)
 
 
-def _bytes(name: str) -> bytes:
-    try:
-        return Path(name).read_bytes()
-    except (OSError, ValueError) as error:
-        raise FisFileError(name, None, f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
-
-
-def _warned(read: FisText) -> FisText:
+def warned(read: FisText) -> FisText:
+    """The same, with its warnings given, as of the caller's caller."""
     for message in read.warnings:
         warnings.warn(message, FisFileWarning, stacklevel=3)
     return read

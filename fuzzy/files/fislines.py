@@ -1,7 +1,9 @@
 """The lines of a .fis file, sorted into sections, keys and rules; :mod:`fuzzy.files.fisfile` makes a system of them."""
 
+import os
 import re
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from fuzzy.errors import InputError, quoted, shortened
@@ -49,6 +51,14 @@ class FisFileError(InputError):
 
     def __str__(self) -> str:
         return f"{self.path}: {self.reason}" if self.line is None else f"{self.path}:{self.line}: {self.reason}"
+
+
+def file_bytes(name: str | os.PathLike[str], fault: type[FisFileError] = FisFileError) -> bytes:
+    """The bytes of a file. Raises ``fault`` where it cannot be read."""
+    try:
+        return Path(name).read_bytes()
+    except (OSError, ValueError) as error:
+        raise fault(os.fsdecode(name), None, f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
 class FisFileWarning(UserWarning):

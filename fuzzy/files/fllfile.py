@@ -1,7 +1,6 @@
-"""The FuzzyLite Language: Takagi-Sugeno systems of ``.fll`` files, read and written.
+"""The FuzzyLite Language: Takagi-Sugeno systems of ``.fll`` files; :mod:`fuzzy.files.flltext` writes them.
 
     fis = read_fll("car.fll")
-    write_fll(fis, "copy.fll")
 
 What has no equal here is refused, with its line: other terms (Discrete, Spike, ...), the hedges "extremely" and
 "seldom", which FuzzyLite defines otherwise, "and" and "or" in one rule, and answers that depend on the last one.
@@ -11,30 +10,26 @@ Source: the FuzzyLite Language of fuzzylite 6 (fuzzylite.com).
 import math
 import os
 import re
-import unicodedata
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from itertools import pairwise
-from pathlib import Path
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from fuzzy import membership as mf
 from fuzzy.errors import shortened
-from fuzzy.files.atomic import replacing
-from fuzzy.files.fislines import LINE_END, FisFileError
+from fuzzy.files.fislines import LINE_END, FisFileError, file_bytes
 from fuzzy.language import RuleError, parse_rule
-from fuzzy.membershipfunction import MembershipError, MembershipFunction, as_number
+from fuzzy.membershipfunction import MembershipError, MembershipFunction
 from fuzzy.naming import expected
-from fuzzy.rule import KEYWORDS, Rule, hedge_words
+from fuzzy.rule import Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
 
-_AND = {"AlgebraicProduct": "prod", "Minimum": "min"}
-_OR = {"AlgebraicSum": "probor", "Maximum": "max"}
-_DEFUZZIFIERS = {"WeightedAverage": "wtaver", "WeightedSum": "wtsum"}
+AND_METHODS = {"AlgebraicProduct": "prod", "Minimum": "min"}
+OR_METHODS = {"AlgebraicSum": "probor", "Maximum": "max"}
+DEFUZZIFIERS = {"WeightedAverage": "wtaver", "WeightedSum": "wtsum"}
 _BLOCKS = ("Engine", "InputVariable", "OutputVariable", "RuleBlock")
 _HEDGES = ("not", "very", "somewhat")
 _OTHER_HEDGES = ("any", "extremely", "seldom")
-_NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
 def _gaussian(p: Sequence[float]) -> MembershipFunction:
@@ -45,7 +40,8 @@ def _ramp(p: Sequence[float]) -> MembershipFunction:
     return mf.LinearS(p[0], p[1]) if p[0] < p[1] else mf.LinearZ(p[1], p[0])
 
 
-def _difference(p: Sequence[float]) -> MembershipFunction:
+def difference(p: Sequence[float]) -> MembershipFunction:
+    """The difference of two sigmoids in FuzzyLite's order. Raises MembershipError where it has another value here."""
     left, rising, falling, right = p
     if not (rising == falling and (right - left) * rising >= 0):
         raise MembershipError("FuzzyLite takes the absolute difference, which here differs from ours")
@@ -62,7 +58,7 @@ _TERMS: dict[str, tuple[int, Callable[[Sequence[float]], MembershipFunction]]] =
     "GaussianProduct": (4, lambda p: mf.TwoSidedGaussian(p[1], p[0], p[3], p[2])),
     "Bell": (3, lambda p: mf.Bell(p[1], p[2], p[0])),
     "Sigmoid": (2, lambda p: mf.Sigmoid(p[1], p[0])),
-    "SigmoidDifference": (4, _difference),
+    "SigmoidDifference": (4, difference),
     "SigmoidProduct": (4, lambda p: mf.SigmoidProduct(p[1], p[0], p[2], p[3])),
     "SShape": (2, lambda p: mf.SShape(*p)),
     "ZShape": (2, lambda p: mf.ZShape(*p)),
@@ -101,24 +97,15 @@ def read_fll(path: str | os.PathLike[str]) -> Sugeno:
     """
     name = os.fsdecode(path)
     try:
-        text = Path(name).read_bytes().decode("utf-8-sig")
+        text = file_bytes(name, FllFileError).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise FllFileError(name, None, "is not in UTF-8") from None
-    except (OSError, ValueError) as error:
-        raise FllFileError(name, None, f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
     return parse_fll(text, name)
 
 
 def parse_fll(text: str, name: str = "fll") -> Sugeno:
     """The system that a text in FuzzyLite's language describes; as :func:`read_fll`, ``name`` stands in messages."""
     return _Reader(name).system(_blocks(text, name))
-
-
-def write_fll(fis: Sugeno, path: str | os.PathLike[str]) -> None:
-    """Write a system as a FuzzyLite file, whole or not at all. Raises FllFileError as :func:`format_fll`, OSError."""
-    text = format_fll(fis)
-    with replacing(os.fsdecode(path)) as target:
-        target.write_text(text, encoding="utf-8")
 
 
 def _blocks(text: str, name: str) -> list[_Block]:
@@ -268,13 +255,13 @@ class _Reader:
     def _defuzzifier(self, block: _Block) -> Literal["wtaver", "wtsum"]:
         line, text = block.one("defuzzifier")
         name, _, kind = text.partition(" ")
-        if name not in _DEFUZZIFIERS or kind.strip() not in ("", "Automatic", "TakagiSugeno"):
+        if name not in DEFUZZIFIERS or kind.strip() not in ("", "Automatic", "TakagiSugeno"):
             raise self.fail(
                 line,
                 f"{block.name}: the defuzzifier must be WeightedAverage or WeightedSum of TakagiSugeno, got "
                 f"{shortened(text)!r}; a Mamdani system is read from a .fis file",
             )
-        return "wtaver" if _DEFUZZIFIERS[name] == "wtaver" else "wtsum"
+        return "wtaver" if DEFUZZIFIERS[name] == "wtaver" else "wtsum"
 
     def _default(self, block: _Block, variable: Variable) -> Literal["nan", "midrange"]:
         line, text = block.one("default", "nan")
@@ -300,7 +287,9 @@ class _Reader:
         for block in blocks:
             if not self._truth(block, "enabled", "true"):
                 continue
-            methods.add((self._method(block, "conjunction", _AND), self._method(block, "disjunction", _OR)))
+            methods.add(
+                (self._method(block, "conjunction", AND_METHODS), self._method(block, "disjunction", OR_METHODS))
+            )
             line, activation = block.one("activation", "General")
             if activation not in ("General", ""):
                 raise self.fail(line, f"activation must be General, got {shortened(activation)!r}")
@@ -327,7 +316,7 @@ class _Reader:
         for word in words:
             if word in _OTHER_HEDGES and word not in names:
                 raise self.fail(line, f"the hedge {word!r} has no equal here; known: {', '.join(_HEDGES)}")
-        quoted = [f"'{word}'" if word in names and not _NAME.fullmatch(word) else word for word in words]
+        quoted = [f"'{word}'" if word in names and not NAME.fullmatch(word) else word for word in words]
         try:
             return parse_rule(" ".join(quoted), asked, proposed)
         except RuleError as error:
@@ -335,129 +324,3 @@ class _Reader:
 
 
 # Writing ------------------------------------------------------------------------------------------------------
-
-
-def format_fll(fis: Sugeno) -> str:
-    """A system as a text in FuzzyLite's language; numbers keep all their digits.
-
-    Names become letters, digits and _, as FuzzyLite's are: "Very close" is Very_close. Units are left out. Raises
-    FllFileError for a hedge that FuzzyLite does not have, and for functions whose vertices cross.
-    """
-    fis = _named_plainly(fis)
-    rows = [f"Engine: {fis.name}"]
-    for variable in fis.inputs:
-        rows += ["InputVariable: " + variable.name, "  enabled: true", f"  range: {_numbers(variable.universe)}"]
-        rows.append(f"  lock-range: {str(fis.out_of_range == 'clip').lower()}")
-        rows += [f"  term: {name} {_written(fis, variable, name, term)}" for name, term in variable.terms.items()]
-    kind = "WeightedSum" if fis.defuzzification == "wtsum" else "WeightedAverage"
-    for variable in fis.outputs:
-        default = variable.midrange if fis.no_rule_fires == "midrange" else math.nan
-        rows += ["OutputVariable: " + variable.name, "  enabled: true", f"  range: {_numbers(variable.universe)}"]
-        rows += ["  lock-range: false", "  aggregation: none", f"  defuzzifier: {kind} TakagiSugeno"]
-        rows += [f"  default: {_numbers([default])}", "  lock-previous: false"]
-        for name, term in variable.terms.items():
-            what = "Constant" if isinstance(term, Constant) else "Linear"
-            rows.append(f"  term: {name} {what} {_numbers([as_number(p) for p in term.parameters])}")
-    rows += ["RuleBlock: rules", "  enabled: true"]
-    rows.append(f"  conjunction: {_named(_AND, fis.and_method)}")
-    rows.append(f"  disjunction: {_named(_OR, fis.or_method)}")
-    rows += ["  implication: AlgebraicProduct", "  activation: General"]
-    rows += [f"  rule: {_rule_text(fis, k, rule)}" for k, rule in enumerate(fis.rules)]
-    return "\n".join(rows) + "\n"
-
-
-def _named_plainly(fis: Sugeno) -> Sugeno:
-    """The system with names that FuzzyLite can hold, all different."""
-    taken: list[str] = []
-    names: dict[str, str] = {}
-    terms: dict[tuple[str, str], str] = {}
-    for variable in (*fis.inputs, *fis.outputs):
-        names.setdefault(variable.name, _plain(variable.name, taken))
-        taken.append(names[variable.name])
-        inside: list[str] = []
-        for term in variable.terms:
-            terms[variable.name, term] = _plain(term, inside)
-            inside.append(terms[variable.name, term])
-
-    def renamed(variable: Variable) -> Variable:
-        own = {terms[variable.name, name]: term for name, term in variable.terms.items()}
-        return replace(variable, name=names[variable.name], terms=own)
-
-    rules = [
-        replace(
-            rule,
-            when=tuple(replace(c, variable=names[c.variable], term=terms[c.variable, c.term]) for c in rule.when),
-            then=tuple((names[output], terms[output, term]) for output, term in rule.then),
-        )
-        for rule in fis.rules
-    ]
-    inputs, outputs = ([renamed(v) for v in variables] for variables in (fis.inputs, fis.outputs))
-    return replace(fis, inputs=inputs, outputs=outputs, rules=rules, name=re.sub(r"[\r\n#]", " ", fis.name))
-
-
-def _plain(name: str, taken: Sequence[str]) -> str:
-    spelt = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
-    plain = first = re.sub(r"\W+", "_", spelt, flags=re.ASCII).strip("_") or "unnamed"
-    if first[0].isdigit() or first.casefold() in KEYWORDS:
-        plain = first = f"{'t_' if first[0].isdigit() else ''}{first}{'_' if first.casefold() in KEYWORDS else ''}"
-    number = 2
-    while plain in taken:
-        plain, number = f"{first}_{number}", number + 1
-    return plain
-
-
-def _named(known: dict[str, str], method: str) -> str:
-    return next(name for name, ours in known.items() if ours == method)
-
-
-def _numbers(values: Sequence[float]) -> str:
-    return " ".join("nan" if math.isnan(v) else repr(float(v)) for v in values)
-
-
-def _written(fis: Sugeno, variable: Variable, label: str, function: MembershipFunction) -> str:
-    p = list(function.numbers)
-    name = type(function).__name__
-    crossed = {"SShape": p[:2], "ZShape": p[:2], "Trapezoid": p, "PiShape": p}.get(name, [])
-    if any(b < a for a, b in pairwise(crossed)) or (
-        name in ("SShape", "ZShape", "PiShape") and (p[0] == p[1] or p[-2] == p[-1])
-    ):
-        raise FllFileError(fis.name, None, f"{variable.name} is {label}: FuzzyLite has no {name} whose vertices cross")
-    orders: dict[str, tuple[str, list[float]]] = {
-        "LinearS": ("Ramp", p),
-        "LinearZ": ("Ramp", p[::-1]),
-        "TwoSidedGaussian": ("GaussianProduct", [p[1], p[0], p[3], p[2]] if len(p) == 4 else p),
-    }
-    if name in ("LinearS", "LinearZ") and p[0] == p[1]:
-        raise FllFileError(fis.name, None, f"{variable.name} is {label}: FuzzyLite has no ramp without width")
-    if name == "Gaussian":
-        return f"Gaussian {_numbers([p[1], p[0]])}"
-    if name == "Bell":
-        return f"Bell {_numbers([p[2], p[0], p[1]])}"
-    if name == "Sigmoid":
-        return f"Sigmoid {_numbers([p[1], p[0]])}"
-    if name in ("SigmoidDifference", "SigmoidProduct"):
-        if name == "SigmoidDifference":
-            try:
-                _difference([p[1], p[0], p[2], p[3]])
-            except MembershipError as error:
-                raise FllFileError(fis.name, None, f"{variable.name} is {label}: {error}") from None
-        return f"{name} {_numbers([p[1], p[0], p[2], p[3]])}"
-    kind, values = orders.get(name, (name, p))
-    return f"{kind} {_numbers(values)}"
-
-
-def _rule_text(fis: Sugeno, k: int, rule: Rule) -> str:
-    clauses = []
-    for clause in rule.when:
-        hedges = hedge_words(clause.power)
-        if hedges is None or "extremely" in hedges:
-            raise FllFileError(
-                fis.name,
-                None,
-                f"rule {k + 1}: FuzzyLite has no hedge for the power {clause.power:g}",
-            )
-        words = ["not"] * clause.negated + hedges.split()
-        clauses.append(" ".join([clause.variable, "is", *words, clause.term]))
-    then = " and ".join(f"{output} is {term}" for output, term in rule.then)
-    weight = "" if rule.weight == 1 else f" with {rule.weight!r}"
-    return f"if {f' {rule.connective} '.join(clauses)} then {then}{weight}"

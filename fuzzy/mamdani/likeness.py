@@ -11,13 +11,13 @@ import os
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.files.fisfile import FisFileError, FisFileWarning, parse_original
+from fuzzy.files.fisfile import FisFileError, parse_original, warned
+from fuzzy.files.fislines import file_bytes
 from fuzzy.files.mamdani import MamdaniParts
 from fuzzy.fitting.consequents import least_squares
 from fuzzy.inference import InferenceWarning
@@ -51,15 +51,10 @@ def read_mamdani_original(path: str | os.PathLike[str]) -> Mamdani:
     A Sugeno system is refused (FisFileError): :func:`fuzzy.read_fis` reads it.
     """
     name = os.fsdecode(path)
-    try:
-        data = Path(name).read_bytes()
-    except (OSError, ValueError) as error:
-        raise FisFileError(name, None, f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    read, parts = parse_original(data, name)
+    read, parts = parse_original(file_bytes(name), name)
     if parts is None:
         raise FisFileError(name, None, "holds a Sugeno system; fuzzy.read_fis reads it")
-    for message in read.warnings:
-        warnings.warn(message, FisFileWarning, stacklevel=2)
+    warned(read)
     try:
         return mamdani_of(parts)
     except FuzzySystemError as error:
@@ -134,9 +129,7 @@ def fit_to_mamdani(
         raise FuzzySystemError(f"{fis.name} has no rules, so there are no consequents to fit")
     x = input_grid(fis.inputs, points, offset=True)
     y, fired = original.evaluate(x)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InferenceWarning)
-        known = fired.all(axis=1)
+    known = fired.all(axis=1)
     if not known.any():
         raise FuzzySystemError(f"{fis.name}: no rule of the Mamdani system fires anywhere on the grid")
     begin = _with_planes(fis) if consequents == "planes" else fis

@@ -10,11 +10,14 @@ import numpy as np
 
 from fuzzy.ccode.identifier import comment, identifier
 from fuzzy.ccode.numbertype import ExportError, Floating
+from fuzzy.ccode.phrases import guarded
 from fuzzy.ccode.source import CSources, c_sources
 from fuzzy.naming import expected
+from robotics.ccode.body import Body
 from robotics.ccode.carried import LIMITS, Carried, carried, first_numbers, rule_bases
+from robotics.ccode.pythonsource import parsed
 from robotics.ccode.terms import PIECES, Arithmetic, Known, Row, Table, Term, piece
-from robotics.ccode.translation import Body, Translator, parsed
+from robotics.ccode.translation import Translator
 from robotics.laws import equation as rows
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
@@ -279,30 +282,7 @@ class _Writer:
         first, second = outputs[-2:] if not self.torque else ("torque_right", "torque_left")
         doc = f" by {self.how.sections}" if self.how.sections else ""
         period = self.number.constant(self.setting.period)
-        text = [
-            f"/* The control step of the law {comment(name)}{doc}, for one robot, in {real}.",
-            " *",
-            f" * Call it every {self.setting.period:g} s:",
-            " *",
-            f" *     static {name}_state state;",
-            f" *     {name}_init(&state);",
-            " *     while (wait_for_timer()) {",
-            f" *         {name}_input input = {{0}};",
-            " *         input.x = ...; ...",
-            f" *         {name}_output output;",
-            f" *         if (!{name}_step(&state, &input, &output)) stop();",
-            f" *         drive(output.{first}, output.{second});",
-            " *     }",
-            " *",
-            " * Frames by REP 103: x ahead, y to the left, headings counter-clockwise. It allocates nothing, and all",
-            " * that it remembers is in the state: several robots, several states. */",
-            f"#ifndef {upper}_H",
-            f"#define {upper}_H",
-            "",
-            "#ifdef __cplusplus",
-            'extern "C" {',
-            "#endif",
-            "",
+        declared = [
             f"#define {upper}_PERIOD_S {period}",
             *([f"#define {upper}_LOOK_AHEAD_S {self.number.constant(look_ahead)}"] if AHEAD[0] in inputs else []),
             "",
@@ -323,11 +303,24 @@ class _Writer:
             "",
             "/* One step; returns 1, or 0 where the command is not finite: the robot must stop. */",
             f"int {name}_step({name}_state *state, const {name}_input *input, {name}_output *output);",
-            "",
-            "#ifdef __cplusplus",
-            "}",
-            "#endif",
-            f"#endif /* {upper}_H */",
-            "",
+        ]
+        text = [
+            f"/* The control step of the law {comment(name)}{doc}, for one robot, in {real}.",
+            " *",
+            f" * Call it every {self.setting.period:g} s:",
+            " *",
+            f" *     static {name}_state state;",
+            f" *     {name}_init(&state);",
+            " *     while (wait_for_timer()) {",
+            f" *         {name}_input input = {{0}};",
+            " *         input.x = ...; ...",
+            f" *         {name}_output output;",
+            f" *         if (!{name}_step(&state, &input, &output)) stop();",
+            f" *         drive(output.{first}, output.{second});",
+            " *     }",
+            " *",
+            " * Frames by REP 103: x ahead, y to the left, headings counter-clockwise. It allocates nothing, and all",
+            " * that it remembers is in the state: several robots, several states. */",
+            *guarded(name, declared),
         ]
         return "\n".join(text)

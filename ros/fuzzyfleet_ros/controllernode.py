@@ -21,11 +21,12 @@ from fuzzy.errors import InputError
 from fuzzyfleet_ros import messages
 from fuzzyfleet_ros.controllersettings import PARAMETERS, PathTask, check, scenario_task
 from fuzzyfleet_ros.frames import HERE, Posture, continued
-from fuzzyfleet_ros.names import prefix, robot_name, token
+from fuzzyfleet_ros.names import prefix, robot_name
 from fuzzyfleet_ros.onboard import Known, Onboard, Order
 from fuzzyfleet_ros.parameters import declared
 from fuzzyfleet_ros.standing import Standing
 from robotics.laws.catalogue import make_controller
+from robotics.logs.names import token
 from robotics.sensing.carried import sensor_names
 
 SHOWN = 400  # points of the plan that is shown

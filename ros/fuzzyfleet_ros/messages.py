@@ -16,10 +16,10 @@ from sensor_msgs.msg import JointState, Range
 from std_msgs.msg import Header
 
 from fuzzyfleet_ros.frames import Posture, heading_of, quaternion
+from robotics.logs.names import WHEELS
 from robotics.sensing.sonar import RangeSensor
 
 NANOSECONDS = 1_000_000_000
-WHEELS = ("wheel_left_joint", "wheel_right_joint")
 
 
 def time_of(stamp: Time) -> int:

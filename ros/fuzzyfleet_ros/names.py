@@ -1,19 +1,10 @@
 """The names of topics and frames: a single robot has no namespace, robot 2 of a team has ``robot2``."""
 
-import re
 from dataclasses import replace
 
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
 from robotics.scenario.robots import load_robot
-
-MAP = "map"  # the frame of the paths, of the obstacles and of the true postures
-
-
-def token(name: str) -> str:
-    """``name`` as a part of a topic's name, which holds letters, digits and underscores: front_left for front-left."""
-    made = re.sub(r"[^A-Za-z0-9_]", "_", name)
-    return made if made[:1].isalpha() else f"_{made}"
 
 
 def robot_name(robot: int) -> str:

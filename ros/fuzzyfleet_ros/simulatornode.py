@@ -20,10 +20,11 @@ from sensor_msgs.msg import JointState, Range
 from fuzzyfleet_ros import messages
 from fuzzyfleet_ros.frames import Posture
 from fuzzyfleet_ros.loopback import Loopback, Sensed
-from fuzzyfleet_ros.names import MAP, prefix, robot_name, scenario_of, token
+from fuzzyfleet_ros.names import prefix, robot_name, scenario_of
 from fuzzyfleet_ros.parameters import Parameter, ParameterError, declared
 from fuzzyfleet_ros.transforms import Transforms
 from robotics.laws.catalogue import make_controller
+from robotics.logs.names import MAP, token
 
 FIRST = messages.NANOSECONDS  # ns: the time of the first period; ROS takes 0 for no time at all
 MOST_SENSORS = 16  # of a robot, if its law does not name those that it needs

@@ -8,7 +8,8 @@ from rclpy.node import Node
 
 from fuzzyfleet_ros import messages
 from fuzzyfleet_ros.frames import HERE, Posture, quaternion
-from fuzzyfleet_ros.names import MAP, prefix, token
+from fuzzyfleet_ros.names import prefix
+from robotics.logs.names import MAP, token
 
 
 class Transforms:

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 import fuzzy
 from fuzzy import membership as mf
 from fuzzy.commands.application import main
-from fuzzy.files.fllfile import FllFileError, format_fll, parse_fll, read_fll, write_fll
+from fuzzy.files.fllfile import FllFileError, parse_fll, read_fll
+from fuzzy.files.flltext import format_fll, write_fll
 from tests.fuzzy.random_systems import systems
 
 REFERENCE = sorted((Path(__file__).parents[2] / "data" / "fll").glob("*.fll"))
