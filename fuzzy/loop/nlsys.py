@@ -4,6 +4,8 @@ The package ``control`` is optional and imported only by the functions here.
 """
 
 from collections.abc import Mapping
+from math import inf
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,11 @@ def _control() -> Any:
     return control
 
 
+def _check_period(sample_time: Any) -> None:
+    if isinstance(sample_time, bool) or not isinstance(sample_time, Real) or not 0 < sample_time < inf:
+        raise LoopError(f"the sample time must be a number > 0 in s, got {sample_time!r}")
+
+
 def to_nlsys(
     fis: Sugeno,
     sample_time: float | None = None,
@@ -35,7 +42,8 @@ def to_nlsys(
     Without ``sample_time`` it is the static nonlinearity y = fis(u), with inputs and outputs named as those of ``fis``;
     ``control.describing_function`` takes it too if it has one of each. With it, it is the whole sampled controller of
     :func:`fuzzy.loop.response.step_response`: from the error to the control, its states the error before, whether there
-    was one, the error's sum and the integral of du. There are no limits.
+    was one, the error's sum and the integral of du. Of that loop it has neither limits nor the rate's filter. Its first
+    sample has no error before it, so ``linearize`` at its initial state sees no rate: use :func:`linear_controller`.
 
     Args:
         fis: The rule base. Units are those of its variables; out of range, and where no rule fires, it answers as ever.
@@ -55,8 +63,7 @@ def to_nlsys(
 
         inputs, outputs = [v.name for v in fis.inputs], [v.name for v in fis.outputs]
         return control.nlsys(None, output, inputs=inputs, outputs=outputs, name=fis.name)
-    if not (np.isfinite(sample_time) and sample_time > 0):
-        raise LoopError(f"the sample time must be a number > 0 in s, got {sample_time!r}")
+    _check_period(sample_time)
     rules = RuleController(fis, roles_of(fis, roles), scale or Scale())
 
     def asked(x: Any, u: Any) -> tuple[float, float, float, float]:
@@ -137,6 +144,7 @@ def linear_controller(
     Raises LoopError as :func:`to_nlsys`.
     """
     control, scale = _control(), scale or Scale()
+    _check_period(sample_time)
     chosen = roles_of(fis, roles)
     gains = linearised(fis, np.zeros(len(fis.inputs)) if at is None else at)
     z = control.tf([1, 0], [1], sample_time)

@@ -46,10 +46,22 @@ def test_a_describing_function_is_that_of_the_books_and_of_python_control():
     assert describing_function(fis, 2.0).shape == ()
 
 
-@pytest.mark.parametrize(("kind", "scale"), [("pd", {"Kde": 0.7, "Ku": 4}), ("pi", {"Kdu": 2}), ("pid", {"Kdu": 1.5})])
+def summing():
+    """A position-form PI by rules over the error and its sum."""
+    sides = {"negative": fuzzy.linzmf(-1, 1), "positive": fuzzy.linsmf(-1, 1)}
+    inputs = [fuzzy.Variable(name, (-1, 1), sides) for name in ("error", "error_sum")]
+    rules = ["if error is positive or error_sum is positive then u is push", "if error is negative then u is pull"]
+    return fuzzy.Sugeno(inputs, [fuzzy.Variable("u", (-1, 1), {"push": 1, "pull": -1})], rules)
+
+
+@pytest.mark.parametrize(
+    ("kind", "scale"),
+    [("pd", {"Kde": 0.7, "Ku": 4}), ("pi", {"Kdu": 2}), ("pid", {"Kdu": 1.5}), ("sum", {"Kie": 0.5, "Ku": 2})],
+)
 def test_a_loop_in_python_control_answers_as_ours(kind, scale):
     """A sampled first-order plant with an integrator, held input, and the controller with its states."""
-    fis, plant, period = rule_table(kind, 5), fuzzy.TransferFunction([1], [1, 1, 0]), 0.02
+    fis = summing() if kind == "sum" else rule_table(kind, 5)
+    plant, period = fuzzy.TransferFunction([1], [1, 1, 0]), 0.02
     ours = fuzzy.step_response(fis, plant, scale=Scale(**scale), duration=4, sample_time=period)
     sampled = control.ssdata(control.sample_system(control.ss(control.tf([1], [1, 1, 0])), period))
     loop = control.interconnect(
@@ -110,6 +122,12 @@ def test_what_makes_no_controller_is_said(monkeypatch):
         describing_function(rule_table("pd", 3), 1.0)
     with pytest.raises(LoopError, match="> 0"):
         describing_function(ramp(1, 1), [0.0, 1.0])
+    pd = rule_table("pd", 3)
+    for period in (0, -0.1, "a", True, float("nan"), float("inf")):
+        with pytest.raises(LoopError, match="sample time must be a number > 0"):
+            to_nlsys(pd, period)
+        with pytest.raises(LoopError, match="sample time must be a number > 0"):
+            linear_controller(pd, period)
     with pytest.raises(LoopError, match="give its sample_time too"):
         to_nlsys(ramp(1, 1), scale=Scale())
     with pytest.raises(LoopError, match="sample time must be"):
