@@ -23,7 +23,7 @@ Take it to a microcontroller:
     write_c, verify_c; CFiles, Verified and a Lookup come back
 Close the loop with one's own plant:
     step_response, TransferFunction, FunctionPlant, PID, Scale; in python-control to_nlsys, linear_controller,
-    linearised, describing_function, plot_bode, plot_describing_function
+    linearised, describing_function, plot_bode, plot_describing_function; of a search plot_search, plot_front
 Look and understand:
     explain, check, surface, Surface; plot_memberships, plot_rules, plot_surface, plot_structure, plot_rules_error,
     save_figure, write_figures; MATLAB's names plotmf, plotfis, gensurf, ruleview; editor, the designer in a notebook
@@ -58,6 +58,7 @@ if TYPE_CHECKING:
         save_figure,
     )
     from fuzzy.figures.search import plot_rules_error
+    from fuzzy.figures.tuning import plot_front, plot_search
     from fuzzy.files.fisfile import (
         FisFileError,
         FisFileWarning,
@@ -146,6 +147,7 @@ _HOMES = {
         "save_figure",
     ),
     "fuzzy.figures.search": ("plot_rules_error",),
+    "fuzzy.figures.tuning": ("plot_front", "plot_search"),
     "fuzzy.files.fisfile": (
         "FisFileError",
         "FisFileWarning",
@@ -302,9 +304,11 @@ __all__ = [
     "pimf",
     "plot_bode",
     "plot_describing_function",
+    "plot_front",
     "plot_memberships",
     "plot_rules",
     "plot_rules_error",
+    "plot_search",
     "plot_structure",
     "plot_surface",
     "plotfis",

@@ -12,8 +12,10 @@ Describe and simulate:
     load_run, Run
 Measure, compare and look:
     measure_all, metrics_of, measure, measure_team, measure_formation, tracking_error, cross_track_error, arrival_time,
-    nearest_distance, progress_gap, true_progress; compare, summarise, Comparison; recovery_curve; explain_decision,
-    explain_spans; player, a run in motion
+    nearest_distance, progress_gap, true_progress; compare, summarise, Comparison; recovery_curve; stress_crossing,
+    stress_obstacles; explain_decision, explain_spans; player, a run in motion
+Prove:
+    certify, which takes a SectorModel and finds a Certificate
 Tune:
     tune, what may move (LawSpace, Bound), what a run costs (Cost, Term), what was found (Tuned); load_tuning, a file
 Hold laws against each other at their best:
@@ -25,7 +27,8 @@ Learn by reinforcement (gymnasium, pettingzoo):
 Draw, each a matplotlib figure:
     of a run plot_run, plot_team, plot_formation, plot_avoidance, plot_trajectories, plot_distances, plot_progress,
     plot_modes, plot_sonar, plot_rules_at, plot_meetings; of several plot_comparison, plot_leads, plot_paths,
-    plot_errors, plot_velocities, plot_recovery, plot_scaling; of a law plot_states, plot_certificate
+    plot_errors, plot_velocities, plot_recovery, plot_scaling; of a law plot_states, plot_certificate;
+    of a scenario plot_scenario; of an arena plot_arena
 Take to a robot:
     write_c_law, a law's control step in C (CLawFiles), and verify_c_law, the proof that it is the same (VerifiedLaw)
 Your own laws, metrics and studies:
@@ -44,10 +47,13 @@ if TYPE_CHECKING:
     from robotics.arena.families import ArenaError
     from robotics.ccode.verification import VerifiedLaw, verify_c_law
     from robotics.ccode.writing import CLawFiles, write_c_law
+    from robotics.experiments.certificate import Certificate, CertificateError, SectorModel, certify
     from robotics.experiments.comparison import Comparison, compare, summarise
     from robotics.experiments.learning.drivedata import DriveRecipe, drive_data
     from robotics.experiments.population import Population, PopulationError, simulate_many
     from robotics.experiments.recovery import Recovery, recovery_curve
+    from robotics.experiments.stress.crossing_runs import stress_crossing
+    from robotics.experiments.stress.obstaclecourse import stress_obstacles
     from robotics.figures.avoidance import plot_avoidance, plot_trajectories
     from robotics.figures.certificate import plot_certificate
     from robotics.figures.comparison import plot_comparison
@@ -62,6 +68,7 @@ if TYPE_CHECKING:
     from robotics.figures.recovery import plot_recovery, plot_scaling
     from robotics.figures.rules import plot_rules_at
     from robotics.figures.run import plot_run
+    from robotics.figures.scenario import plot_scenario
     from robotics.figures.sonar import plot_sonar
     from robotics.figures.states import plot_states
     from robotics.figures.team import plot_team
@@ -92,7 +99,7 @@ if TYPE_CHECKING:
     from robotics.reinforcement.task import TaskError
     from robotics.reinforcement.team import TeamEnv
     from robotics.reinforcement.vector import TrackingVectorEnv
-    from robotics.report.arena import run_arena
+    from robotics.report.arena import plot_arena, run_arena
     from robotics.report.plan import StudyError, StudyPlan, load_study, study_names
     from robotics.report.study import Study, run_study
     from robotics.scenario.description import Member, Scenario, ScenarioError
@@ -115,10 +122,13 @@ _HOMES = {
     "robotics.arena.families": ("ArenaError",),
     "robotics.ccode.verification": ("VerifiedLaw", "verify_c_law"),
     "robotics.ccode.writing": ("CLawFiles", "write_c_law"),
+    "robotics.experiments.certificate": ("Certificate", "CertificateError", "SectorModel", "certify"),
     "robotics.experiments.comparison": ("Comparison", "compare", "summarise"),
     "robotics.experiments.learning.drivedata": ("DriveRecipe", "drive_data"),
     "robotics.experiments.population": ("Population", "PopulationError", "simulate_many"),
     "robotics.experiments.recovery": ("Recovery", "recovery_curve"),
+    "robotics.experiments.stress.crossing_runs": ("stress_crossing",),
+    "robotics.experiments.stress.obstaclecourse": ("stress_obstacles",),
     "robotics.figures.avoidance": ("plot_avoidance", "plot_trajectories"),
     "robotics.figures.certificate": ("plot_certificate",),
     "robotics.figures.comparison": ("plot_comparison",),
@@ -133,6 +143,7 @@ _HOMES = {
     "robotics.figures.recovery": ("plot_recovery", "plot_scaling"),
     "robotics.figures.rules": ("plot_rules_at",),
     "robotics.figures.run": ("plot_run",),
+    "robotics.figures.scenario": ("plot_scenario",),
     "robotics.figures.sonar": ("plot_sonar",),
     "robotics.figures.states": ("plot_states",),
     "robotics.figures.team": ("plot_team",),
@@ -163,7 +174,7 @@ _HOMES = {
     "robotics.reinforcement.task": ("TaskError",),
     "robotics.reinforcement.team": ("TeamEnv",),
     "robotics.reinforcement.vector": ("TrackingVectorEnv",),
-    "robotics.report.arena": ("run_arena",),
+    "robotics.report.arena": ("plot_arena", "run_arena"),
     "robotics.report.plan": ("StudyError", "StudyPlan", "load_study", "study_names"),
     "robotics.report.study": ("Study", "run_study"),
     "robotics.scenario.description": ("Member", "Scenario", "ScenarioError"),
@@ -193,6 +204,8 @@ __all__ = [
     "ArenaError",
     "Bound",
     "CLawFiles",
+    "Certificate",
+    "CertificateError",
     "Circle",
     "Command",
     "Comparison",
@@ -229,6 +242,7 @@ __all__ = [
     "RunError",
     "Scenario",
     "ScenarioError",
+    "SectorModel",
     "Sensing",
     "SensingError",
     "Setting",
@@ -250,6 +264,7 @@ __all__ = [
     "Waypoints",
     "adjacency",
     "arrival_time",
+    "certify",
     "compare",
     "compile_path",
     "cross_track_error",
@@ -274,6 +289,7 @@ __all__ = [
     "nearest_distance",
     "parse_scenario",
     "player",
+    "plot_arena",
     "plot_avoidance",
     "plot_certificate",
     "plot_comparison",
@@ -289,6 +305,7 @@ __all__ = [
     "plot_rules_at",
     "plot_run",
     "plot_scaling",
+    "plot_scenario",
     "plot_sonar",
     "plot_states",
     "plot_team",
@@ -304,6 +321,8 @@ __all__ = [
     "scenario_names",
     "simulate",
     "simulate_many",
+    "stress_crossing",
+    "stress_obstacles",
     "study_names",
     "summarise",
     "team_toml",

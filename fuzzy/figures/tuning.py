@@ -62,7 +62,12 @@ def plot_search(found: Evaluations, unit: str = "1", ax: Axes | None = None) -> 
 def plot_front(found: Evaluations, unit: str = "1", ax: Axes | None = None) -> Figure:
     """Draw two objectives against each other: all evaluations as dots, the front as a line, and the start as a ring.
 
-    The arguments are those of :func:`plot_search`. Raises ValueError for other than two objectives.
+    Args:
+        found: The evaluations.
+        unit: The unit of the objectives.
+        ax: Where it is drawn; by default a figure of its own.
+
+    Raises ValueError for other than two objectives.
     """
     if len(found.names) != 2:
         raise ValueError(f"a front is drawn of two objectives; there are {len(found.names)}")

@@ -26,7 +26,7 @@ def _control() -> Any:
 
 
 def _check_period(sample_time: Any) -> None:
-    if isinstance(sample_time, bool) or not isinstance(sample_time, Real) or not 0 < sample_time < inf:
+    if isinstance(sample_time, bool) or not isinstance(sample_time, Real) or not 0 < float(sample_time) < inf:
         raise LoopError(f"the sample time must be a number > 0 in s, got {sample_time!r}")
 
 

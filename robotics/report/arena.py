@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import save_figure
 from fuzzy.files.atomic import replacing
@@ -163,6 +164,14 @@ def standings(outcome: Outcome) -> Standings:
         np.array([outcome.computing[law] for law in outcome.laws]),
         np.array([float(len(entry.parameters)) for entry in outcome.entries]),
     )
+
+
+def plot_arena(outcome: Outcome, width: float = WIDE) -> Figure:
+    """Draw what came of an arena in one look: the laws from the least tuned cost down, as published and tuned.
+
+    ``width`` is the figure's in inches. Beside the costs stand what a law asks for and how many runs it failed.
+    """
+    return plot_ranking(standings(outcome), width)
 
 
 def ranking(outcome: Outcome) -> Picture:

@@ -2,6 +2,7 @@
 
 import builtins
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -123,7 +124,8 @@ def test_what_makes_no_controller_is_said(monkeypatch):
     with pytest.raises(LoopError, match="> 0"):
         describing_function(ramp(1, 1), [0.0, 1.0])
     pd = rule_table("pd", 3)
-    for period in (0, -0.1, "a", True, float("nan"), float("inf")):
+    periods: list[Any] = [0, -0.1, "a", True, float("nan"), float("inf")]
+    for period in periods:
         with pytest.raises(LoopError, match="sample time must be a number > 0"):
             to_nlsys(pd, period)
         with pytest.raises(LoopError, match="sample time must be a number > 0"):
