@@ -22,8 +22,9 @@ Mamdani systems, and how near a Sugeno system comes:
 Take it to a microcontroller:
     write_c, verify_c; CFiles, Verified and a Lookup come back
 Close the loop with one's own plant:
-    step_response, TransferFunction, FunctionPlant, PID, Scale; in python-control to_nlsys, linear_controller,
-    linearised, describing_function, plot_bode, plot_describing_function; of a search plot_search, plot_front
+    step_response, plot_step_response, TransferFunction, FunctionPlant, PID, Scale; rule_table, Mac Vicar-Whelan's;
+    tuned_pid, a rival; in python-control to_nlsys, linear_controller, linearised, describing_function, plot_bode,
+    plot_describing_function; of a search plot_search, plot_front
 Look and understand:
     explain, check, surface, Surface; plot_memberships, plot_rules, plot_surface, plot_structure, plot_rules_error,
     save_figure, write_figures; MATLAB's names plotmf, plotfis, gensurf, ruleview; editor, the designer in a notebook
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
         save_figure,
     )
     from fuzzy.figures.search import plot_rules_error
+    from fuzzy.figures.step import plot_step_response
     from fuzzy.figures.tuning import plot_front, plot_search
     from fuzzy.files.fisfile import (
         FisFileError,
@@ -87,6 +89,7 @@ if TYPE_CHECKING:
     from fuzzy.loop.nlsys import describing_function, linear_controller, linearised, to_nlsys
     from fuzzy.loop.plant import FunctionPlant, PlantError, TransferFunction
     from fuzzy.loop.response import StepResponse, step_response
+    from fuzzy.loop.rival import tuned_pid
     from fuzzy.mamdani.likeness import Difference, fit_to_mamdani, mamdani_difference, read_mamdani_original
     from fuzzy.mamdani.scikitfuzzy import FromScikitFuzzy, from_skfuzzy
     from fuzzy.mamdani.system import Mamdani
@@ -121,6 +124,7 @@ if TYPE_CHECKING:
     )
     from fuzzy.membershipfunction import MembershipError, MembershipFunction
     from fuzzy.rule import Clause, Rule
+    from fuzzy.starts.control import rule_table
     from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
     from fuzzy.tuning.data import TunedSystem, tune
 
@@ -147,6 +151,7 @@ _HOMES = {
         "save_figure",
     ),
     "fuzzy.figures.search": ("plot_rules_error",),
+    "fuzzy.figures.step": ("plot_step_response",),
     "fuzzy.figures.tuning": ("plot_front", "plot_search"),
     "fuzzy.files.fisfile": (
         "FisFileError",
@@ -176,6 +181,7 @@ _HOMES = {
     "fuzzy.loop.nlsys": ("describing_function", "linear_controller", "linearised", "to_nlsys"),
     "fuzzy.loop.plant": ("FunctionPlant", "PlantError", "TransferFunction"),
     "fuzzy.loop.response": ("StepResponse", "step_response"),
+    "fuzzy.loop.rival": ("tuned_pid",),
     "fuzzy.mamdani.likeness": ("Difference", "fit_to_mamdani", "mamdani_difference", "read_mamdani_original"),
     "fuzzy.mamdani.scikitfuzzy": ("FromScikitFuzzy", "from_skfuzzy"),
     "fuzzy.mamdani.system": ("Mamdani",),
@@ -210,6 +216,7 @@ _HOMES = {
     ),
     "fuzzy.membershipfunction": ("MembershipError", "MembershipFunction"),
     "fuzzy.rule": ("Clause", "Rule"),
+    "fuzzy.starts.control": ("rule_table",),
     "fuzzy.system": ("Constant", "FuzzySystemError", "Linear", "Sugeno", "Variable"),
     "fuzzy.tuning.data": ("TunedSystem", "tune"),
 }
@@ -309,6 +316,7 @@ __all__ = [
     "plot_rules",
     "plot_rules_error",
     "plot_search",
+    "plot_step_response",
     "plot_structure",
     "plot_surface",
     "plotfis",
@@ -318,6 +326,7 @@ __all__ = [
     "read_fll",
     "read_mamdani",
     "read_mamdani_original",
+    "rule_table",
     "ruleview",
     "save_figure",
     "search_clusters",
@@ -331,6 +340,7 @@ __all__ = [
     "trapmf",
     "trimf",
     "tune",
+    "tuned_pid",
     "verify_c",
     "write_c",
     "write_figures",
