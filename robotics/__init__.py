@@ -20,6 +20,8 @@ Tune:
     tune, what may move (LawSpace, Bound), what a run costs (Cost, Term), what was found (Tuned); load_tuning, a file
 Hold laws against each other at their best:
     load_arena, run_arena, Arena
+Learn a formation: docs/own-formation.md:
+    formation_data of a FormationRecipe, checking_recipe; learn_networks, a Learnt for each, write_networks
 Log, and learn from logs: docs/logs.md:
     write_mcap, write_rosbag, write_layout; read_drive, Drive; drive_data, DriveRecipe; LogError
 Learn by reinforcement (gymnasium, pettingzoo):
@@ -50,6 +52,13 @@ if TYPE_CHECKING:
     from robotics.experiments.certificate import Certificate, CertificateError, SectorModel, certify
     from robotics.experiments.comparison import Comparison, compare, summarise
     from robotics.experiments.learning.drivedata import DriveRecipe, drive_data
+    from robotics.experiments.learning.formationdata import FormationRecipe, checking_recipe, formation_data
+    from robotics.experiments.learning.formationlearning import (
+        FormationLearningError,
+        Learnt,
+        learn_networks,
+        write_networks,
+    )
     from robotics.experiments.population import Population, PopulationError, simulate_many
     from robotics.experiments.recovery import Recovery, recovery_curve
     from robotics.experiments.stress.crossing_runs import stress_crossing
@@ -125,6 +134,13 @@ _HOMES = {
     "robotics.experiments.certificate": ("Certificate", "CertificateError", "SectorModel", "certify"),
     "robotics.experiments.comparison": ("Comparison", "compare", "summarise"),
     "robotics.experiments.learning.drivedata": ("DriveRecipe", "drive_data"),
+    "robotics.experiments.learning.formationdata": ("FormationRecipe", "checking_recipe", "formation_data"),
+    "robotics.experiments.learning.formationlearning": (
+        "FormationLearningError",
+        "Learnt",
+        "learn_networks",
+        "write_networks",
+    ),
     "robotics.experiments.population": ("Population", "PopulationError", "simulate_many"),
     "robotics.experiments.recovery": ("Recovery", "recovery_curve"),
     "robotics.experiments.stress.crossing_runs": ("stress_crossing",),
@@ -215,9 +231,12 @@ __all__ = [
     "Drive",
     "DriveRecipe",
     "Fault",
+    "FormationLearningError",
+    "FormationRecipe",
     "Heard",
     "Law",
     "LawSpace",
+    "Learnt",
     "Line",
     "LogError",
     "Member",
@@ -265,14 +284,17 @@ __all__ = [
     "adjacency",
     "arrival_time",
     "certify",
+    "checking_recipe",
     "compare",
     "compile_path",
     "cross_track_error",
     "drive_data",
     "explain_decision",
     "explain_spans",
+    "formation_data",
     "formation_scenario",
     "laplacian",
+    "learn_networks",
     "load_arena",
     "load_robot",
     "load_run",
@@ -333,5 +355,6 @@ __all__ = [
     "write_c_law",
     "write_layout",
     "write_mcap",
+    "write_networks",
     "write_rosbag",
 ]

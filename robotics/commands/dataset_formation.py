@@ -125,7 +125,7 @@ def formation(
 def _thesis_set(given: dict[str, Any]) -> None:
     """Make, write and tell of a set of the thesis's kinds."""
     from robotics.experiments.learning.datacard import thesis_columns, thesis_facts, write_card
-    from robotics.experiments.learning.formationdata import Recipe, checking, formation_data, write_data
+    from robotics.experiments.learning.formationdata import FormationRecipe, checking_recipe, formation_data, write_data
     from robotics.experiments.learning.scatter import DRAWS, NEIGHBOURS, SHARE, scatter
 
     out, kind, check, seed = given["out"], given.get("kind", "literal"), given["check"], given["seed"]
@@ -139,8 +139,8 @@ def _thesis_set(given: dict[str, Any]) -> None:
     own |= {n: given[n] for n in ("speed", "samples") if n in given}
     if "formations" in given:
         own["starts"] = _numbers(given["formations"])
-    recipe = Recipe(kind=kind, seed=seed, **own)
-    recipe = checking(recipe) if check else recipe
+    recipe = FormationRecipe(kind=kind, seed=seed, **own)
+    recipe = checking_recipe(recipe) if check else recipe
     table = formation_data(recipe)
     write_data(out, table.names, table.values)
     card = write_card(out, thesis_facts(recipe, _command(given)), thesis_columns(table), table.values)

@@ -19,10 +19,10 @@ from anfis.plot import plot_premises
 from fuzzy.figures.drawing import PAGE
 from fuzzy.figures.structure import plot_structure
 from robotics.experiments.learning.formationdata import (
+    FormationRecipe,
     FormationRun,
-    Recipe,
     Table,
-    checking,
+    checking_recipe,
     formation_data,
     formation_run,
 )
@@ -98,20 +98,20 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     ]
 
 
-def _recipe(kind: Kind, seed: int) -> Recipe:
-    return Recipe(kind=kind, seed=seed)
+def _recipe(kind: Kind, seed: int) -> FormationRecipe:
+    return FormationRecipe(kind=kind, seed=seed)
 
 
 @lru_cache(maxsize=2)
 def _data(kind: Kind, seed: int) -> _Data:
     recipe = _recipe(kind, seed)
-    held = checking(recipe)
+    held = checking_recipe(recipe)
     still = replace(recipe, coverage=0.0, jitter=0.0)
     check = formation_data(held)
     literal = kind == "literal"
     table = formation_data(recipe)
     along = table if literal else formation_data(still)
-    check_along = check if literal else formation_data(checking(still))
+    check_along = check if literal else formation_data(checking_recipe(still))
     runs = {
         f"leader from {start:g} m".replace("-", "−"): formation_run(recipe, start, recipe.samples)
         for start in recipe.starts

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.files.atomic import replacing
-from robotics.experiments.learning.formationdata import Recipe, Table
+from robotics.experiments.learning.formationdata import FormationRecipe, Table
 from robotics.experiments.learning.scatter import NEIGHBOURS, SHARE, scatter
 from robotics.experiments.learning.scenariodata import OUTPUTS, RobotTable, ScenarioRecipe, column
 from robotics.laws.catalogue import make_controller
@@ -132,7 +132,7 @@ def thesis_columns(table: Table) -> list[Column]:
     return [Column(name, *_MEANINGS[name], k >= table.inputs) for k, name in enumerate(table.names)]
 
 
-def thesis_facts(recipe: Recipe, command: str) -> dict[str, str]:
+def thesis_facts(recipe: FormationRecipe, command: str) -> dict[str, str]:
     """What there is to say of a set of the thesis's kinds; ``command`` is what made it."""
     described = {
         "literal": "what leader and followers do as thesis 5.2.1 describes it; no function of the inputs",

@@ -44,7 +44,7 @@ class FormationDataError(InputError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Recipe:
+class FormationRecipe:
     """The recipe of a set: the same recipe gives the same numbers."""
 
     kind: Literal["literal", "well-posed"] = "literal"
@@ -98,7 +98,7 @@ class Table(NamedTuple):
     inputs: int  # how many columns are inputs
 
 
-def checking(recipe: Recipe) -> Recipe:
+def checking_recipe(recipe: FormationRecipe) -> FormationRecipe:
     """The recipe of the checking set that belongs to ``recipe``: one formation that ``recipe`` does not contain.
 
     Its samples lie along that formation's run, whatever the coverage of ``recipe``.
@@ -107,15 +107,15 @@ def checking(recipe: Recipe) -> Recipe:
 
 
 # What `robotics dataset regenerate` writes
-FILES: dict[str, Recipe] = {
-    "formation-literal.csv": Recipe(),
-    "formation-literal-check.csv": checking(Recipe()),
-    "formation-well-posed.csv": Recipe(kind="well-posed"),
-    "formation-well-posed-check.csv": checking(Recipe(kind="well-posed")),
+FILES: dict[str, FormationRecipe] = {
+    "formation-literal.csv": FormationRecipe(),
+    "formation-literal-check.csv": checking_recipe(FormationRecipe()),
+    "formation-well-posed.csv": FormationRecipe(kind="well-posed"),
+    "formation-well-posed-check.csv": checking_recipe(FormationRecipe(kind="well-posed")),
 }
 
 
-def formation_data(recipe: Recipe) -> Table:
+def formation_data(recipe: FormationRecipe) -> Table:
     """Make the set that ``recipe`` describes: rows in the order of its formations, then the cover."""
     values = _literal(recipe) if recipe.kind == "literal" else _well_posed(recipe)
     return Table(recipe.inputs + OUTPUTS, np.round(values, 6) + 0.0, len(recipe.inputs))  # + 0.0: no -0
@@ -132,7 +132,7 @@ class FormationRun(NamedTuple):
     v: np.ndarray  # (robots, samples) m/s, commanded
 
 
-def _literal(recipe: Recipe) -> np.ndarray:
+def _literal(recipe: FormationRecipe) -> np.ndarray:
     path = compile_path(leader_path(recipe.end, 10.0))
     rows = []
     for start in recipe.starts:
@@ -143,7 +143,7 @@ def _literal(recipe: Recipe) -> np.ndarray:
     return np.concatenate(rows)
 
 
-def _well_posed(recipe: Recipe) -> np.ndarray:
+def _well_posed(recipe: FormationRecipe) -> np.ndarray:
     rng = np.random.default_rng([recipe.seed, recipe.stream])
     teacher = FormationTeacher(speed=recipe.speed)
     path = compile_path(leader_path(recipe.end + 1.0, 10.0))  # a metre more: displaced followers may be beyond the end
@@ -166,7 +166,7 @@ def _well_posed(recipe: Recipe) -> np.ndarray:
     return np.stack([dx, alpha, kappa, *law(dx, alpha, kappa, recipe.speed, teacher.look_ahead)], axis=1)
 
 
-def _cover(recipe: Recipe, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def _cover(recipe: FormationRecipe, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """``count`` pairs (x_l, dx), even over all those whose followers are between x = 0 and the end."""
     kept = np.empty((0, 2))
     while len(kept) < count:
@@ -176,7 +176,7 @@ def _cover(recipe: Recipe, count: int, rng: np.random.Generator) -> tuple[np.nda
     return kept[:count, 0], kept[:count, 1]
 
 
-def formation_run(recipe: Recipe, start: float, count: int) -> FormationRun:
+def formation_run(recipe: FormationRecipe, start: float, count: int) -> FormationRun:
     """Drive a formation of ``recipe`` and take ``count`` samples of its run.
 
     Args:

@@ -284,7 +284,10 @@ def nearest_trial(search: SearchResult, rules: int, around: float = _AROUND) -> 
 def write_networks(networks: Sequence[Learnt], folder: str | Path, data: str = "") -> Path:
     """Write each trained network to ``folder``/<output>.fis and return the folder. Raises OSError.
 
-    ``data`` is the name of the file that was learnt from, for the comment at the head of each file.
+    Args:
+        networks: What :func:`learn_networks` gives.
+        folder: The folder; it is made where there is none.
+        data: The name of the file that was learnt from, for the comment at the head of each file.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

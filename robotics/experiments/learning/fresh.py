@@ -11,7 +11,7 @@ import numpy as np
 
 from fuzzy.fitting.identification import identify
 from fuzzy.system import Sugeno
-from robotics.experiments.learning.formationdata import Recipe, formation_data
+from robotics.experiments.learning.formationdata import FormationRecipe, formation_data
 from robotics.experiments.learning.formationlearning import Learnt, input_columns
 
 FRESH = 20  # sets
@@ -39,7 +39,7 @@ class FreshErrors(NamedTuple):
     rules: np.ndarray  # how many rules the setting gives on each set
 
 
-def fresh_errors(networks: Sequence[Learnt], recipe: Recipe, sets: int = FRESH) -> dict[str, FreshErrors]:
+def fresh_errors(networks: Sequence[Learnt], recipe: FormationRecipe, sets: int = FRESH) -> dict[str, FreshErrors]:
     """Measure networks, and the setting of their clusters, on sets of ``recipe`` that are drawn afresh; by output.
 
     The first set is that of ``recipe``'s own seed, the next those of the seeds that follow. On each one the clusters

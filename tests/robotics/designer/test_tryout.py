@@ -35,7 +35,7 @@ from robotics.designer.tryout import (
 )
 from robotics.designer.uses import TryoutError, law_of
 from robotics.experiments.forewarnings import forewarnings
-from robotics.experiments.learning.formationdata import FILES, Recipe
+from robotics.experiments.learning.formationdata import FILES, FormationRecipe
 from robotics.experiments.learning.formationdata import formation_data as formation_table
 from robotics.laws.catalogue import make_controller, presets
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
@@ -270,7 +270,7 @@ def test_a_scenario_of_ones_own_with_ones_own_robot() -> None:
 
 
 def test_formation_data_for_training(monkeypatch: pytest.MonkeyPatch) -> None:
-    short = Recipe(starts=(4.0,), samples=20)
+    short = FormationRecipe(starts=(4.0,), samples=20)
     monkeypatch.setitem(FILES, "formation-literal.csv", short)
     generators = {g.name: g for g in formation_data()}
     made, direct = generators["formation-literal"].make(), formation_table(short)

@@ -10,8 +10,8 @@ import pytest
 from robotics.experiments.learning.formationdata import (
     FILES,
     FormationDataError,
-    Recipe,
-    checking,
+    FormationRecipe,
+    checking_recipe,
     formation_data,
     write_data,
 )
@@ -36,12 +36,12 @@ def away_from_the_jump(*x):
 
 @pytest.fixture(scope="module")
 def literal():
-    return formation_data(Recipe())
+    return formation_data(FormationRecipe())
 
 
 @pytest.fixture(scope="module")
 def well_posed():
-    return formation_data(Recipe(kind="well-posed"))
+    return formation_data(FormationRecipe(kind="well-posed"))
 
 
 def test_literal_set_is_what_5_2_1_describes(literal):
@@ -102,12 +102,12 @@ def test_well_posed_rows_leave_the_path_and_cover_the_plane(well_posed):
     room = np.minimum(2 * np.pi, 2 * np.pi + middle) - np.maximum(-4.0, middle)
     np.testing.assert_allclose(counts, 2000 * room / room.sum(), rtol=0.2)
     # Where a displaced leader is not: the bearing on the path itself, by its own geometry
-    still = formation_data(Recipe(kind="well-posed", jitter=0.0)).values[:, 1]
+    still = formation_data(FormationRecipe(kind="well-posed", jitter=0.0)).values[:, 1]
     assert np.abs(still).max() < 0.5 * 0.5 / 2 + 0.01
 
 
 def test_the_seed_decides_everything(tmp_path):
-    recipe = Recipe(kind="well-posed", samples=20, starts=(-1.0, 1.0))
+    recipe = FormationRecipe(kind="well-posed", samples=20, starts=(-1.0, 1.0))
     once, again = formation_data(recipe), formation_data(recipe)
     np.testing.assert_array_equal(once.values, again.values)
     assert (once.values != formation_data(replace(recipe, seed=1)).values).any()
@@ -118,7 +118,7 @@ def test_the_seed_decides_everything(tmp_path):
 
 
 def test_without_jitter_and_cover_the_leader_stays_on_its_path():
-    table = formation_data(Recipe(kind="well-posed", samples=30, starts=(3.0,), jitter=0.0, coverage=0.0))
+    table = formation_data(FormationRecipe(kind="well-posed", samples=30, starts=(3.0,), jitter=0.0, coverage=0.0))
     dx, alpha, kappa = table.values[:, :3].T
     assert dx[0] == pytest.approx(3.0)
     assert abs(dx[-1]) < 0.05
@@ -131,7 +131,7 @@ def test_checking_sets_hold_another_formation():
     for name, recipe in FILES.items():
         assert (recipe.starts == (-1.0,)) == ("check" in name)
         assert recipe.coverage == (0.0 if "check" in name else 1.0)
-    table = formation_data(checking(Recipe()))
+    table = formation_data(checking_recipe(FormationRecipe()))
     assert len(table.values) == 400
     assert table.values[0, 0] == -1.0
     assert table.values[0, 3] == pytest.approx(0.15)  # between level (1) and two metres behind (2)
@@ -152,7 +152,7 @@ def test_checking_sets_hold_another_formation():
 )
 def test_options_that_make_no_data(options, message):
     with pytest.raises(FormationDataError) as caught:
-        Recipe(**options)
+        FormationRecipe(**options)
     assert message in str(caught.value)
 
 

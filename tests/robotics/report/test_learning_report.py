@@ -15,7 +15,7 @@ import anfis
 from fuzzy.files.fisfile import read_fis
 from fuzzy.files.table import read_table, write_table
 from robotics.commands.application import main
-from robotics.experiments.learning.formationdata import Recipe, checking, formation_data
+from robotics.experiments.learning.formationdata import FormationRecipe, checking_recipe, formation_data
 from robotics.experiments.learning.formationlearning import Learnt, learn_network
 from robotics.figures.drawing import PlotError
 from robotics.figures.formation_run import plot_formation
@@ -60,8 +60,8 @@ def coarse_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a small table, its checking table and a scenario."""
     folder = tmp_path_factory.mktemp("own")
-    recipe = Recipe(kind="well-posed", samples=30)
-    for name, table in (("own.csv", formation_data(recipe)), ("check.csv", formation_data(checking(recipe)))):
+    recipe = FormationRecipe(kind="well-posed", samples=30)
+    for name, table in (("own.csv", formation_data(recipe)), ("check.csv", formation_data(checking_recipe(recipe)))):
         write_table(folder / name, table.names, table.values)
     robots = [ROBOT.format(start=start, side=side) for start, side in ((-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))]
     (folder / "short.toml").write_text(SHORT + "".join(robots), encoding="utf-8")

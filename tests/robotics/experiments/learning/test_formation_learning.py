@@ -17,7 +17,7 @@ from fuzzy.files.packaged import fis_title
 from fuzzy.fitting.clustering import Options
 from fuzzy.fitting.search import SearchResult, Trial
 from robotics.commands.application import main
-from robotics.experiments.learning.formationdata import Recipe, checking, formation_data, formation_run
+from robotics.experiments.learning.formationdata import FormationRecipe, checking_recipe, formation_data, formation_run
 from robotics.experiments.learning.formationlearning import (
     FormationLearningError,
     learn_network,
@@ -41,8 +41,8 @@ LEARNING = {"v_l": 3e-3, "w_l": 1e-3, "v_f": 1e-3, "w_f": 2e-3}
 
 
 def learnt(seed, method="hybrid"):
-    recipe = Recipe(kind="well-posed", seed=seed)
-    table, check = formation_data(recipe), formation_data(checking(recipe))
+    recipe = FormationRecipe(kind="well-posed", seed=seed)
+    table, check = formation_data(recipe), formation_data(checking_recipe(recipe))
     return learn_networks(table.names, table.values, check.values, options=anfis.Options(method=method, epochs=60))
 
 
@@ -76,7 +76,7 @@ def test_eight_rules_reach_the_rows_of_the_tables(networks):
 
 
 def test_the_history_begins_where_the_clusters_end():
-    table = formation_data(Recipe(samples=60))
+    table = formation_data(FormationRecipe(samples=60))
     x, y = table.values[:, :3], table.values[:, 3]
     for ridge in (0.0, 1e-6):  # on the literal curve it makes a difference
         with warnings.catch_warnings():
@@ -130,7 +130,7 @@ def test_a_network_read_back_gives_the_same_bits_and_is_explained(folders, tmp_p
 )
 def test_second_order_goes_further(output):
     """Chapters 5-6, I: 3e-4 with second-order learning."""
-    table = formation_data(Recipe(kind="well-posed"))
+    table = formation_data(FormationRecipe(kind="well-posed"))
     options = anfis.Options(method="second-order", epochs=60)
     made = learn_network(output, table.names, table.values, options=options)
     assert min(row.train for row in made.training.history) <= 3e-4
@@ -162,7 +162,7 @@ def test_the_command_learns_and_the_robots_drive(tmp_path, capsys):
 
 def quick(kind):
     """The networks of a small set by least squares alone."""
-    table = formation_data(Recipe(kind=kind, samples=60))
+    table = formation_data(FormationRecipe(kind=kind, samples=60))
     options = anfis.Options(method="least-squares", ridge=1e-6 if kind == "literal" else 0.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -170,7 +170,7 @@ def quick(kind):
 
 
 def test_fresh_sets_measure_what_a_new_draw_would():
-    made, recipe = quick("well-posed")[1:2], Recipe(kind="well-posed", samples=60)
+    made, recipe = quick("well-posed")[1:2], FormationRecipe(kind="well-posed", samples=60)
     errors = fresh_errors(made, recipe, sets=3)
     assert list(errors) == ["w_l"]
     assert errors["w_l"].clustering.shape == errors["w_l"].learnt.shape == (3,)
@@ -226,7 +226,7 @@ def test_formation_pictures_draw_the_data():
         plot_searches,
     )
 
-    recipe = Recipe(starts=(-1.0, 1.0), samples=50)
+    recipe = FormationRecipe(starts=(-1.0, 1.0), samples=50)
     runs = {str(start): formation_run(recipe, start, 50) for start in recipe.starts}
     table = formation_data(recipe).values
     turns = dict(zip(runs, np.split(table[:, [4, 6]].T, 2, axis=1), strict=True))

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fuzzy.errors import InputError
-from robotics.experiments.learning.formationdata import Recipe, formation_data
+from robotics.experiments.learning.formationdata import FormationRecipe, formation_data
 from robotics.experiments.learning.formationlearning import UNITS, FormationLearningError, formation_table
 
-TABLE = formation_data(Recipe(kind="well-posed", samples=12))
+TABLE = formation_data(FormationRecipe(kind="well-posed", samples=12))
 
 
 def written(folder: Path, more: str = "12:00", lacking: int = -1) -> Path:

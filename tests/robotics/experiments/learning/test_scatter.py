@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robotics.experiments.learning.formationdata import Recipe, formation_data
+from robotics.experiments.learning.formationdata import FormationRecipe, formation_data
 from robotics.experiments.learning.scatter import ScatterError, scatter
 
 
@@ -32,10 +32,10 @@ def test_units_columns_without_extent_and_the_seed():
 
 
 def test_the_literal_set_scatters_and_the_well_posed_set_does_not():
-    table = formation_data(Recipe())
+    table = formation_data(FormationRecipe())
     found = scatter(table.values[:, :3], table.values[:, 3:])
     # 10 times as many samples of the same formations, about their mean over 5 mm of x_l: what equal inputs give
-    many = formation_data(Recipe(samples=4000)).values
+    many = formation_data(FormationRecipe(samples=4000)).values
     _, cell, count = np.unique(np.floor(many[:, 0] / 0.005), return_inverse=True, return_counts=True)
     mean = np.stack([np.bincount(cell, z) / count for z in many[:, 3:].T], axis=1)
     at_equal = np.sqrt(np.mean((many[:, 3:] - mean[cell]) ** 2, axis=0))
@@ -44,7 +44,7 @@ def test_the_literal_set_scatters_and_the_well_posed_set_does_not():
     np.testing.assert_allclose(found.rms, at_equal, rtol=0.2, atol=1e-12)
     # Table 5.1's errors are below the scatter, v_f's apart, which is constant
     assert (found.least[[0, 1, 3]] > [7.997e-3, 2.011e-3, 2.757e-3]).all()
-    posed = formation_data(Recipe(kind="well-posed"))
+    posed = formation_data(FormationRecipe(kind="well-posed"))
     assert (scatter(posed.values[:, :3], posed.values[:, 3:]).least == 0).all()
 
 

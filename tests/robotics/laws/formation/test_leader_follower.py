@@ -12,7 +12,7 @@ from fuzzy.membership import Gaussian
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Linear, Sugeno, Terms, Variable
 from robotics.experiments.comparison import compare
-from robotics.experiments.learning.formationdata import Recipe, formation_data
+from robotics.experiments.learning.formationdata import FormationRecipe, formation_data
 from robotics.laws.catalogue import CATALOGUE, gains_of, make_controller
 from robotics.laws.formation.leader_follower import (
     FormationTeacher,
@@ -138,7 +138,7 @@ def test_leader_hurries_from_behind_and_waits_in_front():
 
 def least_squares_systems():
     """A first-order system for each output of the well-posed data: clusters, then one lstsq; no learning."""
-    table = formation_data(Recipe(kind="well-posed"))
+    table = formation_data(FormationRecipe(kind="well-posed"))
     x, systems = table.values[:, : table.inputs], []
     for j, name in enumerate(table.names[table.inputs :], start=table.inputs):
         z = table.values[:, j]
