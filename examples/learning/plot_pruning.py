@@ -2,8 +2,8 @@
 How many rules?
 ===============
 
-A grid has too many rules. Pruning takes away those that contribute least, and data that have not
-taught say when to stop.
+A grid has too many rules. Pruning takes away those that contribute least, and data that have not taught say
+when to stop.
 """
 
 import numpy as np

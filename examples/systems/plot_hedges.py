@@ -2,7 +2,8 @@
 Very, somewhat, not: hedges in a sentence
 =========================================
 
-A rule is an English sentence. Hedges change the degree of membership: "very" squares it, "somewhat" takes its root.
+A rule is an English sentence. Hedges change the degree of membership: "very" squares it, "somewhat" takes its
+root.
 """
 
 import numpy as np
@@ -12,7 +13,7 @@ import fuzzy
 
 warm = fuzzy.Variable("temperature", (0, 40), {"warm": fuzzy.Gaussian(6, 24)}, unit="°C")
 fan = fuzzy.Variable("fan", (0, 1), {"on": 1.0, "off": 0.0})
-t = np.linspace(0, 40, 201)
+t = np.linspace(0, 40, 200)  # not at 24 itself, where "not warm" does not fire
 figure = Figure(figsize=(6, 3.2), layout="constrained")
 ax = figure.subplots()
 for words, style in (("warm", "-"), ("very warm", "--"), ("somewhat warm", "-."), ("not warm", ":")):

@@ -2,8 +2,8 @@
 Inference step by step
 ======================
 
-The rule viewer shows how an answer comes about: the degrees of membership at a point, each rule's firing strength, and
-what it contributes.
+The rule viewer shows how an answer comes about: the degrees of membership at a point, each rule's firing
+strength, and what it contributes.
 """
 
 import fuzzy
@@ -11,6 +11,11 @@ import fuzzy
 tracking = fuzzy.read_fis(fuzzy.find_fis("tracking"))
 point = [0.3, 0.4, 0.2, 0.1][: len(tracking.inputs)]
 figure = fuzzy.plot_rules(tracking, point, only_fired=True)
+
+# %%
+# The whole rule base as a network of five layers: inputs, terms, rules, consequents, outputs.
+
+structure = fuzzy.plot_structure(tracking)
 
 # %%
 # The same in words, and as numbers layer by layer:

@@ -2,8 +2,8 @@
 The thirteen membership functions
 =================================
 
-Every membership function of MATLAB is a class, and a function by MATLAB's name. The dashed one is
-the complement, "not".
+Every membership function of MATLAB is a class, and a function by MATLAB's name. The dashed one is the
+complement, "not".
 """
 
 import numpy as np

@@ -2,16 +2,15 @@
 A fuzzy PID controller on a plant of one's own
 ==============================================
 
-The rule table of Mac Vicar-Whelan with 5 triangles a variable controls a lag with dead time, beside
-a PID that SIMC tunes.
+The rule table of Mac Vicar-Whelan with 5 triangles a variable controls a lag with dead time, beside a PID that
+SIMC tunes.
 """
 
 import fuzzy
-from fuzzy.figures.step import plot_step_response
-from fuzzy.loop.rival import tuned_pid
-from fuzzy.starts.control import rule_table
 
 plant = fuzzy.TransferFunction([1], [1, 1], 0.2)
-rules = fuzzy.step_response(rule_table("pid", 5), plant, scale=fuzzy.Scale(Ku=1, Kdu=2.5), disturbance=(12.0, 0.3))
-rival = fuzzy.step_response(tuned_pid(plant, 0.01), plant, disturbance=(12.0, 0.3))
-figure = plot_step_response({"fuzzy PID": rules, "PID by SIMC": rival})
+rules = fuzzy.step_response(
+    fuzzy.rule_table("pid", 5), plant, scale=fuzzy.Scale(Ku=1, Kdu=2.5), disturbance=(12.0, 0.3)
+)
+rival = fuzzy.step_response(fuzzy.tuned_pid(plant, 0.01), plant, disturbance=(12.0, 0.3))
+figure = fuzzy.plot_step_response({"fuzzy PID": rules, "PID by SIMC": rival})

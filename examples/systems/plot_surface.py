@@ -19,4 +19,4 @@ go = fuzzy.Sugeno(
         "if bearing is very left then v is stop with 0.5",
     ],
 )
-fuzzy.plot_surface(go)
+figure = fuzzy.plot_surface(go)

@@ -1,0 +1,43 @@
+"""The gallery: every script runs without a warning and draws, and its page says what it is."""
+
+import ast
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+
+ROOT = Path(__file__).parent.parent
+SCRIPTS = sorted((ROOT / "examples").glob("*/plot_*.py"))
+# More than two seconds: these run with the long tests and whenever the site is made.
+SLOW = {"plot_arena", "plot_describing_function", "plot_obstacles", "plot_random_crossings", "plot_scenarios"}
+SLOW |= {"plot_second_order", "plot_random_fields"}
+
+
+def marked(script):
+    return pytest.param(script, id=script.stem, marks=[pytest.mark.long] if script.stem in SLOW else [])
+
+
+@pytest.mark.parametrize("script", [*map(marked, SCRIPTS)])
+def test_it_runs_and_its_pictures_have_labelled_axes(script):
+    names = runpy.run_path(str(script))
+    figures = {id(value): value for value in names.values() if isinstance(value, Figure)}
+    assert figures
+    for figure in figures.values():
+        said = [ax.get_xlabel() or ax.get_ylabel() or ax.get_title() for ax in figure.axes if ax.axison]
+        assert any(said) or figure.get_supxlabel() or not said, script.stem
+
+
+def test_there_is_one_of_everything_and_each_has_a_title_of_its_own():
+    titles = [
+        str(ast.get_docstring(ast.parse(script.read_text(encoding="utf-8")))).split("\n")[0] for script in SCRIPTS
+    ]
+    assert len({*titles}) == len(titles)
+    assert 25 <= len(SCRIPTS) <= 30
+    assert {script.stem for script in SCRIPTS} >= SLOW
+    for script in SCRIPTS:
+        text = script.read_text(encoding="utf-8")
+        assert re.match(r'"""\n(.+)\n=+\n\n[A-Z0-9].+', text), f"{script.name}: a title, its line, and a sentence"
+        parts = re.findall(r"^(?:from|import) ((?:fuzzy|anfis|robotics)\.[\w.]+)", text, re.MULTILINE)
+        assert not parts, f"{script.name} uses {parts}, which a user's program need not know"
