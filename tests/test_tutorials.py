@@ -1,0 +1,57 @@
+"""The tutorials and other pages that are notebooks: their cells use public names, and run without a warning."""
+
+import ast
+import importlib
+import re
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).parent.parent / "docs"
+PAGES = sorted(
+    page
+    for page in DOCS.rglob("*.md")
+    if "_build" not in page.parts and page.read_text(encoding="utf-8").startswith("---\nfile_format: mystnb\n")
+)
+CELL = re.compile(r"^```\{code-cell\} python\n(?:---\n.*?\n---\n|(?:^:.*\n)*)(.*?)^```$", re.MULTILINE | re.DOTALL)
+PACKAGES = ("anfis", "fuzzy", "robotics")
+
+
+def cells(page):
+    return [match[1] for match in CELL.finditer(page.read_text(encoding="utf-8"))]
+
+
+def named(page):
+    return page.relative_to(DOCS).as_posix()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=named)
+def test_cells_use_public_names(page):
+    found = cells(page)
+    assert len(found) == page.read_text(encoding="utf-8").count("```{code-cell}") > 0
+    for cell in found:
+        for node in ast.walk(ast.parse(cell)):
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in PACKAGES:
+                assert node.attr in importlib.import_module(node.value.id).__all__, f"{node.value.id}.{node.attr}"
+            if isinstance(node, ast.ImportFrom):
+                assert node.module is not None
+                assert node.module.partition(".")[0] not in PACKAGES, f"from {node.module}"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("page", PAGES, ids=named)
+def test_cells_run(page, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {"__name__": "__main__"}
+    for cell in cells(page):
+        exec(compile(cell, named(page), "exec"), names)
+
+
+def test_every_tutorial_is_a_notebook_in_the_list():
+    index = (DOCS / "tutorials" / "index.md").read_text(encoding="utf-8")
+    listed = index.rpartition("```{toctree}\n:hidden:\n")[2].split("```")[0].split()
+    pages = {page.stem for page in (DOCS / "tutorials").glob("*.md")} - {"index"}
+    assert pages == {page.stem for page in PAGES if page.parent.name == "tutorials"} == {*listed}
+    for name in listed:
+        assert f"]({name}.md)" in index
+        assert "## Exercises" in (DOCS / "tutorials" / f"{name}.md").read_text(encoding="utf-8")
