@@ -7,7 +7,7 @@ from importlib.metadata import version as version_of
 from pathlib import Path
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE), str(HERE / "reference"), str(HERE / "interactive")]
+sys.path[:0] = [str(HERE), str(HERE / "reference"), str(HERE / "interactive"), str(HERE / "paper")]
 
 project = "Fuzzyfleet"
 author = "The Fuzzyfleet developers"
@@ -25,7 +25,15 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 # What the gallery makes beside its pages is no page.
-exclude_patterns = ["_build/**", "examples/**", "**/README.md", "gallery/*.ipynb", "gallery/*.json", "gallery/*.py", "gallery/*.zip"]
+exclude_patterns = [
+    "_build/**",
+    "examples/**",
+    "**/README.md",
+    "gallery/*.ipynb",
+    "gallery/*.json",
+    "gallery/*.py",
+    "gallery/*.zip",
+]
 nitpicky = False
 
 # Pages: Markdown that may be a notebook, executed while the site is built; docstrings in Google's style
@@ -87,6 +95,7 @@ html_show_sourcelink = False
 
 def setup(app) -> None:  # type: ignore[no-untyped-def]
     """Write the pages that are made of the program before Sphinx looks for sources."""
+    import article
     import interactive
     import pages
 
@@ -101,4 +110,5 @@ def setup(app) -> None:  # type: ignore[no-untyped-def]
     app.connect("source-read", inside)
     app.connect("config-inited", lambda app, config: pages.write(HERE / "reference"))
     app.connect("config-inited", lambda app, config: interactive.write(HERE / "interactive"))
+    app.connect("config-inited", lambda app, config: article.write(HERE / "paper"))
     app.connect("autodoc-process-docstring", escaped)

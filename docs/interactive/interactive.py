@@ -23,7 +23,9 @@ STATIC = HERE.parent.parent / "fuzzy" / "designer" / "static"
 
 def system() -> fuzzy.Sugeno:
     """The rule base that is shown."""
-    distance = fuzzy.Variable("distance", (0, 2), {"near": fuzzy.LinearZ(0.2, 1.0), "far": fuzzy.LinearS(0.2, 1.0)}, "m")
+    distance = fuzzy.Variable(
+        "distance", (0, 2), {"near": fuzzy.LinearZ(0.2, 1.0), "far": fuzzy.LinearS(0.2, 1.0)}, "m"
+    )
     sides = {"right": fuzzy.ZShape(-1.2, 0), "ahead": fuzzy.Gaussian(0.35, 0), "left": fuzzy.SShape(0, 1.2)}
     return fuzzy.Sugeno(
         [distance, fuzzy.Variable("bearing", (-1.6, 1.6), sides, "rad")],
@@ -63,9 +65,8 @@ def themed(css: str) -> str:
     [(light, dark)] = re.findall(
         r":root, :host \{ (.*?) \}\n@media \(prefers-color-scheme: dark\) \{ :root, :host \{ (.*?) \} \}", stylesheet()
     )
-    return (
-        f'html[data-theme="light"] {{ {light} }}\nhtml[data-theme="dark"] {{ {dark} }}\n'
-        + css.replace("@media (prefers-color-scheme: dark) {\n  .fd {", 'html[data-theme="dark"] {\n  .fd {')
+    return f'html[data-theme="light"] {{ {light} }}\nhtml[data-theme="dark"] {{ {dark} }}\n' + css.replace(
+        "@media (prefers-color-scheme: dark) {\n  .fd {", 'html[data-theme="dark"] {\n  .fd {'
     )
 
 
