@@ -26,13 +26,8 @@ extensions = [
 ]
 # What the gallery makes beside its pages is no page.
 exclude_patterns = [
-    "_build/**",
-    "examples/**",
-    "**/README.md",
-    "gallery/*.ipynb",
-    "gallery/*.json",
-    "gallery/*.py",
-    "gallery/*.zip",
+    *("_build/**", "examples/**", "**/README.md", "paper/paper.md", "paper/made/paper.md"),
+    *(f"gallery/**/*.{ending}" for ending in ("ipynb", "json", "py", "zip")),
 ]
 nitpicky = False
 
