@@ -1,0 +1,196 @@
+"""The site: what runs in the reader's browser, and, where it has been made, its links and its search.
+
+`make docs` makes the site; the tests marked long look at it, and are skipped where it is not there.
+"""
+
+import importlib.util
+import json
+import re
+import warnings
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote, urldefrag
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from fuzzy.designer.design import design_of
+from fuzzy.designer.esmodule import composed
+from fuzzy.designer.views import design_data
+from fuzzy.inference import InferenceWarning, infer
+from tests.browsers import started
+from tests.fuzzy.random_systems import systems
+
+DOCS = Path(__file__).parent.parent / "docs"
+SITE = DOCS / "_build" / "html"
+
+
+def interactive() -> Any:
+    spec = importlib.util.spec_from_file_location("interactive", DOCS / "interactive" / "interactive.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with started() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def evaluate(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """The function of alone.js that says what the rules do at a point: (design, points) to outputs."""
+    script = composed(DOCS / "interactive" / "alone.js", "window.evaluated = entry.evaluated; window.ready = true;")
+    page_file = tmp_path_factory.mktemp("alone") / "alone.html"
+    page_file.write_text(f'<meta charset="utf-8"><script type="module">{script}</script>', encoding="utf-8")
+    page = browser.new_page()
+    page.goto(page_file.as_uri())
+    page.wait_for_function("window.ready")
+    return lambda design, points: page.evaluate(
+        "([design, points]) => points.map((point) => window.evaluated(design, point).output)", [design, points]
+    )
+
+
+@settings(
+    max_examples=25,
+    deadline=None,
+    phases=(Phase.generate,),
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+@given(fis=systems(), seed=st.integers(0, 99))
+def test_rules_in_the_browser_answer_as_the_inference_does(evaluate: Any, fis: Any, seed: int) -> None:
+    x = np.random.default_rng(seed).uniform(-3, 4, (12, len(fis.inputs)))
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", InferenceWarning)
+        layers = infer(fis, x)
+        strengths = layers.firing @ (fis.structure.consequent >= 0).T.astype(float)
+    found = np.array(evaluate(design_data(design_of(fis)), x.tolist()))
+    clear = strengths > 1e-6  # of what hardly fires, differences of degrees have few digits
+    scale = 1 + np.abs(layers.rule_outputs).max()
+    assert (np.abs(found - layers.output)[clear] <= 1e-8 * scale / np.clip(strengths[clear], 1e-6, 1)).all()
+
+
+def opened(browser: Any, file: Path, **options: Any) -> tuple[Any, list[str]]:
+    """A page of a file, and what went wrong on it: errors, warnings, requests that leave the disk."""
+    page, problems = browser.new_page(**options), []
+    page.on("console", lambda m: problems.append(m.text) if m.type in ("error", "warning") else None)
+    page.on("pageerror", lambda error: problems.append(str(error)))
+    page.on("request", lambda r: None if r.url.startswith(("file:", "data:", "blob:")) else problems.append(r.url))
+    page.goto(file.as_uri())
+    return page, problems
+
+
+def test_a_membership_function_is_dragged_from_a_disk(browser: Any, tmp_path: Path) -> None:
+    head = '<!doctype html><html lang="en" data-theme="light"><meta charset="utf-8"><title>t</title>'
+    file = tmp_path / "designer.html"
+    file.write_text(f"{head}<body>{interactive().designer()}</body></html>", encoding="utf-8")
+    page, problems = opened(browser, file, viewport={"width": 900, "height": 1400})
+    told = page.locator(".fd-told")
+    before = told.inner_text()
+    assert re.search(r"v = [\d.]+ m/s, w = [\d.]+ rad/s", before)
+    page.get_by_role("slider", name="right: shoulder").focus()
+    for _ in range(12):
+        page.keyboard.press("ArrowRight")
+    page.get_by_role("slider", name="bearing", exact=True).focus()
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    page.wait_for_function("(text) => document.querySelector('.fd-told').innerText !== text", arg=before)
+    page.get_by_role("button", name="Add term").click()
+    assert "the designer itself does that" in page.locator(".fd-problem").first.inner_text()
+    assert problems == []
+
+
+# The whole site -------------------------------------------------------------------------------------------------
+
+made = pytest.mark.skipif(not (SITE / "index.html").is_file(), reason="the site has not been made: make docs")
+
+
+class Links(HTMLParser):
+    """The addresses of a page, and the places in it that have a name."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.addresses: list[str] = []
+        self.names: set[str] = set()
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        for name, value in attributes:
+            if value and name in ("href", "src"):
+                self.addresses.append(value)
+            if value and name in ("id", "name"):
+                self.names.add(value)
+
+
+@made
+@pytest.mark.long
+def test_every_link_leads_somewhere() -> None:
+    pages = {}
+    for file in SITE.rglob("*.html"):
+        pages[file] = Links()
+        pages[file].feed(file.read_text(encoding="utf-8"))
+    assert len(pages) > 200
+    broken = []
+    for file, links in pages.items():
+        for address in links.addresses:
+            if re.match(r"(https?|mailto|data|javascript):", address):
+                continue
+            path, place = urldefrag(address)
+            target = (file.parent / unquote(path.partition("?")[0])).resolve() if path else file
+            if not target.is_file() or (place and target in pages and unquote(place) not in pages[target].names):
+                broken.append(f"{file.relative_to(SITE)}: {address}")
+    assert broken == []
+
+
+@made
+@pytest.mark.long
+def test_nothing_is_fetched_from_a_network(browser: Any) -> None:
+    for name in (
+        "index.html",
+        "start/index.html",
+        "tutorials/steering.html",
+        "gallery/index.html",
+        "interactive/memberships-and-rules.html",
+        "interactive/runs.html",
+        "explanation/errata-chapter-2.html",
+        "reference/made/fuzzy/Sugeno.html",
+    ):
+        page, problems = opened(browser, SITE / name)
+        page.wait_for_timeout(500)
+        assert problems == [], name
+        page.close()
+
+
+@made
+@pytest.mark.long
+@pytest.mark.parametrize("word", ["genfis", "anfisedit", "Simulink", "skfuzzy", "odometry"])
+def test_search_finds(browser: Any, word: str) -> None:
+    page, _ = opened(browser, SITE / "search.html")
+    page.goto(f"{(SITE / 'search.html').as_uri()}?q={word}")
+    page.wait_for_selector("#search-results li", timeout=20_000)
+    assert page.locator("#search-results li").count() > 0
+
+
+@made
+@pytest.mark.long
+@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_pages_fit_and_have_ink(browser: Any, width: int, theme: str) -> None:
+    context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=theme)
+    for name in ("index.html", "start/index.html", "tutorials/losing-a-robot.html", "howto/choose-controller.html"):
+        page = context.new_page()
+        page.goto((SITE / name).as_uri())
+        wide = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+        assert wide <= 1, f"{name} is {wide} px too wide"
+        ink, paper = page.evaluate(
+            "[getComputedStyle(document.body).color, getComputedStyle(document.body).backgroundColor]"
+        )
+        assert ink != paper
+        assert json.dumps(ink)
+    context.close()
