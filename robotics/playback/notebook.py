@@ -15,6 +15,8 @@ from robotics.simulation.run import Run
 def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: Any) -> Any:
     """Make a widget that plays one seed of a run in Jupyter, marimo and the like.
 
+    Its ``time`` [s] is the time that is shown: it changes as the player plays or is dragged, and may be set.
+
     Args:
         run: The run.
         seed: The seed that is shown, by default the first.
@@ -33,10 +35,12 @@ def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: 
         _css = stylesheet() + (folder / "player.css").read_text(encoding="utf-8")
         run = traitlets.Dict().tag(sync=True)
         speed = traitlets.Float(1.0).tag(sync=True)
+        time = traitlets.Float(0.0).tag(sync=True)  # s: what is shown; it follows the player, and the player follows it
         page = traitlets.Bool(False).tag(sync=True)
 
         def _repr_mimebundle_(self, **kwargs: Any) -> tuple[dict[str, Any], dict[str, Any]] | None:
             shown = f"Player of {self.run['title']}"
             return with_still(super()._repr_mimebundle_(**kwargs), shown, partial(still, run, seed, **options))
 
-    return Player(run=player_data(run, seed, **options), speed=float(speed))
+    data = player_data(run, seed, **options)
+    return Player(run=data, speed=float(speed), time=float(options.get("start") or run.time[0]))

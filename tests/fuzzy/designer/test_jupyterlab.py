@@ -28,8 +28,8 @@ CELLS = (
     "fis = fuzzy.Sugeno([d], [v], rules, name='x')\n"
     "editor = fuzzy.editor(fis)\n"
     "editor",
-    "robotics.player(robotics.simulate(robotics.load_scenario('lyapunov-sine'), robotics.make_controller('lyapunov')))",
-    "print('the peak is', list(editor.fis.inputs[0].terms['near'].parameters))",
+    "player = robotics.player(robotics.simulate(robotics.load_scenario('lyapunov-sine'), 'lyapunov'))\nplayer",
+    "print('the peak is', list(editor.fis.inputs[0].terms['near'].parameters), 'the time', round(player.time, 2))",
 )
 
 STILL = ["Editor of x: 1 input, 1 output, 2 rules", "Player of Lyapunov on lyapunov-sine, seed 0"]
@@ -125,6 +125,33 @@ def test_keys_on_a_widget_stay_there_and_a_saved_notebook_has_stills(browser: An
     press(page, handle, "Control+Shift+z")
     until(page, "0.51")
     assert cells(page) == len(CELLS)
+
+    # What is dragged is another value in Python.
+    handle.scroll_into_view_if_needed()
+    box = handle.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 30, y, steps=6)
+    page.mouse.up()
+    page.wait_for_function(
+        "() => Number(document.querySelector(\"[aria-label='near: peak']\").getAttribute('aria-valuenow')) > 0.55"
+    )
+    dragged = float(handle.get_attribute("aria-valuenow"))
+    again = page.locator(".jp-Notebook .jp-CodeCell").nth(len(CELLS) - 1)
+    again.locator(".cm-content").click()
+    page.keyboard.press("Control+Enter")
+    page.get_by_text(re.compile(rf"the peak is \[0\.0, {re.escape(str(dragged))}\d*, 1\.2\]")).wait_for()
+    slider = page.locator(".fleet-player input[type=range]").first
+    slider.scroll_into_view_if_needed()
+    bar = slider.bounding_box()
+    page.mouse.click(bar["x"] + bar["width"] / 2, bar["y"] + bar["height"] / 2)
+    page.wait_for_timeout(1000)  # until Python has been told
+    shown = float(slider.input_value())
+    assert 5 < shown < 20
+    again.locator(".cm-content").click()
+    page.keyboard.press("Control+Enter")
+    page.get_by_text(re.compile(rf"the time {re.escape(f'{shown:.2f}'.rstrip('0').rstrip('.'))}")).wait_for()
 
     # Ctrl+S is the notebook's from a widget too; what it saves shows stills where no kernel runs.
     press(page, handle, "Control+s")
