@@ -48,7 +48,7 @@ def page() -> str:
     for number, (caption, label, name) in enumerate(captions, 1):
         said = " ".join(caption.split())
         text = text.replace(
-            f"![{caption}\\label{{{label}}}]({name})", f"![{said}]({name})\n\n*Figure {number}.* {said}"
+            f"![{caption}\\label{{{label}}}]({name})", f"![{said}](made/{name})\n\n*Figure {number}.* {said}"
         ).replace(f"\\autoref{{{label}}}", f"Figure {number}")
     text = re.sub(r"^# ", "## ", text, flags=re.MULTILINE).rstrip()
     listed = sorted(f"* {_long(entry)}" for entry in known.values())
