@@ -485,7 +485,14 @@ smf, zmf, pimf = SShape, ZShape, PiShape
 
 
 def membership_function(name: str, parameters: Any) -> MembershipFunction:
-    """Make the function of a MATLAB name (``"gaussmf"``) with its parameters in MATLAB's order.
+    """Make the function of a MATLAB name with its parameters in MATLAB's order.
+
+    Args:
+        name: The name, such as "gaussmf".
+        parameters: Its numbers, such as [sigma, c].
+
+    Returns:
+        The function.
 
     Raises MembershipError for an unknown name, a wrong number of parameters, or parameters that MATLAB refuses.
     """

@@ -112,9 +112,15 @@ def describing_function(fis: Sugeno, amplitudes: Any, points: int = 4096) -> np.
 
 
 def linearised(fis: Sugeno, at: Any) -> np.ndarray:
-    """The gains (outputs, inputs) of a rule base around a point (inputs,), by central differences.
+    """The gains (outputs, inputs) of a rule base around a point, by central differences.
 
     Units are the outputs' over the inputs'. At a vertex of a membership function the two sides differ; the mean stands.
+
+    Args:
+        fis: The rule base.
+        at: The point (inputs,), in the inputs' units.
+
+    Raises LoopError for a point of another shape, or not finite.
     """
     x = np.asarray(at, dtype=float)
     if x.shape != (len(fis.inputs),):
