@@ -28,7 +28,7 @@ class Lookup:
 
     Attributes:
         points: How many along each input.
-        values: (*points, outputs), in the outputs' units.
+        values: (points..., outputs): the answers, in the outputs' units, one axis an input.
         greatest: (outputs,): the greatest distance from the rules, in the output's unit.
         mean: (outputs,): the mean distance, in the output's unit.
     """

@@ -106,6 +106,9 @@ def explain_decision(run: Run, robot: int, time: float, seed: int | None = None)
         time: The time [s]; what was decided at the last sample before it held then.
         seed: The seed, by default the first.
 
+    Returns:
+        The rules that fired, what they were asked and what each added; ``str()`` gives it in words.
+
     Raises DecisionError for a robot or a time that the run does not have, and where the run does not say; ReplayError
     for a seed that was not run.
     """

@@ -48,6 +48,9 @@ def metric(*, unit: str, title: str = "", **fields: Any) -> Callable[[Function],
         title: What it is, by default the first line of the function's docstring.
         fields: Other fields of :class:`robotics.measures.tracking.Metric`, such as ``kinds`` or ``larger``.
 
+    Returns:
+        A decorator.
+
     Raises MetricError for a field that there is not.
     """
     for name in fields:

@@ -90,7 +90,10 @@ class Radio:
                 raise RadioError(f"edges: robot {sender} needs no radio to hear itself").about("edges")
 
     def adjacency(self, robots: int) -> np.ndarray:
-        """The graph's adjacency matrix (robots, robots). Raises RadioError where it names an unknown robot."""
+        """The graph's adjacency matrix (robots, robots), for a number of ``robots``. Raises RadioError where it names
+        an
+        unknown robot.
+        """
         for name, values in (("hub", [self.hub]), ("edges", [i for edge in self.edges for i in edge])):
             for i in values:
                 if not 1 <= i <= robots:

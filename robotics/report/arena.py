@@ -68,6 +68,9 @@ def run_arena(
         told: Called with a sentence before the work begins: how long it will take.
         command: The command line that the page names.
 
+    Returns:
+        The tuned laws, their costs with intervals, and who leads.
+
     Raises ArenaError, ControllerError and OSError.
     """
     folder = Path(out) if out is not None else Path("out") / "arena"

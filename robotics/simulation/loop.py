@@ -331,6 +331,9 @@ def simulate(
         progress: Called after every period.
         threads: How many threads share out the runs; by default as many as there are cores. The result is the same.
 
+    Returns:
+        All samples of all seeds and robots.
+
     Raises SimulationError for the seeds, ControllerError where the law cannot drive the scenario.
     """
     law = as_law(controller)

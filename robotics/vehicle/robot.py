@@ -212,7 +212,7 @@ class Robot:
         return {name: value for name, value in known.items() if value is not None and name not in left_out}
 
     def changed(self, **numbers: float) -> "Robot":
-        """This robot with other ``numbers``, by the names of fields; what was derived is derived anew."""
+        """The same robot with other ``numbers``, by the names of fields; what was derived is derived anew."""
         return type(self)(**merged(self.given, numbers))
 
     @property
