@@ -105,7 +105,9 @@ class ANFISRegressor(RegressorMixin, BaseEstimator):
         Returns:
             The estimator itself.
 
-        Raises EstimatorError for settings that cannot be used, ValueError for data that cannot be learnt from.
+        Raises:
+            EstimatorError: Settings that cannot be used.
+            ValueError: Data that cannot be learnt from.
         """
         names = _names_of(y)
         X, y = validate_data(self, X, y, dtype=np.float64, multi_output=True, y_numeric=True, ensure_min_samples=2)

@@ -39,7 +39,8 @@ def plot_training(history: Sequence[Epoch]) -> Figure:
     Args:
         history: The epochs, such as ``Training.history``.
 
-    Raises TrainingPlotError for an empty history.
+    Raises:
+        TrainingPlotError: An empty history.
     """
     if not history:
         raise TrainingPlotError("the history holds no epoch: there is nothing to draw")
@@ -120,7 +121,8 @@ def plot_premises(before: Sugeno, after: Sugeno, width: float = DOUBLE) -> Figur
         after: The system after.
         width: That of the figure of several inputs, in inches.
 
-    Raises TrainingPlotError unless both systems have the same inputs and terms.
+    Raises:
+        TrainingPlotError: The systems do not have the same inputs and terms.
     """
     before, after = detached(before), detached(after)
     names = [[(v.name, tuple(v.terms)) for v in fis.inputs] for fis in (before, after)]
@@ -182,7 +184,8 @@ def plot_fit(fis: Sugeno, x: Any, y: Any) -> Figure:
         x: The inputs (samples, inputs).
         y: The outputs (samples,) or (samples, outputs).
 
-    Raises DataError for data that do not fit ``fis``.
+    Raises:
+        DataError: Data that do not fit ``fis``.
     """
     fis = detached(fis)
     data = samples(fis, x, y, "given")

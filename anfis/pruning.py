@@ -128,7 +128,9 @@ def prune(
         The pruned system and the way to it. The same data, options and seed give the same result; Ctrl-C keeps the best
         so far.
 
-    Raises TrainingError, DataError as :func:`anfis.train` does.
+    Raises:
+        TrainingError: As :func:`anfis.train` does.
+        DataError: As :func:`anfis.train` does.
     """
     options = options or Options()
     fis = detached(fis)

@@ -57,7 +57,8 @@ def infer(fis: Sugeno, x: Any) -> Inference:
     Returns:
         Degrees, firing strengths, weights, proposals and outputs; arrays are of the library of ``x``.
 
-    Raises FuzzySystemError for a wrong number of inputs, and in place of a warning if the system says so.
+    Raises:
+        FuzzySystemError: A wrong number of inputs; also in place of a warning, if the system says so.
     """
     x = as_float(x)
     if x.ndim == 0 or x.shape[-1] != len(fis.inputs):

@@ -85,7 +85,8 @@ def parse_rule(text: str, inputs: Mapping[str, Sequence[str]], outputs: Mapping[
     Returns:
         The rule; ``parse_rule(str(rule), ...)`` equals it.
 
-    Raises RuleError for a sentence outside this language.
+    Raises:
+        RuleError: A sentence outside this language.
     """
     return _Sentence(text).rule(inputs, outputs)
 

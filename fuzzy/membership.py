@@ -494,7 +494,8 @@ def membership_function(name: str, parameters: Any) -> MembershipFunction:
     Returns:
         The function.
 
-    Raises MembershipError for an unknown name, a wrong number of parameters, or parameters that MATLAB refuses.
+    Raises:
+        MembershipError: An unknown name, a wrong number of parameters, or parameters that MATLAB refuses.
     """
     if name not in MATLAB_NAMES:
         raise MembershipError(expected(name, MATLAB_NAMES, "membership function"))

@@ -54,7 +54,8 @@ class MembershipFunction:
     It is called with places of any shape, in the unit of its variable, and gives their degrees in [0, 1]. A subclass
     has a field for each parameter, made with :func:`parameter`; ``words`` and ``roles`` follow from these.
 
-    Raises MembershipError for parameters that are not finite, out of order, or a width of 0.
+    Raises:
+        MembershipError: Parameters that are not finite, out of order, or a width of 0.
     """
 
     matlab: ClassVar[str]  # MATLAB's name
@@ -122,7 +123,8 @@ class MembershipFunction:
 
         ``span`` (> 0, in the unit of x) is the width of an edge that never ends.
 
-        Raises MembershipError for a class that states none.
+        Raises:
+            MembershipError: A class that states none.
         """
         raise MembershipError(f"{self.matlab} states no profile, so it cannot become another function")
 
@@ -130,7 +132,8 @@ class MembershipFunction:
     def fitted(cls, outline: Outline) -> tuple[float, ...]:
         """The parameters with which a function of this class has the half-degree points of ``outline``.
 
-        Raises MembershipError for a class that does not say how it is fitted.
+        Raises:
+            MembershipError: A class that does not say how it is fitted.
         """
         raise MembershipError(f"{cls.matlab} does not say how it is fitted, so no other function can become one")
 

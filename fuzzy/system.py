@@ -112,7 +112,8 @@ class Variable:
         terms: The terms by their names.
         unit: A label for axes and tables; nothing is converted by it.
 
-    Raises FuzzySystemError for names, universes and terms that cannot be used.
+    Raises:
+        FuzzySystemError: Names, universes and terms that cannot be used.
     """
 
     name: str
@@ -210,7 +211,9 @@ class Sugeno:
         aggregation: Likewise; always the sum.
         structure: The rules as arrays of numbers, for inference; made on construction.
 
-    Raises FuzzySystemError or RuleError, which name the place, for parts that do not fit together.
+    Raises:
+        FuzzySystemError: Parts that do not fit together; the message names the place.
+        RuleError: A sentence that is no rule of the system; the message marks the place.
     """
 
     inputs: Sequence[Variable]

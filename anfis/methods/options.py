@@ -39,7 +39,8 @@ class Options:
         dtype: Of all numbers that are learnt.
         device: Of torch.
 
-    Raises TrainingError for an option that training cannot use.
+    Raises:
+        TrainingError: An option that training cannot use.
     """
 
     method: str = "hybrid"

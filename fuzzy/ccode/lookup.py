@@ -28,7 +28,7 @@ class Lookup:
 
     Attributes:
         points: How many along each input.
-        values: (points..., outputs): the answers, in the outputs' units, one axis an input.
+        values: (points of input 1, ..., outputs): the answers, in the outputs' units.
         greatest: (outputs,): the greatest distance from the rules, in the output's unit.
         mean: (outputs,): the mean distance, in the output's unit.
     """

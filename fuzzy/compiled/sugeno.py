@@ -123,6 +123,7 @@ def compile_sugeno(fis: Sugeno) -> CompiledSugeno:
     Returns:
         What is called as the system is, (..., inputs) to (..., outputs), with the same numbers, sooner.
 
-    Raises FuzzySystemError for a membership function that the compiled kernel has no branch for.
+    Raises:
+        FuzzySystemError: A membership function that the compiled kernel has no branch for.
     """
     return CompiledSugeno(fis, packed(fis))

@@ -122,7 +122,8 @@ def editor(fis: Sugeno) -> Any:
     Returns:
         The widget; its ``fis`` is the system as edited so far.
 
-    Raises ModuleError without the extra ``notebook``.
+    Raises:
+        ModuleError: The extra ``notebook`` is not installed.
     """
     anywidget, traitlets = widget_library()
     folder = Path(__file__).parent / "static"

@@ -23,7 +23,8 @@ def plot_rules_error(results: SearchResult | Mapping[str, SearchResult], ax: Axe
         results: A search, or several by name, which share the axes; their outputs must have the same unit.
         ax: The axes to draw on; by default a new figure's.
 
-    Raises IdentificationError for units that differ and where no setting was fitted.
+    Raises:
+        IdentificationError: Units that differ, or no setting that was fitted.
     """
     if isinstance(results, SearchResult):
         results = {"": results}

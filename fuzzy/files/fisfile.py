@@ -177,7 +177,9 @@ def parse_fis(text: str, name: str = "<text>") -> Sugeno:
         text: The text of a .fis file.
         name: What messages call the file.
 
-    Raises FisFileError, MamdaniError as :func:`read_fis` does.
+    Raises:
+        FisFileError: As :func:`read_fis` does.
+        MamdaniError: As :func:`read_fis` does.
     """
     reader = _Reader(name)
     fis = reader.system(text.removeprefix("\ufeff"))
@@ -437,7 +439,8 @@ def write_fis(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> N
         path: The file.
         comment: Lines that stand at the top of the file; the first one is its title.
 
-    Raises FisFileError if the format cannot hold the system (see :func:`format_fis`) or the file cannot be written.
+    Raises:
+        FisFileError: The format cannot hold the system (see :func:`format_fis`) or the file cannot be written.
     """
     name = os.fsdecode(path)
     text = "".join(f"% {line}\n" for line in comment.splitlines()) + _format(fis, name)
@@ -457,8 +460,9 @@ def format_fis(fis: Sugeno) -> str:
     Args:
         fis: The system.
 
-    Raises FisFileError for a name that holds a line break, a number that is not finite, and a hedge whose power is not
-    a multiple of 0.1 below 10.
+    Raises:
+        FisFileError: A name that holds a line break, a number that is not finite, and a hedge whose power is not a
+            multiple of 0.1 below 10.
     """
     return _format(fis, fis.name)
 

@@ -117,7 +117,8 @@ def parse_fll(text: str, name: str = "fll") -> Sugeno:
         text: The text.
         name: What messages call the file.
 
-    Raises FllFileError as :func:`read_fll` does.
+    Raises:
+        FllFileError: As :func:`read_fll` does.
     """
     return _Reader(name).system(_blocks(text, name))
 

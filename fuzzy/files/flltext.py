@@ -39,7 +39,8 @@ def format_fll(fis: Sugeno) -> str:
     Args:
         fis: The system.
 
-    Raises FllFileError for a hedge that FuzzyLite does not have, and for functions whose vertices cross.
+    Raises:
+        FllFileError: A hedge that FuzzyLite does not have, and functions whose vertices cross.
     """
     fis = _named_plainly(fis)
     rows = [f"Engine: {fis.name}"]

@@ -87,7 +87,8 @@ def subtractive_clusters(
     Returns:
         The centers (clusters, columns) in the data's units, in the order of discovery, and the Gaussians' widths.
 
-    Raises ClusteringError for data and options that cannot be used.
+    Raises:
+        ClusteringError: Data and options that cannot be used.
     """
     return select_centers(densities(data, radius, ranges=ranges, weights=weights), options or Options())
 

@@ -94,7 +94,9 @@ def fit_consequents(fis: Sugeno, x: Any, y: Any, ridge: float = 0.0) -> Sugeno:
         y: The outputs (samples,) or (samples, outputs).
         ridge: >= 0, without a unit: adds ridge · |θ|² to the mean square error; the same in :class:`anfis.Options`.
 
-    Raises ClusteringError for values that are not finite, IdentificationError for shapes that do not fit.
+    Raises:
+        ClusteringError: Values that are not finite.
+        IdentificationError: Shapes that do not fit.
     """
     fitted = least_squares(fis, x, y, ridge)
     if fitted.silent:

@@ -69,7 +69,8 @@ class SearchResult:
     def best(self) -> Trial:
         """The best trial with the wanted number of rules.
 
-        Raises IdentificationError, which lists the numbers that were found, if no trial has it.
+        Raises:
+            IdentificationError: No trial has it; the message lists the numbers that were found.
         """
         found = self.by_rules
         if self.wanted not in found:
@@ -168,7 +169,8 @@ def search_table(results: Mapping[str, SearchResult] | SearchResult) -> str:
     Args:
         results: A search, or several by name.
 
-    Raises IdentificationError if a search found no system with the wanted number of rules.
+    Raises:
+        IdentificationError: A search found no system with the wanted number of rules.
     """
     if isinstance(results, SearchResult):
         results = {"Fuzzy Network": results}

@@ -55,7 +55,8 @@ def check(fis: Sugeno, points: int = 4096, seed: int = 0, numbers: Sequence[int]
     Returns:
         The findings, the gravest first; an empty list for a system without defects.
 
-    Raises ValueError for fewer than one point, or numbers that are not one for each rule.
+    Raises:
+        ValueError: Fewer than one point, or numbers that are not one for each rule.
     """
     if points < 1:
         raise ValueError(f"the number of points must be at least 1, got {points}")

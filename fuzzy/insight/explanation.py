@@ -154,8 +154,9 @@ def explain(fis: Sugeno, x: Any) -> Explanation:
     Returns:
         The explanation, which says also what :func:`fuzzy.inference.infer` would warn of.
 
-    Raises FuzzySystemError for a point of the wrong shape, and for a point outside the universe if the system is told
-    to refuse it.
+    Raises:
+        FuzzySystemError: A point of the wrong shape, and a point outside the universe if the system is told to
+            refuse it.
     """
     fis = detached(fis)
     x = np.asarray(x, dtype=float)

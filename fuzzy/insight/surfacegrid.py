@@ -51,7 +51,8 @@ def surface(
     Returns:
         The grid, the output on it, and where rules fire.
 
-    Raises FuzzySystemError for inputs and outputs that do not exist, and for an input in both ``inputs`` and ``fixed``.
+    Raises:
+        FuzzySystemError: Inputs and outputs that do not exist, and an input in both ``inputs`` and ``fixed``.
     """
     fis = detached(fis)
     places = surface_axes(fis, inputs)

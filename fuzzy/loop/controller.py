@@ -45,7 +45,8 @@ class Scale:
         Ku: Of the output u.
         Kdu: Of the output du, per second.
 
-    Raises LoopError for a factor that is no finite number.
+    Raises:
+        LoopError: A factor that is no finite number.
     """
 
     Ke: float = 1.0

@@ -60,7 +60,8 @@ class TransferFunction:
         denominator: a, its coefficients; its degree is at least that of b.
         dead_time: The delay [s].
 
-    Raises PlantError for coefficients that make no proper transfer function, and for a negative dead time.
+    Raises:
+        PlantError: Coefficients that make no proper transfer function, and a negative dead time.
     """
 
     numerator: Sequence[float]
@@ -147,7 +148,8 @@ class FunctionPlant:
         substeps: Steps of the integration for each sample.
         name: What messages and pictures call it.
 
-    Raises PlantError for a number of states that is none.
+    Raises:
+        PlantError: A number of states that is none.
     """
 
     derivative: Callable[[Any, float, float], Any]

@@ -184,7 +184,9 @@ def step_response(
     Returns:
         The signals, one number a sample, and the figures of the response.
 
-    Raises LoopError, PlantError for what makes no loop.
+    Raises:
+        LoopError: A controller or settings that make no loop.
+        PlantError: A plant that cannot be sampled.
     """
     known = {each.name for each in fields(Loop)}
     for name in settings:

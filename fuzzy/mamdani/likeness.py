@@ -110,7 +110,8 @@ def mamdani_difference(original: Mamdani, fis: Sugeno, points: int = GRID) -> tu
         fis: The Sugeno system.
         points: About how many places the grid has in all.
 
-    Raises FuzzySystemError for systems of other inputs or outputs.
+    Raises:
+        FuzzySystemError: Systems of other inputs or outputs.
     """
     _check_alike(original, fis)
     return differences(fis, lambda x: original.evaluate(x)[0], input_grid(fis.inputs, points))
@@ -150,7 +151,8 @@ def fit_to_mamdani(
     Returns:
         The system with the new consequents; the terms of its inputs and its rules stay.
 
-    Raises FuzzySystemError for other ``consequents`` and for systems that do not fit together.
+    Raises:
+        FuzzySystemError: Other ``consequents``, and systems that do not fit together.
     """
     _check_alike(original, fis)
     if consequents not in get_args(Consequents):

@@ -52,7 +52,9 @@ class Mamdani:
         complements: By output: the sets that rules negate, and what they call the complement ("not slow").
         premises: Inputs and rules as a Sugeno system, whose outputs are stand-ins; made on construction.
 
-    Raises FuzzySystemError or RuleError for parts that do not fit together.
+    Raises:
+        FuzzySystemError: Parts that do not fit together.
+        RuleError: A sentence that is no rule of the system.
     """
 
     inputs: Sequence[Variable]

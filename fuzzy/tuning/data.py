@@ -119,7 +119,9 @@ def tune(
     Returns:
         The tuned system, its errors before and after, and all that was tried.
 
-    Raises TuningError where nothing can be tuned so, InputError for data that do not fit the system.
+    Raises:
+        TuningError: Nothing can be tuned so.
+        InputError: Data that do not fit the system.
     """
     fis = detached(fis)
     x, y = _samples(fis, x, y)

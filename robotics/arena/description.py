@@ -35,11 +35,14 @@ MOST_SEEDS = 900_000  # of a block, so that it ends before the next one begins
 
 @dataclass(frozen=True, kw_only=True)
 class Arena:
-    """An arena before it is held. Raises ArenaError.
+    """An arena before it is held.
 
     Attributes:
         name: What it is called: its file's name.
         folder: Where files that it names are looked for first.
+
+    Raises:
+        ArenaError: An arena that cannot be held.
     """
 
     name: str
@@ -165,7 +168,8 @@ def load_arena(name: str | Path = "default") -> Arena:
     Returns:
         The arena.
 
-    Raises ArenaError, which names the file, line and key.
+    Raises:
+        ArenaError: No such arena, or a file that makes none; the message names file, line and key.
     """
     found = _FILES.find(name)
     return parse_arena(found.text, found.name, found.file, found.folder)

@@ -109,7 +109,10 @@ def compare(
     Returns:
         The table, a row a seed and robot, and the runs.
 
-    Raises ComparisonError, ControllerError and MetricError, before anything is run.
+    Raises:
+        ComparisonError: Nothing to compare, or scenarios of several kinds; told before anything is run.
+        ControllerError: A controller that is unknown, or cannot drive a scenario; likewise.
+        MetricError: A metric that cannot be used; likewise.
     """
     check_comparison(scenarios, controllers, metrics)
     laws, own = chosen_laws(controllers), own_metrics(metrics)

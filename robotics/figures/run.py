@@ -45,7 +45,8 @@ def plot_run(run: Run, *, seed: int | None = None, width: float = DOUBLE) -> Fig
         seed: The seed that is drawn boldly, by default the first.
         width: The width of the figure in inches.
 
-    Raises ReplayError for a seed that was not run.
+    Raises:
+        ReplayError: A seed that was not run.
     """
     if run.team is not None:
         return plot_team(run, seed, width)

@@ -59,7 +59,8 @@ def plot_team(run: Run, seed: int | None = None, width: float = DOUBLE) -> Figur
         seed: The seed that is drawn boldly, by default the first.
         width: The width of the figure in inches.
 
-    Raises ReplayError for a seed that was not run.
+    Raises:
+        ReplayError: A seed that was not run.
     """
     place = seed_place(run, seed)
     order = [place, *(r for r in range(len(run.seeds)) if r != place)]

@@ -317,7 +317,8 @@ def make_controller(specification: str) -> Law[Any]:
     Args:
         specification: The text; names are those of ``robotics.CATALOGUE``.
 
-    Raises ControllerError for an unknown name or gain, a value that the gain cannot take, or a file that fails.
+    Raises:
+        ControllerError: An unknown name or gain, a value that the gain cannot take, or a file that fails.
     """
     about = Specification.of(specification)
     preset, name, gains = preset_of(specification), about.law, about.gains

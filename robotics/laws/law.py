@@ -157,7 +157,8 @@ class Law(ABC, Generic[Memory]):
     def with_fuzzy_system(self, task: str, fis: Sugeno) -> Self:
         """The same law with ``fis`` as the rule base of ``task``, one of :attr:`tasks`.
 
-        Raises ControllerError for a task that it does not have, or a system that does not suit the task.
+        Raises:
+            ControllerError: A task that it does not have, or a system that does not suit the task.
         """
         gain = self._gain_of(task)
         held = getattr(self, gain)
@@ -167,7 +168,8 @@ class Law(ABC, Generic[Memory]):
     def rule_base_gain(self, task: str) -> str:
         """The gain that names the rule base of ``task``, as a specification calls it: "tracker.rule_base".
 
-        Raises ControllerError for a task that it does not have.
+        Raises:
+            ControllerError: A task that it does not have.
         """
         gain = self._gain_of(task)
         held = getattr(self, gain)
@@ -213,8 +215,10 @@ class Law(ABC, Generic[Memory]):
 
     @abstractmethod
     def init(self, setting: Setting, runs: int) -> Memory:
-        """The memory at the start of ``runs`` runs of ``setting``. Raises ControllerError where it cannot drive
-        ``setting``.
+        """The memory at the start of ``runs`` runs of ``setting``.
+
+        Raises:
+            ControllerError: It cannot drive ``setting``.
         """
 
     @abstractmethod

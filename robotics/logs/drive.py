@@ -97,7 +97,8 @@ def read_drive(
     Returns:
         The drive.
 
-    Raises LogError, which names the topics that there are, where one that is needed is missing.
+    Raises:
+        LogError: No log, or a topic that is needed is missing; the message names those that there are.
     """
     with opened(log, distribution) as bag:
         space = namespace_of(bag, robot.strip("/"))

@@ -51,7 +51,8 @@ def metric(*, unit: str, title: str = "", **fields: Any) -> Callable[[Function],
     Returns:
         A decorator.
 
-    Raises MetricError for a field that there is not.
+    Raises:
+        MetricError: A field that there is not.
     """
     for name in fields:
         if name not in Metric._fields or name == "measure":

@@ -103,7 +103,8 @@ def measure_all(run: Run, metrics: OwnMetrics = NO_METRICS, only: Sequence[str] 
     Returns:
         The numbers by the metrics' names, each (runs, robots), in its unit.
 
-    Raises MetricError where one of these cannot be used, or fails.
+    Raises:
+        MetricError: One of these cannot be used, or fails.
     """
     own = own_metrics(metrics)
     counted, whole = run.time_innermost(), {}

@@ -332,7 +332,8 @@ def compile_path(shape: Shape, spacing: float = 0.005) -> Path:
     Returns:
         The path.
 
-    Raises PathError where the curve has no length, stands still or turns on the spot.
+    Raises:
+        PathError: The curve has no length, stands still or turns on the spot.
     """
     cells = 4096
     edges = np.linspace(0.0, 1.0, cells + 1)

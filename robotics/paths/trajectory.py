@@ -21,7 +21,10 @@ class Timing:
     """The motion of a reference along its path, by exactly one of three numbers.
 
     With ``speed`` it has that constant speed, with ``duration`` the constant speed that takes so long. With ``x_rate``
-    its x grows evenly, dx/dt = x_rate (the thesis's "x = 0.3 t, y = sin x"). Raises PathError for another choice.
+    its x grows evenly, dx/dt = x_rate (the thesis's "x = 0.3 t, y = sin x").
+
+    Raises:
+        PathError: None, or several, of the three numbers.
     """
 
     speed: float | None = quantity(

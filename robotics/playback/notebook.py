@@ -24,7 +24,9 @@ def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: 
     Returns:
         The widget.
 
-    Raises ReplayError for a seed that was not run, ModuleError without the extra ``notebook``.
+    Raises:
+        ReplayError: A seed that was not run.
+        ModuleError: The extra ``notebook`` is not installed.
     """
     anywidget, traitlets = widget_library()
     folder = Path(__file__).parent / "static"

@@ -60,7 +60,8 @@ class TrackingEnv(gymnasium.Env):
             What is observed (entries,), the reward, whether the episode has ended by divergence or a contact, whether
             by time, and infos, as of the vector environment.
 
-        Raises TaskError after the end of an episode.
+        Raises:
+            TaskError: The episode has ended.
         """
         if self.over:
             raise TaskError("the episode has ended: reset() begins the next one")

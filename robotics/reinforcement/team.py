@@ -68,7 +68,8 @@ class TeamEnv(ParallelEnv):
         reward: "dense" or "cost", as docs/environments.md tells.
         approach: What a sample before those that the arena's cost counts, counts in the dense reward.
 
-    Raises TaskError for a scenario or options that do not suit.
+    Raises:
+        TaskError: A scenario or options that do not suit.
     """
 
     metadata: dict[str, Any] = {"name": "fuzzyfleet_team_v0", "render_modes": [], "is_parallelizable": True}  # noqa: RUF012
@@ -135,7 +136,8 @@ class TeamEnv(ParallelEnv):
         Returns:
             What each agent observes (entries,), and infos, by the names of the agents.
 
-        Raises TaskError for a seed that is none.
+        Raises:
+            TaskError: A seed that is none.
         """
         if seed is not None:
             if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
@@ -165,7 +167,8 @@ class TeamEnv(ParallelEnv):
             By the names of those that were agents before it: what they observe (entries,), rewards, whether their
             episodes have ended by divergence or a contact, whether by time, and infos.
 
-        Raises TaskError for an agent without an action, and for an action of another shape.
+        Raises:
+            TaskError: An agent without an action, and an action of another shape.
         """
         one, before = self.simulation, list(self.agents)
         if one is None or not before:

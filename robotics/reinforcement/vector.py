@@ -65,7 +65,8 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         threads: How many threads share the lanes out; by default as many as there are cores.
         render_mode: None: there is nothing to see; record an episode as a run instead.
 
-    Raises TaskError for scenarios and options that do not suit.
+    Raises:
+        TaskError: Scenarios and options that do not suit.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": _MODES["next-step"]}  # noqa: RUF012
@@ -136,7 +137,8 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         Returns:
             What is observed (lanes, entries), and infos with the place of the scenario and the seed of each lane.
 
-        Raises TaskError for seeds or a mask that are not one for each lane.
+        Raises:
+            TaskError: Seeds or a mask that are not one for each lane.
         """
         options = options or {}
         mask = np.asarray(options.get("reset_mask", np.ones(self.num_envs, dtype=bool)))
@@ -157,7 +159,8 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
             (lanes,), whether by time (lanes,), and infos: where some have ended, ``cost`` is the arena's cost of the
             episode and ``end`` says how, with the masks ``_cost`` and ``_end``.
 
-        Raises TaskError for actions of another shape.
+        Raises:
+            TaskError: Actions of another shape.
         """
         actions = checked_actions(actions, self.num_envs)
         lanes = self.episodes.lanes

@@ -71,7 +71,10 @@ def run_arena(
     Returns:
         The tuned laws, their costs with intervals, and who leads.
 
-    Raises ArenaError, ControllerError and OSError.
+    Raises:
+        ArenaError: An arena that cannot be held, or a folder of another one.
+        ControllerError: A controller that is unknown, or cannot drive the scenario.
+        OSError: Files cannot be written.
     """
     folder = Path(out) if out is not None else Path("out") / "arena"
     outcome = held(arena, folder, crew, fresh=fresh, begin=begin, told=told)

@@ -60,7 +60,8 @@ class StudyPlan:
         metric_files: Their files as they are written, by those names.
         shown_metrics: The metrics that come first, by their names in tables.
 
-    Raises StudyError for a study that cannot be run.
+    Raises:
+        StudyError: A study that cannot be run.
     """
 
     name: str
@@ -296,7 +297,8 @@ def load_study(name: str | Path) -> StudyPlan:
     Returns:
         The study before it is run.
 
-    Raises StudyError, which names file, line and key.
+    Raises:
+        StudyError: No such study, or a file that makes none; the message names file, line and key.
     """
     found = _FILES.find(name)
     return parse_study(found.text, found.name, found.file, found.folder)

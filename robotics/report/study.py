@@ -180,7 +180,11 @@ def run_study(
     Returns:
         The comparisons, the summary, the verdicts and the files.
 
-    Raises StudyError, MetricError, ControllerError and OSError.
+    Raises:
+        StudyError: A study that cannot be run.
+        MetricError: A metric cannot be used, or fails.
+        ControllerError: A controller that is unknown, or cannot drive the scenario.
+        OSError: Files cannot be written.
     """
     folder = Path(out) if out is not None else default_folder(plan)
     chapters = chapters or (_chapters_named(plan) if plan.chapters else None)

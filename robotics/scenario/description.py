@@ -51,7 +51,8 @@ class Member:
     Attributes:
         model: What the robot was made of; None: only its numbers are known.
 
-    Raises ScenarioError for parts that do not suit each other.
+    Raises:
+        ScenarioError: Parts that do not suit each other.
     """
 
     start: Pose = described(
@@ -92,7 +93,8 @@ class Scenario:
         trajectory: The paths with their timing, for all robots.
         setting: The compiled scenario, for a simulation and its law.
 
-    Raises ScenarioError for a scenario that cannot be run.
+    Raises:
+        ScenarioError: A scenario that cannot be run.
     """
 
     name: str

@@ -27,7 +27,9 @@ def random_team(
     Returns:
         The scenario.
 
-    Raises TeamError, or ScenarioError for a controller or graph that does not suit.
+    Raises:
+        TeamError: Numbers with which no team can be made.
+        ScenarioError: A controller or graph that does not suit.
     """
     name = f"team-{robots}"
     return parse_scenario(team_toml(robots, seed, speed=speed, controller=controller, radio=radio), name, name)
@@ -48,7 +50,8 @@ def team_toml(
         controller: The specification of the controller.
         radio: The name of the graph.
 
-    Raises TeamError for numbers with which no team can be made.
+    Raises:
+        TeamError: Numbers with which no team can be made.
     """
     if not 2 <= robots <= 2000:
         raise TeamError(f"a team has 2 to 2000 robots, got {robots}")

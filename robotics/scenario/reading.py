@@ -51,7 +51,8 @@ def load_scenario(name: str | FilePath, beside: FilePath = FilePath()) -> Scenar
     Returns:
         The scenario.
 
-    Raises ScenarioError, which names file, line and key.
+    Raises:
+        ScenarioError: No such scenario, or a file that makes none; the message names file, line and key.
     """
     found = _FILES.find(current_name(str(name)), beside)
     return parse_scenario(found.text, found.name, found.file, found.folder)
@@ -72,7 +73,8 @@ def parse_scenario(text: str, name: str, file: str = "<text>", folder: FilePath 
         folder: Where files of robots and those that ``controller`` names are looked for first; by default in the folder
             of ``file``. Then in the current one.
 
-    Raises ScenarioError, which names line and key.
+    Raises:
+        ScenarioError: A text that makes no scenario; the message names line and key.
     """
     table = parse_table(text, file, ScenarioError)
     with placed(text, file, ScenarioError):

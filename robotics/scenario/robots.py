@@ -53,7 +53,8 @@ def load_robot(name: str | Path, folder: Path = Path()) -> RobotModel:
     Returns:
         Its numbers and its sensors.
 
-    Raises RobotError, which names file, line and key.
+    Raises:
+        RobotError: No such robot, or a file that makes none; the message names file, line and key.
     """
     if str(name) in robot_names():
         return _packaged(str(name))

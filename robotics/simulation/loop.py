@@ -334,7 +334,9 @@ def simulate(
     Returns:
         All samples of all seeds and robots.
 
-    Raises SimulationError for the seeds, ControllerError where the law cannot drive the scenario.
+    Raises:
+        SimulationError: No seeds, or one that is no whole number >= 0.
+        ControllerError: The law cannot drive the scenario.
     """
     law = as_law(controller)
     name = name or (controller if isinstance(controller, str) else "")

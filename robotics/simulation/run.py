@@ -245,7 +245,7 @@ class Run:
         return self.with_recorded(**arrays)
 
     def target(self, name: str) -> np.ndarray:
-        """One field of the reference (robots, samples), by its ``name``: x, y, heading, v, w or s."""
+        """A field of the reference (robots, samples), by its ``name``: x, y, heading, v, w or s."""
         return self.reference[list(REFERENCE).index(name)].T
 
     @property
@@ -282,7 +282,8 @@ class Run:
     def save(self, path: str | Path) -> None:
         """Write the run to ``path`` (.npz), whole or not at all; :func:`load_run` reads it back without loss.
 
-        Raises RunError, also for a rule base that a .fis file cannot hold.
+        Raises:
+            RunError: The file cannot be written, or a .fis file cannot hold a rule base.
         """
         about = json.dumps(_as_json(self.about, str(path)))
         arrays: dict[str, Any] = {
@@ -320,7 +321,8 @@ def load_run(path: str | Path) -> Run:
     Returns:
         The run, as it was saved.
 
-    Raises RunError, which names the file.
+    Raises:
+        RunError: A file that holds no run; the message names it.
     """
     try:
         content = read_archive(path)

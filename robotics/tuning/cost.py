@@ -79,7 +79,8 @@ class Cost:
         terms: The terms, whose sum it is.
         failed: What a run costs in all in which a robot was stopped.
 
-    Raises TuningError for a cost without terms, or one that is not > 0.
+    Raises:
+        TuningError: A cost without terms, or with ``failed`` not > 0.
     """
 
     terms: tuple[Term, ...] = TERMS
@@ -110,7 +111,8 @@ class Cost:
         Args:
             factors: The factors by the names of metrics.
 
-        Raises TuningError for a metric without a term.
+        Raises:
+            TuningError: A metric without a term.
         """
         for metric in factors:
             if metric not in {t.metric for t in self.terms}:

@@ -74,7 +74,8 @@ def load_tuning(name: str | Path) -> TuningFile:
     Returns:
         The tuning before it is done.
 
-    Raises TuningError, which names file, line and key.
+    Raises:
+        TuningError: No such tuning, or a file that makes none; the message names file, line and key.
     """
     found = _FILES.find(name)
     return parse_tuning(found.text, found.file, found.folder)

@@ -32,7 +32,8 @@ FORMATION = "formation"  # the task of several systems together
 class Bound:
     """From where to where a parameter may move, instead of what the rule says.
 
-    Raises TuningError for an end that is no number, a low end above the high one, and a logarithm of what is not > 0.
+    Raises:
+        TuningError: An end that is no number, a low end above the high one, and a logarithm of what is not > 0.
     """
 
     low: float = quantity(MISSING, "1", doc="The least value.", example=0.2)
@@ -51,8 +52,6 @@ class Bound:
 class LawSpace:
     """A law and what of it may move; its :attr:`parameters` are searched, and :meth:`made` makes the law of values.
 
-    Raises TuningError for a part, a gain or a rule base that the law does not have, and where nothing may move.
-
     Attributes:
         law: The law as it is.
         move: What may move: of "gains", "memberships", "consequents", "weights", "choices" and "rules".
@@ -61,6 +60,9 @@ class LawSpace:
         bounds: By parameter.
         fixed: Parameters that do not move.
         symmetric: Whether a rule base that answers to both sides alike keeps doing so.
+
+    Raises:
+        TuningError: A part, a gain or a rule base that the law does not have, or nothing that may move.
     """
 
     law: Law[Any]
@@ -151,7 +153,8 @@ class LawSpace:
     def made(self, values: Sequence[float] | np.ndarray) -> Law[Any]:
         """The law that ``values`` (parameters,), in the order of :attr:`parameters`, make.
 
-        Raises InputError where the law does not accept them.
+        Raises:
+            InputError: The law does not accept them.
         """
         told = dict(zip([p.name for p in self.parameters], map(float, values), strict=True))
         gains = {p.name: told[p.name] for p in self._gains if p.name in told}

@@ -101,7 +101,9 @@ def drive_data(drives: Sequence[Drive], recipe: DriveRecipe, advance: Callable[[
         recipe: How the table is made.
         advance: Called after each drive.
 
-    Raises DriveDataError or LogError.
+    Raises:
+        DriveDataError: A drive of which no such table can be made.
+        LogError: A drive that lacks what the recipe needs.
     """
     if not drives:
         raise DriveDataError("at least one drive is needed")
